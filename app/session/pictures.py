@@ -21,7 +21,6 @@ from stereotrack_core.tracking.estimate import Correspondences
 
 from ..widgets.camera.inside_overlay import InsideScene, inside_overlay
 from ..widgets.camera.overlays import (
-    GhostOutline,
     Overlay,
     Projection,
     ghost_paths,
@@ -234,7 +233,7 @@ def _overlay(
         paths=limb_paths(shapes),
         reference=project(reference) if reference is not None else None,
         ghosts=tuple(
-            GhostOutline(ghost.style, ghost_paths(ghost.meshes, project))
+            (ghost.style, ghost_paths(ghost.meshes, project))
             for ghost in (instant.ghosts if "others" in shown else ())
         ),
         runs=instant.runs if "others" in shown else (),

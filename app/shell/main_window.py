@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QMainWindow
 from ..context import make_context
 from ..services.stored import stored_bytes
 from ..session.opening import dropped_path
-from ..widgets.forms.message_bar import MessageBar
+from ..widgets.forms.bars import MessageBar
 from ..widgets.forms.welcome import WelcomePage
 from ..widgets.style.icons import set_icon
 from .actions import MENUS, commands

@@ -53,7 +53,7 @@ def test_the_camera_is_named_wherever_its_clicks_would_be_blamed(four, qtbot):
     assert words in four.messages.text()
     assert "Check its calibration and synchronisation" in four.messages.text()
     assert four.features.calibrate.findings.verdict.text() == "Usable, with 1 warning."
-    assert words in four.features.calibrate.findings.tree.topLevelItem(0).text(1)
+    assert words in four.features.calibrate.findings.model.cell(0, 1).text
     assert list(rig_tips(four)) == ["O_right"]
     assert words in rig_tips(four)["O_right"]
     facts = four.features.annotate.clicking.facts.now()
@@ -117,5 +117,5 @@ def test_a_recording_with_a_bad_camera_is_not_called_sound(window, qtbot, shared
     qtbot.waitUntil(lambda: window.context.session.document.findings is not None, timeout=120_000)
     qtbot.waitUntil(window.context.tasks.settled, timeout=120_000)
     assert window.features.calibrate.findings.verdict.text() == "Usable, with 1 warning."
-    where = window.features.calibrate.findings.tree.topLevelItem(0).text(0)
+    where = window.features.calibrate.findings.model.cell(0, 0).text
     assert where == "calibration.toml, view cam03"

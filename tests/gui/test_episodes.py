@@ -33,9 +33,9 @@ def settle(window, qtbot):
 
 
 def rows(window):
-    tree = window.features.review.episodes.panel.tree
-    every = [tree.topLevelItem(i) for i in range(tree.topLevelItemCount())]
-    return [[item.text(column) for column in range(tree.columnCount())] for item in every]
+    model = window.features.review.episodes.panel.sorted
+    columns = range(model.columnCount())
+    return [[model.index(row, k).data() for k in columns] for row in range(model.rowCount())]
 
 
 def test_episodes_of_the_active_run_are_listed_and_explained(reviewing):
@@ -73,7 +73,7 @@ def test_enter_jumps_and_filters_list_others(reviewing, qtbot):
     panel = reviewing.features.review.episodes.panel
     reviewing.context.session.document.go_to(7)
     panel.tree.setFocus()
-    panel.tree.setCurrentItem(panel.tree.topLevelItem(0))
+    panel.tree.setCurrentIndex(panel.sorted.index(0, 0))
     QTest.keyClick(panel.tree, Qt.Key.Key_Return)
     assert reviewing.context.session.document.frame in (1, 2, 3)
     panel.limb.setCurrentIndex(panel.limb.findData("torso"))

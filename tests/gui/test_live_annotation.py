@@ -76,10 +76,7 @@ def test_the_body_is_fitted_while_clicking(annotating, qtbot):
     table = annotating.features.annotate.clicking.landmarks.table.model()
     columns = table.columnCount()
     assert all(float(table.index(row, columns - 2).data()) < 10.0 for row in range(9))
-    words = [
-        annotating.features.annotate.clicking.body.tree.topLevelItem(i).text(0)
-        for i in range(annotating.features.annotate.clicking.body.tree.topLevelItemCount())
-    ]
+    words = [row.label for row in annotating.features.annotate.clicking.body.model.rows]
     assert "left upper arm" in words
     assert "shoulder width" in words
 

@@ -143,12 +143,11 @@ def test_joint_angles_have_bands_and_the_reference_beside_them(reviewing, qtbot,
     assert np.abs(plot.shown_curves[0].value).max() < 30
     show(reviewing, qtbot, "motion")
     reviewing.context.docks.dock("explanations").raise_()
-    table = panels.motion.table
-    labels = [table.item(i, 0).text() for i in range(table.rowCount())]
-    row = labels.index("right elbow flexion")
-    assert "±" in table.item(row, 1).text()
-    table.scrollToItem(table.item(row, 0))
-    rect = table.visualItemRect(table.item(row, 0))
+    table, model = panels.motion.table, panels.motion.model
+    row = [one.label for one in model.rows].index("right elbow flexion")
+    assert "±" in model.cell(row, 1).text
+    table.scrollTo(model.index(row, 0))
+    rect = table.visualRect(model.index(row, 0))
     QTest.mouseClick(table.viewport(), LEFT, pos=rect.center())
     assert plot.angle_key == "elbow_flexion"
     qtbot.waitUntil(plot.isVisible, timeout=5_000)  # it comes to the front

@@ -116,8 +116,7 @@ def trigger(window, qtbot, name):
 
 
 def labels(window):
-    table = window.features.track.comparison.table
-    return [table.item(row, 0).text() for row in range(table.rowCount())]
+    return [row.label for row in window.features.track.comparison.model.rows]
 
 
 @pytest.mark.window

@@ -75,7 +75,7 @@ def test_a_run_draws_while_it_works_and_ends_with_curves(opened, qtbot):
     judgement = opened.context.session.judging.of(run)
     assert judgement.measure == "error"
     assert np.nanmedian(judgement.limbs["torso"]) < 15
-    assert {lane.name for lane in opened.context.docks.timeline._lanes} >= {"torso", "left forearm"}
+    assert {lane.name for lane in opened.context.docks.timeline.lanes} >= {"torso", "left forearm"}
     assert opened.context.docks.timeline.verticalScrollBar().maximum() == 0, (
         "every lane is seen in a small window"
     )

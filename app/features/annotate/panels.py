@@ -20,8 +20,8 @@ from stereotrack_core.recording.description import Recording
 
 from ...services.failures import message_of
 from ...services.tasks.task import TaskList
+from ...widgets.forms.bars import RepeatBar
 from ...widgets.forms.message import Message
-from ...widgets.forms.repeat_bar import RepeatBar
 from ...widgets.tables.history_panel import HistoryPanel
 from ...widgets.tables.next_panel import NextPanel
 from ...widgets.timeline.annotation_bar import AnnotationBar

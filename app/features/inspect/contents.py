@@ -20,7 +20,7 @@ from stereotrack_core.tracking.trace import (
     movement,
 )
 
-from ...widgets.plots.inside_content import StepContent, Table
+from ...widgets.plots.inside_panel import StepContent, Table
 from ...widgets.style.limb_colours import limb_words
 from .numbers import (
     covariance_maps,

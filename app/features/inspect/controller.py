@@ -12,8 +12,7 @@ from stereotrack_core.interop.trace_file import TRACE_SUFFIXES, write_trace
 
 from ...context import Context
 from ...services.actions import ActionRegistry
-from ...widgets.plots.inside_content import StepName
-from ...widgets.plots.inside_panel import InsidePanel
+from ...widgets.plots.inside_panel import InsidePanel, StepName
 from .presenter import InsidePresenter
 
 _SHARE = 0.68

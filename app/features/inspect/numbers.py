@@ -12,7 +12,9 @@ from stereotrack_core.body.skeleton import PARTS, limb_of_part
 from stereotrack_core.tracking.state import Belief
 from stereotrack_core.tracking.trace import Correction, Points
 
-from ...widgets.plots.inside_content import HeatMap, Histogram, Table
+from ...widgets.plots.heat_map import HeatMap
+from ...widgets.plots.histogram_view import Histogram
+from ...widgets.plots.inside_panel import Table
 from ...widgets.style.limb_colours import limb_words
 
 _GREEK = {"alpha": "α", "beta": "β", "gamma": "γ"}

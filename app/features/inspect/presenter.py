@@ -11,7 +11,7 @@ from ...services.failures import message_of
 from ...services.tasks.newest import NewestWins
 from ...session.pictures import StepDrawing
 from ...session.session import Session
-from ...widgets.plots.inside_content import StepContent
+from ...widgets.plots.inside_panel import StepContent
 from .contents import content_of
 from .drawing import drawing_of
 from .sources import (

@@ -10,7 +10,6 @@ from PySide6.QtCore import QObject, QTimer, Signal, Slot
 
 from stereotrack_core.evaluation.episodes.episode import (
     CAUSE_WORDS,
-    FOUND_WORDS,
     Episode,
     limbs_words,
 )
@@ -22,11 +21,9 @@ from ...services.tasks.task import Task, TaskList
 from ...session.runs import RunNow
 from ...session.session import Session
 from ...session.truth import Truth
-from ...widgets.tables.episodes_panel import EpisodeRow
 from ...widgets.timeline.lanes import Lane, Span
 from .per_run import PerRun
 
-FOUND_SHORT = {"truth": "error", "signs": "signs"}
 LANE_NAMES = {"truth": "episodes", "signs": "failures (without reference)"}
 LANE_COLOURS = {"truth": "#CC79A7", "signs": "#b8860b"}
 
@@ -49,33 +46,6 @@ class Filter:
             and (not self.cause or self.cause == episode.verdict.cause)
             and (not self.found or self.found == episode.found)
         )
-
-
-def row_of(episode: Episode, fps: float) -> EpisodeRow:
-    """An episode as the list shows it."""
-    seconds = len(episode.frames) / fps
-    verdict = episode.verdict
-    return EpisodeRow(
-        first=episode.first,
-        last=episode.last,
-        limb=episode.peak_limb,
-        limbs=limbs_words(episode.limbs),
-        peak=episode.peak_words,
-        peak_value=episode.peak,
-        cause=CAUSE_WORDS[verdict.cause],
-        confidence=verdict.confidence,
-        found=FOUND_SHORT[episode.found],
-        heading=(
-            f"Frames {episode.first} to {episode.last} ({seconds:.1f} s), detected "
-            f"{FOUND_WORDS[episode.found]}: {limbs_words(episode.limbs)}, worst in frame "
-            f"{episode.peak_frame} with "
-            f"{episode.peak_words}{'' if episode.measure == 'error' else ' failure probability'}."
-        ),
-        evidence=tuple(
-            (CAUSE_WORDS[e.cause], e.strength, e.words, e.cause == verdict.cause)
-            for e in verdict.evidence
-        ),
-    )
 
 
 def lanes_of_episodes(episodes: Sequence[Episode]) -> tuple[Lane, ...]:

@@ -26,7 +26,7 @@ from ...services.tasks.task import Task
 from ...session.judgement import MEASURED_LIMBS
 from ...widgets.style.theme import current_theme
 from ...widgets.tables.episodes_panel import EpisodesPanel
-from .episode_list import EpisodePresenter, Filter, Found, lanes_of_episodes, row_of
+from .episode_list import EpisodePresenter, Filter, Found, lanes_of_episodes
 from .export_dialog import ExportDialog, ExportWish
 
 
@@ -239,10 +239,9 @@ class EpisodeController(QObject):
     def show(self) -> None:
         """Show what is known in the panel and on the timeline."""
         presenter = self.presenter
-        listed, fps = presenter.listed, self._fps()
+        listed = presenter.listed
         place = listed.index(presenter.chosen) if presenter.chosen in listed else -1
-        rows = [row_of(episode, fps) for episode in listed]
-        self.panel.show_rows(rows, place, self._words(presenter.found))
+        self.panel.show_rows(listed, self._fps(), place, self._words(presenter.found))
         self.pictures.ask(self._subject(), presenter.chosen if self.panel.isVisible() else None)
         self._show_lanes()
         if self.looping():

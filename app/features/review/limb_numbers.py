@@ -15,7 +15,8 @@ from stereotrack_core.recording.description import Segment
 from ...session.judgement import LOST_SHARE, MEASURED_LIMBS, Judgement
 from ...session.runs import RunEntry
 from ...widgets.style.limb_colours import limb_words
-from ...widgets.tables.statistics_panel import StatisticsColumn, StatisticsGroup, StatisticsRow
+from ...widgets.tables.statistics_panel import StatisticsGroup, StatisticsRow
+from ...widgets.tables.table import Column
 
 LOST_DEG = 45.0
 _CSV = (
@@ -60,7 +61,7 @@ def stretches_of(
     return (Segment("whole recording", 0, count), *segments)
 
 
-def columns(threshold: float, measure: str) -> tuple[StatisticsColumn, ...]:
+def columns(threshold: float, measure: str) -> tuple[Column, ...]:
     """Columns of the panel."""
     own = "error" if measure == "error" else "standard deviation"
     lost = (
@@ -69,14 +70,14 @@ def columns(threshold: float, measure: str) -> tuple[StatisticsColumn, ...]:
         else "Share of frames with a failure probability above one half, %"
     )
     return (
-        StatisticsColumn("mean", f"Mean {own}, degrees"),
-        StatisticsColumn("median", f"Median {own}, degrees"),
-        StatisticsColumn("95 %", f"95th percentile of the {own}, degrees"),
-        StatisticsColumn("max", f"Largest {own}, degrees"),
-        StatisticsColumn(
+        Column("mean", f"Mean {own}, degrees"),
+        Column("median", f"Median {own}, degrees"),
+        Column("95 %", f"95th percentile of the {own}, degrees"),
+        Column("max", f"Largest {own}, degrees"),
+        Column(
             f"> {threshold:.0f}°", "Share of frames above the threshold of the plot, %"
         ),
-        StatisticsColumn("lost", lost),
+        Column("lost", lost),
     )  # fmt: skip
 
 

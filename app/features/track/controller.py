@@ -20,8 +20,7 @@ from ...session.runs import RunEntry
 from ...session.truth import Against
 from ...widgets.tables.comparison_panel import ComparisonPanel
 from ...widgets.tables.numbers_panel import NumbersPanel
-from ...widgets.tables.run_details import RunDetails
-from ...widgets.tables.runs_panel import RunRow, RunsPanel
+from ...widgets.tables.runs_panel import RunDetails, RunRow, RunsPanel
 from .keeping import RunKeeper
 from .numbers import number_rows
 from .repeating import RunRepeater

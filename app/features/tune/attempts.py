@@ -20,7 +20,7 @@ from stereotrack_core.tracking.tuning.trial import Start, Trial
 from ...services.failures import message_of
 from ...session.runs import RunEntry
 from ...session.session import Session
-from ...widgets.forms.parameter_editor import value_text
+from ...widgets.forms.parameter_line import value_text
 from .runner import TrialRunner, Trials
 
 PAUSE_MS = 100

@@ -10,18 +10,11 @@ from typing import Literal, TypeAlias
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QKeySequence
-from PySide6.QtWidgets import (
-    QComboBox,
-    QFrame,
-    QGridLayout,
-    QHBoxLayout,
-    QLabel,
-    QVBoxLayout,
-    QWidget,
-)
+from PySide6.QtWidgets import QFrame, QGridLayout, QWidget
 
 from stereotrack_core.recording.description import View
 
+from ..style.building import choice, hbox, label, vbox
 from .camera_view import CameraView
 from .click_marks import ClickMarks
 from .picture import PICTURE_KINDS, Display, Picture, PictureKind
@@ -58,29 +51,28 @@ def kind_words(view: View, kind: PictureKind) -> str:
 class CameraTile(QFrame):
     """One view with its name and the choice of what it shows."""
 
-    kind_chosen = Signal(str, str)
+    kind_chosen = Signal()
     activated = Signal(str)
 
     def __init__(self, view: View, parent: QWidget) -> None:
         super().__init__(parent)
         self.view = view
         self.camera = CameraView(self)
-        self._name = QLabel(view.name)
+        self._name = label(view.name, wraps=False)
         self._name.setObjectName("tileName")
         font = self._name.font()
         font.setBold(True)
         self._name.setFont(font)
-        self._kind = QComboBox(self)
+        kinds = [(kind, kind_words(view, kind)) for kind in kinds_of(view)]
+        name, tip = f"Image shown in view {view.name}", "Image shown in this view"
+        self._kind = choice(name, kinds, tip)
         self._kind.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-        self._kind.setToolTip("Image shown in this view")
-        self._kind.setAccessibleName(f"Image shown in view {view.name}")
-        for kind in kinds_of(view):
-            self._kind.addItem(kind_words(view, kind), kind)
-        self._kind.setVisible(self._kind.count() > 1)
-        self._note = QLabel(self)
+        self._note = label(wraps=False)
         self._note.setObjectName("tileNote")
-        self._lay_out()
-        self._kind.activated.connect(self._on_kind)
+        head = hbox(self._name, self._kind, (self._note, 1), margins=(8, 2, 4, 2), spacing=8)
+        self.setLayout(vbox(head, (self.camera, 1), spacing=0))
+        self._kind.setVisible(self._kind.count() > 1)
+        self._kind.activated.connect(self.kind_chosen)
         self.camera.pressed.connect(lambda: self.activated.emit(self.view.name))
 
     @property
@@ -107,62 +99,36 @@ class CameraTile(QFrame):
         self._note.setText(note)
         self._note.setToolTip(note)
 
-    def _lay_out(self) -> None:
-        head = QHBoxLayout()
-        head.setContentsMargins(8, 2, 4, 2)
-        head.setSpacing(8)
-        head.addWidget(self._name)
-        head.addWidget(self._kind)
-        head.addWidget(self._note, 1)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(0)
-        column.addLayout(head)
-        column.addWidget(self.camera, 1)
-
-    def _on_kind(self, _place: int) -> None:
-        self.kind_chosen.emit(self.view.name, self.kind)
-
 
 class CameraGrid(QWidget):
-    """The views of a recording: 2x2, one large and the others small, or one alone.
-
-    Signals
-    -------
-    kinds_changed : ()
-        Another picture is wanted in some view.
-    hovered : str
-        Words about the pixel under the cursor.
-    limb_clicked : str
-        A limb was clicked in a view; empty for none.
-    active_changed : str
-        Name of the view that keys act on.
-    at_hand_changed : str
-        Name of the view that a click goes to, and keys about clicks act on.
-    arranged : ()
-        The arrangement has changed.
-    clicked : Placed, Moved or Picked
-        What a person did with clicks in a view.
-    refused : str
-        Why a click was not taken.
-    space_tapped : ()
-    """
+    """The views of a recording: 2x2, one large and the others small, or one alone."""
 
     kinds_changed = Signal()
+    """Another picture is wanted in some view."""
     hovered = Signal(str)
+    """Words about the pixel under the cursor."""
     limb_clicked = Signal(str)
+    """A limb was clicked in a view; empty for none."""
     active_changed = Signal(str)
+    """Name of the view that keys act on."""
     at_hand_changed = Signal(str)
+    """Name of the view that a click goes to, and keys about clicks act on."""
     arranged = Signal()
+    """The arrangement has changed."""
     clicked = Signal(object)
+    """What a person did with clicks in a view."""
     refused = Signal(str)
+    """Why a click was not taken."""
     space_tapped = Signal()
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self._tiles: dict[str, CameraTile] = {}
-        self._active = self._at_hand = ""
-        self._arrangement: Arrangement = "grid"
+        self.tiles: dict[str, CameraTile] = {}
+        """Tiles by the name of their view."""
+        self.active = self._at_hand = ""
+        """Name of the view that keys act on; empty without views."""
+        self.arrangement: Arrangement = "grid"
+        """How the views are arranged."""
         self._display = Display()
         self._lights: Mapping[str, tuple[float, float]] = {}
         self._clicking: tuple[bool, str] = (False, "")
@@ -172,40 +138,25 @@ class CameraGrid(QWidget):
         self._layout.setSpacing(3)
 
     @property
-    def tiles(self) -> dict[str, CameraTile]:
-        """Tiles by the name of their view."""
-        return self._tiles
-
-    @property
-    def active(self) -> str:
-        """Name of the view that keys act on; empty without views."""
-        return self._active
-
-    @property
     def at_hand(self) -> str:
         """The view that the mouse was moved into or that was made active, whichever came last."""
-        return self._at_hand if self._at_hand in self.visible_views() else self._active
-
-    @property
-    def arrangement(self) -> Arrangement:
-        """How the views are arranged."""
-        return self._arrangement
+        return self._at_hand if self._at_hand in self.visible_views() else self.active
 
     def active_camera(self) -> CameraView | None:
         """The camera view that keys act on."""
-        tile = self._tiles.get(self._active)
+        tile = self.tiles.get(self.active)
         return tile.camera if tile is not None else None
 
     def set_views(self, views: Sequence[View]) -> None:
         """Show other views."""
-        for tile in self._tiles.values():
+        for tile in self.tiles.values():
             self._layout.removeWidget(tile)
             tile.hide()
             tile.deleteLater()
-        self._tiles = {}
+        self.tiles = {}
         for view in views:
             tile = CameraTile(view, self)
-            tile.kind_chosen.connect(self._on_kind)
+            tile.kind_chosen.connect(self.kinds_changed)
             tile.activated.connect(self.set_active)
             tile.camera.hovered.connect(self.hovered)
             tile.camera.pointed.connect(partial(self._set_at_hand, view.name))
@@ -216,38 +167,38 @@ class CameraGrid(QWidget):
             tile.camera.set_display(self._display_of(view.name))
             tile.camera.set_clicking(*self._clicking)
             tile.camera.set_keys(self._keys)
-            self._tiles[view.name] = tile
-        self._active = self._at_hand = views[0].name if views else ""
+            self.tiles[view.name] = tile
+        self.active = self._at_hand = views[0].name if views else ""
         self._arrange()
-        self.set_active(self._active)
+        self.set_active(self.active)
 
     def wanted(self) -> dict[str, PictureKind]:
         """What each visible view shall show."""
-        return {name: self._tiles[name].kind for name in self.visible_views()}
+        return {name: self.tiles[name].kind for name in self.visible_views()}
 
     def visible_views(self) -> tuple[str, ...]:
         """Names of the views that the arrangement shows."""
-        if self._arrangement == "single" and self._active:
-            return (self._active,)
-        return tuple(self._tiles)
+        if self.arrangement == "single" and self.active:
+            return (self.active,)
+        return tuple(self.tiles)
 
     def show_pictures(self, pictures: Sequence[Picture]) -> None:
         """Show the pictures of one instant."""
         for place, picture in enumerate(pictures):
-            tile = self._tiles.get(picture.view)
+            tile = self.tiles.get(picture.view)
             if tile is not None:
                 tile.camera.legend = place == 0  # once is enough
                 tile.show_picture(picture)
 
     def set_kind(self, kind: PictureKind) -> None:
         """Show one kind of picture in every view that has it."""
-        for tile in self._tiles.values():
+        for tile in self.tiles.values():
             tile.set_kind(kind)
         self.kinds_changed.emit()
 
     def show_kind(self, view: str, kind: PictureKind) -> None:
         """Show one kind of picture in one view."""
-        tile = self._tiles.get(view)
+        tile = self.tiles.get(view)
         if tile is not None and tile.kind != kind:
             tile.set_kind(kind)
             self.kinds_changed.emit()
@@ -257,7 +208,7 @@ class CameraGrid(QWidget):
     ) -> None:
         """Change how pictures are displayed; `lights` are brightness and contrast of some views."""
         self._display, self._lights = display, lights or {}
-        for name, tile in self._tiles.items():
+        for name, tile in self.tiles.items():
             tile.camera.set_display(self._display_of(name))
 
     def _display_of(self, view: str) -> Display:
@@ -271,12 +222,12 @@ class CameraGrid(QWidget):
     def cameras(self) -> dict[str, str]:
         """The camera whose image each visible view shall show; empty for computed pictures."""
         return {
-            name: camera_of(self._tiles[name].view, kind) for name, kind in self.wanted().items()
+            name: camera_of(self.tiles[name].view, kind) for name, kind in self.wanted().items()
         }
 
     def set_marks(self, marks: Mapping[str, ClickMarks]) -> None:
         """Draw clicks by the name of the camera whose image they are of."""
-        for tile in self._tiles.values():
+        for tile in self.tiles.values():
             picture = tile.camera.picture
             tile.camera.set_marks(marks.get(picture.camera) if picture is not None else None)
 
@@ -285,31 +236,31 @@ class CameraGrid(QWidget):
         if (clicking, why_not) == self._clicking:
             return
         self._clicking = (clicking, why_not)
-        for tile in self._tiles.values():
+        for tile in self.tiles.values():
             tile.camera.set_clicking(clicking, why_not)
 
     def set_keys(self, find: Callable[[QKeySequence], Callable[[], None] | None]) -> None:
         """Ask `find` what keys mean in a view before the window's shortcuts are asked."""
         self._keys = find
-        for tile in self._tiles.values():
+        for tile in self.tiles.values():
             tile.camera.set_keys(find)
 
     def set_arrangement(self, arrangement: Arrangement) -> None:
         """Arrange the views in another way."""
-        self._arrangement = arrangement
+        self.arrangement = arrangement
         self._arrange()
         self.arranged.emit()
         self.kinds_changed.emit()
 
     def set_active(self, name: str) -> None:
         """Choose the view that keys act on."""
-        if name not in self._tiles:
+        if name not in self.tiles:
             return
-        changed, self._active = name != self._active, name
-        for tile in self._tiles.values():
-            tile.set_active(tile.view.name == name and len(self._tiles) > 1)
+        changed, self.active = name != self.active, name
+        for tile in self.tiles.values():
+            tile.set_active(tile.view.name == name and len(self.tiles) > 1)
         if changed:
-            if self._arrangement != "grid":
+            if self.arrangement != "grid":
                 self._arrange()
                 self.kinds_changed.emit()
             self.active_changed.emit(name)
@@ -322,38 +273,35 @@ class CameraGrid(QWidget):
 
     def activate_next(self, by: int = 1) -> None:
         """Choose the view after (or before) the active one."""
-        names = list(self._tiles)
+        names = list(self.tiles)
         if names:
-            self.set_active(names[(names.index(self._active) + by) % len(names)])
+            self.set_active(names[(names.index(self.active) + by) % len(names)])
 
     def _arrange(self) -> None:
-        for tile in self._tiles.values():
+        for tile in self.tiles.values():
             self._layout.removeWidget(tile)
         for line in range(8):
             self._layout.setRowStretch(line, 0)
             self._layout.setColumnStretch(line, 0)
-        names = list(self._tiles)
+        names = list(self.tiles)
         shown = self.visible_views()
-        for name, tile in self._tiles.items():
+        for name, tile in self.tiles.items():
             tile.setVisible(name in shown)
-        if self._arrangement == "one-and-more" and len(names) > 1:
+        if self.arrangement == "one-and-more" and len(names) > 1:
             self._arrange_one_and_more(names)
             return
         columns = math.ceil(math.sqrt(len(shown))) or 1
         for place, name in enumerate(shown):
             row, column = divmod(place, columns)
-            self._layout.addWidget(self._tiles[name], row, column)
+            self._layout.addWidget(self.tiles[name], row, column)
             self._layout.setRowStretch(row, 1)
             self._layout.setColumnStretch(column, 1)
 
     def _arrange_one_and_more(self, names: list[str]) -> None:
-        others = [name for name in names if name != self._active]
-        self._layout.addWidget(self._tiles[self._active], 0, 0, len(others), 1)
+        others = [name for name in names if name != self.active]
+        self._layout.addWidget(self.tiles[self.active], 0, 0, len(others), 1)
         self._layout.setColumnStretch(0, 3)
         self._layout.setColumnStretch(1, 1)
         for row, name in enumerate(others):
-            self._layout.addWidget(self._tiles[name], row, 1)
+            self._layout.addWidget(self.tiles[name], row, 1)
             self._layout.setRowStretch(row, 1)
-
-    def _on_kind(self, _view: str, _kind: str) -> None:
-        self.kinds_changed.emit()

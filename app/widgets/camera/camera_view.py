@@ -24,8 +24,7 @@ from ..style.theme import current_theme
 from .click_hand import ClickHand
 from .click_marks import ClickMarks, Offer
 from .click_painting import paint_marks, paint_outside
-from .cursor_label import CursorLabel
-from .loupe import loupe_size, paint_loupe
+from .cursor import CursorLabel, loupe_size, paint_loupe
 from .overlays import paint_overlay
 from .picture import Picture
 from .picture_view import PictureView
@@ -38,36 +37,24 @@ _COMPUTED = (
 
 
 class CameraView(PictureView):
-    """Paints one :class:`Picture`; data are never resampled, only displayed.
-
-    Signals
-    -------
-    hovered : str
-        Words about the pixel under the cursor; empty when the cursor leaves.
-    pressed : ()
-        The view was clicked into.
-    limb_clicked : str
-        A limb's outline was clicked, or empty for a click beside the model.
-    painted : int
-        The frame that has just been painted.
-    clicked : Placed, Moved or Picked
-        What a person did with clicks; only where :meth:`set_clicking` allows for it.
-    refused : str
-        Why a click was not taken.
-    space_tapped : ()
-        The space bar was pressed, but not to move the picture.
-    pointed : ()
-        The mouse is over this view.
-    """
+    """Paints one :class:`Picture`; data are never resampled, only displayed."""
 
     hovered = Signal(str)
+    """Words about the pixel under the cursor; empty when the cursor leaves."""
     pressed = Signal()
+    """The view was clicked into."""
     limb_clicked = Signal(str)
+    """A limb's outline was clicked, or empty for a click beside the model."""
     painted = Signal(int)
+    """The frame that has just been painted."""
     clicked = Signal(object)
+    """What a person did with clicks; only where :meth:`set_clicking` allows for it."""
     refused = Signal(str)
+    """Why a click was not taken."""
     space_tapped = Signal()
+    """The space bar was pressed, but not to move the picture."""
     pointed = Signal()
+    """The mouse is over this view."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -89,7 +76,7 @@ class CameraView(PictureView):
     @property
     def marks(self) -> ClickMarks | None:
         """Clicks and what belongs to them, if they are of the picture that is shown."""
-        marks, picture = self._marks, self._picture
+        marks, picture = self._marks, self.picture
         if marks is None or picture is None:
             return None
         return marks if (marks.frame, marks.camera) == (picture.frame, picture.camera) else None
@@ -124,7 +111,7 @@ class CameraView(PictureView):
 
     def why_no_clicks(self) -> str:
         """Why this picture takes no clicks now, as a sentence; empty where it does."""
-        if self._picture is not None and not self._picture.camera:
+        if self.picture is not None and not self.picture.camera:
             return _COMPUTED
         return self._why_no_clicks
 
@@ -145,12 +132,12 @@ class CameraView(PictureView):
             self._paint_outside(painter)
             self._paint_runs(painter)
         painter.end()
-        if self._picture is not None:
-            self.painted_frame = self._picture.frame
-            self.painted.emit(self._picture.frame)
+        if self.picture is not None:
+            self.painted_frame = self.picture.frame
+            self.painted.emit(self.picture.frame)
 
     def _paint_picture(self, painter: QPainter, transform: QTransform, scale: float) -> None:
-        if self._picture is None:
+        if self.picture is None:
             return
         painter.save()
         painter.setTransform(transform, True)
@@ -159,7 +146,7 @@ class CameraView(PictureView):
         painter.drawImage(QPointF(-0.5, -0.5), self._image)
         paint_overlay(
             painter,
-            self._picture.overlay,
+            self.picture.overlay,
             self._display.overlays,
             self._display.highlighted,
             scale,
@@ -187,8 +174,8 @@ class CameraView(PictureView):
 
     def _paint_runs(self, painter: QPainter) -> None:
         """Say which line is whose, where several runs are drawn."""
-        if self._picture is not None and self.legend:
-            paint_runs_legend(painter, self._picture.overlay.runs, QRectF(self.rect()))
+        if self.picture is not None and self.legend:
+            paint_runs_legend(painter, self.picture.overlay.runs, QRectF(self.rect()))
 
     def _paint_outside(self, painter: QPainter) -> None:
         marks = self.marks
@@ -230,7 +217,7 @@ class CameraView(PictureView):
                 self._dragged = self._by_hand = True
                 self._space = None if self._space is None else True
                 self._pan(event.position() - last)
-                if self._zoom > 1.0:
+                if self.zoom > 1.0:
                     self.setCursor(Qt.CursorShape.ClosedHandCursor)
             self._drag = (start, event.position())
         if self._hand.busy:
@@ -363,23 +350,21 @@ class CameraView(PictureView):
         self.update()
 
     def _limb_at(self, position: QPointF) -> str:
-        if self._picture is None:
+        if self.picture is None:
             return ""
         pixel = self.pixel_at(position)
-        nearest_last = [shape.limb for shape in self._picture.overlay.shapes]
+        nearest_last = [shape.limb for shape in self.picture.overlay.shapes]
         order = {limb: place for place, limb in enumerate(nearest_last)}
-        hit = [limb for limb, path in self._picture.overlay.paths if path.contains(pixel)]
+        hit = [limb for limb, path in self.picture.overlay.paths if path.contains(pixel)]
         return max(hit, key=lambda limb: order[limb], default="")
 
     def _tell_hover(self) -> None:
-        if self._cursor is None or self._picture is None or self._image.isNull():
+        if self._cursor is None or self.picture is None or self._image.isNull():
             return
         pixel = self.pixel_at(self._cursor)
         column, row = round(pixel.x()), round(pixel.y())
         if 0 <= column < self._image.width() and 0 <= row < self._image.height():
-            words = self._picture.value_at(pixel.x(), pixel.y())
-            self.hovered.emit(
-                f"{self._picture.view}  x {pixel.x():.1f}  y {pixel.y():.1f}  {words}"
-            )
+            words = self.picture.value_at(pixel.x(), pixel.y())
+            self.hovered.emit(f"{self.picture.view}  x {pixel.x():.1f}  y {pixel.y():.1f}  {words}")
         else:
             self.hovered.emit("")

@@ -3,29 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
 
 from PySide6.QtCore import QPointF, Qt
 
 from .click_marks import ClickMark, ClickMarks, Moved, Offer, Picked, Placed
+from .picture_view import PictureView
 
 HANDLE = 12.0
 """Widget pixels around a click within which it can be dragged."""
 
 _STILL = 3.0
-
-
-class Ground(Protocol):
-    """What the hand has to know about the picture below it."""
-
-    def pixel_at(self, position: QPointF) -> QPointF:
-        """Raw pixel under a place in the widget."""
-
-    def place_of(self, x: float, y: float) -> QPointF:
-        """Place in the widget of a raw pixel."""
-
-    def inside(self, pixel: QPointF) -> bool:
-        """Whether a raw pixel is in the picture."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +33,7 @@ class ClickHand:
     click; with Ctrl it places even then.
     """
 
-    def __init__(self, ground: Ground) -> None:
+    def __init__(self, ground: PictureView) -> None:
         self._ground = ground
         self._press: _Press | None = None
 

@@ -23,47 +23,31 @@ CLICK_OVERLAYS: Mapping[str, str] = {
 
 @dataclass(frozen=True)
 class ClickMark:
-    """A landmark as a person has placed it in this picture.
-
-    Attributes
-    ----------
-    landmark, label, colour : str
-        Name in the set, name as a person reads it, ``#rrggbb``.
-    x, y : float
-        Raw pixels.
-    guessed, doubted, accepted, mistaken : bool
-        Guessed behind something; flagged as uncertain; was a prediction; the fit takes it for a
-        gross mistake.
-    chosen, at_hand, held : bool
-        Whether clicking places this landmark; keys act on this click; arrow keys move it.
-    """
+    """A landmark as a person has placed it in this picture."""
 
     landmark: str
     label: str
     colour: str
+    """`landmark`, `label` and `colour`: name in the set, name as a person reads it, ``#rrggbb``."""
     x: float
     y: float
+    """`x` and `y`: raw pixels."""
     guessed: bool = False
     doubted: bool = False
     accepted: bool = False
     mistaken: bool = False
+    """`guessed`, `doubted`, `accepted` and `mistaken`: guessed behind something; flagged as
+    uncertain; was a prediction; the fit takes it for a gross mistake."""
     chosen: bool = False
     at_hand: bool = False
     held: bool = False
+    """`chosen`, `at_hand` and `held`: whether clicking places this landmark; keys act on this
+    click; arrow keys move it."""
 
 
 @dataclass(frozen=True)
 class PredictionMark:
-    """A landmark as the program would place it.
-
-    Attributes
-    ----------
-    error_px : float
-        How far the click is from it; NaN without a click.
-    spread_px : float
-        Standard deviation of the place.
-    chosen : bool
-    """
+    """A landmark as the program would place it."""
 
     landmark: str
     label: str
@@ -71,7 +55,9 @@ class PredictionMark:
     x: float
     y: float
     error_px: float = nan
+    """How far the click is from it; NaN without a click."""
     spread_px: float = nan
+    """Standard deviation of the place."""
     chosen: bool = False
 
 
@@ -95,24 +81,16 @@ class ResidualMark:
 
 @dataclass(frozen=True)
 class Offer:
-    """What the next click in a picture does.
-
-    Attributes
-    ----------
-    landmark : str
-        What it places; empty: it places nothing.
-    words : str
-        What is said at the cursor before the click.
-    colour : str
-        ``#rrggbb`` of the landmark's limb; empty where nothing is placed.
-    moves : bool
-        The landmark is clicked here already, so that the click moves it.
-    """
+    """What the next click in a picture does."""
 
     landmark: str = ""
+    """What it places; empty: it places nothing."""
     words: str = ""
+    """What is said at the cursor before the click."""
     colour: str = ""
+    """``#rrggbb`` of the landmark's limb; empty where nothing is placed."""
     moves: bool = False
+    """The landmark is clicked here already, so that the click moves it."""
 
     @property
     def picks(self) -> bool:
@@ -122,23 +100,7 @@ class Offer:
 
 @dataclass(frozen=True, eq=False)
 class ClickMarks:
-    """Everything about clicks that is drawn over one picture.
-
-    Attributes
-    ----------
-    frame : int
-    camera : str
-    clicks : tuple of ClickMark
-    predictions : tuple of PredictionMark
-    curves : tuple of CurveMark
-    residuals : tuple of ResidualMark
-    model : tuple of (str, QPainterPath)
-        Outline of each limb of the fitted model, raw pixels.
-    outside : tuple of str
-        Labels of landmarks that a person says are not in the picture.
-    offer : Offer
-        What the next click does.
-    """
+    """Everything about clicks that is drawn over one picture."""
 
     frame: int
     camera: str
@@ -147,8 +109,11 @@ class ClickMarks:
     curves: tuple[CurveMark, ...] = ()
     residuals: tuple[ResidualMark, ...] = ()
     model: tuple[tuple[str, QPainterPath], ...] = field(default=())
+    """Outline of each limb of the fitted model, raw pixels."""
     outside: tuple[str, ...] = ()
+    """Labels of landmarks that a person says are not in the picture."""
     offer: Offer = Offer()
+    """What the next click does."""
 
     def person_box(self) -> QRectF | None:
         """Box around the clicks and the model that is fitted to them, in pixels."""
@@ -171,22 +136,16 @@ class ClickMarks:
 
 @dataclass(frozen=True)
 class Placed:
-    """A person has clicked into a picture; raw pixels.
-
-    Attributes
-    ----------
-    landmark : str
-        The one that was named at the cursor.
-    guessed : bool
-        Shift was held: the landmark is behind something.
-    """
+    """A person has clicked into a picture; raw pixels."""
 
     frame: int
     camera: str
     landmark: str
+    """The one that was named at the cursor."""
     x: float
     y: float
     guessed: bool = False
+    """Shift was held: the landmark is behind something."""
 
 
 @dataclass(frozen=True)

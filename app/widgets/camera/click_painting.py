@@ -38,6 +38,7 @@ def paint_marks(
         What is seen, in the painter's coordinates; names stay inside.
     """
     painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+    painter.setBrush(Qt.BrushStyle.NoBrush)
     if "fit" in shown:
         _paint_model(painter, marks, to_widget)
     if "epipolar" in shown:
@@ -108,49 +109,42 @@ def _name_curves(
 def _paint_dot(painter: QPainter, mark: ClickMark, place: QPointF) -> None:
     """Filled: seen; hollow: guessed; dashed: its author doubts it. A dark rim sets it off."""
     colour = QColor(mark.colour)
-    painter.setBrush(Qt.BrushStyle.NoBrush)
-    radius = DOT + (1.0 if mark.guessed or mark.doubted else 0.0)
-    painter.setPen(QPen(_DARK, 4.6))
-    painter.drawEllipse(place, radius, radius)
-    if mark.guessed or mark.doubted:
-        painter.setPen(QPen(_WHITE, 3.4))
-        painter.drawEllipse(place, radius, radius)
-        pen = QPen(colour, 2.4)
-        if mark.doubted:
-            pen.setDashPattern([1.3, 1.1])
-            pen.setCapStyle(Qt.PenCapStyle.FlatCap)
-        painter.setPen(pen)
-        painter.drawEllipse(place, radius, radius)
-        if not mark.guessed:
-            painter.setPen(Qt.PenStyle.NoPen)
-            painter.setBrush(colour)
-            painter.drawEllipse(place, 2.4, 2.4)
+    if not mark.guessed and not mark.doubted:
+        _circle(painter, place, DOT, QPen(_DARK, 4.6))
+        painter.setBrush(colour)
+        _circle(painter, place, DOT, QPen(_WHITE, 1.6))
         return
-    painter.setPen(QPen(_WHITE, 1.6))
-    painter.setBrush(colour)
-    painter.drawEllipse(place, radius, radius)
+    pen = QPen(colour, 2.4)
+    if mark.doubted:
+        pen.setDashPattern([1.3, 1.1])
+        pen.setCapStyle(Qt.PenCapStyle.FlatCap)
+    _circle(painter, place, DOT + 1.0, QPen(_DARK, 4.6), QPen(_WHITE, 3.4), pen)
+    if not mark.guessed:
+        painter.setBrush(colour)
+        _circle(painter, place, 2.4, QPen(Qt.PenStyle.NoPen))
 
 
 def _paint_ring(painter: QPainter, mark: ClickMark, place: QPointF) -> None:
     """A ring: keys act on it; four arrows: arrow keys move it; yellow: perhaps a mistake."""
-    painter.setBrush(Qt.BrushStyle.NoBrush)
-    radius = RING
     if mark.mistaken:
-        painter.setPen(QPen(_DARK, 4.4))
-        painter.drawEllipse(place, radius + 3.0, radius + 3.0)
-        painter.setPen(QPen(_WARNING, 2.4, Qt.PenStyle.DotLine))
-        painter.drawEllipse(place, radius + 3.0, radius + 3.0)
-    if not mark.at_hand:
-        return
-    painter.setPen(QPen(_DARK, 3.4))
-    painter.drawEllipse(place, radius, radius)
-    painter.setPen(QPen(_WHITE, 1.4))
-    painter.drawEllipse(place, radius, radius)
-    if mark.held:
+        dotted = QPen(_WARNING, 2.4, Qt.PenStyle.DotLine)
+        _circle(painter, place, RING + 3.0, QPen(_DARK, 4.4), dotted)
+    if mark.at_hand:
+        _circle(painter, place, RING, QPen(_DARK, 3.4), QPen(_WHITE, 1.4))
+    if mark.at_hand and mark.held:
         painter.setPen(QPen(_DARK, 1.0))
         painter.setBrush(_WHITE)
         for x, y in ((1, 0), (0, 1), (-1, 0), (0, -1)):
-            painter.drawPolygon(_arrow(place, x, y, radius + 2.5))
+            painter.drawPolygon(_arrow(place, x, y, RING + 2.5))
+        painter.setBrush(Qt.BrushStyle.NoBrush)
+
+
+def _circle(painter: QPainter, place: QPointF, radius: float, *pens: QPen) -> None:
+    """Draw a circle with pens over each other, filled as the painter's brush says."""
+    for pen in pens:
+        painter.setPen(pen)
+        painter.drawEllipse(place, radius, radius)
+    painter.setBrush(Qt.BrushStyle.NoBrush)
 
 
 def _arrow(place: QPointF, x: float, y: float, start: float) -> QPolygonF:
@@ -244,15 +238,14 @@ def _paint_predictions(
 
 
 def _paint_curves(painter: QPainter, curves: Sequence[CurveMark], to_widget: QTransform) -> None:
-    painter.setBrush(Qt.BrushStyle.NoBrush)
     for curve in curves:
-        if len(curve.points) < 2:
-            continue
         line = to_widget.map(QPolygonF([QPointF(x, y) for x, y in curve.points.tolist()]))
-        painter.setPen(QPen(QColor(0, 0, 0, 120), 3.2))
-        painter.drawPolyline(line)
-        painter.setPen(QPen(QColor(curve.colour).lighter(125), 1.4))
-        painter.drawPolyline(line)
+        for colour, width in (
+            (QColor(0, 0, 0, 120), 3.2),
+            (QColor(curve.colour).lighter(125), 1.4),
+        ):
+            painter.setPen(QPen(colour, width))
+            painter.drawPolyline(line)
 
 
 def _paint_residuals(
@@ -263,18 +256,17 @@ def _paint_residuals(
         start, end = to_widget.map(QPointF(*mark.start)), to_widget.map(QPointF(*mark.end))
         if hypot(end.x() - start.x(), end.y() - start.y()) < _LEAST_RESIDUAL:
             continue
-        painter.setBrush(Qt.BrushStyle.NoBrush)
         for pen in (QPen(_DARK, 4.0), QPen(_WHITE, 2.6), QPen(QColor(mark.colour), 1.6)):
             painter.setPen(pen)
             painter.drawLine(start, end)
         painter.setPen(QPen(_DARK, 1.0))
         painter.setBrush(_WHITE)
         painter.drawRect(QRectF(end.x() - 2.5, end.y() - 2.5, 5.0, 5.0))
+        painter.setBrush(Qt.BrushStyle.NoBrush)
 
 
 def _paint_model(painter: QPainter, marks: ClickMarks, to_widget: QTransform) -> None:
     """Outline of the fitted model: dashed, so that it differs from a run's."""
-    painter.setBrush(Qt.BrushStyle.NoBrush)
     for limb, path in marks.model:
         line = to_widget.map(path)
         for colour, width in ((QColor(0, 0, 0, 130), 2.8), (QColor(LIMB_COLOURS[limb]), 1.5)):

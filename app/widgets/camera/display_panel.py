@@ -5,23 +5,16 @@ from __future__ import annotations
 from math import log
 
 from PySide6.QtCore import QSignalBlocker, Qt, Signal
-from PySide6.QtWidgets import QCheckBox, QFormLayout, QLabel, QPushButton, QSlider, QWidget
+from PySide6.QtWidgets import QCheckBox, QFormLayout, QPushButton, QSlider, QWidget
+
+from ..style.building import label
 
 
 class DisplayPanel(QWidget):
-    """Two sliders and a way back, for all views or for the active one.
-
-    Attributes
-    ----------
-    only_this : QCheckBox
-
-    Signals
-    -------
-    changed : float, float
-        Brightness (-1 to 1) and contrast (factor).
-    """
+    """Two sliders and a way back, for all views or for the active one."""
 
     changed = Signal(float, float)
+    """Brightness (-1 to 1) and contrast (factor)."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -34,10 +27,7 @@ class DisplayPanel(QWidget):
         form.addRow(self.only_this)
         form.addRow("Brightness", self.brightness)
         form.addRow("Contrast", self.contrast)
-        note = QLabel("Affects the display only; measurements do not change.")
-        note.setProperty("role", "muted")
-        note.setWordWrap(True)
-        form.addRow(note)
+        form.addRow(label("Affects the display only; measurements do not change.", "muted"))
         form.addRow(self.reset_button)
         self.brightness.valueChanged.connect(self._tell)
         self.contrast.valueChanged.connect(self._tell)

@@ -19,7 +19,7 @@ from stereotrack_core.recording.landmarks import LANDMARKS, SKELETON
 
 from ..style.limb_colours import LANDMARK_LIMBS, LIMB_COLOURS
 from ..style.line_styles import PEN_STYLES, LineStyle
-from .inside_overlay import InsideOverlay, paint_inside
+from .inside_overlay import InsideOverlay
 
 Projection: TypeAlias = Callable[[FloatArray], FloatArray]
 """From world points (..., 3) to pixels (..., 2) of a picture; NaN behind the camera."""
@@ -36,80 +36,46 @@ OVERLAYS: dict[str, str] = {
 """Overlays that can be switched one by one, with their names."""
 
 _DARK = QColor(0, 0, 0, 170)
+_GHOST_ALPHA = 130
 
 
 @dataclass(frozen=True, eq=False)
 class PartShape:
-    """One cone of the model as it appears in a picture.
-
-    Attributes
-    ----------
-    limb : str
-    outline : (K, 2) float64, pixels
-        Convex silhouette.
-    axis : (2, 2) float64, pixels
-        From the base's to the end's centre.
-    wire : (E, 2, 2) float64, pixels
-        Edges of the surface that face the camera.
-    distance : float, metres
-        From the camera, to paint the far ones first.
-    """
+    """One cone of the model as it appears in a picture."""
 
     limb: str
     outline: FloatArray
+    """(K, 2) float64, pixels. Convex silhouette."""
     axis: FloatArray
+    """(2, 2) float64, pixels. From the base's to the end's centre."""
     wire: FloatArray
+    """(E, 2, 2) float64, pixels. Edges of the surface that face the camera."""
     distance: float
-
-
-@dataclass(frozen=True, eq=False)
-class GhostOutline:
-    """The model of a run beside the active one, as it appears in a picture.
-
-    Attributes
-    ----------
-    style : LineStyle
-    paths : tuple of (str, QPainterPath)
-        Outline of each limb.
-    """
-
-    style: LineStyle
-    paths: tuple[tuple[str, QPainterPath], ...]
+    """Metres. From the camera, to paint the far ones first."""
 
 
 @dataclass(frozen=True, eq=False)
 class Overlay:
-    """Everything that may be drawn over one picture.
-
-    Attributes
-    ----------
-    shapes : tuple of PartShape
-        The model, the farthest part first.
-    paths : tuple of (str, QPainterPath)
-        Outline of each limb.
-    reference : (9, 2) float64 or None, pixels
-    ghosts : tuple of GhostOutline
-        Models of further runs.
-    runs : tuple of (str, LineStyle)
-        All runs that are drawn and their line styles, the active one first.
-    points : (N, 2) float64, pixels
-    correspondences : (m, 2, 2) float64, pixels
-        From the measured point to the model's.
-    limbs : (m,) int64
-        Index into ``LIMBS`` of each correspondence.
-    inside : InsideOverlay or None
-        What a step inside the frame draws.
-    """
+    """Everything that may be drawn over one picture."""
 
     shapes: tuple[PartShape, ...] = ()
+    """The model, the farthest part first."""
     paths: tuple[tuple[str, QPainterPath], ...] = ()
+    """Outline of each limb."""
     reference: FloatArray | None = None
-    ghosts: tuple[GhostOutline, ...] = ()
+    """(9, 2) float64 or None, pixels."""
+    ghosts: tuple[tuple[LineStyle, tuple[tuple[str, QPainterPath], ...]], ...] = ()
+    """Line style and outline of each limb of the models of further runs."""
     runs: tuple[tuple[str, LineStyle], ...] = ()
+    """All runs that are drawn and their line styles, the active one first."""
     points: FloatArray | None = None
+    """(N, 2) float64, pixels."""
     correspondences: FloatArray | None = None
+    """(m, 2, 2) float64, pixels. From the measured point to the model's."""
     limbs: IntArray | None = None
+    """(m,) int64. Index into ``LIMBS`` of each correspondence."""
     inside: InsideOverlay | None = None
+    """What a step inside the frame draws."""
 
     def person_box(self) -> QRectF | None:
         """Box around model, reference or points, whichever is there first; in pixels."""
@@ -211,24 +177,34 @@ def paint_overlay(
         _paint_shading(painter, overlay.shapes)
     if "points" in shown and overlay.points is not None:
         _paint_points(painter, overlay.points, scale)
-    if "wire" in shown:
-        _paint_wire(painter, overlay.shapes, scale)
-    if "others" in shown:
-        for ghost in overlay.ghosts:
-            _paint_ghost(painter, ghost, scale)
-    if "outline" in shown:
-        _paint_outlines(painter, overlay.paths, scale)
-    _paint_highlight(painter, overlay.paths, highlighted, scale)
-    if (
-        "correspondences" in shown
-        and overlay.correspondences is not None
-        and overlay.limbs is not None
-    ):
-        _paint_correspondences(painter, overlay.correspondences, overlay.limbs, scale)
+    painter.setBrush(Qt.BrushStyle.NoBrush)
+    _paint_models(painter, overlay, shown, highlighted, scale)
+    if "correspondences" in shown:
+        _paint_correspondences(painter, overlay, scale)
     if overlay.inside is not None:
-        paint_inside(painter, overlay.inside, scale)
+        _paint_inside(painter, overlay.inside, scale)
     if "reference" in shown and overlay.reference is not None:
-        _paint_skeleton(painter, overlay.reference, Qt.PenStyle.DashLine, scale)
+        _paint_skeleton(painter, overlay.reference, scale)
+
+
+def _paint_models(
+    painter: QPainter, overlay: Overlay, shown: frozenset[str], highlighted: str, scale: float
+) -> None:
+    """Lines of the models: edges and outlines of the run's, outlines of those of other runs."""
+    if "wire" in shown:
+        for shape in overlay.shapes:
+            _trace(painter, _segments_path(shape.wire), scale, (_colour(shape.limb), 1.0))
+    if "others" in shown:
+        for style, paths in overlay.ghosts:
+            for limb, path in paths:
+                line = (_colour(limb).lighter(130), 1.6)
+                _trace(painter, path, scale, (_DARK, 2.8), line, style=PEN_STYLES[style])
+    if "outline" in shown:
+        for limb, path in overlay.paths:
+            _trace(painter, path, scale, (_DARK, 3.4), (_colour(limb), 2.0))
+    for limb, path in overlay.paths:
+        if limb == highlighted:
+            _trace(painter, path, scale, (QColor("white"), 4.0), (_colour(limb), 2.0))
 
 
 def _paint_shading(painter: QPainter, shapes: Sequence[PartShape]) -> None:
@@ -248,94 +224,53 @@ def _cone_gradient(shape: PartShape) -> QLinearGradient:
     offsets = (shape.outline - shape.axis[0]) @ across
     start, end = (shape.axis[0] + float(value) * across for value in (offsets.min(), offsets.max()))
     gradient = QLinearGradient(QPointF(*start), QPointF(*end))
-    colour = QColor(LIMB_COLOURS[shape.limb])
     for place, factor in ((0.0, 150), (0.35, 78), (0.6, 100), (1.0, 190)):
-        tone = colour.darker(factor)
+        tone = _colour(shape.limb).darker(factor)
         tone.setAlpha(165)
         gradient.setColorAt(place, tone)
     return gradient
 
 
-def _paint_wire(painter: QPainter, shapes: Sequence[PartShape], scale: float) -> None:
-    painter.setBrush(Qt.BrushStyle.NoBrush)
-    for shape in shapes:
-        if len(shape.wire):
-            painter.setPen(_pen(QColor(LIMB_COLOURS[shape.limb]), 1.0, scale))
-            painter.drawPath(_segments_path(shape.wire))
-
-
-def _paint_outlines(
-    painter: QPainter, paths: Sequence[tuple[str, QPainterPath]], scale: float
-) -> None:
-    painter.setBrush(Qt.BrushStyle.NoBrush)
-    for limb, path in paths:
-        painter.setPen(_pen(_DARK, 3.4, scale))
-        painter.drawPath(path)
-        painter.setPen(_pen(QColor(LIMB_COLOURS[limb]), 2.0, scale))
-        painter.drawPath(path)
-
-
-def _paint_ghost(painter: QPainter, ghost: GhostOutline, scale: float) -> None:
-    painter.setBrush(Qt.BrushStyle.NoBrush)
-    for limb, path in ghost.paths:
-        painter.setPen(_pen(_DARK, 2.8, scale))
-        painter.drawPath(path)
-        colour = QColor(LIMB_COLOURS[limb]).lighter(130)
-        painter.setPen(_pen(colour, 1.6, scale, PEN_STYLES[ghost.style]))
-        painter.drawPath(path)
-
-
-def _paint_highlight(
-    painter: QPainter, paths: Sequence[tuple[str, QPainterPath]], highlighted: str, scale: float
-) -> None:
-    painter.setBrush(Qt.BrushStyle.NoBrush)
-    for limb, path in paths:
-        if limb == highlighted:
-            painter.setPen(_pen(QColor("white"), 4.0, scale))
-            painter.drawPath(path)
-            painter.setPen(_pen(QColor(LIMB_COLOURS[limb]), 2.0, scale))
-            painter.drawPath(path)
-
-
 def _paint_points(painter: QPainter, points: FloatArray, scale: float) -> None:
-    finite = points[np.isfinite(points).all(axis=1)]
-    pen = _pen(QColor(255, 236, 90, 200), float(np.clip(0.8 * scale, 1.5, 4.0)), scale)
-    painter.setPen(pen)
     painter.setRenderHint(QPainter.RenderHint.Antialiasing, False)
-    painter.drawPoints(_polygon(finite))
+    width = float(np.clip(0.8 * scale, 1.5, 4.0))
+    _dot(painter, points, scale, (QColor(255, 236, 90, 200), width))
     painter.setRenderHint(QPainter.RenderHint.Antialiasing)
 
 
-def _paint_correspondences(
-    painter: QPainter, correspondences: FloatArray, limbs: IntArray, scale: float
-) -> None:
+def _paint_correspondences(painter: QPainter, overlay: Overlay, scale: float) -> None:
+    if overlay.correspondences is None or overlay.limbs is None:
+        return
     for index, limb in enumerate(LIMBS):
-        pairs = correspondences[limbs == index]
-        pairs = pairs[np.isfinite(pairs).all(axis=(1, 2))]
-        if len(pairs) == 0:
-            continue
-        colour = QColor(LIMB_COLOURS[limb])
-        painter.setPen(_pen(colour.lighter(115), 1.2, scale))
-        painter.drawPath(_segments_path(pairs))
-        painter.setPen(_pen(QColor("white"), float(np.clip(scale, 1.2, 3.0)), scale))
-        painter.drawPoints(_polygon(pairs[:, 0]))
+        pairs = overlay.correspondences[overlay.limbs == index]
+        line = (_colour(limb).lighter(115), 1.2)
+        _trace(painter, _segments_path(pairs), scale, line)
+        _dot(painter, pairs[:, 0], scale, (QColor("white"), float(np.clip(scale, 1.2, 3.0))))
 
 
-def _paint_skeleton(
-    painter: QPainter, landmarks: FloatArray, style: Qt.PenStyle, scale: float
-) -> None:
-    index = {name: i for i, name in enumerate(LANDMARKS)}
-    lines = [(landmarks[index[a]], landmarks[index[b]], _limb_of(a, b)) for a, b in SKELETON]
-    neck = 0.5 * (landmarks[index["left_shoulder"]] + landmarks[index["right_shoulder"]])
-    lines.append((neck, landmarks[index["head"]], "head"))
-    painter.setBrush(Qt.BrushStyle.NoBrush)
-    for a, b, limb in lines:
-        if not np.isfinite([a, b]).all():
-            continue
-        painter.setPen(_pen(_DARK, 4.2, scale))
-        painter.drawLine(QPointF(*a), QPointF(*b))
-        painter.setPen(_pen(QColor(LIMB_COLOURS[limb]).lighter(125), 2.2, scale, style))
-        painter.drawLine(QPointF(*a), QPointF(*b))
+def _paint_inside(painter: QPainter, inside: InsideOverlay, scale: float) -> None:
+    """Ghosts, lines and dots of one step inside a frame."""
+    for limb, outline in inside.ghosts:
+        colour = QColor(LIMB_COLOURS.get(limb, "#999999")).lighter(120)
+        colour.setAlpha(_GHOST_ALPHA)
+        painter.setPen(_pen(colour, 0.8, scale))
+        painter.drawPolygon(_polygon(outline))
+    for name, ends in inside.lines:
+        lines = (QColor(0, 0, 0, 150), 3.0), (QColor(name), 1.6)
+        _trace(painter, _segments_path(ends), scale, *lines)
+    for name, places in inside.dots:
+        _dot(painter, places, scale, (QColor(0, 0, 0, 190), 4.6), (QColor(name), 3.0))
+
+
+def _paint_skeleton(painter: QPainter, landmarks: FloatArray, scale: float) -> None:
+    """The reference: dashed bones and white joints."""
+    place = dict(zip(LANDMARKS, landmarks, strict=True))
+    neck = 0.5 * (place["left_shoulder"] + place["right_shoulder"])
+    bones = [(place[a], place[b], _limb_of(a, b)) for a, b in SKELETON]
+    for a, b, limb in (*bones, (neck, place["head"], "head")):
+        path = _segments_path(np.stack([a, b])[None])
+        line = (_colour(limb).lighter(125), 2.2)
+        _trace(painter, path, scale, (_DARK, 4.2), line, style=Qt.PenStyle.DashLine)
     radius = 3.0 / max(scale, 1e-6)
     painter.setBrush(QColor("white"))
     painter.setPen(_pen(QColor(0, 0, 0, 200), 1.0, scale))
@@ -351,24 +286,49 @@ def _limb_of(a: str, b: str) -> str:
     return LANDMARK_LIMBS[b] if len(limbs) > 1 or "elbow" in b else LANDMARK_LIMBS[a]
 
 
+def _colour(limb: str) -> QColor:
+    return QColor(LIMB_COLOURS[limb])
+
+
+def _trace(
+    painter: QPainter,
+    path: QPainterPath,
+    scale: float,
+    *lines: tuple[QColor, float],
+    style: Qt.PenStyle = Qt.PenStyle.SolidLine,
+) -> None:
+    """Draw a path with lines over each other; the last one in a style."""
+    for place, (colour, width) in enumerate(lines, start=1):
+        own = style if place == len(lines) else Qt.PenStyle.SolidLine
+        painter.setPen(_pen(colour, width, scale, own))
+        painter.drawPath(path)
+
+
+def _dot(painter: QPainter, places: FloatArray, scale: float, *dots: tuple[QColor, float]) -> None:
+    """Draw dots (K, 2) over each other where places are known."""
+    known = _polygon(places[np.isfinite(places).all(axis=1)])
+    for colour, width in dots:
+        painter.setPen(_pen(colour, width, scale))
+        painter.drawPoints(known)
+
+
 def _pen(
     colour: QColor, width: float, scale: float, style: Qt.PenStyle = Qt.PenStyle.SolidLine
 ) -> QPen:
     """Pen of a width in widget pixels, whatever the zoom and the scaling of the screen."""
     # a cosmetic pen would be as wide in the screen's pixels, so half as wide at 2x
-    picture_width = width / max(scale, 1e-6)
-    pen = QPen(colour, picture_width, style, Qt.PenCapStyle.RoundCap, Qt.PenJoinStyle.RoundJoin)
-    if style != Qt.PenStyle.SolidLine:
-        pen.setCapStyle(Qt.PenCapStyle.FlatCap)
-    return pen
+    solid = style == Qt.PenStyle.SolidLine
+    cap = Qt.PenCapStyle.RoundCap if solid else Qt.PenCapStyle.FlatCap
+    return QPen(colour, width / max(scale, 1e-6), style, cap, Qt.PenJoinStyle.RoundJoin)
 
 
 def _polygon(points: FloatArray) -> QPolygonF:
-    return QPolygonF([QPointF(x, y) for x, y in np.asarray(points, dtype=np.float64).tolist()])
+    return QPolygonF([QPointF(x, y) for x, y in points.tolist()])
 
 
 def _segments_path(segments: FloatArray) -> QPainterPath:
-    flat = segments.reshape(-1, 2)
+    """Path of the segments (K, 2, 2) whose both ends are known."""
+    flat = segments[np.isfinite(segments).all(axis=(1, 2))].reshape(-1, 2)
     path: QPainterPath = pyqtgraph.arrayToQPath(
         np.ascontiguousarray(flat[:, 0]), np.ascontiguousarray(flat[:, 1]), connect="pairs"
     )

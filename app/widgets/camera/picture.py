@@ -27,65 +27,41 @@ PICTURE_KINDS: dict[PictureKind, str] = {
 
 @dataclass(frozen=True, eq=False)
 class Picture:
-    """One picture of one view at one instant.
-
-    Attributes
-    ----------
-    view : str
-    kind : PictureKind
-    frame : int
-    pixels : (H, W) or (H, W, 3) uint8, or None
-        Grey or BGR; None where there is nothing to show.
-    message : str
-        Why there is nothing to show, or what is suspicious.
-    rotation : int
-        Degrees clockwise that make it look upright.
-    overlay : Overlay
-    camera : str
-        The camera whose raw pixels these are; empty for a picture that was computed.
-    value_at : callable
-        From column and row to words about the pixel: its value and the depth of its ray.
-    """
+    """One picture of one view at one instant."""
 
     view: str
     kind: PictureKind
     frame: int
     pixels: ImageArray | None
+    """(H, W) or (H, W, 3) uint8, or None. Grey or BGR; None where there is nothing to show."""
     message: str = ""
+    """Why there is nothing to show, or what is suspicious."""
     rotation: int = 0
+    """Degrees clockwise that make it look upright."""
     overlay: Overlay = field(default_factory=Overlay)
     camera: str = ""
+    """The camera whose raw pixels these are; empty for a picture that was computed."""
     value_at: Callable[[float, float], str] = field(default=lambda _x, _y: "")
+    """From column and row to words about the pixel: its value and the depth of its ray."""
 
 
 @dataclass(frozen=True)
 class Display:
-    """How pictures are displayed, the same for all views.
-
-    Attributes
-    ----------
-    overlays : frozenset of str
-        Names of the overlays that are switched on.
-    highlighted : str
-        Limb that is selected everywhere, or empty.
-    brightness : float
-        -1 to 1.
-    contrast : float
-        Factor.
-    loupe : bool
-    loupe_in_corner : bool
-        Whether the loupe is in a corner, so that it hides nothing around the cursor.
-    keep_person : bool
-        Whether views enlarge the person and follow it, until somebody zooms by hand.
-    """
+    """How pictures are displayed, the same for all views."""
 
     overlays: frozenset[str] = frozenset({"outline", "others", "reference", *CLICK_OVERLAYS})
+    """Names of the overlays that are switched on."""
     highlighted: str = ""
+    """Limb that is selected everywhere, or empty."""
     brightness: float = 0.0
+    """-1 to 1."""
     contrast: float = 1.0
+    """Factor."""
     loupe: bool = False
     loupe_in_corner: bool = False
+    """Whether the loupe is in a corner, so that it hides nothing around the cursor."""
     keep_person: bool = False
+    """Whether views enlarge the person and follow it, until somebody zooms by hand."""
 
 
 def brightened(pixels: ImageArray, brightness: float, contrast: float) -> ImageArray:

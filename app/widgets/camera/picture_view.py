@@ -20,25 +20,17 @@ class PictureView(QWidget):
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self._picture: Picture | None = None
+        self.picture: Picture | None = None
+        """What is shown."""
         self._display = Display()
         self._image = QImage()
-        self._zoom = 1.0
+        self.zoom = 1.0
+        """Magnification over the fitting size, at least 1."""
         self._centre: QPointF | None = None
         self._by_hand = False
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         self.setMinimumSize(120, 80)
         self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
-
-    @property
-    def picture(self) -> Picture | None:
-        """What is shown."""
-        return self._picture
-
-    @property
-    def zoom(self) -> float:
-        """Magnification over the fitting size, at least 1."""
-        return self._zoom
 
     def inside(self, pixel: QPointF) -> bool:
         """Whether a raw pixel is in the picture."""
@@ -57,7 +49,7 @@ class PictureView(QWidget):
     def show_picture(self, picture: Picture) -> None:
         """Show another picture; zoom and place are kept while its size stays the same."""
         size_before = self._image.size()
-        self._picture = picture
+        self.picture = picture
         self._make_image()
         if self._image.size() != size_before:
             self.fit()
@@ -76,7 +68,7 @@ class PictureView(QWidget):
 
     def fit(self) -> None:
         """Show the whole picture."""
-        self._zoom, self._centre, self._by_hand = 1.0, None, False
+        self.zoom, self._centre, self._by_hand = 1.0, None, False
         self.update()
 
     def zoom_by(self, factor: float, at: QPointF | None = None) -> None:
@@ -84,8 +76,8 @@ class PictureView(QWidget):
         place = at if at is not None else QPointF(self.rect().center())
         fixed = self.pixel_at(place)
         self._by_hand = True
-        self._zoom = float(np.clip(self._zoom * factor, 1.0, _MOST_ZOOM))
-        if self._zoom == 1.0:
+        self.zoom = float(np.clip(self.zoom * factor, 1.0, _MOST_ZOOM))
+        if self.zoom == 1.0:
             self._centre = None
         else:
             self._centre = QPointF(0.0, 0.0) if self._centre is None else self._centre
@@ -103,7 +95,7 @@ class PictureView(QWidget):
         return self._to_widget().map(QPointF(x, y))
 
     def _make_image(self) -> None:
-        pixels = self._picture.pixels if self._picture is not None else None
+        pixels = self.picture.pixels if self.picture is not None else None
         if pixels is None:
             self._image = QImage()
             return
@@ -121,21 +113,21 @@ class PictureView(QWidget):
         """From raw pixels to the picture turned upright, its corner at the origin."""
         width, height = self._image.width(), self._image.height()
         # the centre of the top-left pixel is (0, 0), so the picture starts at (-1/2, -1/2)
-        turn = self._picture.rotation % 360 if self._picture is not None else 0
+        turn = self.picture.rotation % 360 if self.picture is not None else 0
         shift = {0: (0, 0), 90: (height, 0), 180: (width, height), 270: (0, width)}[turn]
         half = QTransform.fromTranslate(0.5, 0.5)
         return half * QTransform().rotate(turn) * QTransform.fromTranslate(*shift)
 
     def _upright_size(self) -> tuple[float, float]:
         width, height = self._image.width(), self._image.height()
-        turned = self._picture is not None and self._picture.rotation % 180 == 90
+        turned = self.picture is not None and self.picture.rotation % 180 == 90
         return (height, width) if turned else (width, height)
 
     def _scale(self) -> float:
         width, height = self._upright_size()
         if not width or not height:
             return 1.0
-        return self._zoom * min(self.width() / width, self.height() / height)
+        return self.zoom * min(self.width() / width, self.height() / height)
 
     def _to_widget(self) -> QTransform:
         """From raw pixels to the widget."""
@@ -148,11 +140,11 @@ class PictureView(QWidget):
 
     def person_box(self) -> QRectF | None:
         """Where the person is in the picture, in raw pixels; None where nothing tells it."""
-        return self._picture.overlay.person_box() if self._picture is not None else None
+        return self.picture.overlay.person_box() if self.picture is not None else None
 
     def _keep_person(self) -> None:
         """Enlarge the person, and move only when it is about to leave what is seen."""
-        if not self._display.keep_person or self._by_hand or self._picture is None:
+        if not self._display.keep_person or self._by_hand or self.picture is None:
             return
         box = self.person_box()
         if box is None or self._image.isNull():
@@ -163,8 +155,8 @@ class PictureView(QWidget):
         share = max(place.width() / seen.width(), place.height() / seen.height())
         if seen.contains(place) and share > _LEAST_SHARE:
             return
-        zoom = self._zoom * _PERSON_SHARE / max(share, 1e-3)
-        self._zoom = float(np.clip(zoom, 1.0, _MOST_ZOOM))
+        zoom = self.zoom * _PERSON_SHARE / max(share, 1e-3)
+        self.zoom = float(np.clip(zoom, 1.0, _MOST_ZOOM))
         width, height = self._upright_size()
         centre = self._upright().map(box.center())
         self._centre = centre - QPointF(0.5 * width, 0.5 * height)
@@ -181,7 +173,7 @@ class PictureView(QWidget):
         self.update()
 
     def _paint_message(self, painter: QPainter, colour: QColor) -> None:
-        words = self._picture.message if self._picture is not None else ""
+        words = self.picture.message if self.picture is not None else ""
         painter.setPen(colour)
         area = self.rect().adjusted(16, 8, -16, -8)
         flags = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap

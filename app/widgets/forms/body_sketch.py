@@ -15,17 +15,12 @@ _RADIUS = 5.0
 
 @dataclass(frozen=True)
 class Sketch:
-    """What is drawn; metres to the right and down.
-
-    Attributes
-    ----------
-    lines : tuple of ((x, y), (x, y))
-        The body.
-    dots : tuple of (x, y, colour, label)
-    """
+    """What is drawn; metres to the right and down."""
 
     lines: tuple[tuple[tuple[float, float], tuple[float, float]], ...] = ()
+    """Tuple of ((x, y), (x, y)). The body."""
     dots: tuple[tuple[float, float, str, str], ...] = ()
+    """Tuple of (x, y, colour, label)."""
 
 
 class BodySketch(QWidget):

@@ -1,34 +1,128 @@
-"""One parameter in the tuning panel."""
+"""One parameter in the tuning panel, with the field that fits its type."""
 
 from __future__ import annotations
 
 import textwrap
+from typing import TypeAlias
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtGui import QFont
-from PySide6.QtWidgets import QGridLayout, QLabel, QToolButton, QWidget
+from PySide6.QtGui import QFont, QKeyEvent, QWheelEvent
+from PySide6.QtWidgets import QCheckBox, QComboBox, QGridLayout, QLineEdit, QWidget
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.parameters import ParameterRow, Value
 
-from ..style.icons import set_icon
-from .parameter_editor import editor_for, value_text
+from ..style.building import label, tool_button
 
 _EDITOR_WIDTH = 116
 _UNIT_WIDTH = 34
 _TIP_WIDTH = 80
 
 
-class ParameterLine(QWidget):
-    """Name, field and unit of a parameter, its range and defaults, and a way back.
+def value_text(value: Value) -> str:
+    """Write a value as a person types it."""
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return f"{value:g}" if isinstance(value, float) else str(value)
 
-    Signals
-    -------
-    value_changed : str, Value
-        The person gave a value that the row accepts.
-    """
+
+class NumberField(QLineEdit):
+    """A number as text; nothing is clamped in silence."""
+
+    value_given = Signal(object)
+    """The person typed something else and left the field or pressed Enter."""
+    editing_dropped = Signal()
+    """The person pressed Esc."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._shown = ""
+        self.setAlignment(Qt.AlignmentFlag.AlignRight)
+        self.editingFinished.connect(self._on_finished)
+
+    def show_value(self, value: Value) -> None:
+        """Show a value without asking for it."""
+        self._shown = value_text(value)
+        self.setText(self._shown)
+        self.setCursorPosition(0)
+
+    def _on_finished(self) -> None:
+        if self.text() != self._shown:
+            self._shown = self.text()
+            self.value_given.emit(self.text().strip())
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        if event.key() == Qt.Key.Key_Escape:
+            self.editing_dropped.emit()
+        else:
+            super().keyPressEvent(event)
+
+
+class SwitchField(QCheckBox):
+    """Yes or no; see :class:`NumberField` for the signals."""
+
+    value_given = Signal(object)
+    editing_dropped = Signal()
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.clicked.connect(lambda: self.value_given.emit(self.isChecked()))
+        self.toggled.connect(self._write)
+        self._write(False)
+
+    def show_value(self, value: Value) -> None:
+        """Show a value without asking for it."""
+        self.setChecked(bool(value))
+
+    def _write(self, checked: bool) -> None:
+        self.setText(value_text(checked))
+
+
+class ChoiceField(QComboBox):
+    """One of several words; see :class:`NumberField` for the signals."""
+
+    value_given = Signal(object)
+    editing_dropped = Signal()
+
+    def __init__(self, choices: tuple[str, ...], parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        for choice in choices:
+            self.addItem(choice.replace("_", " "), choice)
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        self.activated.connect(lambda: self.value_given.emit(self.currentData()))
+
+    def show_value(self, value: Value) -> None:
+        """Show a value without asking for it."""
+        self.setCurrentIndex(self.findData(value))
+
+    def wheelEvent(self, event: QWheelEvent) -> None:
+        # the wheel scrolls the panel and must not change what it passes
+        event.ignore()
+
+
+_Field: TypeAlias = NumberField | SwitchField | ChoiceField
+
+
+def _editor_for(row: ParameterRow, parent: QWidget) -> _Field:
+    """Make the field that fits a parameter's type."""
+    field: _Field
+    if row.type is bool:
+        field = SwitchField(parent)
+    elif row.choices:
+        field = ChoiceField(row.choices, parent)
+    else:
+        field = NumberField(parent)
+    words = f"{row.name.replace('_', ' ')} {row.unit}".strip()
+    field.setAccessibleName(words)
+    field.setAccessibleDescription(row.help)
+    return field
+
+
+class ParameterLine(QWidget):
+    """Name, field and unit of a parameter, its range and defaults, and a way back."""
 
     value_changed = Signal(str, object)
+    """The person gave a value that the row accepts."""
 
     def __init__(self, row: ParameterRow, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -37,25 +131,19 @@ class ParameterLine(QWidget):
         self._base: Value = row.default
         self._base_word = "preset"
         self._written = False
-        self.editor = editor_for(row, self)
+        self.editor = _editor_for(row, self)
         self.editor.setFixedWidth(_EDITOR_WIDTH)
         self.editor.value_given.connect(self._on_given)
         self.editor.editing_dropped.connect(self._show)
-        self.revert_button = QToolButton(self)
-        self.revert_button.setProperty("role", "plain")
-        set_icon(self.revert_button, "reset")
+        self.revert_button = tool_button("", "reset", role="plain")
         self.revert_button.clicked.connect(self.revert)
-        self._name = QLabel(row.name.replace("_", " "), self)
+        self._name = label(row.name.replace("_", " "), wraps=False)
         self._name.setBuddy(self.editor)
         self._name.setMinimumWidth(60)
-        self._facts = QLabel(self)
-        self._facts.setProperty("role", "muted")
-        self._facts.setWordWrap(True)
+        self._facts = label("", "muted")
         self._facts.setTextFormat(Qt.TextFormat.RichText)
         self._facts.linkActivated.connect(lambda: self._on_given(row.thesis))
-        self._refusal = QLabel(self)
-        self._refusal.setProperty("role", "error")
-        self._refusal.setWordWrap(True)
+        self._refusal = label("", "error")
         self._refusal.hide()
         self.setToolTip(f"{textwrap.fill(row.help, _TIP_WIDTH)}\n\n--set {row.name}=…")
         self._lay_out()
@@ -88,18 +176,15 @@ class ParameterLine(QWidget):
         self._on_given(self._base)
 
     def _lay_out(self) -> None:
-        unit = QLabel(self.row.unit, self)
+        unit = label(self.row.unit, "muted", wraps=False)
         unit.setFixedWidth(_UNIT_WIDTH)
-        unit.setProperty("role", "muted")
         grid = QGridLayout(self)
         grid.setContentsMargins(8, 3, 4, 3)
         grid.setHorizontalSpacing(6)
         grid.setVerticalSpacing(1)
         grid.setColumnStretch(0, 1)
-        grid.addWidget(self._name, 0, 0)
-        grid.addWidget(self.editor, 0, 1)
-        grid.addWidget(unit, 0, 2)
-        grid.addWidget(self.revert_button, 0, 3)
+        for place, part in enumerate((self._name, self.editor, unit, self.revert_button)):
+            grid.addWidget(part, 0, place)
         grid.addWidget(self._facts, 1, 0, 1, 4)
         grid.addWidget(self._refusal, 2, 0, 1, 4)
 

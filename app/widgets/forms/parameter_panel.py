@@ -7,14 +7,10 @@ from collections.abc import Sequence
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import (
-    QComboBox,
-    QFrame,
-    QHBoxLayout,
     QLabel,
     QLineEdit,
     QMenu,
     QPushButton,
-    QScrollArea,
     QToolButton,
     QVBoxLayout,
     QWidget,
@@ -23,7 +19,7 @@ from PySide6.QtWidgets import (
 from stereotrack_core.parameters import ParameterGroup, ParameterRow, Value
 from stereotrack_core.tracking.presets import PRESETS
 
-from ..style.icons import set_icon
+from ..style.building import choice, hbox, label, scrolled, tool_button, vbox
 from .parameter_line import ParameterLine
 
 AGAINST: dict[str, str] = {
@@ -35,58 +31,33 @@ AGAINST: dict[str, str] = {
 
 
 class ParameterPanel(QWidget):
-    """Every parameter by group, with search, presets and a way back for each.
-
-    Signals
-    -------
-    settings_changed : ParameterGroup
-        New settings after the person gave a value; the panel shows them already.
-    preset_requested : str
-        The person chose a preset; the caller answers with :meth:`set_settings`.
-    against_requested : str
-        The person wants differences from something else, a key of :data:`AGAINST`; the caller
-        answers with :meth:`set_settings`.
-    """
+    """Every parameter by group, with search, presets and a way back for each."""
 
     settings_changed = Signal(object)
+    """New settings after the person gave a value; the panel shows them already."""
     preset_requested = Signal(str)
+    """The person chose a preset; the caller answers with :meth:`set_settings`."""
     against_requested = Signal(str)
+    """The person wants differences from something else, a key of :data:`AGAINST`; the caller
+    answers with :meth:`set_settings`."""
 
     def __init__(self, parent: QWidget | None = None, *, presets: Sequence[str] = PRESETS) -> None:
         super().__init__(parent)
-        self._settings: ParameterGroup | None = None
+        self.settings: ParameterGroup | None = None
         self._base: ParameterGroup | None = None
         self._against = "preset"
         self._rows: tuple[ParameterRow, ...] = ()
         self._lines: dict[str, ParameterLine] = {}
         self._groups: dict[str, QWidget] = {}
-        self._list = QWidget(self)
-        self._make_head(presets)
-        self._nothing = QLabel(self)
-        self._nothing.setProperty("role", "muted")
-        self._nothing.setWordWrap(True)
+        self._nothing = label("", "muted")
         self._nothing.setAlignment(Qt.AlignmentFlag.AlignHCenter)
-        self._scroll = QScrollArea(self)
-        self._scroll.setWidgetResizable(True)
-        self._scroll.setFrameShape(QFrame.Shape.NoFrame)
-        self._scroll.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        self._scroll.setWidget(self._list)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(6, 6, 0, 0)
-        layout.setSpacing(4)
-        layout.addLayout(self._head)
-        layout.addLayout(self._diff)
-        layout.addLayout(self._tools)
-        layout.addWidget(self._scroll, 1)
+        self._scroll = scrolled(QWidget())
+        head = self._make_head(presets)
+        self.setLayout(vbox(head, (self._scroll, 1), margins=(6, 6, 0, 0), spacing=4))
         self.setMinimumWidth(260)
         self._fill()
 
     # ---- what is shown
-
-    @property
-    def settings(self) -> ParameterGroup | None:
-        """The settings that are shown."""
-        return self._settings
 
     def line(self, name: str) -> ParameterLine:
         """Return the line of a parameter."""
@@ -103,7 +74,7 @@ class ParameterPanel(QWidget):
         against : str
             What `base` is, a key of :data:`AGAINST`.
         """
-        self._settings, self._base, self._against = settings, base, against
+        self.settings, self._base, self._against = settings, base, against
         self.against_box.setCurrentIndex(self.against_box.findData(against))
         self.revert_all.setToolTip(f"Revert all parameters to the values of {AGAINST[against]}")
         self.only_changed.setToolTip(f"Show only parameters that differ from {AGAINST[against]}")
@@ -141,13 +112,11 @@ class ParameterPanel(QWidget):
 
     # ---- inside
 
-    def _make_head(self, presets: Sequence[str]) -> None:
-        self.preset_box = QComboBox(self)
+    def _make_head(self, presets: Sequence[str]) -> QVBoxLayout:
+        self.preset_box = choice("Preset", tip="Set all parameters from a preset")
         self.preset_box.addItems(list(presets))
         self.preset_box.setCurrentIndex(-1)
         self.preset_box.setPlaceholderText("custom settings")
-        self.preset_box.setAccessibleName("Preset")
-        self.preset_box.setToolTip("Set all parameters from a preset")
         self.preset_box.textActivated.connect(self.preset_requested)
         self.revert_all = QPushButton("Revert all", self)
         self.revert_all.clicked.connect(self._on_revert_all)
@@ -156,58 +125,43 @@ class ParameterPanel(QWidget):
         self.search.setAccessibleName("Search parameters")
         self.search.setClearButtonEnabled(True)
         self.search.textChanged.connect(self._sift)
-        self.only_changed = QToolButton(self)
-        self.only_changed.setText("Changed")
+        self.only_changed = tool_button("", "filter", "Changed")
+        self.only_changed.setAutoRaise(False)
         self.only_changed.setCheckable(True)
-        self.only_changed.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
-        set_icon(self.only_changed, "filter")
         self.only_changed.toggled.connect(self._sift)
-        self.menu_button = QToolButton(self)
-        self.menu_button.setToolTip("Save, load and delete your own presets")
+        self.menu_button = tool_button("Save, load and delete your own presets", "save")
+        self.menu_button.setAutoRaise(False)
         self.menu_button.setAccessibleName("Your own presets")
         self.menu_button.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
-        set_icon(self.menu_button, "save")
         self.menu_button.hide()
-        self.against_box = QComboBox(self)
-        for word, title in AGAINST.items():
-            self.against_box.addItem(title, word)
-        self.against_box.setAccessibleName("Compare with")
-        self.against_box.setToolTip("The values to compare with and to revert to")
+        tip = "The values to compare with and to revert to"
+        self.against_box = choice("Compare with", AGAINST.items(), tip)
         self.against_box.activated.connect(
             lambda: self.against_requested.emit(self.against_box.currentData())
         )
-        self._head, self._diff, self._tools = QHBoxLayout(), QHBoxLayout(), QHBoxLayout()
-        self._head.addWidget(QLabel("Preset", self))
-        self._head.addWidget(self.preset_box, 1)
-        self._head.addWidget(self.menu_button)
-        self._diff.addWidget(QLabel("Compare with", self))
-        self._diff.addWidget(self.against_box, 1)
-        self._diff.addWidget(self.revert_all)
-        self._tools.addWidget(self.search, 1)
-        self._tools.addWidget(self.only_changed)
-        for row in (self._head, self._diff, self._tools):
-            row.setContentsMargins(0, 0, 6, 0)
+        return vbox(
+            hbox(QLabel("Preset", self), (self.preset_box, 1), self.menu_button),
+            hbox(QLabel("Compare with", self), (self.against_box, 1), self.revert_all),
+            hbox((self.search, 1), self.only_changed),
+            margins=(0, 0, 6, 0),
+            spacing=4,
+        )
 
     def _fill(self) -> None:
         self._lines, self._groups = {}, {}
-        self._list = QWidget()
-        column = QVBoxLayout(self._list)
-        column.setContentsMargins(0, 0, 4, 8)
-        column.setSpacing(0)
-        self._nothing.setParent(self._list)
-        column.addWidget(self._nothing)
+        inside, column = QWidget(), vbox(self._nothing, margins=(0, 0, 4, 8), spacing=0)
+        inside.setLayout(column)
         for row in self._rows:
             if row.group not in self._groups:
-                self._groups[row.group] = heading = QLabel(row.group, self._list)
-                heading.setProperty("role", "heading")
-                heading.setContentsMargins(0, 10, 0, 2)
+                heading = label(row.group, "heading", wraps=False, margins=(0, 10, 0, 2))
+                self._groups[row.group] = heading
                 column.addWidget(heading)
-            line = ParameterLine(row, self._list)
+            line = ParameterLine(row, inside)
             line.value_changed.connect(self._on_value)
             self._lines[row.name] = line
             column.addWidget(line)
         column.addStretch(1)
-        self._scroll.setWidget(self._list)
+        self._scroll.setWidget(inside)
         self._sift()
 
     def _sift(self) -> None:
@@ -233,11 +187,11 @@ class ParameterPanel(QWidget):
         )
 
     def _on_value(self, name: str, value: Value) -> None:
-        if self._settings is not None:
-            self._take(self._settings.replaced(**{name: value}))
+        if self.settings is not None:
+            self._take(self.settings.replaced(**{name: value}))
 
     def _on_revert_all(self) -> None:
-        if self._settings is not None and self._base is not None:
+        if self.settings is not None and self._base is not None:
             self._take(self._base)
 
     def _take(self, settings: ParameterGroup) -> None:

@@ -9,17 +9,11 @@ from PySide6.QtGui import QDoubleValidator
 from PySide6.QtWidgets import (
     QCheckBox,
     QComboBox,
-    QCompleter,
-    QFrame,
-    QHBoxLayout,
     QLabel,
     QLineEdit,
-    QProgressBar,
     QPushButton,
-    QScrollArea,
     QSlider,
     QSpinBox,
-    QVBoxLayout,
     QWidget,
 )
 
@@ -27,7 +21,8 @@ from stereotrack_core.parameters import ParameterRow, Value
 from stereotrack_core.tracking.tuning.series import MOST, usual_range
 
 from ..plots.small_multiples import MeansCurve, Multiple, SmallMultiples, keeps_arrows
-from .parameter_editor import value_text
+from ..style.building import choice, hbox, label, scrolled, searchable, thin_progress, vbox
+from .parameter_line import value_text
 
 _NOTHING = (
     "Choose a parameter and a range to see the errors for each value. The selected frames are "
@@ -43,48 +38,30 @@ class ValueSlider(QSlider):
 
 
 class SeriesPanel(QWidget):
-    """Chooser, small multiples, the curve of their means, and a slider along the values.
-
-    Signals
-    -------
-    begin_requested : ParameterRow, float, float, int, bool
-        Parameter, range, number of values, and whether by even factors; range and number do not
-        count for words and switches.
-    cancel_requested : ()
-    shown : int
-        Place of the value whose model shall be shown; -1 for none.
-    taken : int
-        Place of the value that shall be taken over.
-    row_chosen : ParameterRow
-        Another parameter is chosen; the caller answers with :meth:`set_value`.
-    """
+    """Chooser, small multiples, the curve of their means, and a slider along the values."""
 
     begin_requested = Signal(object, float, float, int, bool)
+    """Parameter, range, number of values, and whether by even factors; range and number do not
+    count for words and switches."""
     cancel_requested = Signal()
     shown = Signal(int)
+    """Place of the value whose model shall be shown; -1 for none."""
     taken = Signal(int)
+    """Place of the value that shall be taken over."""
     row_chosen = Signal(object)
+    """Another parameter is chosen; the caller answers with :meth:`set_value`."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._rows: dict[str, ParameterRow] = {}
         self._running = False
         self._make_chooser()
-        self.words = QLabel(_NOTHING, self)
-        self.words.setWordWrap(True)
-        self.words.setProperty("role", "muted")
-        self.progress = QProgressBar(self)
-        self.progress.setTextVisible(False)
-        self.progress.setMaximumHeight(4)
+        self.words = label(_NOTHING, "muted")
+        self.progress = thin_progress()
         self.progress.setRange(0, 100)
         self.multiples = SmallMultiples(self)
         self.multiples.chosen.connect(self.shown)
         self.multiples.taken.connect(self.taken)
-        scroll = QScrollArea(self)
-        scroll.setWidgetResizable(True)
-        scroll.setFrameShape(QFrame.Shape.NoFrame)
-        scroll.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        scroll.setWidget(self.multiples)
         self.means = MeansCurve(self)
         self.slider = ValueSlider(Qt.Orientation.Horizontal, self)
         self.slider.setAccessibleName("Value whose model is shown")
@@ -94,7 +71,7 @@ class SeriesPanel(QWidget):
         self.take = QPushButton("Apply", self)
         self.take.setToolTip("Set the parameter to this value")
         self.take.clicked.connect(lambda: self.taken.emit(self.slider.value()))
-        self._lay_out(scroll)
+        self._lay_out()
         self.show_series((), None, 0.0, running=False)
 
     def set_rows(self, rows: Sequence[ParameterRow]) -> None:
@@ -106,10 +83,6 @@ class SeriesPanel(QWidget):
             self.parameter.clear()
             for row in rows:
                 self.parameter.addItem(row.name.replace("_", " "), row.name)
-        completer = QCompleter(self.parameter.model(), self)
-        completer.setFilterMode(Qt.MatchFlag.MatchContains)
-        completer.setCaseSensitivity(Qt.CaseSensitivity.CaseInsensitive)
-        self.parameter.setCompleter(completer)
         self._on_parameter()
 
     @property
@@ -141,9 +114,7 @@ class SeriesPanel(QWidget):
 
     def refuse(self, sentence: str) -> None:
         """Say why it cannot begin."""
-        self.words.setText(sentence)
-        self.words.setProperty("role", "error")
-        self.words.style().polish(self.words)
+        self._write(sentence, "error")
 
     def show_series(
         self, multiples: Sequence[Multiple], current: int | None, share: float, *, running: bool
@@ -175,15 +146,15 @@ class SeriesPanel(QWidget):
         if current is not None and current < len(multiples):
             shown = multiples[current]
             said = f"Shown: {shown.title} ({shown.summary}). {said if best is not None else ''}"
-        self.words.setText(said.strip())
-        self.words.setProperty("role", "muted")
+        self._write(said.strip(), "muted")
+
+    def _write(self, text: str, role: str) -> None:
+        self.words.setText(text)
+        self.words.setProperty("role", role)
         self.words.style().polish(self.words)
 
     def _make_chooser(self) -> None:
-        self.parameter = QComboBox(self)
-        self.parameter.setEditable(True)
-        self.parameter.setInsertPolicy(QComboBox.InsertPolicy.NoInsert)
-        self.parameter.setAccessibleName("Parameter to vary")
+        self.parameter = searchable(choice("Parameter to vary"))
         self.parameter.setSizeAdjustPolicy(
             QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon
         )
@@ -194,8 +165,7 @@ class SeriesPanel(QWidget):
             field.setValidator(QDoubleValidator(field))
             field.setMaximumWidth(72)
             field.returnPressed.connect(self._on_begin)
-        self.unit = QLabel(self)
-        self.unit.setProperty("role", "muted")
+        self.unit = label("", "muted", wraps=False)
         self.count = QSpinBox(self)
         self.count.setRange(2, MOST)
         self.count.setValue(6)
@@ -206,28 +176,22 @@ class SeriesPanel(QWidget):
         self.begin = QPushButton(self)
         self.begin.clicked.connect(self._on_begin)
 
-    def _lay_out(self, scroll: QScrollArea) -> None:
-        first, second, last = QHBoxLayout(), QHBoxLayout(), QHBoxLayout()
-        first.addWidget(self.parameter, 1)
-        first.addWidget(self.begin)
+    def _lay_out(self) -> None:
         self._to = QLabel("to", self)
-        for widget in (self.low, self._to, self.high, self.unit):
-            second.addWidget(widget)
-        second.addStretch(1)
-        second.addWidget(self.by_factors)
-        second.addWidget(self.count)
-        last.addWidget(self.slider, 1)
-        last.addWidget(self.take)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(6, 6, 6, 4)
-        layout.setSpacing(4)
-        layout.addLayout(first)
-        layout.addLayout(second)
-        layout.addWidget(self.progress)
-        layout.addWidget(self.words)
-        layout.addWidget(scroll, 1)
-        layout.addWidget(self.means)
-        layout.addLayout(last)
+        chosen = hbox((self.parameter, 1), self.begin)
+        values = (self.low, self._to, self.high, self.unit)
+        many = hbox(*values, None, self.by_factors, self.count)
+        last = hbox((self.slider, 1), self.take)
+        parts = (
+            chosen,
+            many,
+            self.progress,
+            self.words,
+            (scrolled(self.multiples), 1),
+            self.means,
+            last,
+        )
+        self.setLayout(vbox(*parts, margins=(6, 6, 6, 4), spacing=4))
 
     def _on_parameter(self) -> None:
         row = self.row

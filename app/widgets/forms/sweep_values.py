@@ -6,20 +6,13 @@ from collections.abc import Callable, Sequence
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import (
-    QComboBox,
-    QCompleter,
-    QFrame,
     QGridLayout,
     QHBoxLayout,
-    QLabel,
     QLineEdit,
-    QScrollArea,
-    QToolButton,
-    QVBoxLayout,
     QWidget,
 )
 
-from ..style.icons import set_icon
+from ..style.building import choice, hbox, label, scrolled, searchable, tool_button, vbox
 
 
 class SweepValues(QWidget):
@@ -33,10 +26,6 @@ class SweepValues(QWidget):
         Which values a name takes, in words.
     form : str
         How values are written.
-
-    Signals
-    -------
-    changed : ()
     """
 
     changed = Signal()
@@ -57,24 +46,13 @@ class SweepValues(QWidget):
         self._grid = QGridLayout(self._inside)
         self._grid.setContentsMargins(4, 4, 4, 4)
         self._grid.setColumnStretch(1, 1)
-        self._nothing = QLabel("No parameters yet. Choose one below and add it.")
-        self._nothing.setProperty("role", "muted")
-        column = QVBoxLayout()
-        column.setContentsMargins(0, 0, 0, 0)
-        column.addWidget(self._nothing)
-        column.addWidget(self._inside)
-        column.addStretch(1)
+        self._nothing = label("No parameters yet. Choose one below and add it.", "muted")
         holder = QWidget()
-        holder.setLayout(column)
-        scroll = QScrollArea()
-        scroll.setWidgetResizable(True)
-        scroll.setFrameShape(QFrame.Shape.NoFrame)
-        scroll.setWidget(holder)
+        holder.setLayout(vbox(self._nothing, self._inside, None))
+        scroll = scrolled(holder)
+        scroll.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAsNeeded)
         scroll.setMinimumHeight(120)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.addWidget(scroll, 1)
-        layout.addLayout(self._adder())
+        self.setLayout(vbox((scroll, 1), self._adder()))
 
     def varied(self) -> tuple[tuple[str, str], ...]:
         """Names and their values as they were typed; lines without values are left out."""
@@ -110,53 +88,36 @@ class SweepValues(QWidget):
         self.changed.emit()
 
     def _new_line(self, name: str) -> None:
-        label = QLabel(name.replace("_", " "))
-        label.setToolTip(self._about[name])
+        title = label(name.replace("_", " "), wraps=False)
+        title.setToolTip(self._about[name])
         field = QLineEdit()
-        field.setAccessibleName(f"Values of {label.text()}")
+        field.setAccessibleName(f"Values of {title.text()}")
         field.setPlaceholderText(self._form)
         field.setToolTip(f"{self._about[name]} {self._hint(name)}")
         field.textEdited.connect(self.changed)
-        hint = QLabel(self._hint(name))
-        hint.setProperty("role", "muted")
-        away = QToolButton()
-        away.setAutoRaise(True)
-        away.setToolTip(f"Do not vary {label.text()}")
-        set_icon(away, "close")
+        hint = label(self._hint(name), "muted", wraps=False)
+        away = tool_button(f"Do not vary {title.text()}", "close")
         away.clicked.connect(lambda: self.remove(name))
         row = self._grid.rowCount()
-        widgets = [label, field, hint, away]
+        widgets = [title, field, hint, away]
         for column, widget in enumerate(widgets):
             self._grid.addWidget(widget, row, column)
         self._fields[name], self._lines[name] = field, widgets
 
     def _adder(self) -> QHBoxLayout:
-        self.chooser = QComboBox()
-        self.chooser.setEditable(True)
-        self.chooser.setInsertPolicy(QComboBox.InsertPolicy.NoInsert)
-        self.chooser.setAccessibleName("Parameter to vary")
-        for place, (name, words) in enumerate(self._about.items()):
-            self.chooser.addItem(name.replace("_", " "), name)
+        names = ((name, name.replace("_", " ")) for name in self._about)
+        self.chooser = searchable(choice("Parameter to vary", names))
+        for place, words in enumerate(self._about.values()):
             self.chooser.setItemData(place, words, Qt.ItemDataRole.ToolTipRole)
         self.chooser.setCurrentIndex(-1)
         line = self.chooser.lineEdit()
         if line is not None:
             line.setPlaceholderText("Search parameters")
             line.returnPressed.connect(self._add_chosen)
-        completer = self.chooser.completer()
-        if completer is not None:
-            completer.setFilterMode(Qt.MatchFlag.MatchContains)
-            completer.setCompletionMode(QCompleter.CompletionMode.PopupCompletion)
-        self.add_button = QToolButton()
-        self.add_button.setText("Add")
-        self.add_button.setToolTip("Vary this parameter")
-        self.add_button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
-        set_icon(self.add_button, "add")
+        self.add_button = tool_button("Vary this parameter", "add", "Add")
+        self.add_button.setAutoRaise(False)
         self.add_button.clicked.connect(self._add_chosen)
-        row = QHBoxLayout()
-        row.addWidget(self.chooser, 1)
-        row.addWidget(self.add_button)
-        return row
+        return hbox((self.chooser, 1), self.add_button)
 
     def _add_chosen(self) -> None:
         place = self.chooser.findText(self.chooser.currentText().strip())

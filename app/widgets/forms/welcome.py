@@ -6,17 +6,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import (
-    QFrame,
-    QHBoxLayout,
-    QLabel,
-    QListWidget,
-    QListWidgetItem,
-    QPushButton,
-    QVBoxLayout,
-    QWidget,
-)
+from PySide6.QtWidgets import QFrame, QListWidget, QListWidgetItem, QPushButton, QWidget
 
+from ..style.building import hbox, label, vbox
 from ..style.icons import set_icon
 
 _ABOUT = (
@@ -30,18 +22,12 @@ _HINT = (
 
 
 class WelcomePage(QWidget):
-    """Ways to begin: a recording of one's own, the demo, or one of the last ones.
-
-    Signals
-    -------
-    open_wanted : ()
-    demo_wanted : ()
-    recent_chosen : Path
-    """
+    """Ways to begin: a recording of one's own, the demo, or one of the last ones."""
 
     open_wanted = Signal()
     demo_wanted = Signal()
     recent_chosen = Signal(object)
+    """Its folder."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -54,8 +40,7 @@ class WelcomePage(QWidget):
         self.recent.setAccessibleName("Recent recordings")
         self.recent.setFrameShape(QFrame.Shape.NoFrame)
         self.recent.setAlternatingRowColors(False)
-        self._none = QLabel("No recent recordings.")
-        self._none.setProperty("role", "muted")
+        self._none = label("No recent recordings.", "muted")
         self._lay_out()
         self.open_button.clicked.connect(self.open_wanted)
         self.demo_button.clicked.connect(self.demo_wanted)
@@ -74,34 +59,26 @@ class WelcomePage(QWidget):
         self._none.setVisible(not folders)
 
     def _lay_out(self) -> None:
-        title = QLabel("stereotrack")
+        title = label("stereotrack")
         font = title.font()
         font.setPointSizeF(font.pointSizeF() * 2.4)
         font.setWeight(font.Weight.DemiBold)
         title.setFont(font)
-        buttons = QHBoxLayout()
-        buttons.addWidget(self.open_button)
-        buttons.addWidget(self.demo_button)
-        buttons.addStretch(1)
-        column = QVBoxLayout()
-        column.setSpacing(12)
-        column.addStretch(1)
-        column.addWidget(title)
-        column.addWidget(_words(_ABOUT))
-        column.addSpacing(8)
-        column.addLayout(buttons)
-        column.addSpacing(16)
-        column.addWidget(_heading("Open recent"))
-        column.addWidget(self._none)
         self.recent.setMaximumHeight(240)
-        column.addWidget(self.recent, 4)
-        column.addWidget(_words(_HINT, muted=True))
-        column.addWidget(_words("Press Ctrl+K to search all commands.", muted=True))
-        column.addStretch(1)
-        row = QHBoxLayout(self)
-        row.addStretch(1)
-        row.addLayout(column, 3)
-        row.addStretch(1)
+        column = vbox(
+            None,
+            title,
+            label(_ABOUT),
+            hbox(self.open_button, self.demo_button, None, margins=(0, 8, 0, 16)),
+            label("Open recent", "heading"),
+            self._none,
+            (self.recent, 4),
+            label(_HINT, "muted"),
+            label("Press Ctrl+K to search all commands.", "muted"),
+            None,
+            spacing=12,
+        )
+        self.setLayout(hbox(None, (column, 3), None))
 
     def _on_recent(self, item: QListWidgetItem) -> None:
         self.recent_chosen.emit(Path(item.data(Qt.ItemDataRole.UserRole)))
@@ -112,17 +89,3 @@ def _button(text: str, icon_name: str) -> QPushButton:
     button.setMinimumHeight(36)
     set_icon(button, icon_name)
     return button
-
-
-def _words(text: str, *, muted: bool = False) -> QLabel:
-    label = QLabel(text)
-    label.setWordWrap(True)
-    if muted:
-        label.setProperty("role", "muted")
-    return label
-
-
-def _heading(text: str) -> QLabel:
-    label = QLabel(text)
-    label.setProperty("role", "heading")
-    return label

@@ -9,10 +9,11 @@ from html import escape
 import numpy as np
 import pyqtgraph as pg
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLabel, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QWidget
 
 from stereotrack_core.arrays import FloatArray, IntArray
 
+from ..style.building import choice, hbox, label, vbox
 from ..style.elided_label import ElidedLabel, shortened
 from ..style.line_styles import PEN_STYLES
 from ..style.theme import current_theme
@@ -31,44 +32,30 @@ _NOTHING = "Run the tracker, or open a recording with a reference, to see joint 
 
 @dataclass(frozen=True, eq=False)
 class AngleCurve:
-    """One angle, velocity or acceleration in one run or in the reference.
-
-    Attributes
-    ----------
-    name : str
-        The run, or the reference.
-    label : str
-        ``left`` or ``right``; empty for what has no side.
-    colour : str
-    style : str
-        A run's, or :data:`REFERENCE_STYLE`.
-    frame : (F,) int64
-    value, sigma : (F,) float64
-        In the plot's unit; NaN leaves a gap, or no band.
-    """
+    """One angle, velocity or acceleration in one run or in the reference."""
 
     name: str
+    """The run, or the reference."""
     label: str
+    """``left`` or ``right``; empty for what has no side."""
     colour: str
     style: str
+    """A run's, or :data:`REFERENCE_STYLE`."""
     frame: IntArray
+    """(F,) int64."""
     value: FloatArray
     sigma: FloatArray
+    """`value` and `sigma`: (F,) float64. In the plot's unit; NaN leaves a gap, or no band."""
 
 
 _MOST_LETTERS = 24
 
 
 class AnglePlot(FramePlot):
-    """Curves with bands of one standard deviation, and a playhead.
-
-    Signals
-    -------
-    chosen : ()
-        Another angle or quantity shall be shown; beside those of :class:`FramePlot`.
-    """
+    """Curves with bands of one standard deviation, and a playhead."""
 
     chosen = Signal()
+    """Another angle or quantity shall be shown; beside those of :class:`FramePlot`."""
 
     def __init__(
         self,
@@ -77,39 +64,28 @@ class AnglePlot(FramePlot):
         parent: QWidget | None = None,
     ) -> None:
         super().__init__("Plot of a joint angle over frames", parent)
-        self._curves: tuple[AngleCurve, ...] = ()
+        self.shown_curves: tuple[AngleCurve, ...] = ()
+        """What is drawn."""
         self._items: list[pg.GraphicsObject] = []
         self.setAccessibleDescription(f"Click to go to a frame, scroll to zoom. {FRAME_KEYS}")
-        self.angle = _choice("Joint angle", [(key, words) for key, words, _ in angles], self)
+        self.angle = choice("Joint angle", [a[:2] for a in angles], "Joint angle")
         for i, (_, _, tip) in enumerate(angles):
             self.angle.setItemData(i, tip, Qt.ItemDataRole.ToolTipRole)
-        self.quantity = _choice("Angle, velocity or acceleration", quantities, self)
+        name = "Angle, velocity or acceleration"
+        self.quantity = choice(name, quantities, name)
         for box in (self.angle, self.quantity):
             box.currentIndexChanged.connect(lambda _: self.chosen.emit())
-        self.legend = QLabel(self)
-        self.legend.setProperty("role", "muted")
+        self.legend = label("", "muted", wraps=False)
         self.legend.setTextFormat(Qt.TextFormat.RichText)
         self.words = ElidedLabel(_NOTHING, self)
         self._region = pg.LinearRegionItem(movable=False)
         self._region.setZValue(-10)
         self._region.hide()
         self._plot.addItem(self._region, ignoreBounds=True)
-        self._lay_out()
-        self._dress()
-
-    def _lay_out(self) -> None:
-        head = QHBoxLayout()
-        head.setContentsMargins(8, 2, 8, 0)
-        for widget in (self.angle, self.quantity, self.legend):
-            head.addWidget(widget)
-        head.addStretch(1)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.setSpacing(0)
-        layout.addLayout(head)
-        layout.addWidget(self._plot, 1)
         self.words.setContentsMargins(8, 0, 8, 2)
-        layout.addWidget(self.words)
+        head = hbox(self.angle, self.quantity, self.legend, None, margins=(8, 2, 8, 0))
+        self.setLayout(vbox(head, (self._plot, 1), self.words, spacing=0))
+        self._dress()
 
     # ---- what is shown
 
@@ -123,16 +99,11 @@ class AnglePlot(FramePlot):
         """Key of the quantity that is chosen."""
         return str(self.quantity.currentData())
 
-    @property
-    def shown_curves(self) -> tuple[AngleCurve, ...]:
-        """What is drawn."""
-        return self._curves
-
     def show_curves(self, curves: Sequence[AngleCurve], unit: str, words: str) -> None:
         """Draw these curves; `words` say how they were made."""
         for item in self._items:
             self._plot.removeItem(item)
-        self._curves, self._items = tuple(curves), []
+        self.shown_curves, self._items = tuple(curves), []
         for curve in curves:
             self._add_band(curve)
         for curve in curves:
@@ -165,22 +136,22 @@ class AnglePlot(FramePlot):
                 self._put(item)
 
     def _is_empty(self) -> bool:
-        return not self._curves
+        return not self.shown_curves
 
     def _put(self, item: pg.GraphicsObject) -> None:
         self._plot.addItem(item)
         self._items.append(item)
 
     def _write_legend(self) -> None:
-        sides = {c.label: c.colour for c in self._curves if c.label}
-        runs = {c.name: c.style for c in self._curves}
+        sides = {c.label: c.colour for c in self.shown_curves if c.label}
+        runs = {c.name: c.style for c in self.shown_curves}
         parts = [f'<span style="color:{colour}">━━</span> {side}' for side, colour in sides.items()]
         names = {name: escape(shortened(name, _MOST_LETTERS)) for name in runs}
         parts += [f"{_SIGNS[style]} {names[name]}" for name, style in runs.items()]
         self.legend.setText(" &nbsp; ".join(parts))
 
     def _fit_values(self) -> None:
-        values = [c.value[np.isfinite(c.value)] for c in self._curves]
+        values = [c.value[np.isfinite(c.value)] for c in self.shown_curves]
         known = np.concatenate([*values, np.empty(0)])
         if len(known):
             low, high = float(known.min()), float(known.max())
@@ -192,12 +163,3 @@ class AnglePlot(FramePlot):
         self._region.setBrush(shade(accent))
         for line in self._region.lines:
             line.setPen(pg.mkPen(accent))
-
-
-def _choice(name: str, options: Sequence[tuple[str, str]], parent: QWidget) -> QComboBox:
-    box = QComboBox(parent)
-    box.setAccessibleName(name)
-    box.setToolTip(name)
-    for key, words in options:
-        box.addItem(words, key)
-    return box

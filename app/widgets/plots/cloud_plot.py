@@ -10,10 +10,11 @@ import numpy as np
 import pyqtgraph as pg
 from PySide6.QtCore import QEvent, QSize, Signal
 from PySide6.QtGui import QColor, QPen
-from PySide6.QtWidgets import QComboBox, QHBoxLayout, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QWidget
 
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 
+from ..style.building import choice, hbox, vbox
 from ..style.elided_label import ElidedLabel
 from ..style.limb_colours import limb_words
 from ..style.line_styles import PEN_STYLES, LineStyle
@@ -30,36 +31,26 @@ _NOTHING = "Run the tracker to see what the errors depend on."
 
 @dataclass(frozen=True, eq=False)
 class PointCloud:
-    """Points of one limb in one run, and the curve through them.
-
-    Attributes
-    ----------
-    name : str
-        The run.
-    place : int
-        0 for the active run; others have other symbols and line styles.
-    limb, colour : str
-    frame : (N,) int64
-    x, y : (N,) float64
-        NaN is not drawn.
-    chosen : (N,) bool
-        Points of the selected stretch; all where nothing is selected.
-    curve_x, curve, low, high : (K,) float64
-        Running median and quartiles.
-    """
+    """Points of one limb in one run, and the curve through them."""
 
     name: str
+    """The run."""
     place: int
+    """0 for the active run; others have other symbols and line styles."""
     limb: str
     colour: str
     frame: IntArray
+    """(N,) int64."""
     x: FloatArray
     y: FloatArray
+    """`x` and `y`: (N,) float64. NaN is not drawn."""
     chosen: BoolArray
+    """(N,) bool. Points of the selected stretch; all where nothing is selected."""
     curve_x: FloatArray
     curve: FloatArray
     low: FloatArray
     high: FloatArray
+    """`curve_x`, `curve`, `low` and `high`: (K,) float64. Running median and quartiles."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,45 +67,28 @@ class Steps:
 
 @dataclass(frozen=True, eq=False)
 class CloudContent:
-    """All that is drawn at once.
-
-    Attributes
-    ----------
-    words : str
-        What is seen, in sentences.
-    counts : bool
-        Whether x is counted in whole numbers.
-    clouds : tuple of PointCloud
-    steps : tuple of Steps
-    """
+    """All that is drawn at once."""
 
     words: str
+    """What is seen, in sentences."""
     counts: bool = False
+    """Whether x is counted in whole numbers."""
     clouds: tuple[PointCloud, ...] = ()
     steps: tuple[Steps, ...] = ()
 
 
 class CloudPlot(QWidget):
-    """A plot with a choice of what it shows; a click on a point goes to its frame.
-
-    Signals
-    -------
-    frame_requested : int
-    kind_chosen : str
-        The key of what shall be shown.
-    """
+    """A plot with a choice of what it shows; a click on a point goes to its frame."""
 
     frame_requested = Signal(int)
     kind_chosen = Signal(str)
+    """The key of what shall be shown."""
 
     def __init__(self, kinds: Sequence[tuple[str, str]], parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._content: CloudContent | None = None
         self._items: list[tuple[str, pg.GraphicsObject]] = []
-        self.kind = QComboBox(self)
-        self.kind.setAccessibleName("Plot type")
-        for key, words in kinds:
-            self.kind.addItem(words, key)
+        self.kind = choice("Plot type", kinds)
         self.kind.currentIndexChanged.connect(lambda _: self.kind_chosen.emit(self.kind_key))
         self.legend = LimbLegend(self)
         self.legend.toggled.connect(self._show_limbs)
@@ -123,16 +97,8 @@ class CloudPlot(QWidget):
         self.plot.scene().sigMouseClicked.connect(self._on_plot_clicked)
         self.words = ElidedLabel(_NOTHING, self)
         self.words.setContentsMargins(8, 0, 8, 2)
-        head = QHBoxLayout()
-        head.setContentsMargins(4, 2, 0, 0)
-        head.addWidget(self.kind)
-        head.addWidget(self.legend, 1)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.setSpacing(0)
-        layout.addLayout(head)
-        layout.addWidget(self.plot, 1)
-        layout.addWidget(self.words)
+        head = hbox(self.kind, (self.legend, 1), margins=(4, 2, 0, 0))
+        self.setLayout(vbox(head, (self.plot, 1), self.words, spacing=0))
         self._dress()
 
     def sizeHint(self) -> QSize:

@@ -18,30 +18,20 @@ _HALF_STROKE = 0.4
 
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """A measure of one limb in one run.
-
-    Attributes
-    ----------
-    name : str
-        The run, as the legend calls it.
-    limb : str
-        The legend's switches work by limb.
-    colour : str
-        #rrggbb, the limb's.
-    style : LineStyle
-        Tells runs apart.
-    frame : (F,) int64
-        Ascending.
-    value : (F,) float64
-        NaN leaves a gap.
-    """
+    """A measure of one limb in one run."""
 
     name: str
+    """The run, as the legend calls it."""
     limb: str
+    """The legend's switches work by limb."""
     colour: str
+    """#rrggbb, the limb's."""
     style: LineStyle
+    """Tells runs apart."""
     frame: IntArray
+    """(F,) int64. Ascending."""
     value: FloatArray
+    """(F,) float64. NaN leaves a gap."""
 
 
 def thinned(

@@ -8,8 +8,9 @@ import numpy as np
 import pyqtgraph as pg
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QColor, QResizeEvent
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QWidget
 
+from ..style.building import hbox, label, vbox
 from ..style.limb_colours import EXTRA_COLOURS, limb_words
 from ..style.line_styles import PEN_STYLES
 from ..style.theme import current_theme
@@ -25,15 +26,10 @@ _HELP = (
 
 
 class ErrorPlot(FramePlot):
-    """Curves per limb with a threshold that can be dragged and a playhead.
-
-    Signals
-    -------
-    threshold_changed : float
-        The line was dragged to this value; beside those of :class:`FramePlot`.
-    """
+    """Curves per limb with a threshold that can be dragged and a playhead."""
 
     threshold_changed = Signal(float)
+    """The line was dragged to this value; beside those of :class:`FramePlot`."""
 
     def __init__(
         self,
@@ -48,29 +44,17 @@ class ErrorPlot(FramePlot):
         self._curves: tuple[Curve, ...] = ()
         self._items: list[pg.PlotCurveItem] = []
         self.setAccessibleDescription(_HELP)
-        self._legend = LimbLegend(self)
-        self._legend.toggled.connect(self._on_toggled)
+        self.legend = LimbLegend(self)
+        """Switches of the limbs."""
+        self.legend.toggled.connect(self._on_toggled)
         self._add_threshold()
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.setSpacing(0)
-        head = QHBoxLayout()
-        head.setContentsMargins(8, 0, 0, 0)
-        self._heading = QLabel(title, self)
-        self._heading.setProperty("role", "heading")
-        head.addWidget(self._heading)
-        head.addWidget(self._legend, 1)
-        layout.addLayout(head)
-        layout.addWidget(self._plot, 1)
+        self._heading = label(title, "heading", wraps=False)
+        head = hbox(self._heading, (self.legend, 1), margins=(8, 0, 0, 0))
+        self.setLayout(vbox(head, (self._plot, 1), spacing=0))
         self._box.sigResized.connect(self._thin)
         self._dress()
 
     # ---- what is shown
-
-    @property
-    def legend(self) -> LimbLegend:
-        """Switches of the limbs."""
-        return self._legend
 
     @property
     def threshold(self) -> float:
@@ -80,7 +64,7 @@ class ErrorPlot(FramePlot):
     @property
     def shown_curves(self) -> tuple[Curve, ...]:
         """Curves of limbs that are not switched off."""
-        hidden = self._legend.hidden_limbs
+        hidden = self.legend.hidden_limbs
         return tuple(curve for curve in self._curves if curve.limb not in hidden)
 
     def set_title(self, title: str) -> None:
@@ -109,7 +93,7 @@ class ErrorPlot(FramePlot):
         for item in self._items:
             self._plot.removeItem(item)
         self._items = [self._new_item(curve) for curve in self._curves]
-        self._legend.set_curves(self._curves)
+        self.legend.set_curves(self._curves)
         self._fit_heading()
         self._limit()
         if was_whole and self._extent() != (low, high):
@@ -178,7 +162,7 @@ class ErrorPlot(FramePlot):
     def _thin(self) -> None:
         first, last = self._box.viewRange()[0]
         columns = max(int(self._box.width()), 50)
-        hidden = self._legend.hidden_limbs
+        hidden = self.legend.hidden_limbs
         for curve, item in zip(self._curves, self._items, strict=True):
             item.setVisible(curve.limb not in hidden)
             if curve.limb not in hidden:
@@ -202,7 +186,7 @@ class ErrorPlot(FramePlot):
 
     def _fit_heading(self) -> None:
         # the switches come first; where they leave no room the axis has to do
-        room = self.width() - self._legend.wanted_width - 24
+        room = self.width() - self.legend.wanted_width - 24
         for words in self._headings:
             self._heading.setText(words)
             fits = bool(words) and self._heading.sizeHint().width() <= room
@@ -218,7 +202,7 @@ class ErrorPlot(FramePlot):
         self._threshold.setHoverPen(pg.mkPen(theme.error, width=3.0))
         self._threshold.label.setColor(QColor(theme.error))
         self._threshold.label.fill = pg.mkBrush(theme.plot_background)
-        self._legend.refresh()
+        self.legend.refresh()
 
 
 def _name(title: str) -> str:

@@ -15,19 +15,12 @@ FRAME_KEYS = "Keys: arrows step, A shows all frames."
 
 
 class FramePlot(QWidget):
-    """What plots over frames have in common; what is drawn is up to those who derive from it.
-
-    Signals
-    -------
-    frame_requested : int
-        The person clicked at this frame.
-    visible_range_changed : float, float
-        The person zoomed or moved; borders of the visible frames as in
-        :meth:`set_visible_range`.
-    """
+    """What plots over frames have in common; what is drawn is up to those who derive from it."""
 
     frame_requested = Signal(int)
+    """The person clicked at this frame."""
     visible_range_changed = Signal(float, float)
+    """The person zoomed or moved; borders of the visible frames as in :meth:`set_visible_range`."""
 
     def __init__(self, name: str, parent: QWidget | None = None) -> None:
         super().__init__(parent)

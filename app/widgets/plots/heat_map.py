@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
+
 import numpy as np
 from PySide6.QtCore import QEvent, QPointF, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import (
@@ -17,10 +20,11 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QWidget
 
+from stereotrack_core.arrays import FloatArray
+
 from ..style.diverging import diverging_rgb
 from ..style.limb_colours import LIMB_COLOURS
 from ..style.theme import current_theme
-from .inside_content import HeatMap
 
 _ROW, _LEAST_ROW, _TOP, _STRIP, _FOOT = 13.0, 11.0, 16.0, 4.0, 18.0
 _BAR, _BAR_WORDS = 12.0, 22.0
@@ -32,16 +36,28 @@ _ARROWS = {
 }
 
 
-class HeatMapView(QWidget):
-    """Paints one :class:`HeatMap`; columns that are narrower than a pixel are averaged.
+@dataclass(frozen=True, eq=False)
+class HeatMap:
+    """Numbers with a sign as colours."""
 
-    Signals
-    -------
-    pointed : str
-        What is said about the number under the mouse or chosen by arrow keys; empty for none.
-    """
+    title: str
+    rows: tuple[str, ...]
+    """Names of the rows."""
+    groups: tuple[tuple[str, str, int], ...]
+    """Groups of successive columns: name, limb (empty for none) and how many."""
+    values: FloatArray
+    """(R, C) float64. -1 to 1: how strong the colour is."""
+    words: Callable[[int, int], str]
+    """From row and column to what is said about the number under the mouse."""
+    ends: tuple[str, ...]
+    """What the colours at both ends mean, with units: one line or more for each scale."""
+
+
+class HeatMapView(QWidget):
+    """Paints one :class:`HeatMap`; columns that are narrower than a pixel are averaged."""
 
     pointed = Signal(str)
+    """What is said about the number under the mouse or chosen by arrow keys; empty for none."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -215,11 +231,6 @@ class HeatMapView(QWidget):
     def _tell(self) -> None:
         self.pointed.emit(self.words())
         self.update()
-
-    def changeEvent(self, event: QEvent) -> None:
-        if event.type() == QEvent.Type.PaletteChange:
-            self.update()
-        super().changeEvent(event)
 
 
 def _fitted(shown: HeatMap, width: float) -> np.ndarray[tuple[int, int], np.dtype[np.float64]]:

@@ -2,15 +2,36 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QEvent, QPointF, QRectF, QSize, Qt
+from dataclasses import dataclass
+
+from PySide6.QtCore import QPointF, QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QFont, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import QWidget
 
+from stereotrack_core.arrays import FloatArray
+
 from ..style.diverging import FULL_RESIDUAL, shade_colours, shade_of
 from ..style.theme import current_theme
-from .inside_content import Histogram
 
 _HEIGHT, _FOOT, _SIDE = 110, 30.0, 8.0
+
+
+@dataclass(frozen=True, eq=False)
+class Histogram:
+    """How often residuals of each size occur."""
+
+    title: str
+    edges: FloatArray
+    """(B + 1,) float64. In the unit."""
+    counts: FloatArray
+    """(B,) float64."""
+    shades: FloatArray
+    """(B,) float64. -1 to 1: colour of each bar."""
+    unit: str
+    words: str
+    """What is to be said about all of them."""
+    sides: tuple[str, str] = ("", "")
+    """What negative and positive numbers mean."""
 
 
 class HistogramView(QWidget):
@@ -77,8 +98,3 @@ class HistogramView(QWidget):
             below = QRectF(area.left(), area.bottom() + 15.0, area.width(), 13.0)
             painter.drawText(below, Qt.AlignmentFlag.AlignLeft, shown.sides[0])
             painter.drawText(below, Qt.AlignmentFlag.AlignRight, shown.sides[1])
-
-    def changeEvent(self, event: QEvent) -> None:
-        if event.type() == QEvent.Type.PaletteChange:
-            self.update()
-        super().changeEvent(event)

@@ -3,33 +3,71 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 from PySide6.QtCore import QEvent, QSize, Qt, Signal
 from PySide6.QtGui import QAction, QColor, QResizeEvent, QWheelEvent
 from PySide6.QtWidgets import (
     QButtonGroup,
-    QHBoxLayout,
     QHeaderView,
-    QLabel,
     QListWidget,
     QListWidgetItem,
     QScrollArea,
     QSplitter,
     QStackedLayout,
-    QTableWidget,
-    QTableWidgetItem,
+    QTableView,
     QToolButton,
-    QVBoxLayout,
     QWidget,
 )
 
+from ..style.building import action_button, hbox, label, vbox
 from ..style.elided_label import ElidedLabel
 from ..style.limb_colours import LIMB_COLOURS
 from ..style.theme import current_theme
-from ..tables.cells import RIGHT, dress_table, make_bold, swatch
-from .heat_map import HeatMapView
-from .histogram_view import HistogramView
-from .inside_content import StepContent, StepName, Table
+from ..tables.table import LEFT, RIGHT, Cell, Column, TableModel, dress_table
+from .heat_map import HeatMap, HeatMapView
+from .histogram_view import Histogram, HistogramView
+
+
+@dataclass(frozen=True)
+class Table:
+    """Words and numbers in rows."""
+
+    title: str
+    headings: tuple[str, ...]
+    """The first column is words, all others numbers."""
+    rows: tuple[tuple[str, ...], ...]
+    limbs: tuple[str, ...] = ()
+    """Limb of each row, whose colour stands before it; empty for none."""
+    strong: tuple[int, ...] = ()
+    """Rows that are chosen."""
+    tips: tuple[str, ...] = ()
+    """What each heading means; as many as there are headings, or none."""
+
+
+@dataclass(frozen=True, eq=False)
+class StepContent:
+    """One step in words and numbers."""
+
+    title: str
+    words: str
+    """One or two plain sentences."""
+    source: str
+    """Where the thesis has it, or what it takes the place of."""
+    maps: tuple[HeatMap, ...] = ()
+    """Ways to see the same, the first one first."""
+    histogram: Histogram | None = None
+    tables: tuple[Table, ...] = ()
+
+
+@dataclass(frozen=True)
+class StepName:
+    """A step in the list."""
+
+    title: str
+    heading: str = ""
+    """Written before the first step of an iteration or stage; empty elsewhere."""
+
 
 _STEP = Qt.ItemDataRole.UserRole
 _NOTHING = (
@@ -39,15 +77,10 @@ _NOTHING = (
 
 
 class InsidePanel(QWidget):
-    """Steps at the left; what belongs to the chosen one at the right.
-
-    Signals
-    -------
-    step_chosen : int
-        Index of the step that was chosen in the list.
-    """
+    """Steps at the left; what belongs to the chosen one at the right."""
 
     step_chosen = Signal(int)
+    """Index of the step that was chosen in the list."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -60,13 +93,9 @@ class InsidePanel(QWidget):
         self.page = StepPage(self)
         self._filling = False
         self._names: tuple[StepName, ...] = ()
-        self._buttons = QHBoxLayout()
-        self._buttons.setSpacing(2)
-        self._nothing = QLabel(_NOTHING.format(keys=""), self)
-        self._nothing.setWordWrap(True)
+        self._buttons = hbox(spacing=2)
+        self._nothing = label(_NOTHING.format(keys=""), "muted", margins=(16, 8, 16, 8))
         self._nothing.setAlignment(Qt.AlignmentFlag.AlignCenter)
-        self._nothing.setProperty("role", "muted")
-        self._nothing.setContentsMargins(16, 8, 16, 8)
         self.setAutoFillBackground(True)  # tab bars that lie behind would show through
         self._stack = QStackedLayout(self)
         self._stack.addWidget(self._nothing)
@@ -80,23 +109,15 @@ class InsidePanel(QWidget):
         split.setStretchFactor(1, 1)
         split.setSizes([136, 400])
         split.setChildrenCollapsible(False)
-        top = QHBoxLayout()
-        top.setContentsMargins(6, 2, 4, 0)
-        top.addWidget(self.beginning, 1)
-        top.addLayout(self._buttons)
+        top = hbox((self.beginning, 1), self._buttons, margins=(6, 2, 4, 0))
         body = QWidget(self)
-        column = QVBoxLayout(body)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(2)
-        column.addLayout(top)
-        column.addWidget(split, 1)
+        body.setLayout(vbox(top, (split, 1), spacing=2))
         return body
 
     def set_actions(self, actions: Sequence[QAction], keys: str) -> None:
         """Offer commands at the top; `keys` look inside."""
         for action in actions:
-            button = QToolButton(self)
-            button.setDefaultAction(action)
+            button = action_button(action)
             button.setAutoRaise(True)
             button.setIconSize(QSize(16, 16))
             self._buttons.addWidget(button)
@@ -161,36 +182,24 @@ class StepPage(QScrollArea):
         self.setWidgetResizable(True)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.setFrameShape(QScrollArea.Shape.NoFrame)
-        page = QWidget()
-        self._column = QVBoxLayout(page)
-        self._column.setContentsMargins(6, 4, 4, 8)
-        self._column.setSpacing(4)
-        self.title, self.words, self.source = QLabel(), QLabel(), QLabel()
-        self.title.setProperty("role", "heading")
-        self.source.setProperty("role", "muted")
-        for label in (self.title, self.words, self.source):
-            label.setWordWrap(True)
-            label.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
-            self._column.addWidget(label)
+        self.title, self.words, self.source = label("", "heading"), label(), label("", "muted")
+        for text in (self.title, self.words, self.source):
+            text.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self.histogram = HistogramView()
-        self._column.addWidget(self.histogram)
         self.tables = [InsideTable()]
-        self._column.addWidget(self.tables[0])
-        self._switch = QHBoxLayout()
-        self._switch.setSpacing(2)
-        self._column.addLayout(self._switch)
+        self._switch = hbox(spacing=2)
         self._choices = QButtonGroup(self)
         self._choices.idToggled.connect(self._on_map)
         self.heat = HeatMapView()
-        self.pointed = QLabel()
-        self.pointed.setWordWrap(True)
-        self.pointed.setProperty("role", "muted")
+        self.pointed = label("", "muted")
         self.pointed.setMinimumHeight(2 * self.fontMetrics().height() + 2)
         self.pointed.setAlignment(Qt.AlignmentFlag.AlignTop)
-        self._column.addWidget(self.pointed)
-        self._column.addWidget(self.heat)
         self.heat.pointed.connect(self._on_pointed)
-        self._column.addStretch(1)
+        first, page = self.tables[0], QWidget()
+        words = (self.title, self.words, self.source, self.histogram, first.title, first)
+        matrix = (self._switch, self.pointed, self.heat)
+        self._column = vbox(*words, *matrix, None, margins=(6, 4, 4, 8), spacing=4)
+        page.setLayout(self._column)
         self.setWidget(page)
         self._shown: StepContent | None = None
         self._map = 0
@@ -250,9 +259,11 @@ class StepPage(QScrollArea):
         while len(self.tables) < len(content.tables):
             table = InsideTable()
             self.tables.append(table)
-            self._column.insertWidget(self._column.count() - 1, table)
+            for part in (table.title, table):
+                self._column.insertWidget(self._column.count() - 1, part)
         for index, table in enumerate(self.tables):
             there = index < len(content.tables)
+            table.title.setVisible(there)
             table.setVisible(there)
             if there:
                 table.show_table(content.tables[index])
@@ -261,23 +272,28 @@ class StepPage(QScrollArea):
 _NARROWEST_WORDS = 72
 
 
-class _Grid(QTableWidget):
-    """Scrolls with the page, not by itself."""
+class InsideTable(QTableView):
+    """A table that is as high as its rows and scrolls with the page, not by itself."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.title = label("", "muted", margins=(0, 4, 0, 0))
+        self._rows: TableModel[Sequence[Cell]] = TableModel((), lambda cells: cells)
+        self.setModel(self._rows)
+        dress_table(self, "", room=5)
+        self.setTextElideMode(Qt.TextElideMode.ElideMiddle)  # names differ at their ends
+        self.setVerticalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.horizontalHeader().setMinimumSectionSize(24)
+        self.horizontalHeader().setStyleSheet("QHeaderView::section { padding: 2px 5px; }")
 
     def wheelEvent(self, event: QWheelEvent) -> None:
         event.ignore()
 
-    def sizeHint(self) -> QSize:
-        rows = sum(self.rowHeight(i) for i in range(self.rowCount()))
-        bar = self.horizontalScrollBar()
-        under = bar.sizeHint().height() if self.horizontalHeader().length() > self.width() else 0
-        return QSize(200, self.horizontalHeader().sizeHint().height() + rows + under + 4)
-
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
-        self.fit()
+        self._fit()
 
-    def fit(self) -> None:
+    def _fit(self) -> None:
         """Give words the room that numbers leave, and be as high as all rows."""
         header = self.horizontalHeader()
         if not header.count():
@@ -286,52 +302,26 @@ class _Grid(QTableWidget):
         left = self.viewport().width() - header.length() + header.sectionSize(0)
         header.setSectionResizeMode(0, QHeaderView.ResizeMode.Fixed)
         header.resizeSection(0, max(left, _NARROWEST_WORDS))
-        self.setFixedHeight(self.sizeHint().height())
-
-
-class InsideTable(QWidget):
-    """Title over rows of words and numbers."""
-
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
-        self._title = QLabel(self)
-        self._title.setProperty("role", "muted")
-        self._title.setWordWrap(True)
-        self.grid = _Grid(self)
-        dress_table(self.grid, "", room=5)
-        self.grid.setTextElideMode(Qt.TextElideMode.ElideMiddle)  # names differ at their ends
-        self.grid.setVerticalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        self.grid.horizontalHeader().setMinimumSectionSize(24)
-        self.grid.horizontalHeader().setStyleSheet("QHeaderView::section { padding: 2px 5px; }")
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(0, 4, 0, 0)
-        layout.setSpacing(2)
-        layout.addWidget(self._title)
-        layout.addWidget(self.grid)
+        rows = self.verticalHeader().length() + header.sizeHint().height()
+        bar = self.horizontalScrollBar()
+        under = bar.sizeHint().height() if header.length() > self.width() else 0
+        self.setFixedHeight(rows + under + 4)
 
     def show_table(self, shown: Table) -> None:
         """Show other rows."""
-        self._title.setText(shown.title)
-        self.grid.setAccessibleName(shown.title)
-        self.grid.clearContents()
-        self.grid.setColumnCount(len(shown.headings))
-        self.grid.setRowCount(len(shown.rows))
-        for column, heading in enumerate(shown.headings):
-            item = QTableWidgetItem(heading)
-            item.setToolTip(shown.tips[column] if shown.tips else heading)
-            if column:
-                item.setTextAlignment(RIGHT)
-            self.grid.setHorizontalHeaderItem(column, item)
-        for row, cells in enumerate(shown.rows):
-            for column, text in enumerate(cells):
-                item = QTableWidgetItem(text)
-                item.setToolTip(text if not column else "")
-                if column:
-                    item.setTextAlignment(RIGHT)
-                elif shown.limbs:
-                    colour = LIMB_COLOURS.get(shown.limbs[row])
-                    item.setData(Qt.ItemDataRole.DecorationRole, swatch(colour))
-                if row in shown.strong:
-                    make_bold(item)
-                self.grid.setItem(row, column, item)
-        self.grid.fit()
+        self.title.setText(shown.title)
+        self.setAccessibleName(shown.title)
+        tips = shown.tips or shown.headings
+        columns = [
+            Column(heading, tip, RIGHT if place else LEFT)
+            for place, (heading, tip) in enumerate(zip(shown.headings, tips, strict=True))
+        ]
+        self._rows.show([_cells(shown, row) for row in range(len(shown.rows))], columns)
+        self._fit()
+
+
+def _cells(shown: Table, row: int) -> Sequence[Cell]:
+    name, *numbers = shown.rows[row]
+    colour = LIMB_COLOURS.get(shown.limbs[row], "") if shown.limbs else None
+    bold = row in shown.strong
+    return [Cell(name, name, swatch=colour, bold=bold), *(Cell(n, bold=bold) for n in numbers)]

@@ -6,8 +6,9 @@ from collections.abc import Sequence
 
 from PySide6.QtCore import QSize, Qt, Signal
 from PySide6.QtGui import QColor, QIcon, QPainter, QPen, QPixmap, QResizeEvent
-from PySide6.QtWidgets import QApplication, QHBoxLayout, QLabel, QSizePolicy, QToolButton, QWidget
+from PySide6.QtWidgets import QApplication, QLabel, QSizePolicy, QToolButton, QWidget
 
+from ..style.building import hbox
 from ..style.elided_label import shortened
 from ..style.limb_colours import EXTRA_COLOURS, limb_words
 from ..style.line_styles import LineStyle, line_pixmap
@@ -22,25 +23,18 @@ _BESIDE = 40
 
 
 class LimbLegend(QWidget):
-    """A switch for each limb; Ctrl and click leaves that limb alone, or shows all again.
-
-    Signals
-    -------
-    toggled
-        Other limbs are to be shown.
-    """
+    """A switch for each limb; Ctrl and click leaves that limb alone, or shows all again."""
 
     toggled = Signal()
+    """Other limbs are to be shown."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._buttons: dict[str, QToolButton] = {}
         self._runs: tuple[tuple[str, LineStyle], ...] = ()
         self._labels: list[QLabel] = []
-        self._row = QHBoxLayout(self)
-        self._row.setContentsMargins(4, 2, 8, 2)
-        self._row.setSpacing(_GAP)
-        self._row.addStretch(1)
+        self._row = hbox(None, margins=(4, 2, 8, 2), spacing=_GAP)
+        self.setLayout(self._row)
         self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
 
     @property

@@ -30,30 +30,20 @@ _LEAST_TOP = 20.0
 
 @dataclass(frozen=True)
 class Multiple:
-    """What was found with one value.
-
-    Attributes
-    ----------
-    title, summary : str
-        The value, and its numbers.
-    frames : tuple of int
-        From the begin of the stretch.
-    curves : mapping from limb to tuple of float
-        Degrees; NaN leaves a gap.
-    mean : float
-        Mean of the arms; NaN while frames are missing.
-    best : bool
-    span : int
-        Frames of the stretch.
-    """
+    """What was found with one value."""
 
     title: str
     summary: str
+    """`title` and `summary`: the value, and its numbers."""
     frames: tuple[int, ...]
+    """From the begin of the stretch."""
     curves: Mapping[str, tuple[float, ...]]
+    """Mapping from limb to tuple of float. Degrees; NaN leaves a gap."""
     mean: float
+    """Mean of the arms; NaN while frames are missing."""
     best: bool
     span: int = 1
+    """Frames of the stretch."""
 
     @property
     def top(self) -> float:
@@ -73,17 +63,11 @@ def keeps_arrows(event: QEvent) -> bool:
 
 
 class SmallMultiples(QWidget):
-    """Plots beside each other; a click, or the arrow keys, choose one.
-
-    Signals
-    -------
-    chosen : int
-    taken : int
-        A double click, or Enter.
-    """
+    """Plots beside each other; a click, or the arrow keys, choose one."""
 
     chosen = Signal(int)
     taken = Signal(int)
+    """A double click, or Enter."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)

@@ -10,11 +10,12 @@ import numpy as np
 import pyqtgraph as pg
 from PySide6.QtCore import QEvent, QSize, Qt, Signal
 from PySide6.QtGui import QColor, QFont
-from PySide6.QtWidgets import QStackedWidget, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QStackedWidget, QWidget
 
 from stereotrack_core.experiments.sweep.picture import words_of
 from stereotrack_core.experiments.sweep.table import Axis, Curve, Heat, best_cell
 
+from ..style.building import vbox
 from ..style.elided_label import shortened
 from ..style.theme import current_theme
 from .plots import dress_plot, label_axis, new_plot, shade
@@ -33,15 +34,10 @@ _SHADES = {True: (0.42, 0.95), False: (0.05, 0.75)}
 
 
 class SweepPlot(QWidget):
-    """Draws curves with their points and spread, or a heat map.
-
-    Signals
-    -------
-    rows_chosen : tuple of int
-        Rows of the table behind what was clicked.
-    """
+    """Draws curves with their points and spread, or a heat map."""
 
     rows_chosen = Signal(object)
+    """Rows of the table behind what was clicked."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -63,9 +59,7 @@ class SweepPlot(QWidget):
             plot.getPlotItem().layout.setContentsMargins(6.0, 3.0, 8.0, 6.0)
             plot.scene().sigMouseClicked.connect(self._on_clicked)
             self._stack.addWidget(plot)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.addWidget(self._stack)
+        self.setLayout(vbox(self._stack))
         self.setAccessibleName("Plot of a sweep")
         self.setMinimumSize(360, 240)
 

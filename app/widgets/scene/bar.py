@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 from PySide6.QtCore import QSize, Qt
 from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QMenu, QToolButton, QWidget
+from PySide6.QtWidgets import QMenu, QToolButton, QWidget
 
-from ..style.icons import set_icon
+from ..style.building import action_button, hbox, label, tool_button
 
 _ICON = QSize(16, 16)
 
@@ -35,35 +35,19 @@ class SceneBar(QWidget):
         super().__init__(parent)
         self.setProperty("role", "title")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
-        row = QHBoxLayout(self)
-        row.setContentsMargins(8, 1, 4, 1)
-        row.setSpacing(1)
-        heading = QLabel(title, self)
-        heading.setProperty("role", "muted")
-        row.addWidget(heading)
-        row.addStretch(1)
+        buttons: list[QToolButton] = []
         for action in layers:
-            button = self._button()
-            button.setDefaultAction(action)
-            button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonIconOnly)
-            row.addWidget(button)
+            buttons.append(action_button(action))
+            buttons[-1].setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonIconOnly)
         for text, icon, actions in menus:
-            row.addWidget(self._menu_button(text, icon, actions))
-
-    def _button(self) -> QToolButton:
-        button = QToolButton(self)
-        button.setIconSize(_ICON)
-        button.setProperty("role", "plain")
-        return button
-
-    def _menu_button(self, text: str, icon: str, actions: Sequence[QAction]) -> QToolButton:
-        button = self._button()
-        menu = QMenu(button)
-        menu.addActions(list(actions))
-        button.setMenu(menu)
-        button.setText(text)
-        button.setToolTip(text)
-        button.setAccessibleName(text)
-        button.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
-        set_icon(button, icon)
-        return button
+            buttons.append(tool_button(text, icon, text))
+            buttons[-1].setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonIconOnly)
+            menu = QMenu(buttons[-1])
+            menu.addActions(list(actions))
+            buttons[-1].setMenu(menu)
+            buttons[-1].setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
+        for button in buttons:
+            button.setIconSize(_ICON)
+            button.setProperty("role", "plain")
+        heading = label(title, "muted", wraps=False)
+        self.setLayout(hbox(heading, None, *buttons, margins=(8, 1, 4, 1), spacing=1))

@@ -2,21 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 import pyvista as pv
 
 from stereotrack_core.arrays import FloatArray
+from stereotrack_core.body.mesh import PartMesh
 
+from ..camera.inside_overlay import Ghosts, InsideScene
 from ..style.limb_colours import LIMB_COLOURS
 from ..style.theme import Theme
-from .content import Ellipsoid, LimbMesh, SceneContent
-from .geometry import Shape
+from .content import Ellipsoid, SceneContent
+from .geometry import Shape, Shapes
 
 _POINT_METRES = 0.007
 _POINT_SIZES = np.array([1.0, 4.0])
 _SIGMAS = 2.0
+_SKIN = {
+    "interpolation": "flat",
+    "ambient": 0.3,
+    "diffuse": 0.7,
+    "specular": 0.15,
+    "specular_power": 20.0,
+}
+_DOT = 4.0
+_RING = 8
+"""Vertices of a cone's ring, as ghosts are made."""
 _RIM = 0.012
 _FAR = 100.0
 
@@ -52,59 +62,32 @@ class ModelLayer:
     """
 
     def __init__(self, renderer: pv.Renderer) -> None:
-        self._renderer = renderer
-        self._surfaces: list[Shape] = []
-        self._rims: list[Shape] = []
+        self._surfaces = Shapes(renderer, lit=True, **_SKIN)
+        self._rims = Shapes(renderer, culling="front")
 
     def show(self, content: SceneContent, visible: bool, theme: Theme) -> None:
         """Move the surfaces to where the body is now."""
         meshes = content.meshes if visible else ()
-        chosen = [mesh for mesh in meshes if mesh.limb == content.highlighted]
-        _fill(self._surfaces, len(meshes), self._new_surface)
-        _fill(self._rims, len(chosen), self._new_rim)
-        for shape, mesh in zip(self._surfaces, meshes, strict=False):
+        for shape, mesh in self._surfaces.drawn(meshes):
             shape.set_triangles(mesh.vertices, mesh.triangles)
             shape.set_colour(LIMB_COLOURS.get(mesh.limb, theme.disabled))
-        for shape, mesh in zip(self._rims, chosen, strict=False):
+        chosen = [mesh for mesh in meshes if mesh.limb == content.highlighted]
+        for shape, mesh in self._rims.drawn(chosen):
             away = _RIM * np.asarray(_surface(mesh).point_normals)
             shape.set_triangles(mesh.vertices + away, mesh.triangles)
             shape.set_colour(theme.accent)
-
-    def _new_surface(self) -> Shape:
-        shape = Shape(self._renderer, lit=True)
-        shape.prop.interpolation = "flat"
-        shape.prop.ambient = 0.3
-        shape.prop.diffuse = 0.7
-        shape.prop.specular = 0.15
-        shape.prop.specular_power = 20.0
-        return shape
-
-    def _new_rim(self) -> Shape:
-        shape = Shape(self._renderer)
-        shape.prop.culling = "front"
-        return shape
-
-
-def _fill(shapes: list[Shape], count: int, make: Callable[[], Shape]) -> None:
-    """Make shapes until there are `count`, and draw so many of them."""
-    while len(shapes) < count:
-        shapes.append(make())
-    for index, shape in enumerate(shapes):
-        shape.actor.visibility = index < count
 
 
 class GhostLayer:
     """Models of other runs, which one sees through: as lines, as dots, or as both."""
 
     def __init__(self, renderer: pv.Renderer) -> None:
-        self._renderer = renderer
-        self._surfaces: list[Shape] = []
+        self._surfaces = Shapes(renderer)
 
     def show(self, content: SceneContent, visible: bool, theme: Theme, scale: float) -> None:
         """Move the models to where they are now."""
         parts = [(ghost.style, mesh) for ghost in content.ghosts for mesh in ghost.meshes]
-        _fill(self._surfaces, len(parts) if visible else 0, lambda: Shape(self._renderer))
-        for shape, (style, mesh) in zip(self._surfaces, parts if visible else (), strict=False):
+        for shape, (style, mesh) in self._surfaces.drawn(parts if visible else ()):
             shape.set_triangles(mesh.vertices, mesh.triangles)
             shape.set_colour(LIMB_COLOURS.get(mesh.limb, theme.disabled))
             shape.prop.style = "points" if style == "dot" else "wireframe"
@@ -117,29 +100,55 @@ class EllipsoidLayer:
     """Two standard deviations around what the tracker found."""
 
     def __init__(self, renderer: pv.Renderer) -> None:
-        self._renderer = renderer
         sphere = pv.SphereSource(radius=1.0, theta_resolution=12, phi_resolution=7)
         sphere.LatLongTessellationOn()
-        self._sphere = sphere.output
-        self._shapes: list[Shape] = []
+        # a wire is seen through without the cost of a translucent pass
+        self._shapes = Shapes(renderer, sphere.output, style="wireframe")
 
     def show(self, content: SceneContent, visible: bool, theme: Theme) -> None:
         """Place one ellipsoid for each that can be drawn."""
-        drawn = [
-            (ellipsoid, matrix)
-            for ellipsoid in content.ellipsoids
-            if visible and (matrix := _world_from_sphere(ellipsoid)) is not None
-        ]
-        _fill(self._shapes, len(drawn), self._new_wire)
-        for shape, (ellipsoid, matrix) in zip(self._shapes, drawn, strict=False):
-            shape.set_colour(_apart(LIMB_COLOURS[ellipsoid.limb], theme))
+        placed = [(one.limb, _world_from_sphere(one)) for one in content.ellipsoids if visible]
+        for shape, (limb, matrix) in self._shapes.drawn([p for p in placed if p[1] is not None]):
+            shape.set_colour(_apart(LIMB_COLOURS[limb], theme))
             shape.actor.user_matrix = matrix
 
-    def _new_wire(self) -> Shape:
-        shape = Shape(self._renderer, self._sphere)
-        # a wire is seen through without the cost of a translucent pass
-        shape.prop.style = "wireframe"
-        return shape
+
+class InsideLayer:
+    """What a step inside a frame draws, seen through the model: wires, lines and dots."""
+
+    def __init__(self, renderer: pv.Renderer) -> None:
+        self._wires, self._lines = Shapes(renderer), Shapes(renderer)
+        self._dots = Shapes(renderer, render_points_as_spheres=True)
+        self._shown: InsideScene | None = None
+
+    def show(self, scene: InsideScene | None, theme: Theme, scale: float) -> None:
+        """Take over another step, or none."""
+        if scene is self._shown:
+            return
+        self._shown = scene
+        found = scene or InsideScene()
+        for shape, ghost in self._wires.drawn(found.ghosts):
+            shape.set_lines(_wire_of(ghost))
+            shape.set_colour(LIMB_COLOURS.get(ghost.limb, theme.disabled), 0.55)
+            shape.prop.line_width = scale
+        for shape, line in self._lines.drawn(found.lines):
+            shape.set_lines(line.places.reshape(-1, 3))
+            shape.set_colour(line.colour)
+            shape.prop.line_width = 1.6 * scale
+        for shape, dot in self._dots.drawn(found.dots):
+            shape.set_dots(dot.places)
+            shape.set_colour(dot.colour)
+            shape.prop.point_size = _DOT * scale
+
+
+def _wire_of(ghost: Ghosts) -> FloatArray:
+    """End points (2 L, 3) of rings and of four lines along the cone, for all poses."""
+    rings = ghost.vertices.reshape(len(ghost.vertices), -1, _RING, 3)[:, 1:-1]
+    beside = np.roll(rings, -1, axis=2)
+    around = np.stack([rings[:, [0, -1]], beside[:, [0, -1]]], axis=-2).reshape(-1, 3)
+    quarter = rings[:, :, :: _RING // 4]
+    along = np.stack([quarter[:, :-1], quarter[:, 1:]], axis=-2).reshape(-1, 3)
+    return np.concatenate([around, along])
 
 
 def _apart(colour: str, theme: Theme) -> str:
@@ -159,12 +168,12 @@ def _world_from_sphere(ellipsoid: Ellipsoid) -> FloatArray | None:
     return matrix
 
 
-def limb_at(meshes: tuple[LimbMesh, ...], eye: FloatArray, direction: FloatArray) -> str:
+def limb_at(meshes: tuple[PartMesh, ...], eye: FloatArray, direction: FloatArray) -> str:
     """Name the limb whose surface a ray meets first; empty where it meets none, or a leg.
 
     Parameters
     ----------
-    meshes : tuple of LimbMesh
+    meshes : tuple of PartMesh
     eye, direction : (3,) float64, world
         The ray; its direction need not be normalised.
     """
@@ -178,5 +187,5 @@ def limb_at(meshes: tuple[LimbMesh, ...], eye: FloatArray, direction: FloatArray
     return found if found in LIMB_COLOURS else ""
 
 
-def _surface(mesh: LimbMesh) -> pv.PolyData:
+def _surface(mesh: PartMesh) -> pv.PolyData:
     return pv.PolyData.from_regular_faces(mesh.vertices, mesh.triangles)

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Protocol
 
 import numpy as np
 
-from stereotrack_core.arrays import FloatArray, ImageArray, IntArray
+from stereotrack_core.arrays import FloatArray, ImageArray
+from stereotrack_core.body.mesh import PartMesh
 from stereotrack_core.geometry.camera import Camera
 
 from ..camera.inside_overlay import InsideScene
@@ -18,37 +18,15 @@ LAYERS: tuple[str, ...] = ("cloud", "model", "reference", "cameras", "ellipsoids
 """Parts of the scene that can be switched one by one."""
 
 
-class LimbMesh(Protocol):
-    """A surface that belongs to a limb, such as a cone of the body model."""
-
-    @property
-    def limb(self) -> str:
-        """One of LIMBS, or a part without errors of its own, such as a leg."""
-
-    @property
-    def vertices(self) -> FloatArray:
-        """(V, 3) world, metres."""
-
-    @property
-    def triangles(self) -> IntArray:
-        """(T, 3) indices into `vertices`."""
-
-
 @dataclass(frozen=True, eq=False)
 class Ellipsoid:
-    """Where a limb's end is to be found, by the tracker's own covariance.
-
-    Attributes
-    ----------
-    limb : str
-    centre : (3,) float64, world, metres
-    covariance : (3, 3) float64, world, square metres
-        Drawn at two standard deviations.
-    """
+    """Where a limb's end is to be found, by the tracker's own covariance."""
 
     limb: str
     centre: FloatArray
+    """(3,) float64, world, metres."""
     covariance: FloatArray
+    """(3, 3) float64, world, square metres. Drawn at two standard deviations."""
 
 
 def _no_points() -> FloatArray:
@@ -61,63 +39,42 @@ def _no_colours() -> ImageArray:
 
 @dataclass(frozen=True, eq=False)
 class GhostBody:
-    """The model of a run that is drawn beside the active one, as lines, dots or both.
-
-    Attributes
-    ----------
-    name : str
-    style : LineStyle
-        That of its lines in the plots: ``dash`` becomes lines, ``dot`` dots.
-    meshes : tuple of LimbMesh
-    """
+    """The model of a run that is drawn beside the active one, as lines, dots or both."""
 
     name: str
     style: LineStyle
-    meshes: tuple[LimbMesh, ...]
+    """That of its lines in the plots: ``dash`` becomes lines, ``dot`` dots."""
+    meshes: tuple[PartMesh, ...]
 
 
 @dataclass(frozen=True, eq=False)
 class SceneContent:
-    """Everything that the scene draws; arrays are not changed after they were handed on.
-
-    Attributes
-    ----------
-    cloud_points : (N, 3) float64, world, metres
-    cloud_colours : (N, 3) uint8
-        By view, limb or residual, as the caller chose.
-    meshes : tuple of LimbMesh
-        Parts of the body model.
-    reference : (9, 3) float64, world, metres, or None
-        Landmarks of the reference; NaN where not known.
-    cameras : tuple of Camera
-        Drawn as frusta.
-    camera_images : mapping from camera name to (H, W) or (H, W, 3) uint8
-        Grey or RGB; shown on the frusta. Wider ones than 320 pixels are made smaller.
-    highlighted : str
-        The limb that is selected; empty for none.
-    ellipsoids : tuple of Ellipsoid
-    run : str
-        Name of the run whose model it is.
-    ghosts : tuple of GhostBody
-        Models of other runs.
-    floor_z : float, metres
-        Height of the floor in the world.
-    inside : InsideScene or None
-        What a step inside the frame draws.
-    """
+    """Everything that the scene draws; arrays are not changed after they were handed on."""
 
     cloud_points: FloatArray = field(default_factory=_no_points)
+    """(N, 3) float64, world, metres."""
     cloud_colours: ImageArray = field(default_factory=_no_colours)
-    meshes: tuple[LimbMesh, ...] = ()
+    """(N, 3) uint8. By view, limb or residual, as the caller chose."""
+    meshes: tuple[PartMesh, ...] = ()
+    """Parts of the body model."""
     reference: FloatArray | None = None
+    """(9, 3) float64, world, metres, or None. Landmarks of the reference; NaN where not known."""
     cameras: tuple[Camera, ...] = ()
+    """Drawn as frusta."""
     camera_images: Mapping[str, ImageArray] = field(default_factory=dict)
+    """Mapping from camera name to (H, W) or (H, W, 3) uint8. Grey or RGB; shown on the frusta.
+    Wider ones than 320 pixels are made smaller."""
     highlighted: str = ""
+    """The limb that is selected; empty for none."""
     ellipsoids: tuple[Ellipsoid, ...] = ()
     run: str = ""
+    """Name of the run whose model it is."""
     ghosts: tuple[GhostBody, ...] = ()
+    """Models of other runs."""
     floor_z: float = 0.0
+    """Metres. Height of the floor in the world."""
     inside: InsideScene | None = None
+    """What a step inside the frame draws."""
 
     @property
     def runs(self) -> tuple[tuple[str, LineStyle], ...]:

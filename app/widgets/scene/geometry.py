@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
+from typing import TypeVar
+
 import numpy as np
 import pyvista as pv
 
 from stereotrack_core.arrays import FloatArray, ImageArray, IntArray
+
+_Thing = TypeVar("_Thing")
 
 
 class Shape:
@@ -57,6 +62,31 @@ class Shape:
         self.mesh.points = points
         if not np.array_equal(self.mesh.regular_faces, triangles):
             self.mesh.regular_faces = triangles
+
+
+class Shapes:
+    """Shapes that look alike, made as they are needed; `look` are properties of each."""
+
+    def __init__(
+        self,
+        renderer: pv.Renderer,
+        mesh: pv.PolyData | None = None,
+        *,
+        lit: bool = False,
+        **look: object,
+    ) -> None:
+        self._renderer, self._mesh, self._lit, self._look = renderer, mesh, lit, look
+        self._made: list[Shape] = []
+
+    def drawn(self, things: Sequence[_Thing]) -> Iterator[tuple[Shape, _Thing]]:
+        """Go through the things with a shape for each; shapes beyond them are not drawn."""
+        while len(self._made) < len(things):
+            self._made.append(Shape(self._renderer, self._mesh, lit=self._lit))
+            for name, value in self._look.items():
+                setattr(self._made[-1].prop, name, value)
+        for index, shape in enumerate(self._made):
+            shape.actor.visibility = index < len(things)
+        return zip(self._made, things, strict=False)
 
 
 def dashes(starts: FloatArray, ends: FloatArray, length: float = 0.025) -> FloatArray:

@@ -17,21 +17,16 @@ _LEAST_DISTANCE = 1.0
 
 @dataclass(frozen=True, eq=False)
 class Orbit:
-    """Where the eye is; z is up in the world.
-
-    Attributes
-    ----------
-    focus : (3,) float64, world, metres
-        The point that is looked at.
-    azimuth, elevation : float, radians
-        Direction from the focus to the eye; azimuth 0 is east, a quarter turn is north.
-    distance : float, metres
-    """
+    """Where the eye is; z is up in the world."""
 
     focus: FloatArray
+    """(3,) float64, world, metres. The point that is looked at."""
     azimuth: float
     elevation: float
+    """`azimuth` and `elevation`: radians. Direction from the focus to the eye; azimuth 0 is east, a
+    quarter turn is north."""
     distance: float
+    """Metres."""
 
     @property
     def toward_eye(self) -> FloatArray:

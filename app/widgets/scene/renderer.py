@@ -1,20 +1,124 @@
-"""The scene as pictures: layers that follow the content, and names over them."""
+"""The scene as pictures: layers that follow the content, in a plotter that never shows itself."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import ctypes.util
+import os
+import sys
+from collections.abc import Iterator, Mapping
 
 import numpy as np
+import pyvista as pv
 from PySide6.QtCore import QRectF, Qt
 from PySide6.QtGui import QColor, QImage, QPainter
+from vtkmodules import vtkRenderingOpenGL2
+from vtkmodules.vtkCommonCore import vtkLogger
 
 from ..style.theme import Theme
-from .body import CloudLayer, EllipsoidLayer, GhostLayer, ModelLayer
+from .body import CloudLayer, EllipsoidLayer, GhostLayer, InsideLayer, ModelLayer
 from .content import SceneContent
-from .inside import InsideLayer
 from .orbit import FIELD_OF_VIEW, Orbit
 from .surroundings import CameraLayer, FloorLayer, ReferenceLayer
-from .window import SceneWindow
+
+_FINE_SAMPLES = 4
+
+
+class SceneUnavailable(Exception):
+    """There is no OpenGL to be had, in hardware or in software."""
+
+
+def _choose_window() -> None:
+    """Let VTK make windows of a kind that has OpenGL here.
+
+    Its own choice ends in a crash where OSMesa is asked for and absent, and takes an X connection
+    where there is one; EGL needs neither a display nor a library beside it.
+    """
+    if not sys.platform.startswith("linux"):
+        return
+    verbosity = vtkLogger.GetCurrentVerbosityCutoff()
+    vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_OFF)
+    try:
+        for name in _kinds():
+            kind = getattr(vtkRenderingOpenGL2, name, None)
+            if kind is None:
+                continue
+            window = kind()
+            window.SetOffScreenRendering(True)
+            if window.SupportsOpenGL():
+                os.environ["VTK_DEFAULT_OPENGL_WINDOW"] = name
+                return
+    finally:
+        vtkLogger.SetStderrVerbosity(verbosity)
+    raise SceneUnavailable("No OpenGL is available on this machine, not even in software.")
+
+
+def _kinds() -> Iterator[str]:
+    yield "vtkEGLRenderWindow"
+    if os.environ.get("DISPLAY"):
+        yield "vtkXOpenGLRenderWindow"
+    if _osmesa_is_there():
+        yield "vtkOSOpenGLRenderWindow"
+
+
+def _osmesa_is_there() -> bool:
+    try:
+        return ctypes.util.find_library("OSMesa") is not None
+    except OSError:  # it asks a compiler, which writes to a drive that may be full
+        return False
+
+
+class SceneWindow:
+    """Renders what its two layers hold into pictures.
+
+    Raises
+    ------
+    SceneUnavailable
+        If no OpenGL is to be had.
+
+    Attributes
+    ----------
+    scene : pyvista.Renderer
+        Bodies, points and floor, which hide each other.
+    above : pyvista.Renderer
+        What is seen through everything, such as the reference.
+    """
+
+    def __init__(self) -> None:
+        _choose_window()
+        self._plotter = pv.Plotter(off_screen=True, lighting="none")
+        window = self._plotter.render_window
+        self.scene = self._plotter.renderer
+        self.scene.add_light(pv.Light(light_type="headlight"))
+        self.above = pv.Renderer(self._plotter, border=False)
+        self.above.layer = window.GetNumberOfLayers()
+        window.SetNumberOfLayers(self.above.layer + 1)
+        window.AddRenderer(self.above)
+        self.above.camera = self.scene.camera
+        self._plotter.show(auto_close=False)
+
+    def set_background(self, top: str, bottom: str) -> None:
+        """Colours of the gradient behind everything, as #rrggbb."""
+        self._plotter.set_background(bottom, top=top)
+
+    def picture(self, width: int, height: int, orbit: Orbit, *, fine: bool = False) -> QImage:
+        """Render at `width` by `height` pixels; `fine` smooths edges and takes longer."""
+        self._plotter.render_window.SetMultiSamples(_FINE_SAMPLES if fine else 0)
+        self._place_eye(orbit)
+        self._plotter.window_size = (width, height)
+        rows = np.ascontiguousarray(self._plotter.image)
+        return QImage(rows.data, width, height, 3 * width, QImage.Format.Format_RGB888).copy()
+
+    def close(self) -> None:
+        """Give the OpenGL context back; nothing can be rendered afterwards."""
+        self._plotter.close()
+
+    def _place_eye(self, orbit: Orbit) -> None:
+        camera = self._plotter.camera
+        camera.view_angle = np.degrees(FIELD_OF_VIEW)
+        camera.focal_point = orbit.focus
+        camera.position = orbit.eye
+        camera.up = orbit.up
+        camera.clipping_range = (max(0.02, 0.01 * orbit.distance), orbit.distance + 30.0)
 
 
 class SceneRenderer:

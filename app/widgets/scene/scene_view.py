@@ -26,8 +26,7 @@ from ..style.theme import current_theme
 from .body import limb_at
 from .content import LAYERS, SceneContent
 from .orbit import Orbit, orbit_around
-from .renderer import SceneRenderer, paint_names
-from .window import SceneUnavailable
+from .renderer import SceneRenderer, SceneUnavailable, paint_names
 
 _REST_MS = 180
 _TURN_PER_PIXEL = np.radians(0.4)
@@ -58,17 +57,12 @@ class SceneView(QWidget):
     Contents are rendered when Qt paints, so of several that come in between only the newest
     costs anything, and a hidden scene costs nothing. Where no OpenGL is to be had the widget
     says so and everything else about it keeps working.
-
-    Signals
-    -------
-    limb_clicked : str
-        The limb that was clicked.
-    orbit_changed
-        The eye was moved by mouse or key.
     """
 
     limb_clicked = Signal(str)
+    """The limb that was clicked."""
     orbit_changed = Signal()
+    """The eye was moved by mouse or key."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -77,14 +71,16 @@ class SceneView(QWidget):
         self.setMinimumSize(160, 120)
         self.setAccessibleName("3-D scene")
         self.setAccessibleDescription(_HELP)
-        self._content = SceneContent()
+        self.content = SceneContent()
+        """What is shown, or will be at the next painting."""
         self._layers = dict.fromkeys(LAYERS, True) | {"ellipsoids": False}
         self._orbit: Orbit | None = None
         self._standing = "home"
         self._held: FloatArray | None = None
         self._holds = 0
         self._renderer: SceneRenderer | None = None
-        self._why_unavailable = ""
+        self.unavailable_because = ""
+        """Why nothing can be rendered; empty while nothing stands against it."""
         self._image: QImage | None = None
         self._content_changed = True
         self._image_is_fine = False
@@ -102,23 +98,13 @@ class SceneView(QWidget):
     # ---- what is shown
 
     @property
-    def content(self) -> SceneContent:
-        """What is shown, or will be at the next painting."""
-        return self._content
-
-    @property
-    def unavailable_because(self) -> str:
-        """Why nothing can be rendered; empty while nothing stands against it."""
-        return self._why_unavailable
-
-    @property
     def orbit(self) -> Orbit:
         """Where the eye is."""
         return self._orbit or self._standard("home")
 
     def show_scene(self, content: SceneContent) -> None:
         """Show `content` from now on; the eye stays where it is."""
-        self._content = content
+        self.content = content
         holds = content.parts_known()
         if self._standing and holds > self._holds:
             self._orbit = self._standard(self._standing)
@@ -148,8 +134,8 @@ class SceneView(QWidget):
 
     def set_highlighted(self, limb: str) -> None:
         """Mark a limb as selected; an empty name marks none."""
-        if limb != self._content.highlighted:
-            self.show_scene(replace(self._content, highlighted=limb))
+        if limb != self.content.highlighted:
+            self.show_scene(replace(self.content, highlighted=limb))
 
     def set_view(self, view: str) -> None:
         """Look from one of :data:`~app.widgets.scene.orbit.STANDARD_VIEWS`."""
@@ -161,19 +147,9 @@ class SceneView(QWidget):
         self._orbit, self._standing = orbit, ""
         self._changed()
 
-    def snapshot(self) -> QImage:
-        """Render the scene at its best, in the pixels of the screen; null where it cannot be."""
-        if not self._render(fine=True) or self._image is None:
-            return QImage()
-        picture = self._image.copy()
-        painter = QPainter(picture)
-        self._paint_names(painter)
-        painter.end()
-        return picture
-
     def _standard(self, view: str) -> Orbit:
         aspect = self.width() / max(self.height(), 1)
-        points = self._content.body_points()
+        points = self.content.body_points()
         if self._held is not None:
             points = np.vstack([self._held, points])
         return orbit_around(points, view, aspect)
@@ -189,7 +165,7 @@ class SceneView(QWidget):
 
     def at_rest(self) -> bool:
         """Whether the picture is as good as it gets, or none can be made or seen."""
-        return self._image_is_fine or bool(self._why_unavailable) or not self.is_seen()
+        return self._image_is_fine or bool(self.unavailable_because) or not self.is_seen()
 
     def is_seen(self) -> bool:
         """Whether any of it is on the screen, not behind another panel."""
@@ -216,7 +192,7 @@ class SceneView(QWidget):
             return False
         scale = self.devicePixelRatioF()
         if self._content_changed:
-            renderer.set_content(self._content, self._layers, current_theme(), scale)
+            renderer.set_content(self.content, self._layers, current_theme(), scale)
             self._content_changed = False
         width = max(1, round(self.width() * scale))
         height = max(1, round(self.height() * scale))
@@ -228,23 +204,23 @@ class SceneView(QWidget):
         return True
 
     def _renderer_or_none(self) -> SceneRenderer | None:
-        if self._renderer is None and not self._why_unavailable:
+        if self._renderer is None and not self.unavailable_because:
             try:
                 self._renderer = SceneRenderer()
             except SceneUnavailable as problem:
-                self._why_unavailable = str(problem)
+                self.unavailable_because = str(problem)
         return self._renderer
 
     def _paint_names(self, painter: QPainter) -> None:
         area = QRectF(self.rect())
-        paint_names(painter, self._content, self._layers, self.orbit, area, current_theme())
+        paint_names(painter, self.content, self._layers, self.orbit, area, current_theme())
         if self._layers["model"]:
-            paint_runs_legend(painter, self._content.runs, area)
+            paint_runs_legend(painter, self.content.runs, area)
 
     def _paint_apology(self, painter: QPainter) -> None:
         painter.fillRect(self.rect(), self.palette().base())
         painter.setPen(self.palette().placeholderText().color())
-        text = f"The 3-D scene cannot be shown.\n{self._why_unavailable}\nEverything else works."
+        text = f"The 3-D scene cannot be shown.\n{self.unavailable_because}\nEverything else works."
         box = self.rect().adjusted(16, 16, -16, -16)
         flags = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap
         painter.drawText(box, flags, text)
@@ -258,14 +234,6 @@ class SceneView(QWidget):
         if event.type() in (QEvent.Type.PaletteChange, QEvent.Type.DevicePixelRatioChange):
             self._changed(content=True)
         super().changeEvent(event)
-
-    def release(self) -> None:
-        """Give the OpenGL context back; a later painting makes a new one."""
-        self._rest.stop()
-        if self._renderer is not None:
-            self._renderer.close()
-            self._renderer = None
-        self._changed(content=True)
 
     # ---- mouse and keys
 
@@ -310,7 +278,7 @@ class SceneView(QWidget):
             return ""
         orbit = self.orbit
         ray = orbit.ray(position.x(), position.y(), self.width(), self.height())
-        return limb_at(self._content.meshes, orbit.eye, ray)
+        return limb_at(self.content.meshes, orbit.eye, ray)
 
     def wheelEvent(self, event: QWheelEvent) -> None:
         self._turn_to(self.orbit.zoomed(1.0015 ** event.angleDelta().y()))

@@ -10,9 +10,13 @@ from PySide6.QtGui import QAction
 from PySide6.QtWidgets import (
     QBoxLayout,
     QComboBox,
+    QCompleter,
+    QDoubleSpinBox,
     QHBoxLayout,
     QLabel,
     QLayout,
+    QProgressBar,
+    QScrollArea,
     QToolButton,
     QVBoxLayout,
     QWidget,
@@ -104,3 +108,50 @@ def choice(name: str, options: Iterable[tuple[str, str]] = (), tip: str = "") ->
     for key, text in options:
         box.addItem(text, key)
     return box
+
+
+def searchable(box: QComboBox) -> QComboBox:
+    """Let a person find an option by typing any part of it."""
+    box.setEditable(True)
+    box.setInsertPolicy(QComboBox.InsertPolicy.NoInsert)
+    completer = box.completer()
+    if completer is not None:
+        completer.setCaseSensitivity(Qt.CaseSensitivity.CaseInsensitive)
+        completer.setFilterMode(Qt.MatchFlag.MatchContains)
+        completer.setCompletionMode(QCompleter.CompletionMode.PopupCompletion)
+    return box
+
+
+def number_box(
+    name: str, limits: tuple[float, float], value: float, tip: str, *, prefix: str, suffix: str
+) -> QDoubleSpinBox:
+    """Make a field for a number with one digit behind the point, taken over by Enter."""
+    box = QDoubleSpinBox()
+    box.setRange(*limits)
+    box.setSingleStep(0.5)
+    box.setDecimals(1)
+    box.setValue(value)
+    box.setPrefix(prefix)
+    box.setSuffix(suffix)
+    box.setKeyboardTracking(False)
+    box.setAccessibleName(name)
+    box.setToolTip(tip)
+    return box
+
+
+def thin_progress() -> QProgressBar:
+    """Make a bar of a few pixels, without text."""
+    bar = QProgressBar()
+    bar.setTextVisible(False)
+    bar.setMaximumHeight(4)
+    return bar
+
+
+def scrolled(inside: QWidget) -> QScrollArea:
+    """Make an area without a frame that scrolls up and down only."""
+    area = QScrollArea()
+    area.setWidgetResizable(True)
+    area.setFrameShape(QScrollArea.Shape.NoFrame)
+    area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+    area.setWidget(inside)
+    return area

@@ -20,19 +20,15 @@ class ElidedLabel(QLabel):
 
     def __init__(self, words: str = "", parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self._words = ""
+        self.words = ""
+        """All words, also those that are cut."""
         self.setProperty("role", "muted")
         self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
         self.set_words(words)
 
-    @property
-    def words(self) -> str:
-        """All words, also those that are cut."""
-        return self._words
-
     def set_words(self, words: str) -> None:
         """Show these words."""
-        self._words = words
+        self.words = words
         self.setToolTip(words)
         self.setAccessibleName(words)
         self._fit()
@@ -46,5 +42,5 @@ class ElidedLabel(QLabel):
 
     def _fit(self) -> None:
         room = self.contentsRect().width() - 2 * self.margin()
-        shown = self.fontMetrics().elidedText(self._words, Qt.TextElideMode.ElideRight, room)
+        shown = self.fontMetrics().elidedText(self.words, Qt.TextElideMode.ElideRight, room)
         self.setText(shown)

@@ -16,15 +16,10 @@ from PySide6.QtGui import (
 from PySide6.QtSvg import QSvgRenderer
 from PySide6.QtWidgets import QAbstractButton, QApplication
 
-from .resource_files import resource_folder, resource_path
+from .resource_files import resource_path
 
 _SIZES = (16, 20, 24, 32, 40, 48, 64)
 _NAME = "icon_name"
-
-
-def icon_names() -> tuple[str, ...]:
-    """Names that :func:`icon` knows."""
-    return tuple(sorted(path.stem for path in (resource_folder() / "icons").glob("*.svg")))
 
 
 def icon(name: str) -> QIcon:

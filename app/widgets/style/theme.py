@@ -26,57 +26,45 @@ _CHOSEN = "stereotrack_theme_choice"
 
 @dataclass(frozen=True)
 class Theme:
-    """Design tokens: colours as #rrggbb, lengths in device-independent pixels.
-
-    Attributes
-    ----------
-    name : str
-        ``dark`` or ``light``.
-    window, base, raised, hover, border : str
-        Surfaces, from the window over fields to what lies above it.
-    text, muted, disabled : str
-        Writing in falling importance.
-    accent, accent_text, selection : str
-        What is chosen; violet, because the other hues are limbs.
-    playhead : str
-        The instant that is shown, in plots and lanes.
-    error, warning, good : str
-        Verdicts.
-    plot_background, plot_grid : str
-    scene_top, scene_bottom, scene_grid : str
-        Gradient and floor of the 3-D scene.
-    reference : str
-        Lines of the reference, which differ by style from what was tracked.
-    gap_small, gap, gap_large, radius : int
-        Distances between and inside widgets.
-    """
+    """Design tokens: colours as #rrggbb, lengths in device-independent pixels."""
 
     name: str
+    """``dark`` or ``light``."""
     window: str
     base: str
     raised: str
     hover: str
     border: str
+    """`window`, `base`, `raised`, `hover` and `border`: surfaces, from the window over fields to
+    what lies above it."""
     text: str
     muted: str
     disabled: str
+    """`text`, `muted` and `disabled`: writing in falling importance."""
     accent: str
     accent_text: str
     selection: str
+    """`accent`, `accent_text` and `selection`: what is chosen; violet, because the other hues are
+    limbs."""
     playhead: str
+    """The instant that is shown, in plots and lanes."""
     error: str
     warning: str
     good: str
+    """`error`, `warning` and `good`: verdicts."""
     plot_background: str
     plot_grid: str
     scene_top: str
     scene_bottom: str
     scene_grid: str
+    """`scene_top`, `scene_bottom` and `scene_grid`: gradient and floor of the 3-D scene."""
     reference: str
+    """Lines of the reference, which differ by style from what was tracked."""
     gap_small: int = 4
     gap: int = 8
     gap_large: int = 16
     radius: int = 4
+    """`gap_small`, `gap`, `gap_large` and `radius`: distances between and inside widgets."""
 
     @property
     def is_dark(self) -> bool:

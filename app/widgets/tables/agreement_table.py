@@ -6,10 +6,11 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QHeaderView, QTableWidget, QTableWidgetItem, QWidget
+from PySide6.QtWidgets import QHeaderView, QTableView, QWidget
 
-from .cells import LEFT, RIGHT, dress_table, make_bold, swatch
+from stereotrack_core.annotation.agreement import Agreement, AgreementInSpace
+
+from .table import LEFT, RIGHT, Cell, Column, TableModel, dress_table
 
 _HEADINGS = (
     ("Landmark", ""),
@@ -29,84 +30,50 @@ _HEADINGS = (
 
 @dataclass(frozen=True)
 class AgreementRow:
-    """Numbers of one landmark; NaN where they are not known.
-
-    Attributes
-    ----------
-    name : str
-    colour : str
-        ``#rrggbb``; empty for all landmarks together.
-    count : int
-    sigma, median, p95, largest : float
-        Pixels.
-    bias : (float, float)
-        Pixels, to the right and down.
-    disputed : int
-    median_mm, p95_mm : float
-    median_deg, p95_deg : float
-        Of the limb that it tells.
-    """
+    """How far both are apart at one landmark."""
 
     name: str
     colour: str
-    count: int
-    sigma: float
-    median: float
-    p95: float
-    largest: float
-    bias: tuple[float, float]
-    disputed: int
-    median_mm: float
-    p95_mm: float
-    median_deg: float
-    p95_deg: float
+    """``#rrggbb``; empty for all landmarks together."""
+    own: Agreement
+    """In pixels."""
+    space: AgreementInSpace | None = None
+    """In 3-D; None where it is not told."""
 
 
-class AgreementTable(QTableWidget):
+class AgreementTable(QTableView):
     """A row per landmark; the first one is all of them together."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(0, len(_HEADINGS), parent)
-        for column, (heading, tip) in enumerate(_HEADINGS):
-            item = QTableWidgetItem(heading)
-            item.setToolTip(tip)
-            item.setTextAlignment(RIGHT if column else LEFT)
-            self.setHorizontalHeaderItem(column, item)
+        super().__init__(parent)
+        columns = (
+            Column(text, tip, align=RIGHT if k else LEFT) for k, (text, tip) in enumerate(_HEADINGS)
+        )
+        self._rows = TableModel(columns, _cells)
+        self.setModel(self._rows)
         dress_table(self, "Agreement by landmark")
         self.horizontalHeader().setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
 
     def show_rows(self, rows: Sequence[AgreementRow]) -> None:
         """Show these landmarks."""
-        self.setRowCount(len(rows))
-        for place, row in enumerate(rows):
-            texts = _texts(row)
-            for column, text in enumerate(texts):
-                item = QTableWidgetItem(text)
-                item.setTextAlignment(RIGHT if column else LEFT)
-                if not row.colour:
-                    make_bold(item)
-                if not column:
-                    item.setData(Qt.ItemDataRole.DecorationRole, swatch(row.colour))
-                self.setItem(place, column, item)
+        self._rows.show(rows)
 
     def as_text(self) -> str:
         """The table with tabs, for a paper or a spreadsheet."""
-        lines = ["\t".join(heading for heading, _ in _HEADINGS)]
-        for row in range(self.rowCount()):
-            cells = (self.item(row, column) for column in range(self.columnCount()))
-            lines.append("\t".join(cell.text() if cell is not None else "" for cell in cells))
-        return "\n".join(lines)
+        headings = "\t".join(heading for heading, _ in _HEADINGS)
+        return f"{headings}\n{self._rows.as_text(range(len(self._rows.rows)))}"
 
 
-def _texts(row: AgreementRow) -> tuple[str, ...]:
-    x, y = row.bias
-    bias = "–" if math.isnan(x) else f"{x:+.1f}, {y:+.1f}"
-    pixels = (row.sigma, row.median, row.p95, row.largest)
-    space = (row.median_mm, row.p95_mm, row.median_deg, row.p95_deg)
-    return (
-        row.name, str(row.count), *map(_number, pixels), bias, *map(_number, space),
-        str(row.disputed),
-    )  # fmt: skip
+def _cells(row: AgreementRow) -> Sequence[Cell]:
+    own, space = row.own, row.space
+    bias = "–" if math.isnan(own.bias[0]) else "{:+.1f}, {:+.1f}".format(*own.bias)
+    pixels = (own.robust_sigma, own.median, own.p95, own.largest)
+    known = (space.median_mm, space.p95_mm, space.median_deg, space.p95_deg) if space else ()
+    solid = (*map(_number, known),) or ("–",) * 4
+    texts = (str(own.count), *map(_number, pixels), bias, *solid, str(own.disputed))
+    bold = not row.colour
+    name = Cell(row.name, swatch=row.colour, bold=bold)
+    return (name, *(Cell(text, bold=bold) for text in texts))
 
 
 def _number(value: float) -> str:

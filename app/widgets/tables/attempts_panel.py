@@ -7,22 +7,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from PySide6.QtCore import QSignalBlocker, Qt, Signal
-from PySide6.QtGui import QAction, QColor, QKeyEvent
-from PySide6.QtWidgets import (
-    QAbstractItemView,
-    QHBoxLayout,
-    QHeaderView,
-    QLabel,
-    QProgressBar,
-    QTableWidget,
-    QTableWidgetItem,
-    QToolButton,
-    QVBoxLayout,
-    QWidget,
-)
+from PySide6.QtGui import QAction, QKeyEvent
+from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QWidget
 
-from ..style.theme import current_theme
-from .cells import RIGHT, dress_table
+from ..style.building import action_button, empty_label, hbox, label, thin_progress, vbox
+from .table import RIGHT, Cell, Column, TableModel, new_table, selected_rows
 
 _WORTH_SAYING = 0.05
 _NAME_WIDTH = 172
@@ -38,25 +27,17 @@ _TIP = (
 
 @dataclass(frozen=True)
 class AttemptRow:
-    """The run or an attempt.
-
-    Attributes
-    ----------
-    name, changed : str
-        What it is called, and what it changed.
-    values, changes : tuple of float
-        In the order of the table's headings, the last of which counts; NaN where not known.
-    is_run : bool
-    is_base : bool
-        Whether it is what the others are compared with.
-    """
+    """The run or an attempt: what it is called, what it changed, and what that comes to."""
 
     name: str
     changed: str
     values: tuple[float, ...]
+    """In the order of the table's headings, the last of which counts; NaN where not known."""
     changes: tuple[float, ...]
+    """The same less those of the base."""
     is_run: bool
     is_base: bool
+    """Whether it is what the others are compared with."""
 
 
 @dataclass(frozen=True)
@@ -68,80 +49,52 @@ class AttemptTable:
 
 
 class AttemptsPanel(QWidget):
-    """A row for the run and for each attempt.
-
-    Signals
-    -------
-    chosen : int
-        Row that a person has selected; -1 for none.
-    base_chosen : int
-        Row that the others shall be compared with.
-    dismissed : int
-        Row that shall go, by Del.
-    """
+    """A row for the run and for each attempt."""
 
     chosen = Signal(int)
+    """Row that a person has selected; -1 for none."""
     base_chosen = Signal(int)
+    """Row that the others shall be compared with."""
     dismissed = Signal(int)
+    """Row that shall go, by Del."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self.words = QLabel(self)
-        self.words.setWordWrap(True)
-        self.words.setContentsMargins(8, 6, 8, 0)
-        self.stretch_words = QLabel(self)
-        self.stretch_words.setWordWrap(True)
-        self.stretch_words.setProperty("role", "muted")
-        self.stretch_words.setContentsMargins(8, 0, 8, 2)
-        self.progress = QProgressBar(self)
-        self.progress.setTextVisible(False)
-        self.progress.setMaximumHeight(4)
-        self.table = QTableWidget(self)
-        dress_table(self.table, "Trials")
+        self.words = label(margins=(8, 6, 8, 0))
+        self.stretch_words = label("", "muted", margins=(8, 0, 8, 2))
+        self.progress = thin_progress()
+        self.model = TableModel((), _cells)
+        self.table = new_table(self.model, "Trials")
         self.table.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
         self.table.verticalHeader().setDefaultSectionSize(38)
-        self.table.itemSelectionChanged.connect(lambda: self.chosen.emit(self.row))
-        self.table.cellDoubleClicked.connect(lambda row, _column: self.base_chosen.emit(row))
-        self._nothing = QLabel(_NOTHING, self)
-        self._nothing.setProperty("role", "muted")
-        self._nothing.setWordWrap(True)
-        self._nothing.setContentsMargins(8, 8, 8, 8)
-        self._nothing.setAlignment(Qt.AlignmentFlag.AlignTop)
-        self._buttons = QHBoxLayout()
-        self._buttons.setContentsMargins(6, 0, 6, 0)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 4)
-        layout.setSpacing(2)
-        layout.addWidget(self.words)
-        layout.addWidget(self.stretch_words)
-        layout.addWidget(self.progress)
-        layout.addWidget(self._nothing, 1)
-        layout.addWidget(self.table, 1)
-        layout.addLayout(self._buttons)
+        self.table.selectionModel().selectionChanged.connect(lambda: self.chosen.emit(self.row))
+        self.table.doubleClicked.connect(lambda index: self.base_chosen.emit(index.row()))
+        self._nothing = empty_label(_NOTHING)
+        self._buttons = hbox(margins=(6, 0, 6, 0))
+        below = ((self._nothing, 1), (self.table, 1), self._buttons)
+        head = (self.words, self.stretch_words, self.progress)
+        self.setLayout(vbox(*head, *below, margins=(0, 0, 0, 4), spacing=2))
         self.show_progress(0, 0)
         self.show_table(AttemptTable())
 
     @property
     def row(self) -> int:
         """Row that is selected; -1 for none."""
-        rows = self.table.selectionModel().selectedRows()
-        return rows[0].row() if rows else -1
+        return next(iter(selected_rows(self.table)), -1)
 
     def set_actions(self, actions: Sequence[QAction]) -> None:
         """Offer commands beside the table."""
         for action in actions:
-            button = QToolButton(self)
-            button.setDefaultAction(action)
+            button = action_button(action)
             button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextOnly)
             self._buttons.addWidget(button)
         self._buttons.addStretch(1)
 
     def show_words(self, words: str, stretch: str) -> None:
         """Say what is being done or would be, and on which frames."""
-        self.words.setText(words)
-        self.words.setVisible(bool(words))
-        self.stretch_words.setText(stretch)
-        self.stretch_words.setVisible(bool(stretch))
+        for shown, text in ((self.words, words), (self.stretch_words, stretch)):
+            shown.setText(text)
+            shown.setVisible(bool(text))
 
     def show_progress(self, done: int, count: int) -> None:
         """Show how many of `count` frames are done; nothing where `count` is 0."""
@@ -150,40 +103,20 @@ class AttemptsPanel(QWidget):
 
     def show_table(self, table: AttemptTable) -> None:
         """Show the run and its attempts; what is selected stays."""
-        attempts = any(not row.is_run for row in table.rows)
-        self.table.setVisible(attempts)
-        self._nothing.setVisible(not attempts)
+        rows = table.rows if any(not row.is_run for row in table.rows) else ()
+        self.table.setVisible(bool(rows))
+        self._nothing.setVisible(not rows)
         keeps = self.row
-        with QSignalBlocker(self.table):
-            headings = ("Trial", *table.headings)
-            self.table.setColumnCount(len(headings))
-            self.table.setHorizontalHeaderLabels(headings)
-            self.table.setRowCount(len(table.rows) if attempts else 0)
-            for place, row in enumerate(table.rows if attempts else ()):
-                self._fill(place, row)
-            if 0 <= keeps < self.table.rowCount():
+        headings = (Column(heading, _TIP, align=RIGHT) for heading in table.headings)
+        with QSignalBlocker(self.table.selectionModel()):
+            self.model.show(rows, (Column("Trial", _TIP), *headings))
+            if 0 <= keeps < len(rows):
                 self.table.selectRow(keeps)
-        header = self.table.horizontalHeader()
-        header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
-        header.setSectionResizeMode(0, QHeaderView.ResizeMode.Interactive)
-        if attempts:
+        if rows:
+            header = self.table.horizontalHeader()
+            header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
+            header.setSectionResizeMode(0, QHeaderView.ResizeMode.Interactive)
             self.table.setColumnWidth(0, min(self.table.sizeHintForColumn(0) + 8, _NAME_WIDTH))
-        header.setToolTip(_TIP)
-
-    def _fill(self, place: int, row: AttemptRow) -> None:
-        text = f"{'◆ ' if row.is_base else ''}{row.name}\n{row.changed}"
-        item = QTableWidgetItem(text)
-        item.setToolTip(text)
-        font = item.font()
-        font.setBold(row.is_run)
-        item.setFont(font)
-        self.table.setItem(place, 0, item)
-        for column, (value, change) in enumerate(
-            zip(row.values, row.changes, strict=True), start=1
-        ):
-            counted = column == len(row.values)
-            item = _value_item(value, change, row.is_base, 0 if counted else 1)
-            self.table.setItem(place, column, item)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         if event.key() == Qt.Key.Key_Delete and self.row >= 0:
@@ -192,12 +125,15 @@ class AttemptsPanel(QWidget):
             super().keyPressEvent(event)
 
 
-def _value_item(value: float, change: float, is_base: bool, digits: int) -> QTableWidgetItem:
-    item = QTableWidgetItem("…" if math.isnan(value) else f"{value:.{digits}f}")
-    item.setTextAlignment(RIGHT)
-    item.setToolTip(_TIP)
+def _cells(row: AttemptRow) -> Sequence[Cell]:
+    name = f"{'◆ ' if row.is_base else ''}{row.name}\n{row.changed}"
+    digits = [1] * (len(row.values) - 1) + [0]
+    numbers = zip(row.values, row.changes, digits, strict=True)
+    return (Cell(name, name, bold=row.is_run), *(_number(*one, row.is_base) for one in numbers))
+
+
+def _number(value: float, change: float, digits: int, is_base: bool) -> Cell:
     if not is_base and abs(change) >= _WORTH_SAYING:
-        item.setText(f"{value:.{digits}f} ({change:+.{digits}f})")
-        theme = current_theme()
-        item.setForeground(QColor(theme.good if change < 0 else theme.warning))
-    return item
+        colour = "good" if change < 0 else "warning"
+        return Cell(f"{value:.{digits}f} ({change:+.{digits}f})", _TIP, colour)
+    return Cell("…" if math.isnan(value) else f"{value:.{digits}f}", _TIP)

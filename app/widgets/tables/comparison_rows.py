@@ -8,28 +8,19 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class ComparedCell:
-    """A value of one run, of which less is better.
-
-    Attributes
-    ----------
-    value : float
-        NaN where not known.
-    difference : float
-        From the first run; NaN for that itself.
-    low, high : float
-        95 % interval of the difference; NaN where the frames are too few.
-    differs : bool
-        Whether the interval leaves 0 out.
-    verdict : str
-        What that comes to, in words.
-    """
+    """A value of one run, of which less is better."""
 
     value: float
+    """NaN where not known."""
     difference: float = math.nan
+    """From the first run; NaN for that itself."""
     low: float = math.nan
     high: float = math.nan
+    """`low` and `high`: 95 % interval of the difference; NaN where the frames are too few."""
     differs: bool = False
+    """Whether the interval leaves 0 out."""
     verdict: str = ""
+    """What that comes to, in words."""
 
 
 @dataclass(frozen=True)

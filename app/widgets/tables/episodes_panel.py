@@ -3,89 +3,180 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from html import escape
 
-from PySide6.QtCore import QModelIndex, QSignalBlocker, Qt, Signal, Slot
+import numpy as np
+from PySide6.QtCore import (
+    QModelIndex,
+    QRect,
+    QSignalBlocker,
+    QSize,
+    QSortFilterProxyModel,
+    Qt,
+    Signal,
+    Slot,
+)
+from PySide6.QtGui import QImage, QPainter, QPaintEvent, QPixmap
 from PySide6.QtWidgets import (
     QComboBox,
-    QHBoxLayout,
-    QHeaderView,
-    QLabel,
+    QFrame,
+    QScrollArea,
+    QSizePolicy,
     QSplitter,
-    QTreeWidget,
-    QTreeWidgetItem,
-    QVBoxLayout,
+    QTreeView,
     QWidget,
 )
 
+from stereotrack_core.arrays import ImageArray
+from stereotrack_core.evaluation.episodes.episode import (
+    CAUSE_WORDS,
+    FOUND_WORDS,
+    Episode,
+    Verdict,
+    limbs_words,
+)
+
+from ..style.building import choice, hbox, label, vbox
 from ..style.limb_colours import LIMB_COLOURS, limb_words
-from .cells import RIGHT, swatch
-from .evidence_view import EvidenceView
+from .table import RIGHT, VALUE, Cell, Column, TableModel, dress_list
 
-_COLUMNS = ("Frames", "Limbs", "Peak", "Probable cause", "Confidence", "By")
-_WIDEST = ("0000–0000", "", "100 %", "", "Confidence", "Detected by")
-"""What a column has room for; those without share the rest."""
-
-_VALUE = Qt.ItemDataRole.UserRole
-_PLACE = Qt.ItemDataRole.UserRole + 1
+_NONE = (
+    "Select a failure to see the evidence for its cause. Press Enter to go to its worst frame; "
+    "Loop failure plays it in a loop."
+)
+_BAR = 8
 
 
-@dataclass(frozen=True)
-class EpisodeRow:
-    """What the list says about one episode.
-
-    Attributes
-    ----------
-    first, last : int
-    limb : str
-        The worst one, whose colour stands before the row.
-    limbs, peak, cause, found : str
-        In words; `found` in one.
-    peak_value, confidence : float
-        What is sorted by.
-    heading : str
-        All about it in a sentence.
-    evidence : tuple of (str, float, str, bool)
-        Cause, strength from 0 to 1, words, and whether it is that of the probable cause.
-    """
-
-    first: int
-    last: int
-    limb: str
-    limbs: str
-    peak: str
-    peak_value: float
-    cause: str
-    confidence: float
-    found: str
-    heading: str
-    evidence: tuple[tuple[str, float, str, bool], ...]
-
-
-class EpisodesPanel(QWidget):
-    """Filters above, the rows below, then words and pictures of the one that is chosen.
-
-    Signals
-    -------
-    chosen : int
-        A row was chosen, by its place in what was handed on; -1 for none.
-    activated : int
-        A row was double-clicked, or Enter was pressed on it.
-    filtered : str, str, str
-        Limb, cause and how found that are wanted; empty for all.
-    """
-
-    chosen = Signal(int)
-    activated = Signal(int)
-    filtered = Signal(str, str, str)
+class EvidenceView(QScrollArea):
+    """A heading, a picture as wide as there is room, and a line for each piece of evidence."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self.limb, self.cause, self.found = QComboBox(), QComboBox(), QComboBox()
-        self.words = QLabel()
-        self.words.setProperty("role", "muted")
-        self.words.setWordWrap(True)
-        self.words.setContentsMargins(8, 0, 8, 0)
+        self.setWidgetResizable(True)
+        self.setFrameShape(QFrame.Shape.NoFrame)
+        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.setMinimumHeight(80)
+        self.heading, self.label = label(_NONE), label()
+        for text in (self.heading, self.label):
+            text.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        self.label.setTextFormat(Qt.TextFormat.RichText)
+        self.picture = ScaledPicture()
+        inside = QWidget()
+        parts = (self.heading, self.picture, self.label)
+        inside.setLayout(vbox(*parts, None, margins=(8, 6, 8, 6), spacing=6))
+        self.setWidget(inside)
+
+    def show_words(self, heading: str, verdict: Verdict | None) -> None:
+        """Show what is known of an episode and of its causes; without a verdict none is chosen."""
+        self.heading.setText(heading or _NONE)
+        lines = []
+        for one in verdict.evidence if verdict is not None else ():
+            full = round(_BAR * min(max(one.strength, 0.0), 1.0))
+            bar = "█" * full + "░" * (_BAR - full)
+            cause = escape(CAUSE_WORDS[one.cause])
+            name = f"<b>{cause}</b>" if verdict and one.cause == verdict.cause else cause
+            lines.append(
+                f"<p style='margin:0 0 2px 0'><span style='font-family:monospace'>{bar}</span> "
+                f"{name}: {escape(one.words)}</p>"
+            )
+        if verdict is not None and not lines:
+            lines.append("<p style='margin:0'>No evidence for a cause.</p>")
+        self.label.setText("".join(lines))
+
+    def show_picture(self, pixels: ImageArray | None) -> None:
+        """Show a picture (H, W, 3) BGR, or none."""
+        self.picture.show_pixels(pixels)
+
+
+class ScaledPicture(QWidget):
+    """A picture in its own proportions, as wide as the widget, never enlarged."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._picture: QPixmap | None = None
+        policy = QSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
+        policy.setHeightForWidth(True)
+        self.setSizePolicy(policy)
+        self.setAccessibleName("Before, worst and after")
+
+    @property
+    def shown(self) -> QSize:
+        """Size of the picture that is shown; empty without one."""
+        return self._picture.size() if self._picture is not None else QSize()
+
+    def show_pixels(self, pixels: ImageArray | None) -> None:
+        """Show a picture (H, W, 3) BGR, or none."""
+        self._picture = None
+        if pixels is not None:
+            whole = np.ascontiguousarray(pixels)
+            height, width = whole.shape[:2]
+            image = QImage(whole.data, width, height, 3 * width, QImage.Format.Format_BGR888)
+            self._picture = QPixmap.fromImage(image)
+        self.updateGeometry()
+        self.update()
+
+    def hasHeightForWidth(self) -> bool:
+        return True
+
+    def heightForWidth(self, width: int) -> int:
+        shown = self.shown
+        if shown.isEmpty():
+            return 0
+        return round(shown.height() * min(1.0, width / shown.width()))
+
+    def sizeHint(self) -> QSize:
+        return QSize(200, self.heightForWidth(max(self.width(), 1)))
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        if self._picture is None:
+            return
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
+        share = min(1.0, self.width() / self._picture.width())
+        size = self._picture.size() * share
+        painter.drawPixmap(QRect(0, 0, size.width(), size.height()), self._picture)
+        painter.end()
+
+
+_COLUMNS = (
+    Column("Frames"),
+    Column("Limbs"),
+    Column("Peak", align=RIGHT),
+    Column("Probable cause"),
+    Column("Confidence", align=RIGHT),
+    Column("By"),
+)
+_WIDEST = ("0000–0000", "", "100 %", "", "Confidence", "Detected by")
+"""What a column has room for; those without share the rest."""
+_FOUND_SHORT = {"truth": "error", "signs": "signs"}
+
+
+class EpisodesPanel(QWidget):
+    """Filters above, the rows below, then words and pictures of the one that is chosen."""
+
+    chosen = Signal(int)
+    """A row was chosen, by its place in what was handed on; -1 for none."""
+    activated = Signal(int)
+    """A row was double-clicked, or Enter was pressed on it."""
+    filtered = Signal(str, str, str)
+    """Limb, cause and how found that are wanted; empty for all."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        names = ("Limb", "Probable cause", "Detected by")
+        self._boxes = self.limb, self.cause, self.found = tuple(choice(name) for name in names)
+        for box in self._boxes:
+            box.setSizeAdjustPolicy(
+                QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon
+            )
+            box.setMinimumContentsLength(6)
+            box.currentIndexChanged.connect(self._on_filter)
+        self.words = label("", "muted", margins=(8, 0, 8, 0))
+        self._fps = 1.0
+        self.model: TableModel[Episode] = TableModel(_COLUMNS, self._cells)
+        self.sorted = QSortFilterProxyModel(self)
+        self.sorted.setSourceModel(self.model)
+        self.sorted.setSortRole(VALUE)
         self.tree = self._tree()
         self.evidence = EvidenceView()
         both = QSplitter(Qt.Orientation.Vertical)
@@ -94,54 +185,26 @@ class EpisodesPanel(QWidget):
         both.addWidget(self.evidence)
         both.setStretchFactor(0, 2)
         both.setStretchFactor(1, 3)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(0, 4, 0, 0)
-        layout.setSpacing(4)
-        layout.addLayout(self._filters())
-        layout.addWidget(self.words)
-        layout.addWidget(both, 1)
-        self._rows: tuple[EpisodeRow, ...] = ()
-        self.show_rows((), -1, "")
+        filters = hbox(*((box, 1) for box in self._boxes), margins=(6, 0, 6, 0), spacing=4)
+        self.setLayout(vbox(filters, self.words, (both, 1), margins=(0, 4, 0, 0), spacing=4))
+        self.show_rows((), 1.0, -1, "")
 
-    def _filters(self) -> QHBoxLayout:
-        row = QHBoxLayout()
-        row.setContentsMargins(6, 0, 6, 0)
-        row.setSpacing(4)
-        for box, name in (
-            (self.limb, "Limb"), (self.cause, "Probable cause"), (self.found, "Detected by")
-        ):  # fmt: skip
-            box.setAccessibleName(name)
-            box.setSizeAdjustPolicy(
-                QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon
-            )
-            box.setMinimumContentsLength(6)
-            box.currentIndexChanged.connect(self._on_filter)
-            row.addWidget(box, 1)
-        return row
-
-    def _tree(self) -> QTreeWidget:
-        tree = QTreeWidget()
-        tree.setHeaderLabels(list(_COLUMNS))
-        tree.setRootIsDecorated(False)
-        tree.setUniformRowHeights(True)
-        tree.setAllColumnsShowFocus(True)
+    def _tree(self) -> QTreeView:
+        tree = QTreeView()
+        tree.setModel(self.sorted)
         tree.setSortingEnabled(True)
         tree.sortByColumn(0, Qt.SortOrder.AscendingOrder)
-        tree.setAccessibleName("Failures")
         tree.setMinimumHeight(70)
-        header = tree.header()
-        header.setStretchLastSection(False)
-        header.setMinimumSectionSize(36)
-        header.setStyleSheet("QHeaderView::section { padding: 3px 4px; }")
-        words = tree.fontMetrics()
-        for column, widest in enumerate(_WIDEST):
-            if widest:  # Qt would leave room for a sign of sorting in each of them
-                header.setSectionResizeMode(column, QHeaderView.ResizeMode.Interactive)
-                header.resizeSection(column, words.horizontalAdvance(widest) + 12)
-            else:
-                header.setSectionResizeMode(column, QHeaderView.ResizeMode.Stretch)
-        tree.currentItemChanged.connect(self._on_current)
-        tree.itemActivated.connect(self._on_activated)
+        tree.header().setMinimumSectionSize(36)
+        tree.header().setStyleSheet("QHeaderView::section { padding: 3px 4px; }")
+        room = tree.fontMetrics().horizontalAdvance
+        # Qt would leave room for a sign of sorting in each of them
+        widths = [room(widest) + 12 if widest else None for widest in _WIDEST]
+        dress_list(tree, "Failures", widths)
+        tree.selectionModel().currentRowChanged.connect(
+            lambda index: self.chosen.emit(self._place(index))
+        )
+        tree.activated.connect(lambda index: self.activated.emit(self._place(index)))
         return tree
 
     # ---- what is shown
@@ -151,23 +214,22 @@ class EpisodesPanel(QWidget):
     ) -> None:
         """What can be filtered by: limbs, and causes and ways with their words."""
         named = {limb: limb_words(limb) for limb in limbs}
-        for box, every, choices in (
-            (self.limb, "all limbs", named),
-            (self.cause, "all causes", causes),
-            (self.found, "any detection", found),
-        ):
+        every = ("all limbs", "all causes", "any detection")
+        for box, all_words, choices in zip(self._boxes, every, (named, causes, found), strict=True):
             with QSignalBlocker(box):
                 box.clear()
-                box.addItem(every, "")
+                box.addItem(all_words, "")
                 for key, words in choices.items():
                     box.addItem(words, key)
 
-    def show_rows(self, rows: Sequence[EpisodeRow], chosen: int, words: str) -> None:
+    def show_rows(self, episodes: Sequence[Episode], fps: float, chosen: int, words: str) -> None:
         """Show these episodes.
 
         Parameters
         ----------
-        rows : sequence of EpisodeRow
+        episodes : sequence of Episode
+        fps : float
+            Frames per second.
         chosen : int
             The one that is chosen; -1 for none.
         words : str
@@ -175,71 +237,55 @@ class EpisodesPanel(QWidget):
         """
         self.words.setText(words)
         self.words.setVisible(bool(words))
-        if tuple(rows) != self._rows:
-            self._rows = tuple(rows)
-            with QSignalBlocker(self.tree):
-                self.tree.clear()
-                self.tree.addTopLevelItems([_item(i, row) for i, row in enumerate(rows)])
+        if (tuple(episodes), fps) != (self.model.rows, self._fps):
+            self._fps = fps
+            with QSignalBlocker(self.tree.selectionModel()):
+                self.model.show(tuple(episodes))
         self.choose(chosen)
 
     def choose(self, place: int) -> None:
         """Choose a row without a signal."""
-        with QSignalBlocker(self.tree):
-            item = self._item_at(place)
-            if item is None:
-                self.tree.clearSelection()
-                self.tree.setCurrentIndex(QModelIndex())
-            else:
-                self.tree.setCurrentItem(item)
-                self.tree.scrollToItem(item)
-        row = self._rows[place] if 0 <= place < len(self._rows) else None
-        self.evidence.show_words(
-            row.heading if row is not None else "", row.evidence if row is not None else ()
-        )
+        index = self.sorted.mapFromSource(self.model.index(place, 0))
+        with QSignalBlocker(self.tree.selectionModel()):
+            self.tree.setCurrentIndex(index)
+            self.tree.scrollTo(index)
+        self.tree.viewport().update()
+        if index.isValid():
+            episode = self.model.rows[place]
+            self.evidence.show_words(_heading(episode, self._fps), episode.verdict)
+        else:
+            self.evidence.show_words("", None)
 
-    def _item_at(self, place: int) -> QTreeWidgetItem | None:
-        for i in range(self.tree.topLevelItemCount()):
-            item = self.tree.topLevelItem(i)
-            if item is not None and item.data(0, _PLACE) == place:
-                return item
-        return None
+    def _cells(self, episode: Episode) -> Sequence[Cell]:
+        tip = f"{_heading(episode, self._fps)} Double-click or press Enter to go there."
+        confidence = episode.verdict.confidence
+        sure = f"{100.0 * confidence:.0f} %" if confidence > 0 else ""
+        limb = LIMB_COLOURS[episode.peak_limb]
+        return (
+            Cell(f"{episode.first}–{episode.last}", tip, value=episode.first),
+            Cell(limbs_words(episode.limbs), tip, swatch=limb),
+            Cell(episode.peak_words, tip, value=episode.peak),
+            Cell(CAUSE_WORDS[episode.verdict.cause], tip),
+            Cell(sure, tip, value=confidence),
+            Cell(_FOUND_SHORT[episode.found], tip),
+        )
 
     # ---- what a person does
 
     @Slot()
     def _on_filter(self) -> None:
-        self.filtered.emit(
-            str(self.limb.currentData() or ""),
-            str(self.cause.currentData() or ""),
-            str(self.found.currentData() or ""),
-        )
+        self.filtered.emit(*(str(box.currentData() or "") for box in self._boxes))
 
-    def _on_current(self, item: QTreeWidgetItem | None, _old: QTreeWidgetItem | None) -> None:
-        self.chosen.emit(-1 if item is None else int(item.data(0, _PLACE)))
-
-    def _on_activated(self, item: QTreeWidgetItem, _column: int) -> None:
-        self.activated.emit(int(item.data(0, _PLACE)))
+    def _place(self, index: QModelIndex) -> int:
+        """Place of a row in what was handed on."""
+        return self.sorted.mapToSource(index).row()
 
 
-class _Item(QTreeWidgetItem):
-    """A row that is sorted by its values, not by its words."""
-
-    def __lt__(self, other: QTreeWidgetItem) -> bool:
-        tree = self.treeWidget()
-        column = tree.sortColumn() if tree is not None else 0
-        return bool(self.data(column, _VALUE) < other.data(column, _VALUE))
-
-
-def _item(place: int, row: EpisodeRow) -> QTreeWidgetItem:
-    sure = f"{100.0 * row.confidence:.0f} %" if row.confidence > 0 else ""
-    texts = (f"{row.first}–{row.last}", row.limbs, row.peak, row.cause, sure, row.found)
-    values = (row.first, row.limbs, row.peak_value, row.cause, row.confidence, row.found)
-    item = _Item(list(texts))
-    item.setData(0, _PLACE, place)
-    for column, value in enumerate(values):
-        item.setData(column, _VALUE, value)
-        item.setToolTip(column, f"{row.heading} Double-click or press Enter to go there.")
-    for column in (2, 4):
-        item.setTextAlignment(column, RIGHT)
-    item.setData(1, Qt.ItemDataRole.DecorationRole, swatch(LIMB_COLOURS[row.limb]))
-    return item
+def _heading(episode: Episode, fps: float) -> str:
+    """All about an episode in a sentence."""
+    chance = "" if episode.measure == "error" else " failure probability"
+    return (
+        f"Frames {episode.first} to {episode.last} ({len(episode.frames) / fps:.1f} s), detected "
+        f"{FOUND_WORDS[episode.found]}: {limbs_words(episode.limbs)}, worst in frame "
+        f"{episode.peak_frame} with {episode.peak_words}{chance}."
+    )

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from typing import Any, TypeAlias
+from dataclasses import dataclass
+from typing import Literal, TypeAlias
 
 from PySide6.QtCore import (
-    QAbstractTableModel,
     QItemSelectionModel,
     QModelIndex,
-    QPersistentModelIndex,
     QPointF,
     QRect,
     QSignalBlocker,
@@ -18,136 +17,158 @@ from PySide6.QtCore import (
     Qt,
     Signal,
 )
-from PySide6.QtGui import QColor, QFontDatabase, QPainter, QPalette, QPen
+from PySide6.QtGui import QColor, QPainter, QPalette, QPen
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QHeaderView,
     QStyle,
-    QStyledItemDelegate,
     QStyleOptionViewItem,
     QTableView,
-    QVBoxLayout,
     QWidget,
 )
 
+from ..style.building import vbox
 from ..style.theme import current_theme
-from .cells import RIGHT, dress_table
-from .landmark_rows import CELL_WORDS, CellState, LandmarkRow
+from .table import RIGHT, Cell, Column, Index, RowDelegate, TableModel, new_table
 
-_Index: TypeAlias = QModelIndex | QPersistentModelIndex
+CellState: TypeAlias = Literal["clicked", "guessed", "doubted", "outside", "predicted", "missing"]
+
+CELL_WORDS: dict[CellState, str] = {
+    "clicked": "clicked",
+    "guessed": "occluded, position estimated",
+    "doubted": "clicked, flagged as uncertain",
+    "outside": "outside the image",
+    "predicted": "not clicked; a prediction is available",
+    "missing": "not clicked",
+}
+"""States of a landmark in one camera, in words."""
+
 _KEY, _LABEL = 0, 1
 _FIRST_CAMERA = 2
-_STATE = Qt.ItemDataRole.UserRole
-_COLOUR = Qt.ItemDataRole.UserRole + 1
 
 
-class _Model(QAbstractTableModel):
-    def __init__(self, parent: QWidget) -> None:
+@dataclass(frozen=True)
+class LandmarkRow:
+    """One landmark at the frame that is shown."""
+
+    key: str
+    """What chooses it; empty beyond the ninth."""
+    landmark: str
+    label: str
+    colour: str
+    chosen: bool
+    cells: tuple[CellState, ...]
+    """For each camera of the panel."""
+    residual: str = ""
+    """How far the clicks are from the fitted model, px; empty while not known."""
+    distance: str = ""
+    """How far the clicked point is from the model's, mm."""
+    bad: bool = False
+    """Whether the fit takes a click of it for a gross mistake."""
+
+
+class LandmarksPanel(QWidget):
+    """Table of the landmarks; choosing one there chooses what a click places."""
+
+    chosen = Signal(str)
+    """Name of the landmark."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self.rows: tuple[LandmarkRow, ...] = ()
-        self.cameras: tuple[str, ...] = ()
-        self._digits = QFontDatabase.systemFont(QFontDatabase.SystemFont.FixedFont)
+        self._cameras: Sequence[str] = ()
+        self._model: TableModel[LandmarkRow] = TableModel((), self._cells)
+        self.table = new_table(self._model, "Landmarks", room=5)
+        self.table.setItemDelegate(_Marks(self._model, self.table))
+        self.table.setAlternatingRowColors(False)
+        self.table.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
+        header = self.table.horizontalHeader()
+        header.setMinimumSectionSize(24)
+        header.setStyleSheet("QHeaderView::section { padding: 3px 4px; }")
+        self.setLayout(vbox(self.table))
+        self.table.selectionModel().currentRowChanged.connect(self._on_row)
+        self.table.pressed.connect(self._on_row)  # also the row that is chosen already
 
-    @property
-    def headings(self) -> tuple[str, ...]:
-        """Names of the cameras without what all of them begin with."""
-        same = os.path.commonprefix(self.cameras).rstrip("0123456789")  # noqa: RUF071 - letters are meant
-        whole = len(self.cameras) < 2 or any(name == same for name in self.cameras)
-        return self.cameras if whole else tuple(name[len(same) :] for name in self.cameras)
+    def show_rows(self, cameras: Sequence[str], rows: Sequence[LandmarkRow]) -> None:
+        """Show the landmarks; `cameras` are the headings of their cells."""
+        self._cameras = cameras
+        columns = _columns(cameras)
+        with QSignalBlocker(self.table.selectionModel()):
+            anew = columns != self._model.columns
+            self._model.show(rows, columns)
+            if anew:
+                self._size_columns()
+            place = next((i for i, row in enumerate(rows) if row.chosen), -1)
+            if place >= 0 and self.table.currentIndex().row() != place:
+                flags = QItemSelectionModel.SelectionFlag
+                self.table.selectionModel().setCurrentIndex(
+                    self._model.index(place, _LABEL), flags.ClearAndSelect | flags.Rows
+                )
+        self.table.viewport().update()
 
-    def rowCount(self, parent: _Index | None = None) -> int:
-        return 0 if parent is not None and parent.isValid() else len(self.rows)
-
-    def columnCount(self, parent: _Index | None = None) -> int:
-        inside = parent is not None and parent.isValid()
-        return 0 if inside else _FIRST_CAMERA + len(self.cameras) + 2
-
-    def set_rows(self, cameras: tuple[str, ...], rows: tuple[LandmarkRow, ...]) -> bool:
-        """Whether the table had to be made anew."""
-        names = tuple(row.landmark for row in rows)
-        same = cameras == self.cameras and names == tuple(row.landmark for row in self.rows)
-        if same and rows:
-            self.rows = rows
-            last = self.index(len(rows) - 1, self.columnCount() - 1)
-            self.dataChanged.emit(self.index(0, 0), last)
-            return False
-        self.beginResetModel()
-        self.cameras, self.rows = cameras, rows
-        self.endResetModel()
-        return True
-
-    def headerData(
-        self, section: int, orientation: Qt.Orientation, role: int = Qt.ItemDataRole.DisplayRole
-    ) -> Any:
-        if orientation != Qt.Orientation.Horizontal:
-            return None
-        headings = ("", "Landmark", *self.headings, "px", "mm")
-        tips = (
-            "Key that selects the landmark",
-            "Select a landmark here to place it with the next click",
-            *(f"Visibility in {camera}" for camera in self.cameras),
-            "Root mean square distance of its clicks from the fitted model",
-            "Distance between the triangulated clicks and the model",
+    def _cells(self, row: LandmarkRow) -> Sequence[Cell]:
+        tips = [
+            f"{row.label} in {camera}: {CELL_WORDS[state]}"
+            for camera, state in zip(self._cameras, row.cells, strict=True)
+        ]
+        colour = "warning" if row.bad else ""
+        tip = "The fit treats a click of this landmark as an outlier." if row.bad else ""
+        return (
+            Cell(row.key, value=row.colour),
+            Cell(row.label),
+            *(
+                Cell(tip=said, said=said, value=(row.colour, state))
+                for said, state in zip(tips, row.cells, strict=True)
+            ),
+            Cell(row.residual, tip, colour),
+            Cell(f"{row.distance} ", tip, colour),
         )
-        if role == Qt.ItemDataRole.DisplayRole:
-            return headings[section]
-        if role == Qt.ItemDataRole.ToolTipRole:
-            return tips[section]
-        if role == Qt.ItemDataRole.TextAlignmentRole:
-            left = section == _LABEL
-            side = Qt.AlignmentFlag.AlignLeft if left else Qt.AlignmentFlag.AlignHCenter
-            return side | Qt.AlignmentFlag.AlignVCenter
-        return None
 
-    def data(self, index: _Index, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
-        row, column = self.rows[index.row()], index.column()
-        camera = column - _FIRST_CAMERA
-        if 0 <= camera < len(self.cameras):
-            return self._cell(row, camera, role)
-        texts = {
-            _KEY: row.key,
-            _LABEL: row.label,
-            _FIRST_CAMERA + len(self.cameras): row.residual,
-            _FIRST_CAMERA + len(self.cameras) + 1: f"{row.distance} ",
-        }
-        number = column > _LABEL
-        match role:
-            case Qt.ItemDataRole.DisplayRole:
-                return texts[column]
-            case Qt.ItemDataRole.FontRole if number:
-                return self._digits
-            case Qt.ItemDataRole.TextAlignmentRole if number:
-                return RIGHT
-            case Qt.ItemDataRole.TextAlignmentRole if column == _KEY:
-                return Qt.AlignmentFlag.AlignCenter
-            case Qt.ItemDataRole.ForegroundRole if number and row.bad:
-                return QColor(current_theme().warning)
-            case Qt.ItemDataRole.ToolTipRole if number and row.bad:
-                return "The fit treats a click of this landmark as an outlier."
-            case _ if role == _COLOUR:
-                return row.colour
-        return None
+    def _size_columns(self) -> None:
+        header, columns = self.table.horizontalHeader(), self._model.columns
+        width = self.fontMetrics().horizontalAdvance
+        header.setSectionResizeMode(QHeaderView.ResizeMode.Fixed)
+        header.setSectionResizeMode(_LABEL, QHeaderView.ResizeMode.Stretch)
+        header.resizeSection(_KEY, 26)
+        for place, column in enumerate(columns[_FIRST_CAMERA:], start=_FIRST_CAMERA):
+            number = column.align == RIGHT
+            wanted = width("888.8") + 14 if number else max(26, width(column.heading) + 12)
+            header.resizeSection(place, wanted)
 
-    def _cell(self, row: LandmarkRow, camera: int, role: int) -> Any:
-        state = row.cells[camera]
-        if role == _STATE:
-            return state
-        if role == _COLOUR:
-            return row.colour
-        if role in {Qt.ItemDataRole.ToolTipRole, Qt.ItemDataRole.AccessibleTextRole}:
-            return f"{row.label} in {self.cameras[camera]}: {CELL_WORDS[state]}"
-        return None
+    def _on_row(self, current: QModelIndex, _previous: QModelIndex | None = None) -> None:
+        if current.isValid():
+            self.chosen.emit(self._model.rows[current.row()].landmark)
 
 
-class _Delegate(QStyledItemDelegate):
+def _columns(cameras: Sequence[str]) -> tuple[Column, ...]:
+    """Columns of the table; cameras without what all their names begin with."""
+    same = os.path.commonprefix(cameras).rstrip("0123456789")  # noqa: RUF071 - letters are meant
+    whole = len(cameras) < 2 or any(name == same for name in cameras)
+    start = 0 if whole else len(same)
+    return (
+        Column("", "Key that selects the landmark"),
+        Column("Landmark", "Select a landmark here to place it with the next click"),
+        *(
+            Column(name[start:], f"Visibility in {name}", Qt.AlignmentFlag.AlignCenter)
+            for name in cameras
+        ),
+        Column("px", "Root mean square distance of its clicks from the fitted model", RIGHT, True),
+        Column("mm", "Distance between the triangulated clicks and the model", RIGHT, True),
+    )
+
+
+class _Marks(RowDelegate):
     """Keys as coloured keycaps, states as the marks in the pictures are drawn."""
 
-    def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: _Index) -> None:
-        option.state &= ~QStyle.StateFlag.State_HasFocus
-        state = index.data(_STATE)
-        if index.column() != _KEY and state is None:
+    def __init__(self, model: TableModel[LandmarkRow], table: QTableView) -> None:
+        super().__init__(table)
+        self._model = model
+
+    def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: Index) -> None:
+        cell = self._model.cell(index.row(), index.column())
+        if cell.value is None:
             super().paint(painter, option, index)
             return
+        option.state &= ~QStyle.StateFlag.State_HasFocus
         widget = option.widget
         style = widget.style() if widget is not None else None
         if style is not None:
@@ -155,18 +176,18 @@ class _Delegate(QStyledItemDelegate):
             style.drawPrimitive(panel, option, painter, widget)
         painter.save()
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        colour = QColor(index.data(_COLOUR))
-        if state is None:
-            _paint_key(painter, option.rect, colour, index.data() or "")
-        elif option.state & QStyle.StateFlag.State_Selected:
-            # on the selection's own colour some of the limbs' would not be seen
-            text = option.palette.color(QPalette.ColorRole.HighlightedText)
-            _paint_state(painter, QPointF(option.rect.center()) + QPointF(0.5, 0.5), text, state)
+        if index.column() == _KEY:
+            _paint_key(painter, option.rect, QColor(cell.value), cell.text)
         else:
-            _paint_state(painter, QPointF(option.rect.center()) + QPointF(0.5, 0.5), colour, state)
+            colour, state = cell.value
+            # on the selection's own colour some of the limbs' would not be seen
+            selected = option.state & QStyle.StateFlag.State_Selected
+            text = option.palette.color(QPalette.ColorRole.HighlightedText)
+            centre = QPointF(option.rect.center()) + QPointF(0.5, 0.5)
+            _paint_state(painter, centre, text if selected else QColor(colour), state)
         painter.restore()
 
-    def sizeHint(self, option: QStyleOptionViewItem, index: _Index) -> QSize:
+    def sizeHint(self, option: QStyleOptionViewItem, index: Index) -> QSize:
         hint = super().sizeHint(option, index)
         return QSize(26, hint.height()) if index.column() == _KEY else hint
 
@@ -212,64 +233,3 @@ def _paint_state(painter: QPainter, centre: QPointF, colour: QColor, state: Cell
         case _:
             painter.setPen(QPen(QColor(theme.disabled), 1.4))
             painter.drawLine(centre + QPointF(-3, 0), centre + QPointF(3, 0))
-
-
-class LandmarksPanel(QWidget):
-    """Table of the landmarks; choosing one there chooses what a click places.
-
-    Signals
-    -------
-    chosen : str
-        Name of the landmark.
-    """
-
-    chosen = Signal(str)
-
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
-        self._model = _Model(self)
-        self.table = QTableView(self)
-        self.table.setModel(self._model)
-        self.table.setItemDelegate(_Delegate(self.table))
-        dress_table(self.table, "Landmarks", room=5)
-        self.table.setAlternatingRowColors(False)
-        self.table.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
-        header = self.table.horizontalHeader()
-        header.setMinimumSectionSize(24)
-        header.setStyleSheet("QHeaderView::section { padding: 3px 4px; }")
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.addWidget(self.table)
-        self.table.selectionModel().currentRowChanged.connect(self._on_row)
-        self.table.pressed.connect(self._on_row)  # also the row that is chosen already
-
-    def show_rows(self, cameras: Sequence[str], rows: Sequence[LandmarkRow]) -> None:
-        """Show the landmarks; `cameras` are the headings of their cells."""
-        with QSignalBlocker(self.table.selectionModel()):
-            if self._model.set_rows(tuple(cameras), tuple(rows)):
-                self._size_columns()
-            place = next((i for i, row in enumerate(rows) if row.chosen), -1)
-            if place >= 0 and self.table.currentIndex().row() != place:
-                flags = QItemSelectionModel.SelectionFlag
-                self.table.selectionModel().setCurrentIndex(
-                    self._model.index(place, _LABEL), flags.ClearAndSelect | flags.Rows
-                )
-        self.table.viewport().update()
-
-    def _size_columns(self) -> None:
-        header = self.table.horizontalHeader()
-        mode = QHeaderView.ResizeMode
-        for column in range(self._model.columnCount()):
-            header.setSectionResizeMode(column, mode.Fixed)
-        header.setSectionResizeMode(_LABEL, mode.Stretch)
-        header.resizeSection(_KEY, 26)
-        metrics = self.fontMetrics()
-        for column, name in enumerate(self._model.headings, start=_FIRST_CAMERA):
-            header.resizeSection(column, max(26, metrics.horizontalAdvance(name) + 12))
-        numbers = metrics.horizontalAdvance("888.8") + 14
-        for column in range(_FIRST_CAMERA + len(self._model.cameras), self._model.columnCount()):
-            header.resizeSection(column, numbers)
-
-    def _on_row(self, current: QModelIndex, _previous: QModelIndex | None = None) -> None:
-        if current.isValid():
-            self.chosen.emit(self._model.rows[current.row()].landmark)

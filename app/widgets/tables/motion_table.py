@@ -5,41 +5,21 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from PySide6.QtCore import QEvent, Qt, Signal
+from PySide6.QtCore import Signal
 from PySide6.QtGui import QAction
-from PySide6.QtWidgets import (
-    QAbstractItemView,
-    QDoubleSpinBox,
-    QHBoxLayout,
-    QHeaderView,
-    QTableWidget,
-    QTableWidgetItem,
-    QToolButton,
-    QVBoxLayout,
-    QWidget,
-)
+from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QWidget
 
+from ..style.building import action_button, hbox, number_box, vbox
 from ..style.elided_label import ElidedLabel
 from ..style.limb_colours import LIMB_COLOURS
-from .cells import LEFT, RIGHT, dress_table, swatch
+from .table import RIGHT, Cell, Column, TableModel, new_table
 
 _NOTHING = "No joint angles are known for these frames."
 
 
 @dataclass(frozen=True)
 class MotionRow:
-    """One angle.
-
-    Attributes
-    ----------
-    key : str
-        What is shown when the row is clicked.
-    limb : str
-        Whose colour it has.
-    label : str
-    cells : tuple of str
-    hint : str
-    """
+    """One angle, called `key` when its row is clicked, in the colour of its limb."""
 
     key: str
     limb: str
@@ -49,58 +29,38 @@ class MotionRow:
 
 
 class MotionTable(QWidget):
-    """A row per angle; a click shows that angle.
-
-    Signals
-    -------
-    angle_chosen : str
-    cut_off_changed : ()
-        Another low-pass shall be used.
-    """
+    """A row per angle; a click shows that angle."""
 
     angle_chosen = Signal(str)
     cut_off_changed = Signal()
+    """Another low-pass shall be used."""
 
     def __init__(self, cut_off: float, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.words = ElidedLabel(_NOTHING, self)
-        self.table = QTableWidget(self)
-        dress_table(self.table, "Range of motion of each joint angle", room=4)
+        self.model = TableModel((), _cells)
+        self.table = new_table(self.model, "Range of motion of each joint angle", room=4)
         self.table.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
-        self.table.cellClicked.connect(self._on_clicked)
-        self.cut_off = QDoubleSpinBox(self)
-        self.cut_off.setRange(0.1, 50.0)
-        self.cut_off.setSingleStep(0.5)
-        self.cut_off.setDecimals(1)
-        self.cut_off.setValue(cut_off)
-        self.cut_off.setPrefix("low-pass ")
-        self.cut_off.setSuffix(" Hz")
-        self.cut_off.setKeyboardTracking(False)
-        self.cut_off.setAccessibleName("Low-pass cut-off frequency")
-        self.cut_off.setToolTip(
+        self.table.clicked.connect(
+            lambda index: self.angle_chosen.emit(self.model.rows[index.row()].key)
+        )
+        self.cut_off = number_box(
+            "Low-pass cut-off frequency",
+            (0.1, 50.0),
+            cut_off,
             "Cut-off frequency of the low-pass filter for velocities, accelerations and ranges; "
-            "at most 0.4 of the frame rate"
+            "at most 0.4 of the frame rate",
+            prefix="low-pass ",
+            suffix=" Hz",
         )
         self.cut_off.valueChanged.connect(lambda _: self.cut_off_changed.emit())
-        self._buttons = QHBoxLayout()
-        self._buttons.addWidget(self.cut_off)
-        top = QHBoxLayout()
-        top.setContentsMargins(8, 2, 4, 0)
-        top.addWidget(self.words, 1)
-        top.addLayout(self._buttons)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.setSpacing(0)
-        layout.addLayout(top)
-        layout.addWidget(self.table, 1)
-        self._rows: tuple[MotionRow, ...] = ()
+        self._top = hbox((self.words, 1), self.cut_off, margins=(8, 2, 4, 0))
+        self.setLayout(vbox(self._top, (self.table, 1), spacing=0))
         self.table.hide()
 
     def add_action_button(self, action: QAction) -> None:
         """Offer a command above the table."""
-        button = QToolButton(self)
-        button.setDefaultAction(action)
-        self._buttons.addWidget(button)
+        self._top.addWidget(action_button(action))
 
     def set_highest_cut_off(self, usual: float, highest: float) -> None:
         """Allow a low-pass up to `highest`, and begin with the usual one, hertz."""
@@ -111,37 +71,16 @@ class MotionTable(QWidget):
         self, words: str, columns: Sequence[tuple[str, str]], rows: Sequence[MotionRow]
     ) -> None:
         """Show rows under columns (heading, tip); no rows stand for nothing to show."""
-        self._rows = tuple(rows)
         self.words.set_words(words if rows else _NOTHING)
         self.table.setVisible(bool(rows))
-        self.table.setColumnCount(1 + len(columns))
-        self.table.setRowCount(len(rows))
-        for column, (heading, tip) in enumerate([("Angle", ""), *columns]):
-            item = QTableWidgetItem(heading)
-            item.setToolTip(tip)
-            item.setTextAlignment(RIGHT if column else LEFT)
-            self.table.setHorizontalHeaderItem(column, item)
+        numbers = (Column(heading, tip, align=RIGHT) for heading, tip in columns)
+        self.model.show(rows, (Column("Angle"), *numbers))
         header = self.table.horizontalHeader()
+        header.setMinimumSectionSize(40)
         header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
         header.setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
-        header.setMinimumSectionSize(40)
-        for place, row in enumerate(rows):
-            self._write(place, row)
 
-    def _write(self, place: int, row: MotionRow) -> None:
-        first = QTableWidgetItem(row.label)
-        first.setData(Qt.ItemDataRole.DecorationRole, swatch(LIMB_COLOURS[row.limb]))
-        items = [first, *(QTableWidgetItem(cell) for cell in row.cells)]
-        for column, item in enumerate(items):
-            item.setToolTip(row.hint)
-            if column:
-                item.setTextAlignment(RIGHT)
-            self.table.setItem(place, column, item)
 
-    def _on_clicked(self, row: int, _column: int) -> None:
-        self.angle_chosen.emit(self._rows[row].key)
-
-    def changeEvent(self, event: QEvent) -> None:
-        if event.type() == QEvent.Type.PaletteChange:
-            self.table.viewport().update()
-        super().changeEvent(event)
+def _cells(row: MotionRow) -> Sequence[Cell]:
+    name = Cell(row.label, row.hint, swatch=LIMB_COLOURS[row.limb])
+    return (name, *(Cell(text, row.hint) for text in row.cells))

@@ -3,75 +3,52 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, TypeAlias
+from typing import Any
 
-from PySide6.QtCore import (
-    QAbstractTableModel,
-    QModelIndex,
-    QPersistentModelIndex,
-    QSize,
-    Qt,
-    Signal,
-    Slot,
-)
-from PySide6.QtGui import QColor, QFontMetrics, QResizeEvent
-from PySide6.QtWidgets import (
-    QAbstractItemView,
-    QApplication,
-    QCheckBox,
-    QDoubleSpinBox,
-    QHBoxLayout,
-    QHeaderView,
-    QLabel,
-    QPushButton,
-    QTreeView,
-    QVBoxLayout,
-    QWidget,
-)
+from PySide6.QtCore import QModelIndex, QSignalBlocker, Signal, Slot
+from PySide6.QtGui import QResizeEvent
+from PySide6.QtWidgets import QCheckBox, QPushButton, QTreeView, QWidget
 
 from stereotrack_core.annotation.click import ClickKey
 from stereotrack_core.annotation.next_clicks import StopSign, Suggestion
 
+from ..style.building import hbox, label, number_box, vbox
 from ..style.theme import current_theme
-from .cells import swatch
+from .table import RIGHT, Cell, Column, RowDelegate, TableModel, dress_list
 
-_Index: TypeAlias = QModelIndex | QPersistentModelIndex
-_NOWHERE = QModelIndex()
-_HEADINGS = ("Frame", "View", "Landmark", "Gain [°]", "All [°]", "Reason")
-_NUMBERS = (0, 3, 4)
-_TIPS = {
-    3: "Expected reduction of the angular uncertainty of this frame's limbs",
-    4: "Expected reduction over all frames that benefit; the list is sorted by this",
-}
+_COLUMNS = (
+    Column("Frame", align=RIGHT),
+    Column("View"),
+    Column("Landmark"),
+    Column(
+        "Gain [°]", "Expected reduction of the angular uncertainty of this frame's limbs", RIGHT
+    ),
+    Column(
+        "All [°]",
+        "Expected reduction over all frames that benefit; the list is sorted by this",
+        RIGHT,
+    ),
+    Column("Reason"),
+)
+_WIDEST = ("Frame", "W_right", "right shoulder", "Gain [°]", "All [°] ")
 _NARROW = 460
 _KEPT = 1000
-_NOT_FITTED = "Fit the whole recording to see suggested clicks. The most useful ones come first."
 
 
-class SuggestionModel(QAbstractTableModel):
+class SuggestionModel(TableModel[Suggestion]):
     """Suggestions as rows, best first."""
 
     def __init__(self) -> None:
-        super().__init__()
-        self._rows: tuple[Suggestion, ...] = ()
-        self._colours: Mapping[str, str] = {}
+        super().__init__(_COLUMNS, self._look)
+        self.colours: Mapping[str, str] = {}
+        """Of the landmarks."""
         self.visited: set[ClickKey] = set()
-
-    def show(self, rows: Sequence[Suggestion], colours: Mapping[str, str]) -> None:
-        """Show these; `colours` are those of the landmarks."""
-        self.beginResetModel()
-        self._rows, self._colours = tuple(rows), colours
-        self.endResetModel()
-
-    def suggestion(self, row: int) -> Suggestion:
-        """What is suggested in a row."""
-        return self._rows[row]
 
     def first_unvisited(self) -> int | None:
         """The best row that nobody went to yet; the best one where all were; None without rows."""
-        if not self._rows:
+        if not self.rows:
             return None
-        rows = (row for row, one in enumerate(self._rows) if one.key not in self.visited)
+        rows = (row for row, one in enumerate(self.rows) if one.key not in self.visited)
         found = next(rows, None)
         if found is None:
             self.visited.clear()
@@ -80,161 +57,89 @@ class SuggestionModel(QAbstractTableModel):
 
     def visit(self, row: int) -> None:
         """Note that somebody went there."""
-        self.visited.add(self._rows[row].key)
-        self.dataChanged.emit(self.index(row, 0), self.index(row, len(_HEADINGS) - 1))
+        self.visited.add(self.rows[row].key)
+        self.tell(row, row)
 
-    def rowCount(self, parent: _Index = _NOWHERE) -> int:
-        return 0 if parent.isValid() else len(self._rows)
-
-    def columnCount(self, parent: _Index = _NOWHERE) -> int:
-        return 0 if parent.isValid() else len(_HEADINGS)
-
-    def headerData(
-        self, section: int, orientation: Qt.Orientation, role: int = Qt.ItemDataRole.DisplayRole
-    ) -> Any:
-        if orientation != Qt.Orientation.Horizontal:
-            return None
-        if role == Qt.ItemDataRole.DisplayRole:
-            return _HEADINGS[section]
-        if role == Qt.ItemDataRole.TextAlignmentRole:
-            return _alignment(section)
-        return _TIPS.get(section) if role == Qt.ItemDataRole.ToolTipRole else None
-
-    def data(self, index: _Index, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
-        if role == Qt.ItemDataRole.SizeHintRole:
-            return QSize(0, QFontMetrics(QApplication.font()).height() + 6)
-        one, column = self._rows[index.row()], index.column()
-        if role == Qt.ItemDataRole.DisplayRole:
-            words = f"check: {one.reason}" if one.click_there else one.reason
-            label = one.landmark.replace("_", " ")
-            gains = (f"{one.gain_deg:.2f}", f"{one.over_frames_deg:.1f}")
-            return (str(one.frame), one.camera, label, *gains, words)[column]
-        if role == Qt.ItemDataRole.ToolTipRole:
-            return (
-                f"{one.reason}\nExpected gain of a click here: {one.gain_deg:.2f}° in this frame, "
-                f"{one.over_frames_deg:.1f}° over all frames."
-            )
-        if role == Qt.ItemDataRole.TextAlignmentRole:
-            return _alignment(column)
-        if role == Qt.ItemDataRole.DecorationRole and column == 2:
-            return swatch(self._colours.get(one.landmark, "#808080"))
-        if role == Qt.ItemDataRole.ForegroundRole:
-            theme = current_theme()
-            if one.key in self.visited:
-                return QColor(theme.muted)
-            return QColor(theme.warning) if one.click_there and column == 5 else None
-        return None
+    def _look(self, one: Suggestion) -> Sequence[Cell]:
+        tip = (
+            f"{one.reason}\nExpected gain of a click here: {one.gain_deg:.2f}° in this frame, "
+            f"{one.over_frames_deg:.1f}° over all frames."
+        )
+        colour = "muted" if one.key in self.visited else ""
+        doubt = colour or ("warning" if one.click_there else "")
+        swatch = self.colours.get(one.landmark, "#808080")
+        return (
+            Cell(str(one.frame), tip, colour),
+            Cell(one.camera, tip, colour),
+            Cell(one.landmark.replace("_", " "), tip, colour, swatch),
+            Cell(f"{one.gain_deg:.2f}", tip, colour),
+            Cell(f"{one.over_frames_deg:.1f}", tip, colour),
+            Cell(f"check: {one.reason}" if one.click_there else one.reason, tip, doubt),
+        )
 
 
 class NextPanel(QWidget):
-    """A stop sign in words, the wanted accuracy, and the suggestions below.
-
-    Signals
-    -------
-    visit_requested : int, str, str
-        Frame, camera and landmark.
-    wanted_changed : float
-        Degrees.
-    limited : bool
-        Look only at the selected frames.
-    fit_requested : ()
-        The body shall be fitted to the whole recording.
-    """
+    """A stop sign in words, the wanted accuracy, and the suggestions below."""
 
     visit_requested = Signal(int, str, str)
+    """Frame, camera and landmark."""
     wanted_changed = Signal(float)
+    """Degrees."""
     limited = Signal(bool)
+    """Look only at the selected frames."""
     fit_requested = Signal()
+    """The body shall be fitted to the whole recording."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.model = SuggestionModel()
-        self.sign = QLabel()
-        self.sign.setWordWrap(True)
-        self.wanted = QDoubleSpinBox()
-        self.wanted.setRange(0.1, 45.0)
-        self.wanted.setSingleStep(0.5)
-        self.wanted.setDecimals(1)
-        self.wanted.setValue(3.0)
-        self.wanted.setPrefix("± ")
-        self.wanted.setSuffix("°")
-        self.wanted.setKeyboardTracking(False)
-        self.wanted.setAccessibleName("Target uncertainty")
-        self.wanted.setToolTip(
-            "Target uncertainty. Suggestions stop when all limbs are within this angle."
-        )
+        self.sign = label()
+        tip = "Target uncertainty. Suggestions stop when all limbs are within this angle."
+        limits = (0.1, 45.0)
+        self.wanted = number_box("Target uncertainty", limits, 3.0, tip, prefix="± ", suffix="°")
         self.wanted.valueChanged.connect(self.wanted_changed)
         self.limit = QCheckBox("Selected frames only")
         self.limit.setToolTip("Suggest clicks only in the frames selected in the timeline")
         self.limit.toggled.connect(self.limited)
         self.next_button = QPushButton("Go to next")
         self.next_button.clicked.connect(self.go_to_next)
-        self._none = QLabel(_NOT_FITTED)
-        self._none.setWordWrap(True)
-        self._none.setProperty("role", "muted")
         self.fit_button = QPushButton("Fit whole recording")
         self.fit_button.clicked.connect(self.fit_requested)
+        self.reason = label("", "muted", margins=(8, 3, 8, 4))
         self.tree = QTreeView()
-        self.reason = QLabel()
-        self.reason.setWordWrap(True)
-        self.reason.setContentsMargins(8, 3, 8, 4)
-        self.reason.setProperty("role", "muted")
-        self._dress_tree()
+        self.tree.setModel(self.model)
+        self.tree.setItemDelegate(RowDelegate(self.tree))
+        width = self.fontMetrics().horizontalAdvance
+        swatches = (0, 0, 16, 0, 0)
+        widths = [width(text) + 20 + s for text, s in zip(_WIDEST, swatches, strict=True)]
+        dress_list(self.tree, "Suggested clicks", widths)
+        self.tree.header().setStretchLastSection(True)
+        self.tree.clicked.connect(self._on_chosen)
+        self.tree.activated.connect(self._on_chosen)
+        self.tree.selectionModel().currentRowChanged.connect(self._show_reason)
         self._lay_out()
         self._sign: StopSign | None = None
         self._doubted = False
         self.show_ranking((), None, {})
 
-    def _dress_tree(self) -> None:
-        self.tree.setModel(self.model)
-        self.tree.setRootIsDecorated(False)
-        self.tree.setUniformRowHeights(True)
-        self.tree.setAllColumnsShowFocus(True)
-        self.tree.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
-        self.tree.setAccessibleName("Suggested clicks")
-        self.tree.clicked.connect(self._on_chosen)
-        self.tree.activated.connect(self._on_chosen)
-        self.tree.selectionModel().currentRowChanged.connect(self._show_reason)
-        header = self.tree.header()
-        header.setStretchLastSection(True)
-        metrics = self.fontMetrics()
-        widest_texts = ("Frame", "W_right", "right shoulder", "Gain [°]", "All [°] ")
-        for column, widest in enumerate(widest_texts):
-            header.setSectionResizeMode(column, QHeaderView.ResizeMode.Interactive)
-            swatch = 16 if column == 2 else 0
-            header.resizeSection(column, metrics.horizontalAdvance(widest) + 20 + swatch)
-
     def _lay_out(self) -> None:
-        row = QHBoxLayout()
-        row.addWidget(self.next_button)
-        row.addWidget(self.limit)
-        row.addStretch(1)
-        row.addWidget(self.wanted)
-        self._head = QWidget()
-        head = QVBoxLayout(self._head)
-        head.setContentsMargins(8, 4, 8, 4)
-        head.setSpacing(4)
-        head.addWidget(self.sign)
-        head.addLayout(row)
-        self._unfitted = QWidget()
-        unfitted = QVBoxLayout(self._unfitted)
-        unfitted.setContentsMargins(10, 10, 10, 10)
-        unfitted.addWidget(self._none)
-        unfitted.addWidget(self.fit_button, 0, Qt.AlignmentFlag.AlignLeft)
-        unfitted.addStretch(1)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.setSpacing(0)
-        layout.addWidget(self._unfitted, 1)
-        layout.addWidget(self._head)
-        layout.addWidget(self.tree, 1)
-        layout.addWidget(self.reason)
+        tools = hbox(self.next_button, self.limit, None, self.wanted)
+        self._head, self._unfitted = QWidget(), QWidget()
+        self._head.setLayout(vbox(self.sign, tools, margins=(8, 4, 8, 4), spacing=4))
+        none = label(
+            "Fit the whole recording to see suggested clicks. The most useful ones come first.",
+            "muted",
+        )
+        fit = hbox(self.fit_button, None)
+        self._unfitted.setLayout(vbox(none, fit, None, margins=(10, 10, 10, 10)))
+        self.setLayout(
+            vbox((self._unfitted, 1), self._head, (self.tree, 1), self.reason, spacing=0)
+        )
 
     def show_wanted(self, degrees: float) -> None:
         """Show the wanted accuracy without a signal."""
-        blocked = self.wanted.blockSignals(True)
-        self.wanted.setValue(degrees)
-        self.wanted.blockSignals(blocked)
+        with QSignalBlocker(self.wanted):
+            self.wanted.setValue(degrees)
 
     def show_ranking(
         self, rows: Sequence[Suggestion], sign: StopSign | None, colours: Mapping[str, str]
@@ -245,11 +150,11 @@ class NextPanel(QWidget):
         self._head.setVisible(sign is not None)
         self.tree.setVisible(sign is not None)
         current = self.tree.currentIndex()
-        key = self.model.suggestion(current.row()).key if current.isValid() else None
-        self.model.show(rows, colours)
-        places = [place for place, one in enumerate(rows[:_KEPT]) if one.key == key]
-        if places:
-            self.tree.setCurrentIndex(self.model.index(places[0], 0))
+        key = self.model.rows[current.row()].key if current.isValid() else None
+        self.model.colours = colours
+        self.model.show(rows)
+        places = (place for place, one in enumerate(rows[:_KEPT]) if one.key == key)
+        self.tree.setCurrentIndex(self.model.index(next(places, -1), 0))
         self._show_reason()
         self.reason.setVisible(sign is not None and bool(rows))
         self.next_button.setEnabled(bool(rows))
@@ -271,17 +176,17 @@ class NextPanel(QWidget):
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
         # what is left out is said below the list
-        for column in (4, 5):
-            self.tree.setColumnHidden(column, self.width() < _NARROW)
+        for hidden in (4, 5):
+            self.tree.setColumnHidden(hidden, self.width() < _NARROW)
 
     @Slot()
     def _show_reason(self) -> None:
         """Write the reason of the chosen row, or of the best one, where there is room for it."""
         row = max(self.tree.currentIndex().row(), 0)
         if row < self.model.rowCount():
-            one = self.model.suggestion(row)
+            one = self.model.rows[row]
             place = f"{one.frame}, {one.landmark.replace('_', ' ')} in {one.camera}"
-            self.reason.setText(f"{place}: {self.model.index(row, 5).data()}.")
+            self.reason.setText(f"{place}: {self.model.cell(row, 5).text}.")
 
     def changeEvent(self, event: Any) -> None:
         super().changeEvent(event)
@@ -301,12 +206,7 @@ class NextPanel(QWidget):
         self._go_to(index.row())
 
     def _go_to(self, row: int) -> None:
-        one = self.model.suggestion(row)
+        one = self.model.rows[row]
         self.tree.setCurrentIndex(self.model.index(row, 0))
         self.model.visit(row)
         self.visit_requested.emit(one.frame, one.camera, one.landmark)
-
-
-def _alignment(column: int) -> Qt.AlignmentFlag:
-    side = Qt.AlignmentFlag.AlignRight if column in _NUMBERS else Qt.AlignmentFlag.AlignLeft
-    return side | Qt.AlignmentFlag.AlignVCenter

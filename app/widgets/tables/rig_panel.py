@@ -7,11 +7,12 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from PySide6.QtCore import QEvent, Qt
 from PySide6.QtGui import QColor
-from PySide6.QtWidgets import QTreeWidget, QTreeWidgetItem, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QTreeWidget, QTreeWidgetItem, QWidget
 
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.recording.description import Recording, View
 
+from ..style.building import vbox
 from ..style.theme import current_theme
 
 _COLUMNS = {
@@ -40,9 +41,7 @@ class RigPanel(QWidget):
             header = self.tree.headerItem()
             if header is not None:
                 header.setToolTip(column, tip)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.addWidget(self.tree)
+        self.setLayout(vbox(self.tree))
 
     def show_findings(self, found: Mapping[str, str]) -> None:
         """Mark cameras that something is wrong with: what it is, by name."""
@@ -94,11 +93,11 @@ def _view_item(view: View, recording: Recording) -> QTreeWidgetItem:
     if view.left is not None:
         cameras.insert(0, recording.cameras[view.left.camera])
     for camera in cameras:
-        item.addChild(QTreeWidgetItem(camera_words(camera)))
+        item.addChild(QTreeWidgetItem(_camera_words(camera)))
     return item
 
 
-def camera_words(camera: Camera) -> Sequence[str]:
+def _camera_words(camera: Camera) -> Sequence[str]:
     """What the rig panel says about a camera, column by column."""
     K, place = camera.matrix, camera.position_world
     return [
@@ -106,9 +105,9 @@ def camera_words(camera: Camera) -> Sequence[str]:
         f"{camera.width} × {camera.height}",
         _pair(K[0, 0], K[1, 1]),
         f"{K[0, 2]:.1f}, {K[1, 2]:.1f}",
-        f"{corner_distortion(camera):.1f} px",
+        f"{_corner_distortion(camera):.1f} px",
         f"{place[0]:.2f}, {place[1]:.2f}, {place[2]:.2f}",
-        direction_words(camera),
+        _direction_words(camera),
     ]
 
 
@@ -116,14 +115,14 @@ def _pair(a: float, b: float) -> str:
     return f"{a:.1f}" if abs(a - b) < 0.05 else f"{a:.1f}, {b:.1f}"
 
 
-def corner_distortion(camera: Camera) -> float:
+def _corner_distortion(camera: Camera) -> float:
     """Pixels by which the lens displaces the picture's corner from where a pinhole has it."""
     corner = np.array([camera.width - 1.0, camera.height - 1.0])
     ideal = camera.matrix[:2, :2] @ camera.normalised(corner) + camera.matrix[:2, 2]
     return float(np.linalg.norm(ideal - corner))
 
 
-def direction_words(camera: Camera) -> str:
+def _direction_words(camera: Camera) -> str:
     """Where a camera looks, such as ``SE, 15° down``."""
     axis = camera.world_from_camera.rotation[:, 2]
     bearing = np.degrees(np.arctan2(axis[0], axis[1])) % 360.0

@@ -4,22 +4,80 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TypeAlias
 
 from PySide6.QtCore import QSignalBlocker, QSize, Qt, Signal, Slot
 from PySide6.QtGui import QIcon, QResizeEvent
 from PySide6.QtWidgets import (
-    QHBoxLayout,
+    QCheckBox,
+    QDialog,
     QHeaderView,
     QLabel,
     QLineEdit,
-    QToolButton,
     QTreeWidget,
     QTreeWidgetItem,
-    QVBoxLayout,
     QWidget,
 )
 
+from ..style.building import choice, empty_label, hbox, label, tool_button, vbox
 from ..style.line_styles import LineStyle, line_pixmap
+from .table import Cell, Column, TableModel, new_table, select_cells
+
+Row: TypeAlias = tuple[str, str, str, bool]
+"""What, the first run's value, the second's, and whether they differ."""
+
+
+class RunDetails(QDialog):
+    """Two runs to choose, and a row for all that differs between them, or for everything."""
+
+    asked = Signal(int, int, bool)
+    """The two runs that are chosen, and whether what is the same is wanted too."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setWindowTitle("Run details")
+        self.resize(640, 460)
+        self.first, self.second = choice("First run"), choice("Second run")
+        self.everything = QCheckBox("Show equal values", self)
+        self.words = label("", "muted")
+        self.model = TableModel((), self._cells)
+        self.table = new_table(self.model, "Run details")
+        select_cells(self.table)
+        chosen = hbox((self.first, 1), QLabel("and", self), (self.second, 1), self.everything)
+        self.setLayout(vbox(chosen, self.words, (self.table, 1), margins=(9, 9, 9, 9)))
+        self.first.currentIndexChanged.connect(self._ask)
+        self.second.currentIndexChanged.connect(self._ask)
+        self.everything.toggled.connect(self._ask)
+
+    def offer(self, names: Sequence[str], first: int, second: int) -> None:
+        """Let the person choose among these runs."""
+        for box, place in ((self.first, first), (self.second, second)):
+            with QSignalBlocker(box):
+                box.clear()
+                box.addItems(list(names))
+                box.setCurrentIndex(place)
+        self._ask()
+
+    def show_rows(self, words: str, rows: Sequence[Row]) -> None:
+        """Show what the runs were made with."""
+        self.words.setText(words)
+        headings = ("", self.first.currentText(), self.second.currentText())
+        self.model.show(rows, map(Column, headings))
+        header = self.table.horizontalHeader()
+        header.setSectionResizeMode(QHeaderView.ResizeMode.Stretch)
+        header.setSectionResizeMode(0, QHeaderView.ResizeMode.ResizeToContents)
+
+    def _cells(self, row: Row) -> Sequence[Cell]:
+        *texts, differs = row
+        bold = differs and self.everything.isChecked()
+        return [Cell(text, text, bold=bold and k > 0) for k, text in enumerate(texts)]
+
+    @Slot()
+    def _ask(self) -> None:
+        if self.first.count():
+            chosen = self.first.currentIndex(), self.second.currentIndex()
+            self.asked.emit(*chosen, self.everything.isChecked())
+
 
 _HEADINGS = ("Run", "Frames", "Arm error", "Time", "Seed", "Date")
 _NARROWEST_NAME = 170
@@ -27,59 +85,33 @@ _NARROWEST_NAME = 170
 
 @dataclass(frozen=True)
 class RunRow:
-    """What the list says about one run.
-
-    Attributes
-    ----------
-    name : str
-    style : LineStyle
-        Of its curves and outlines.
-    visible : bool
-    active : bool
-    frames : str
-        Frames it has, in words.
-    score : str
-        Its median error, or how it stands.
-    hint : str
-    time : str
-        How long tracking took.
-    seed : str
-    when : str
-        When it was tracked, short.
-    made : str
-        Preset and changed parameters in words.
-    note : str
-        What a person has written about it.
-    noted : bool
-        Whether a note can be written: the project keeps the run.
-    """
+    """What the list says about one run, in words."""
 
     name: str
     style: LineStyle
+    """Of its curves and outlines."""
     visible: bool
     active: bool
     frames: str
+    """Those it has."""
     score: str
+    """Its median error, or how it stands."""
     hint: str
     time: str = ""
+    """How long tracking took."""
     seed: str = ""
     when: str = ""
+    """When it was tracked, short."""
     made: str = ""
+    """Preset and changed parameters."""
     note: str = ""
+    """What a person has written about it."""
     noted: bool = False
+    """Whether a note can be written: the project keeps the run."""
 
 
 class RunsPanel(QWidget):
-    """A row per run; the tick shows it, a click draws its model, the name can be changed.
-
-    Signals
-    -------
-    activated : int
-    shown : int, bool
-    renamed : int, str
-    noted : int, str
-    details_wanted : ()
-    """
+    """A row per run; the tick shows it, a click draws its model, the name can be changed."""
 
     activated = Signal(int)
     shown = Signal(int, bool)
@@ -103,44 +135,28 @@ class RunsPanel(QWidget):
         self.tree.setTextElideMode(Qt.TextElideMode.ElideMiddle)
         self._rows: tuple[RunRow, ...] = ()
         self._noted_row = -1
-        self._none = QLabel("Run the tracker or open a run to see it listed here.")
-        self._none.setProperty("role", "muted")
-        self._none.setWordWrap(True)
-        self._none.setContentsMargins(10, 10, 10, 10)
-        self._none.setAlignment(Qt.AlignmentFlag.AlignTop)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.addWidget(self._none)
-        layout.addWidget(self.tree, 1)
-        layout.addWidget(self._make_foot())
+        self._none = empty_label("Run the tracker or open a run to see it listed here.")
+        self.setLayout(vbox(self._none, (self.tree, 1), self._make_foot()))
         self.tree.itemChanged.connect(self._on_changed)
         self.tree.itemClicked.connect(self._on_clicked)
-        self.tree.itemActivated.connect(self._on_activated)
+        # a run that is not shown is shown, and read from the project where it has to be
+        self.tree.activated.connect(lambda index: self.activated.emit(index.row()))
         self.show_rows(())
 
     def _make_foot(self) -> QWidget:
         """What the active run was made with, and room for a note."""
         self.foot = QWidget(self)
-        self.made = QLabel(self.foot)
-        self.made.setWordWrap(True)
-        self.made.setProperty("role", "muted")
+        self.made = label("", "muted")
         self.made.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self.note = QLineEdit(self.foot)
         self.note.setPlaceholderText("Note on this run")
         self.note.setAccessibleName("Note on the active run")
         self.note.editingFinished.connect(self._on_noted)
-        self.details = QToolButton(self.foot)
-        self.details.setText("Details …")
-        self.details.setToolTip("Compare the settings of two runs")
+        self.details = tool_button("Compare the settings of two runs", text="Details …")
+        self.details.setAutoRaise(False)
         self.details.clicked.connect(self.details_wanted)
-        lower = QHBoxLayout()
-        lower.addWidget(self.note, 1)
-        lower.addWidget(self.details)
-        column = QVBoxLayout(self.foot)
-        column.setContentsMargins(8, 2, 8, 6)
-        column.setSpacing(4)
-        column.addWidget(self.made)
-        column.addLayout(lower)
+        lower = hbox((self.note, 1), self.details)
+        self.foot.setLayout(vbox(self.made, lower, margins=(8, 2, 8, 6), spacing=4))
         return self.foot
 
     def show_rows(self, rows: Sequence[RunRow]) -> None:
@@ -221,11 +237,6 @@ class RunsPanel(QWidget):
         if column == 0 and place >= 0:
             self.shown.emit(place, item.checkState(0) == Qt.CheckState.Checked)
             self.renamed.emit(place, item.text(0))
-
-    @Slot(QTreeWidgetItem, int)
-    def _on_activated(self, item: QTreeWidgetItem, _column: int) -> None:
-        """A run that is not shown is shown, and read from the project where it has to be."""
-        self.activated.emit(self.tree.indexOfTopLevelItem(item))
 
     @Slot(QTreeWidgetItem, int)
     def _on_clicked(self, item: QTreeWidgetItem, _column: int) -> None:

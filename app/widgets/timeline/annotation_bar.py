@@ -7,9 +7,9 @@ from dataclasses import replace
 
 from PySide6.QtCore import QPoint, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QAction, QColor, QPainter, QPaintEvent
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QMenu, QSizePolicy, QToolButton, QWidget
+from PySide6.QtWidgets import QMenu, QSizePolicy, QToolButton, QWidget
 
-from ..style.icons import set_icon
+from ..style.building import hbox, label, tool_button
 from ..style.theme import current_theme
 from .lanes import KIND_WORDS, KINDS, LaneFilter
 
@@ -46,56 +46,38 @@ class ProgressStrip(QWidget):
 
 
 class AnnotationBar(QWidget):
-    """One row over the timeline.
-
-    Signals
-    -------
-    filter_changed : LaneFilter
-    flagged_requested : bool
-        Go to the next flagged frame; True: the one before.
-    """
+    """One row over the timeline."""
 
     filter_changed = Signal(object)
+    """The :class:`~app.widgets.timeline.lanes.LaneFilter` that a person wants."""
     flagged_requested = Signal(bool)
+    """Go to the next flagged frame; True: the one before."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self._filter = LaneFilter()
+        self.filter = LaneFilter()
+        """Which lanes are shown."""
         self._lanes: tuple[tuple[str, str], ...] = ()
         self.strip = ProgressStrip()
-        self.progress = QLabel()
+        self.progress = label(wraps=False)
         self.previous_button = _button("previous-episode", "Previous frame with a flag")
         self.next_button = _button("next-episode", "Next frame with a flag")
         self.previous_button.clicked.connect(lambda: self.flagged_requested.emit(True))
         self.next_button.clicked.connect(lambda: self.flagged_requested.emit(False))
-        self.lanes_button = _button("filter", "Choose which lanes are shown")
-        self.lanes_button.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
-        self.lanes_button.setText(_with_arrow("Lanes"))
-        self.lanes_button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
-        self.lanes_menu = QMenu(self.lanes_button)
+        self.lanes_button = _button("filter", "Choose which lanes are shown", "Lanes")
+        self.lanes_menu = self.lanes_button.menu()
         self.lanes_menu.aboutToShow.connect(self._fill_lanes_menu)
-        self.lanes_button.setMenu(self.lanes_menu)
-        self.selection_words = QLabel()
-        self.selection_words.setProperty("role", "muted")
+        self.selection_words = label("", "muted", wraps=False)
         self.selection_words.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self.selection_words.setAlignment(
             Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
         )
-        self.selection_button = _button("selection", "Actions on the selected frames")
-        self.selection_button.setText(_with_arrow("Selection"))
-        self.selection_button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
-        self.selection_button.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
-        self.selection_menu = QMenu(self.selection_button)
+        self.selection_button = _button("selection", "Actions on the selected frames", "Selection")
+        self.selection_menu = self.selection_button.menu()
         self.selection_menu.setToolTipsVisible(True)
-        self.selection_button.setMenu(self.selection_menu)
-        row = QHBoxLayout(self)
-        row.setContentsMargins(8, 1, 8, 1)
-        row.setSpacing(6)
-        for widget in (self.strip, self.progress, self.previous_button, self.next_button):
-            row.addWidget(widget)
-        row.addWidget(self.lanes_button)
-        row.addWidget(self.selection_words, 1)
-        row.addWidget(self.selection_button)
+        left = (self.strip, self.progress, self.previous_button, self.next_button)
+        right = (self.lanes_button, (self.selection_words, 1), self.selection_button)
+        self.setLayout(hbox(*left, *right, margins=(8, 1, 8, 1), spacing=6))
         self.setAccessibleName("Annotation")
         self.hide()
 
@@ -129,14 +111,9 @@ class AnnotationBar(QWidget):
 
     # ---- which lanes are shown
 
-    @property
-    def filter(self) -> LaneFilter:
-        """Which lanes are shown."""
-        return self._filter
-
     def set_filter(self, chosen: LaneFilter) -> None:
         """Show other lanes, without a signal."""
-        self._filter = chosen
+        self.filter = chosen
         words = "Lanes" if chosen == LaneFilter() else "Lanes *"
         self.lanes_button.setText(_with_arrow("Only flagged" if chosen.only_flagged else words))
 
@@ -147,15 +124,15 @@ class AnnotationBar(QWidget):
     def _fill_lanes_menu(self) -> None:
         menu = self.lanes_menu
         menu.clear()
-        only = self._add("Only flagged items", checked=self._filter.only_flagged)
-        only.toggled.connect(lambda on: self._change(replace(self._filter, only_flagged=on)))
+        only = self._add("Only flagged items", checked=self.filter.only_flagged)
+        only.toggled.connect(lambda on: self._change(replace(self.filter, only_flagged=on)))
         menu.addSeparator()
         for kind in KINDS:
-            action = self._add(KIND_WORDS[kind], checked=kind in self._filter.kinds)
+            action = self._add(KIND_WORDS[kind], checked=kind in self.filter.kinds)
             action.toggled.connect(lambda _on, kind=kind: self._toggle("kinds", kind))
         menu.addSeparator()
         for name, words in self._lanes:
-            action = self._add(words, checked=name not in self._filter.hidden)
+            action = self._add(words, checked=name not in self.filter.hidden)
             action.toggled.connect(lambda _on, name=name: self._toggle("hidden", name))
         menu.addSeparator()
         menu.addAction("Reset", lambda: self._change(LaneFilter()))
@@ -167,26 +144,21 @@ class AnnotationBar(QWidget):
         return action
 
     def _toggle(self, field: str, name: str) -> None:
-        names = getattr(self._filter, field) ^ {name}
-        self._change(
-            replace(self._filter, kinds=names)
-            if field == "kinds"
-            else replace(self._filter, hidden=names)
-        )
+        self._change(replace(self.filter, **{field: getattr(self.filter, field) ^ {name}}))
 
     def _change(self, chosen: LaneFilter) -> None:
-        if chosen != self._filter:
+        if chosen != self.filter:
             self.set_filter(chosen)
             self.filter_changed.emit(chosen)
 
 
-def _button(icon: str, tip: str) -> QToolButton:
-    button = QToolButton()
-    button.setAutoRaise(True)
-    button.setToolTip(tip)
+def _button(icon: str, tip: str, menu: str = "") -> QToolButton:
+    """Make a button; with a name for its menu it opens that."""
+    button = tool_button(tip, icon, _with_arrow(menu) if menu else "", role="plain")
     button.setAccessibleName(tip)
-    button.setProperty("role", "plain")
-    set_icon(button, icon)
+    if menu:
+        button.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
+        button.setMenu(QMenu(button))
     return button
 
 

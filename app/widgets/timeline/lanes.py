@@ -43,49 +43,32 @@ MARK_WORDS = {
 
 @dataclass(frozen=True)
 class Span:
-    """A stretch of frames, both ends included.
-
-    Attributes
-    ----------
-    first, last : int
-    label : str
-        Written into the bar where there is room, and in the tooltip.
-    """
+    """A stretch of frames, both ends included."""
 
     first: int
     last: int
     label: str = ""
+    """Written into the bar where there is room, and in the tooltip."""
 
 
 @dataclass(frozen=True, eq=False)
 class Lane:
-    """One row of the timeline; its values are not changed after it was handed on.
-
-    Attributes
-    ----------
-    name : str
-        Written at the left.
-    colour : str
-        #rrggbb.
-    kind : "heat", "marks" or "bars"
-    values : (F,) float64, (F,) of Mark, or sequence of Span
-        For heat a number per frame, NaN where there is none; for marks a :class:`Mark` per
-        frame; for bars the stretches.
-    full : float or None
-        Heat: the value shown in the full colour; None takes the largest.
-    unit : str
-        Heat: written after the value in the tooltip.
-    key : str
-        What the program calls it; the name where that is empty.
-    """
+    """One row of the timeline; its values are not changed after it was handed on."""
 
     name: str
+    """Written at the left."""
     colour: str
+    """#rrggbb."""
     kind: LaneKind
     values: FloatArray | IntArray | MarkArray | Sequence[Span]
+    """(F,) float64, (F,) of Mark, or sequence of Span. For heat a number per frame, NaN where there
+    is none; for marks a :class:`Mark` per frame; for bars the stretches."""
     full: float | None = None
+    """Heat: the value shown in the full colour; None takes the largest."""
     unit: str = ""
+    """Heat: written after the value in the tooltip."""
     key: str = ""
+    """What the program calls it; the name where that is empty."""
 
     @property
     def id(self) -> str:
@@ -209,18 +192,11 @@ KIND_WORDS = {
 
 @dataclass(frozen=True)
 class LaneFilter:
-    """Which lanes are shown.
-
-    Attributes
-    ----------
-    kinds : frozenset of str
-        Of :data:`KINDS`.
-    hidden : frozenset of str
-        What lanes are called (``Lane.id``) that are left out.
-    only_flagged : bool
-        Leave out the landmarks without a flagged frame, and all limbs.
-    """
+    """Which lanes are shown."""
 
     kinds: frozenset[str] = frozenset({"landmarks", "uncertainty"})
+    """Of :data:`KINDS`."""
     hidden: frozenset[str] = frozenset()
+    """What lanes are called (``Lane.id``) that are left out."""
     only_flagged: bool = False
+    """Leave out the landmarks without a flagged frame, and all limbs."""

@@ -13,23 +13,17 @@ _FEWEST_FRAMES = 8.0
 
 @dataclass(frozen=True)
 class TimelineScale:
-    """Mapping between frames and positions; frame k covers the interval from k to k + 1.
-
-    Attributes
-    ----------
-    frame_count : int
-        Frames of the recording.
-    first, last : float
-        Borders of what is visible.
-    left, width : float, device-independent pixels
-        Where the lanes begin, and how wide they are.
-    """
+    """Mapping between frames and positions; frame k covers the interval from k to k + 1."""
 
     frame_count: int = 0
+    """Frames of the recording."""
     first: float = 0.0
     last: float = 0.0
+    """`first` and `last`: borders of what is visible."""
     left: float = 0.0
     width: float = 1.0
+    """`left` and `width`: device-independent pixels. Where the lanes begin, and how wide they
+    are."""
 
     @property
     def visible(self) -> float:
@@ -79,10 +73,10 @@ class TimelineScale:
         first = min(max(first, 0.0), max(self.frame_count - visible, 0.0))
         return replace(self, first=first, last=first + visible)
 
-    def ticks(self, smallest_gap: float = 70.0) -> tuple[list[int], int]:
-        """Frames to write a number at, at least `smallest_gap` pixels apart, and their step."""
+    def ticks(self, smallest_gap: float = 70.0) -> list[int]:
+        """Frames to write a number at, at least `smallest_gap` pixels apart."""
         wanted = smallest_gap / self.width * self.visible
         power = 10 ** max(0, int(np.floor(np.log10(max(wanted, 1.0)))))
         step = next(power * m for m in (1, 2, 5, 10, 20) if power * m >= wanted)
         start = int(np.ceil(self.first / step)) * step
-        return list(range(start, int(np.ceil(self.last)), step)), step
+        return list(range(start, int(np.ceil(self.last)), step))

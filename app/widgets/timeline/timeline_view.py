@@ -22,22 +22,17 @@ from PySide6.QtGui import (
 from PySide6.QtWidgets import QAbstractScrollArea, QToolTip, QWidget
 
 from ..style.theme import current_theme
-from .keys import HELP, ZOOMS, next_lane, selection_to_here, steps
 from .lanes import Lane
-from .painting import (
-    LEAST_LANE,
-    MOST_LANE,
-    RULER_HEIGHT,
-    paint_hint,
-    paint_lanes,
-    paint_names,
-    paint_playhead,
-    paint_ruler,
-    paint_selection,
-    time_text,
-)
+from .painting import LEAST_LANE, MOST_LANE, RULER_HEIGHT, TimelinePainter, time_text
 from .scale import TimelineScale
 
+HELP = (
+    "Drag to scrub, Shift+drag or drag in the ruler to select frames, scroll to zoom. Keys: "
+    "arrows step, Shift+arrows step by ten, Page Up and Page Down by a second, Home and End, + - "
+    "0 zoom, [ and ] set the ends of the selection, Esc clears it. Ctrl+click on names, or up and "
+    "down, to select lanes; Shift adds."
+)
+_ZOOMS = {Qt.Key.Key_Plus: 1.5, Qt.Key.Key_Equal: 1.5, Qt.Key.Key_Minus: 1 / 1.5}
 _NAMES_NARROWEST, _NAMES_WIDEST = 120, 190
 _SCROLL_STEPS = 1000
 
@@ -53,30 +48,21 @@ class TimelineView(QAbstractScrollArea):
 
     The lanes are kept as a picture that depends on the lanes, the visible frames and the size;
     moving the playhead paints that picture again and reads no data.
-
-    Signals
-    -------
-    frame_requested : int
-        The person went to this frame; the caller answers with :meth:`set_frame`.
-    selection_changed : range or None
-        The person selected these frames, or none.
-    lane_clicked : str
-        The name of a lane was clicked; what the program calls the lane.
-    lanes_selected : frozenset of str
-        The person selected lanes by Ctrl and a click on their names.
-    visible_range_changed : float, float
-        The person zoomed or moved, or a page was turned; borders of the visible frames, where
-        frame k covers the stretch from k to k + 1.
-    margins_changed : float, float
-        Pixels beside the frames at the left and right: names, and a scroll bar.
     """
 
     frame_requested = Signal(int)
+    """The person went to this frame; the caller answers with :meth:`set_frame`."""
     selection_changed = Signal(object)
+    """The person selected these frames, or none."""
     lane_clicked = Signal(str)
+    """The name of a lane was clicked; what the program calls the lane."""
     lanes_selected = Signal(object)
+    """The person selected lanes by Ctrl and a click on their names."""
     visible_range_changed = Signal(float, float)
+    """The person zoomed or moved, or a page was turned; borders of the visible frames, where frame
+    k covers the stretch from k to k + 1."""
     margins_changed = Signal(float, float)
+    """Pixels beside the frames at the left and right: names, and a scroll bar."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -86,15 +72,21 @@ class TimelineView(QAbstractScrollArea):
         self.setAccessibleName("Timeline")
         self.setAccessibleDescription(HELP)
         self.viewport().setMouseTracking(True)
-        self._lanes: tuple[Lane, ...] = ()
+        self.lanes: tuple[Lane, ...] = ()
+        """All lanes from top to bottom."""
         self._groups: dict[str, tuple[Lane, ...]] = {}
-        self._selected_lanes: frozenset[str] = frozenset()
-        self._lane_height = MOST_LANE
+        self.selected_lanes: frozenset[str] = frozenset()
+        """What the program calls the lanes that are selected."""
+        self.lane_height = MOST_LANE
+        """Height of a lane: what there is room for, within limits."""
         self._hint = ""
-        self._scale = TimelineScale()
+        self.scale = TimelineScale()
+        """Which frames are visible, and where."""
         self._fps = 1.0
-        self._frame = 0
-        self._selection: range | None = None
+        self.frame = 0
+        """Frame under the playhead."""
+        self.selection: range | None = None
+        """Frames that are selected."""
         self._drag: _Drag | None = None
         self._drag_start = 0
         self._drag_from = QPointF()
@@ -103,58 +95,28 @@ class TimelineView(QAbstractScrollArea):
         self.verticalScrollBar().valueChanged.connect(self._forget_picture)
 
     def sizeHint(self) -> QSize:
-        return QSize(900, RULER_HEIGHT + MOST_LANE * max(len(self._lanes), 8))
+        return QSize(900, RULER_HEIGHT + MOST_LANE * max(len(self.lanes), 8))
 
     # ---- what is shown
 
-    @property
-    def frame(self) -> int:
-        """Frame under the playhead."""
-        return self._frame
-
-    @property
-    def selection(self) -> range | None:
-        """Frames that are selected."""
-        return self._selection
-
-    @property
-    def scale(self) -> TimelineScale:
-        """Which frames are visible, and where."""
-        return self._scale
-
     def set_range(self, frame_count: int, fps: float) -> None:
         """Show a recording of `frame_count` frames at `fps` frames per second."""
-        self._scale = replace(self._scale, frame_count=frame_count).whole()
+        self.scale = replace(self.scale, frame_count=frame_count).whole()
         self._fps = fps
-        self._frame = min(self._frame, max(frame_count - 1, 0))
-        self._selection = None
+        self.frame = min(self.frame, max(frame_count - 1, 0))
+        self.selection = None
         self._scale_changed()
 
     @property
     def margins(self) -> tuple[float, float]:
         """Pixels beside the frames at the left and right."""
-        return self._scale.left, self.width() - self._scale.left - self._scale.width
-
-    @property
-    def lane_height(self) -> int:
-        """Height of a lane: what there is room for, within limits."""
-        return self._lane_height
+        return self.scale.left, self.width() - self.scale.left - self.scale.width
 
     def set_hint(self, words: str) -> None:
         """Say these words where there is no lane."""
         if words != self._hint:
             self._hint = words
             self._forget_picture()
-
-    @property
-    def lanes(self) -> tuple[Lane, ...]:
-        """All lanes from top to bottom."""
-        return self._lanes
-
-    @property
-    def selected_lanes(self) -> frozenset[str]:
-        """What the program calls the lanes that are selected."""
-        return self._selected_lanes
 
     def set_lanes(self, lanes: Sequence[Lane], group: str = "runs") -> None:
         """Show these lanes; those handed on before keep what was computed for them.
@@ -167,12 +129,12 @@ class TimelineView(QAbstractScrollArea):
         """
         self._groups[group] = tuple(lanes)
         shown = tuple(lane for name in sorted(self._groups) for lane in self._groups[name])
-        same_names = [lane.name for lane in shown] == [lane.name for lane in self._lanes]
-        self._lanes = shown
+        same_names = [lane.name for lane in shown] == [lane.name for lane in self.lanes]
+        self.lanes = shown
         if same_names:
             self._forget_picture()
             return
-        self._select_lanes(self._selected_lanes & {lane.id for lane in shown})
+        self._select_lanes(self.selected_lanes & {lane.id for lane in shown})
         self._place_lanes()
         # a scroll bar that comes or goes makes this widget place the lanes again
         self._set_scroll_bars()
@@ -180,42 +142,42 @@ class TimelineView(QAbstractScrollArea):
 
     def set_frame(self, frame: int) -> None:
         """Move the playhead, and turn the page where it would not be seen."""
-        frame = max(0, min(frame, self._scale.frame_count - 1))
-        if frame == self._frame:
+        frame = max(0, min(frame, self.scale.frame_count - 1))
+        if frame == self.frame:
             return
         old = self._playhead_area()
-        self._frame = frame
-        shown = self._scale if self._drag else self._scale.showing(frame)
-        if shown != self._scale:
+        self.frame = frame
+        shown = self.scale if self._drag else self.scale.showing(frame)
+        if shown != self.scale:
             self._set_scale(shown)
         self.viewport().update(old)
         self.viewport().update(self._playhead_area())
 
     def set_selection(self, selection: range | None) -> None:
         """Select frames without emitting a signal."""
-        self._selection = selection if selection else None
+        self.selection = selection if selection else None
         self.viewport().update()
 
     def set_visible_range(self, first: float, last: float) -> None:
         """Zoom to the frames from `first` up to `last` without emitting a signal."""
-        count = self._scale.frame_count
-        factor = self._scale.visible / max(last - first, 1.0)
-        scale = self._scale.zoomed(factor, self._scale.left)
-        self._scale = scale.moved(min(max(first, 0.0), count) - scale.first)
+        count = self.scale.frame_count
+        factor = self.scale.visible / max(last - first, 1.0)
+        scale = self.scale.zoomed(factor, self.scale.left)
+        self.scale = scale.moved(min(max(first, 0.0), count) - scale.first)
         self._scale_changed()
 
     def lane_at(self, y: float) -> Lane | None:
         """Return the lane at a height of the viewport."""
         if y < RULER_HEIGHT:
             return None
-        index = int((y - RULER_HEIGHT + self.verticalScrollBar().value()) // self._lane_height)
-        return self._lanes[index] if 0 <= index < len(self._lanes) else None
+        index = int((y - RULER_HEIGHT + self.verticalScrollBar().value()) // self.lane_height)
+        return self.lanes[index] if 0 <= index < len(self.lanes) else None
 
     # ---- scale and scroll bars
 
     def _set_scale(self, scale: TimelineScale) -> None:
-        if scale != self._scale:
-            self._scale = scale
+        if scale != self.scale:
+            self.scale = scale
             self._scale_changed()
             self.visible_range_changed.emit(scale.first, scale.last)
 
@@ -224,12 +186,12 @@ class TimelineView(QAbstractScrollArea):
         self._forget_picture()
 
     def _set_scroll_bars(self) -> None:
-        rows = len(self._lanes) * self._lane_height
+        rows = len(self.lanes) * self.lane_height
         space = max(self.viewport().height() - RULER_HEIGHT, 1)
         self.verticalScrollBar().setRange(0, max(0, rows - space))
         self.verticalScrollBar().setPageStep(space)
-        self.verticalScrollBar().setSingleStep(self._lane_height)
-        scale, bar = self._scale, self.horizontalScrollBar()
+        self.verticalScrollBar().setSingleStep(self.lane_height)
+        scale, bar = self.scale, self.horizontalScrollBar()
         hidden = scale.frame_count - scale.visible
         blocked = bar.blockSignals(True)
         if hidden <= 1e-6:
@@ -242,10 +204,10 @@ class TimelineView(QAbstractScrollArea):
         bar.blockSignals(blocked)
 
     def _on_scrolled(self, value: int) -> None:
-        hidden = self._scale.frame_count - self._scale.visible
-        moved = self._scale.moved(value / _SCROLL_STEPS * hidden - self._scale.first)
-        if moved != self._scale:
-            self._scale = moved
+        hidden = self.scale.frame_count - self.scale.visible
+        moved = self.scale.moved(value / _SCROLL_STEPS * hidden - self.scale.first)
+        if moved != self.scale:
+            self.scale = moved
             self._forget_picture()
             self.visible_range_changed.emit(moved.first, moved.last)
 
@@ -260,12 +222,12 @@ class TimelineView(QAbstractScrollArea):
 
     def _place_lanes(self) -> None:
         metrics = self.fontMetrics()
-        longest = max((metrics.horizontalAdvance(lane.name) for lane in self._lanes), default=0)
+        longest = max((metrics.horizontalAdvance(lane.name) for lane in self.lanes), default=0)
         left = min(max(longest + 28, _NAMES_NARROWEST), _NAMES_WIDEST)
         width = max(self.viewport().width() - left, 1)
-        space = (self.viewport().height() - RULER_HEIGHT) // max(len(self._lanes), 1)
-        self._lane_height = min(max(space, LEAST_LANE), MOST_LANE)
-        self._scale = replace(self._scale, left=float(left), width=float(width))
+        space = (self.viewport().height() - RULER_HEIGHT) // max(len(self.lanes), 1)
+        self.lane_height = min(max(space, LEAST_LANE), MOST_LANE)
+        self.scale = replace(self.scale, left=float(left), width=float(width))
         self.margins_changed.emit(*self.margins)
 
     def changeEvent(self, event: QEvent) -> None:
@@ -280,10 +242,11 @@ class TimelineView(QAbstractScrollArea):
         if self._picture is None:
             self._picture = self._painted()
         painter.drawPixmap(0, 0, self._picture)
-        if self._scale.frame_count:
-            height = self.viewport().height()
-            paint_selection(painter, self._scale, self._selection, height, current_theme())
-            paint_playhead(painter, self._scale, self._frame, height, current_theme())
+        if self.scale.frame_count:
+            over = TimelinePainter(painter, self.scale, self.viewport().size())
+            if self.selection is not None:
+                over.selection(self.selection)
+            over.playhead(self.frame)
         painter.end()
 
     def _painted(self) -> QPixmap:
@@ -291,31 +254,27 @@ class TimelineView(QAbstractScrollArea):
         size = self.viewport().size()
         picture = QPixmap(round(size.width() * ratio), round(size.height() * ratio))
         picture.setDevicePixelRatio(ratio)
-        theme = current_theme()
-        picture.fill(theme.window)
+        picture.fill(current_theme().window)
         painter = QPainter(picture)
         painter.setFont(self._lane_font())
-        first_row = self.verticalScrollBar().value()
-        lanes, tall, left = self._lanes, self._lane_height, int(self._scale.left)
-        paint_lanes(painter, self._scale, lanes, tall, first_row, size.height(), ratio, theme)
-        names = self._selected_lanes
-        paint_names(painter, lanes, tall, first_row, left, size.height(), theme, names)
+        parts = TimelinePainter(painter, self.scale, size, self.verticalScrollBar().value())
+        parts.lanes(self.lanes, self.lane_height, self.selected_lanes, ratio)
         painter.setFont(self.font())
-        paint_ruler(painter, self._scale, self._fps, size.width(), theme)
-        if self._hint and not self._lanes:
-            paint_hint(painter, self._hint, self._scale.left, size, theme)
+        parts.ruler(self._fps)
+        if self._hint and not self.lanes:
+            parts.hint(self._hint)
         painter.end()
         return picture
 
     def _lane_font(self) -> QFont:
         """Font whose letters fit a lane."""
         font = QFont(self.font())
-        font.setPixelSize(min(QFontInfo(font).pixelSize(), self._lane_height - 2))
+        font.setPixelSize(min(QFontInfo(font).pixelSize(), self.lane_height - 2))
         return font
 
     def _playhead_area(self) -> QRect:
-        left = self._scale.x_of(self._frame)
-        right = self._scale.x_of(self._frame + 1)
+        left = self.scale.x_of(self.frame)
+        right = self.scale.x_of(self.frame + 1)
         box = QRectF(left - 40.0, 0.0, right - left + 80.0, float(self.viewport().height()))
         return box.toAlignedRect()
 
@@ -323,17 +282,17 @@ class TimelineView(QAbstractScrollArea):
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
         position = event.position()
-        if not self._scale.frame_count:
+        if not self.scale.frame_count:
             return
-        if position.x() < self._scale.left:
+        if position.x() < self.scale.left:
             lane = self.lane_at(position.y())
             if lane is not None and event.modifiers() & Qt.KeyboardModifier.ControlModifier:
-                self._select_lanes(self._selected_lanes ^ {lane.id})
+                self._select_lanes(self.selected_lanes ^ {lane.id})
             elif lane is not None and event.button() == Qt.MouseButton.LeftButton:
                 self.lane_clicked.emit(lane.id)
             return
         self._drag_from = position
-        self._drag_start = self._scale.frame_at(position.x())
+        self._drag_start = self.scale.frame_at(position.x())
         shift = event.modifiers() & Qt.KeyboardModifier.ShiftModifier
         if event.button() == Qt.MouseButton.MiddleButton:
             self._drag = _Drag.PAN
@@ -345,17 +304,17 @@ class TimelineView(QAbstractScrollArea):
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
         x = event.position().x()
-        frame = self._scale.frame_at(x)
+        frame = self.scale.frame_at(x)
         if self._drag is _Drag.SCRUB:
             self._request(frame)
         elif self._drag is _Drag.SELECT:
             low, high = sorted((self._drag_start, frame))
-            if self._selection is not None or low != high:
+            if self.selection is not None or low != high:
                 self._select(range(low, high + 1))
         elif self._drag is _Drag.PAN:
-            step = (self._drag_from.x() - x) / self._scale.width * self._scale.visible
+            step = (self._drag_from.x() - x) / self.scale.width * self.scale.visible
             self._drag_from = event.position()
-            self._set_scale(self._scale.moved(step))
+            self._set_scale(self.scale.moved(step))
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
         moved = (event.position() - self._drag_from).manhattanLength() > 3
@@ -371,9 +330,9 @@ class TimelineView(QAbstractScrollArea):
             bar.setValue(bar.value() - turn.y() // 4)
         elif modifiers & Qt.KeyboardModifier.ShiftModifier or abs(turn.x()) > abs(turn.y()):
             turned = turn.x() or turn.y()
-            self._set_scale(self._scale.moved(-turned / 1200 * self._scale.visible))
-        elif self._scale.frame_count:
-            self._set_scale(self._scale.zoomed(1.0015 ** turn.y(), event.position().x()))
+            self._set_scale(self.scale.moved(-turned / 1200 * self.scale.visible))
+        elif self.scale.frame_count:
+            self._set_scale(self.scale.zoomed(1.0015 ** turn.y(), event.position().x()))
         event.accept()
 
     def viewportEvent(self, event: QEvent) -> bool:
@@ -385,9 +344,9 @@ class TimelineView(QAbstractScrollArea):
 
     def tooltip_at(self, position: QPointF) -> str:
         """Frame, time and value at a position of the viewport; the help over the names."""
-        if not self._scale.frame_count or position.x() < self._scale.left:
+        if not self.scale.frame_count or position.x() < self.scale.left:
             return HELP
-        frame = self._scale.frame_at(position.x())
+        frame = self.scale.frame_at(position.x())
         text = f"frame {frame}   {time_text(frame, self._fps)}"
         lane = self.lane_at(position.y())
         value = lane.value_text(frame) if lane is not None else ""
@@ -397,49 +356,71 @@ class TimelineView(QAbstractScrollArea):
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         shift = bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)
-        go = steps(self._fps, self._scale.frame_count, shift=shift)
+        go = self._steps(10 if shift else 1)
         key = Qt.Key(event.key())
-        if not self._scale.frame_count:
+        if not self.scale.frame_count:
             super().keyPressEvent(event)
         elif key in go:
-            self._request(self._frame + go[key])
-        elif key in ZOOMS:
-            self._set_scale(self._scale.zoomed(ZOOMS[key], self._scale.x_of(self._frame + 0.5)))
+            self._request(self.frame + go[key])
+        elif key in _ZOOMS:
+            self._set_scale(self.scale.zoomed(_ZOOMS[key], self.scale.x_of(self.frame + 0.5)))
         elif key == Qt.Key.Key_0:
-            self._set_scale(self._scale.whole())
-        elif key == Qt.Key.Key_Escape and (self._selection or self._selected_lanes):
+            self._set_scale(self.scale.whole())
+        elif key == Qt.Key.Key_Escape and (self.selection or self.selected_lanes):
             self._select(None)
             self._select_lanes(frozenset())
         elif key in (Qt.Key.Key_BracketLeft, Qt.Key.Key_BracketRight):
-            to_end, count = key == Qt.Key.Key_BracketRight, self._scale.frame_count
-            self._select(selection_to_here(self._selection, self._frame, count, to_end=to_end))
-        elif key in (Qt.Key.Key_Up, Qt.Key.Key_Down) and self._lanes:
+            self._select(self._selection_to_here(to_end=key == Qt.Key.Key_BracketRight))
+        elif key in (Qt.Key.Key_Up, Qt.Key.Key_Down) and self.lanes:
             self._select_next_lane(down=key == Qt.Key.Key_Down, adds=shift)
         else:
             super().keyPressEvent(event)
 
+    def _steps(self, one: int) -> dict[Qt.Key, int]:
+        """How many frames each key goes on; the Page keys go by a second."""
+        second, all_frames = max(1, round(self._fps)), self.scale.frame_count
+        return {
+            Qt.Key.Key_Left: -one,
+            Qt.Key.Key_Right: one,
+            Qt.Key.Key_PageUp: -second,
+            Qt.Key.Key_PageDown: second,
+            Qt.Key.Key_Home: -all_frames,
+            Qt.Key.Key_End: all_frames,
+        }
+
+    def _selection_to_here(self, *, to_end: bool) -> range:
+        """The selection when one of its ends is set to the frame that is shown."""
+        old, here = self.selection, self.frame
+        if to_end:
+            return range(min(old.start, here) if old else 0, here + 1)
+        return range(here, max(old.stop, here + 1) if old else self.scale.frame_count)
+
     def _select_next_lane(self, *, down: bool, adds: bool) -> None:
-        names = [lane.id for lane in self._lanes]
-        place = next_lane(names, self._selected_lanes, down=down)
-        before = self._selected_lanes if adds else frozenset()
+        names = [lane.id for lane in self.lanes]
+        places = [place for place, name in enumerate(names) if name in self.selected_lanes]
+        if not places:
+            place = 0 if down else len(names) - 1
+        else:
+            place = min(places[-1] + 1, len(names) - 1) if down else max(places[0] - 1, 0)
+        before = self.selected_lanes if adds else frozenset()
         self._select_lanes(before | {names[place]})
-        bar, top = self.verticalScrollBar(), place * self._lane_height
-        space = self.viewport().height() - RULER_HEIGHT - self._lane_height
+        bar, top = self.verticalScrollBar(), place * self.lane_height
+        space = self.viewport().height() - RULER_HEIGHT - self.lane_height
         bar.setValue(min(max(bar.value(), top - space), top))
 
     def _request(self, frame: int) -> None:
-        frame = max(0, min(frame, self._scale.frame_count - 1))
-        if frame != self._frame:
+        frame = max(0, min(frame, self.scale.frame_count - 1))
+        if frame != self.frame:
             self.set_frame(frame)
             self.frame_requested.emit(frame)
 
     def _select_lanes(self, names: frozenset[str]) -> None:
-        if names != self._selected_lanes:
-            self._selected_lanes = names
+        if names != self.selected_lanes:
+            self.selected_lanes = names
             self._forget_picture()
             self.lanes_selected.emit(names)
 
     def _select(self, selection: range | None) -> None:
-        if selection != self._selection:
+        if selection != self.selection:
             self.set_selection(selection)
             self.selection_changed.emit(selection)

@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from PySide6.QtCore import QSignalBlocker, Qt, Signal
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QSpinBox, QWidget
+from PySide6.QtWidgets import QSpinBox, QWidget
+
+from ..style.building import hbox, label
 
 
 class Transport(QWidget):
-    """A field for the frame's number with the recording's length and the time beside it.
-
-    Signals
-    -------
-    frame_requested : int
-    """
+    """A field for the frame's number with the recording's length and the time beside it."""
 
     frame_requested = Signal(int)
 
@@ -26,13 +23,9 @@ class Transport(QWidget):
         self.number.setAlignment(Qt.AlignmentFlag.AlignRight)
         self.number.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
         self.number.setMinimumWidth(56)
-        self._length = QLabel()
-        self._length.setProperty("role", "muted")
-        layout = QHBoxLayout(self)
-        layout.setContentsMargins(4, 0, 4, 0)
-        layout.addWidget(QLabel("Frame"))
-        layout.addWidget(self.number)
-        layout.addWidget(self._length)
+        self._length = label("", "muted", wraps=False)
+        name = label("Frame", wraps=False)
+        self.setLayout(hbox(name, self.number, self._length, margins=(4, 0, 4, 0)))
         self._fps = 1.0
         self._count = 0
         self.number.valueChanged.connect(self.frame_requested)

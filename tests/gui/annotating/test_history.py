@@ -44,7 +44,7 @@ def click_on(qtbot, panel, row):
 
 def rows_of(model):
     count = model.rowCount()
-    return [(e.number, e.state) if (e := model.entry(row)) else None for row in range(count)]
+    return [(e.number, e.state) if (e := model.rows[row]) else None for row in range(count)]
 
 
 def test_every_edit_is_a_row_and_a_click_goes_there(qtbot, project, panel):
@@ -53,11 +53,11 @@ def test_every_edit_is_a_row_and_a_click_goes_there(qtbot, project, panel):
     assert panel.model.index(0, 1).data() == project.who
     click_on(qtbot, panel, 5)
     assert sorted(project.clicks.frames().tolist()) == list(range(7))
-    assert panel.model.current_row() == 5
+    assert panel.model.current == 5
     click_on(qtbot, panel, 2)
     assert len(project.clicks.frames()) == 10
     click_on(qtbot, panel, 12)
-    assert panel.model.is_beginning(12)
+    assert panel.model.rows[12] is None
     assert project.clicks.count() == 0
     click_on(qtbot, panel, 0)
     assert project.clicks.count() == 12
@@ -91,7 +91,7 @@ def test_many_small_steps_stay_one_row(project, panel):
 
 def test_following_is_the_same_as_reading_everything(project):
     model = HistoryModel()
-    model.show(project.history.entries)
+    model.open(project.history.entries)
     rng = np.random.default_rng(2)
     for step in range(400):
         if (turn := rng.integers(6)) == 0:
@@ -102,11 +102,11 @@ def test_following_is_the_same_as_reading_everything(project):
             edits(project, 1, start=step)
         model.follow()
     afresh = HistoryModel()
-    afresh.show(project.history.entries)
+    afresh.open(project.history.entries)
     while afresh.canFetchMore(model.index(-1, -1)):
         afresh.fetchMore(model.index(-1, -1))
     assert rows_of(model) == rows_of(afresh)
-    assert model.current_row() == afresh.current_row()
+    assert model.current == afresh.current
 
 
 def kept(project, name):
@@ -123,15 +123,15 @@ def test_a_run_that_was_kept_is_listed_and_passed_by(qtbot, project, panel):
     click_on(qtbot, panel, 2)
     assert project.clicks.count() == 3, "a run that was kept is no place to go to"
     click_on(qtbot, panel, 6)
-    assert (project.clicks.count(), panel.model.current_row()) == (1, 6)
+    assert (project.clicks.count(), panel.model.current) == (1, 6)
     click_on(qtbot, panel, 0)
-    assert (project.clicks.count(), panel.model.current_row()) == (3, 0)
+    assert (project.clicks.count(), panel.model.current) == (3, 0)
     assert len(project.runs.names()) == 4
 
 
 def test_following_runs_that_are_kept_is_the_same_as_reading_everything(project):
     model = HistoryModel()
-    model.show(project.history.entries)
+    model.open(project.history.entries)
     rng = np.random.default_rng(5)
     for step in range(300):
         if (turn := rng.integers(6)) == 0:
@@ -144,11 +144,11 @@ def test_following_runs_that_are_kept_is_the_same_as_reading_everything(project)
             kept(project, f"run {step}")
         model.follow()
         afresh = HistoryModel()
-        afresh.show(lambda _limit, before: project.history.entries(400, before))
+        afresh.open(lambda _limit, before: project.history.entries(400, before))
         assert rows_of(model)[: len(project.history.entries(400))] == [
             (entry.number, entry.state) for entry in project.history.entries(400)
         ]
-        assert model.current_row() == afresh.current_row()
+        assert model.current == afresh.current
 
 
 def test_only_what_is_looked_at_is_read(qtbot, project, shown):

@@ -226,8 +226,8 @@ def test_runs_are_drawn_over_each_other_and_told_apart(tracking, qtbot):
     assert told.runs == (("c", "solid"), ("a", "dash"), ("b", "dot"))
     assert [ghost.name for ghost in told.ghosts] == ["a", "b"]
     view = tracking.context.docks.views.tiles["N"].camera
-    overlay = view._picture.overlay
-    assert [ghost.style for ghost in overlay.ghosts] == ["dash", "dot"]
+    overlay = view.picture.overlay
+    assert [style for style, _ in overlay.ghosts] == ["dash", "dot"]
     assert overlay.runs == told.runs
     with_others = view.grab().toImage()
     content = tracking.context.docks.scene.content
@@ -235,7 +235,7 @@ def test_runs_are_drawn_over_each_other_and_told_apart(tracking, qtbot):
     assert content.runs == told.runs
     tracking.features.view.toggle_overlay("others")
     settle(tracking, qtbot)
-    assert view._picture.overlay.ghosts == ()
+    assert view.picture.overlay.ghosts == ()
     assert view.grab().toImage() != with_others
     tracking.features.view.toggle_overlay("others")
     styles = {(curve.name, curve.style) for curve in tracking.features.review.plot.plot._curves}
@@ -275,15 +275,15 @@ def test_details_say_what_two_runs_were_made_with_differently(tracking, qtbot):
     details = tracking.features.track.details
     assert (details.first.currentText(), details.second.currentText()) == ("one", "two")
     rows = {
-        details.table.item(k, 0).text(): (
-            details.table.item(k, 1).text(),
-            details.table.item(k, 2).text(),
+        details.model.cell(k, 0).text: (
+            details.model.cell(k, 1).text,
+            details.model.cell(k, 2).text,
         )
-        for k in range(details.table.rowCount())
+        for k in range(details.model.rowCount())
     }
     assert rows == {"iterations": ("3", "2"), "data_points": ("800", "400")}
     details.everything.setChecked(True)
-    assert details.table.rowCount() > 50
+    assert details.model.rowCount() > 50
     details.second.setCurrentIndex(0)
     assert details.words.text().startswith("No differences")
     details.close()

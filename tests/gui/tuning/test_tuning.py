@@ -77,9 +77,9 @@ def test_an_edit_by_keys_leads_to_an_attempt_beside_the_run(tuning, qtbot, quick
     assert attempt.origin.spec.seed == read_run(quick_run_file).meta["seed"] == 2
     styles = {curve.name: curve.style for curve in tuning.features.review.plot.plot.shown_curves}
     assert styles[run.name] == "solid" != styles["trial 1"]
-    table = tuning.features.tune.panel.table
-    assert [table.item(k, 0).text().splitlines()[0] for k in range(2)] == ["◆ quick", "trial 1"]
-    assert "(" in table.item(1, 1).text(), "the difference from the run is stated"
+    model = tuning.features.tune.panel.model
+    assert [model.cell(k, 0).text.splitlines()[0] for k in range(2)] == ["◆ quick", "trial 1"]
+    assert "(" in model.cell(1, 1).text, "the difference from the run is stated"
     assert tuning.features.tune.panel.words.text() == "Trial 1 already has these settings."
     assert len(tuning.context.session.instant.told.ghosts) == 1, "it is drawn in the views as well"
 
@@ -183,12 +183,12 @@ def test_attempts_stay_until_dismissed_one_or_all(tuning, qtbot):
 def test_differences_are_from_the_run_or_from_any_attempt(tuning, qtbot):
     for text in ("20", "30"):
         tried(tuning, qtbot, text=text)
-    table = tuning.features.tune.panel.table
-    from_run = [table.item(k, 1).text() for k in range(3)]
+    table, model = tuning.features.tune.panel.table, tuning.features.tune.panel.model
+    from_run = [model.cell(k, 1).text for k in range(3)]
     table.selectRow(1)
     trigger(tuning, "attempt_compare")
-    from_first = [table.item(k, 1).text() for k in range(3)]
-    assert table.item(1, 0).text().startswith("◆ trial 1")
+    from_first = [model.cell(k, 1).text for k in range(3)]
+    assert model.cell(1, 0).text.startswith("◆ trial 1")
     assert "(" not in from_first[1]
     value, change = from_first[0].split(" ")
     assert float(from_run[1].split(" ")[0]) + float(change.strip("()")) == pytest.approx(

@@ -7,7 +7,7 @@ from PySide6.QtCore import QPointF, Qt
 from PySide6.QtGui import QColor
 from PySide6.QtWidgets import QWidget
 
-from app.widgets.camera.cursor_label import CursorLabel, contrast, readable
+from app.widgets.camera.cursor import CursorLabel, contrast, readable
 from stereotrack_core.annotation.landmark_set import NINE
 
 

@@ -25,7 +25,7 @@ def text(panel, row, column):
 
 
 def test_rows_are_shown(panel):
-    assert [text(panel, 1, k) for k in range(4)] == [None, "left forearm", "101.7 deg", "lost"]
+    assert [text(panel, 1, k) for k in range(4)] == ["", "left forearm", "101.7 deg", "lost"]
 
 
 def test_limbs_colour_is_seen(panel):

@@ -12,7 +12,7 @@ ROOT = Path(__file__).resolve().parents[3]
 RENDER = """
 import numpy as np
 from app.widgets.scene.orbit import Orbit
-from app.widgets.scene.window import SceneUnavailable, SceneWindow
+from app.widgets.scene.renderer import SceneUnavailable, SceneWindow
 try:
     window = SceneWindow()
     window.set_background("#ff0000", "#ff0000")

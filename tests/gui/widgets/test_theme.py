@@ -15,9 +15,9 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.widgets.style.icons import icon, icon_names, set_icon
+from app.widgets.style.icons import icon, set_icon
 from app.widgets.style.limb_colours import LANDMARK_LIMBS, LIMB_COLOURS, limb_rgb, limb_words
-from app.widgets.style.resource_files import resource_path
+from app.widgets.style.resource_files import resource_folder, resource_path
 from app.widgets.style.theme import apply_theme, chosen_theme, current_theme, load_theme
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.recording.landmarks import LANDMARKS
@@ -110,7 +110,10 @@ def test_unknown_theme_is_refused(qapp):
         apply_theme(qapp, "pink")
 
 
-@pytest.mark.parametrize("name", icon_names())
+ICONS = sorted(path.stem for path in (resource_folder() / "icons").glob("*.svg"))
+
+
+@pytest.mark.parametrize("name", ICONS)
 def test_icon_is_drawn(qapp, dark, name):
     assert QSvgRenderer(str(resource_path("icons", f"{name}.svg"))).isValid()
     image = icon(name).pixmap(24, 24).toImage()

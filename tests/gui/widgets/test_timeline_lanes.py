@@ -146,11 +146,12 @@ class TestScale:
     def test_short_recording(self):
         scale = TimelineScale(frame_count=3, left=0.0, width=300.0).whole()
         assert scale.zoomed(4.0, 10.0).is_whole
-        assert scale.ticks()[0] == [0, 1, 2]
+        assert scale.ticks() == [0, 1, 2]
 
     @pytest.mark.parametrize("frames", [1, 10, 490, 100_000, 12_345_678])
     def test_ticks_have_room(self, frames):
         scale = TimelineScale(frame_count=frames, left=0.0, width=900.0).whole()
-        ticks, step = scale.ticks()
+        ticks = scale.ticks()
+        step = ticks[1] if len(ticks) > 1 else 1
         assert 1 <= len(ticks) <= 13
         assert all(tick % step == 0 for tick in ticks)

@@ -14,7 +14,8 @@ from stereotrack_core.annotation.frame_clicks import ShownFit
 from stereotrack_core.body.limbs import LIMBS
 
 from ....widgets.style.limb_colours import limb_words
-from ....widgets.tables.landmark_rows import BodyRow, CellState, LandmarkRow
+from ....widgets.tables.body_panel import BodyRow
+from ....widgets.tables.landmarks_panel import CellState, LandmarkRow
 from .marks import FrameMarks, predictions_in
 
 _KEYS = 9

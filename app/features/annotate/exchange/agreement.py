@@ -69,13 +69,11 @@ def agreement_report(
     together = agreement(common)
     each = agreement_by_landmark(common)
     space = agreement_in_space(common, cameras, landmarks)
-    nan = float("nan")
-    rows = [_row("all landmarks", "", together, (nan, nan, nan, nan))]
+    rows = [AgreementRow("all landmarks", "", together)]
     for landmark in landmarks.landmarks:
         if landmark.name in each:
-            far = space[landmark.name]
-            values = (far.median_mm, far.p95_mm, far.median_deg, far.p95_deg)
-            rows.append(_row(landmark.label, landmark.colour, each[landmark.name], values))
+            own, far = each[landmark.name], space[landmark.name]
+            rows.append(AgreementRow(landmark.label, landmark.colour, own, far))
     frames = len({one.key.frame for one in common})
     remedy = _remedy(each, together, landmarks)
     if sigmas and together.count:
@@ -83,15 +81,6 @@ def agreement_report(
         taken = f"The fit therefore uses click uncertainties of {low:.1f} to {high:.1f} px."
         remedy = f"{remedy} {taken}".strip()
     return AgreementReport(_verdict(together, frames), remedy, tuple(rows), common)
-
-
-def _row(
-    name: str, colour: str, own: Agreement, space: tuple[float, float, float, float]
-) -> AgreementRow:
-    return AgreementRow(
-        name, colour, own.count, own.robust_sigma, own.median, own.p95, own.largest, own.bias,
-        own.disputed, *space,
-    )  # fmt: skip
 
 
 def _verdict(together: Agreement, frames: int) -> str:

@@ -16,6 +16,7 @@ from ....services.tasks.task import Task, TaskList
 from ....widgets.forms.form_dialog import FormDialog, push_button
 from ....widgets.style.building import hbox, label
 from ....widgets.tables.decision_table import DecisionTable
+from ....widgets.tables.table import selected_rows
 from .taking_in import TakeIn
 
 _DECISIONS: dict[Decision, tuple[str, str]] = {
@@ -106,11 +107,11 @@ class TakeInDialog(FormDialog):
             (self._deciding, conflicts), (self.table, conflicts),
         ):  # fmt: skip
             widget.setVisible(number > 0)
-        self.table.rows_model.show(shown.rows(), shown.decision)
+        self.table.show_rows(shown.conflicts, shown.decision)
         self._tell_outcome()
 
     def _tell_outcome(self) -> None:
-        self.table.rows_model.repaint_decisions()
+        self.table.show_decisions()
         words = self.shown.what_happens()
         self.outcome.setText(words or "Nothing will be written.")
         self.accept_button.setEnabled(bool(words))
@@ -122,7 +123,7 @@ class TakeInDialog(FormDialog):
         self._tell_outcome()
 
     def _on_decide_button(self, decision: Decision) -> None:
-        rows = self.table.selected_rows() or range(len(self.shown.conflicts))
+        rows = selected_rows(self.table) or range(len(self.shown.conflicts))
         self._on_decided(list(rows), decision)
 
     @Slot(list, str)

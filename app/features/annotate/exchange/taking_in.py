@@ -6,13 +6,11 @@ from collections import Counter
 from collections.abc import Iterable
 
 from stereotrack_core.annotation.agreement import Difference, farthest_first
-from stereotrack_core.annotation.click import Click, ClickKey, Visibility
+from stereotrack_core.annotation.click import ClickKey
 from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.clicks import PlaceClicks
 from stereotrack_core.project.merging import Decision, Incoming, has_mean
-
-from ....widgets.tables.decision_table import DecisionRow
 
 _SHOWN_PROBLEMS = 50
 _KINDS = {
@@ -91,38 +89,3 @@ class TakeIn:
         if (more := len(self.problems) - len(words)) > 0:
             words.append(f"and {more} more")
         return tuple(words)
-
-    def rows(self) -> tuple[DecisionRow, ...]:
-        """The conflicts as a table shows them."""
-        return tuple(_row(one) for one in self.conflicts)
-
-
-def _row(conflict: Difference) -> DecisionRow:
-    frame, camera, landmark = conflict.key
-    return DecisionRow(
-        frame=frame,
-        camera=camera,
-        landmark=landmark.replace("_", " "),
-        mine=_click_text(conflict.first),
-        theirs=_click_text(conflict.second),
-        distance=conflict.distance,
-        has_mean=has_mean(conflict),
-        who=" / ".join(filter(None, (one.who for one in (conflict.first, conflict.second) if one))),
-    )
-
-
-def _click_text(click: Click | None) -> str:
-    """What a click says: its place, or why it has none."""
-    if click is None:
-        return "nothing"
-    if click.deleted:
-        return "deleted"
-    if click.position is None:
-        return "outside"
-    marks = [
-        f"{click.position[0]:.1f}, {click.position[1]:.1f}",
-        "guessed" if click.visibility == Visibility.GUESSED else "",
-        click.flag,
-        "" if click.sigma is None else f"± {click.sigma:g} px",
-    ]
-    return "  ".join(filter(None, marks))

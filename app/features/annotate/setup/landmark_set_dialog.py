@@ -25,6 +25,7 @@ from ....widgets.forms.body_sketch import BodySketch
 from ....widgets.forms.form_dialog import FormDialog, line_edit, push_button
 from ....widgets.style.building import choice, hbox, label, vbox
 from ....widgets.tables.landmark_table import LandmarkTable
+from ....widgets.tables.table import selected_rows
 from .landmark_sets import Draft, sketch_of
 
 _FILES = "Set of landmarks (*.toml)"
@@ -96,7 +97,7 @@ class LandmarkSetDialog(FormDialog):
         self.draft = draft
         problem = draft.problem()
         wrong = -1 if problem is None else self._row_of(problem)
-        self.table.rows_model.show(draft.landmarks, wrong)
+        self.table.rows_model.show_landmarks(draft.landmarks, wrong)
         if self.name.text() != draft.name:
             self.name.setText(draft.name)
         count = len(draft.landmarks)
@@ -128,7 +129,7 @@ class LandmarkSetDialog(FormDialog):
         return f"Clicked but not in this landmark set: {said}. {kept}" if said else ""
 
     def _draw(self) -> None:
-        rows = self.table.selected_rows()
+        rows = selected_rows(self.table)
         chosen = self.draft.landmarks[rows[0]].label if rows else ""
         self.sketch.show_sketch(sketch_of(self.draft.landmarks), chosen)
         self.remove_button.setEnabled(bool(rows) and not self._project.read_only)
@@ -140,10 +141,10 @@ class LandmarkSetDialog(FormDialog):
         self.show_draft(self.draft.changed(row, **{field: value}))
 
     def _remove(self) -> None:
-        self.show_draft(self.draft.without(self.table.selected_rows()))
+        self.show_draft(self.draft.without(selected_rows(self.table)))
 
     def _move(self, by: int) -> None:
-        rows = self.table.selected_rows()
+        rows = selected_rows(self.table)
         if len(rows) == 1:
             self.show_draft(self.draft.moved(rows[0], by))
             self.table.selectRow(min(max(rows[0] + by, 0), len(self.draft.landmarks) - 1))

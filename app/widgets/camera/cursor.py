@@ -1,10 +1,103 @@
-"""What a click would do, said beside the cursor before the click."""
+"""What follows the cursor: what a click would do, and a loupe, every pixel a square."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from PySide6.QtCore import QPointF, QRect, QRectF, QSize, Qt
-from PySide6.QtGui import QColor, QFont, QFontMetrics, QPainter, QPaintEvent
+from PySide6.QtGui import (
+    QColor,
+    QFont,
+    QFontMetrics,
+    QPainter,
+    QPainterPath,
+    QPaintEvent,
+    QPen,
+    QTransform,
+)
 from PySide6.QtWidgets import QWidget
+
+SIZE = 170.0
+FACTOR = 4.0
+LEAST_SCALE = 5.0
+"""Widget pixels that a pixel of the picture has in the loupe at least."""
+
+_MARGIN = 10.0
+
+
+def loupe_size(bounds: QRectF) -> float:
+    """Side or diameter of the loupe in a widget of this size."""
+    return min(SIZE, 0.62 * min(bounds.width(), bounds.height()))
+
+
+def paint_loupe(
+    painter: QPainter,
+    cursor: QPointF,
+    bounds: QRectF,
+    scale: float,
+    paint: Callable[[QPainter, QTransform, float], None],
+    *,
+    rim: QColor,
+    corner: bool,
+) -> None:
+    """Paint the neighbourhood of the cursor in a circle around it, or in a corner.
+
+    Parameters
+    ----------
+    cursor : QPointF
+        Place in the widget.
+    bounds : QRectF
+        The widget.
+    scale : float
+        Widget pixels per pixel of the picture without the loupe.
+    paint : callable
+        Paints the picture with a further transform, and is told the factor of it.
+    corner : bool
+        In the corner that is farthest from the cursor; else around the cursor.
+    """
+    factor = max(FACTOR, LEAST_SCALE / max(scale, 1e-6))
+    size = loupe_size(bounds)
+    centre = _corner(cursor, bounds, size) if corner else cursor
+    frame = QRectF(centre.x() - 0.5 * size, centre.y() - 0.5 * size, size, size)
+    path = QPainterPath()
+    if corner:
+        path.addRoundedRect(frame, 6.0, 6.0)
+    else:
+        path.addEllipse(frame)
+    painter.save()
+    painter.setClipPath(path)
+    painter.fillRect(frame, QColor("black"))
+    enlarge = (
+        QTransform.fromTranslate(-cursor.x(), -cursor.y())
+        * QTransform.fromScale(factor, factor)
+        * QTransform.fromTranslate(centre.x(), centre.y())
+    )
+    paint(painter, enlarge, factor)
+    _paint_cross(painter, centre, size)
+    painter.restore()
+    painter.setPen(QPen(rim, 2))
+    painter.setBrush(Qt.BrushStyle.NoBrush)
+    painter.drawPath(path)
+
+
+def _corner(cursor: QPointF, bounds: QRectF, size: float) -> QPointF:
+    """Middle of the loupe in the corner away from the cursor."""
+    left = cursor.x() > bounds.center().x()
+    top = cursor.y() > bounds.center().y()
+    reach = 0.5 * size + _MARGIN
+    x = bounds.left() + reach if left else bounds.right() - reach
+    y = bounds.top() + reach if top else bounds.bottom() - reach
+    return QPointF(x, y)
+
+
+def _paint_cross(painter: QPainter, centre: QPointF, size: float) -> None:
+    """Cross-hairs with a gap, so that the pixel itself is seen."""
+    for pen in (QPen(QColor(0, 0, 0, 150), 3), QPen(QColor(255, 255, 255, 210), 1)):
+        painter.setPen(pen)
+        for x, y in ((1, 0), (-1, 0), (0, 1), (0, -1)):
+            way = QPointF(x, y)
+            painter.drawLine(centre + way * 4.0, centre + way * (0.32 * size))
+
 
 _BACK = QColor(16, 16, 16, 225)
 _EDGE = QColor(255, 255, 255, 90)
@@ -27,18 +120,13 @@ class CursorLabel(QWidget):
         super().__init__(parent)
         self._ground = parent
         self.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
-        self._words = self._colour = ""
+        self._words = self.colour = ""
         self.hide()
 
     @property
     def words(self) -> str:
         """What is said; empty while nothing is."""
         return self._words if self.isVisibleTo(self._ground) else ""
-
-    @property
-    def colour(self) -> str:
-        """``#rrggbb`` of what would be placed."""
-        return self._colour
 
     def say(self, words: str, colour: str, cursor: QPointF, clear: float = 0.0) -> None:
         """Say something beside the cursor.
@@ -53,8 +141,8 @@ class CursorLabel(QWidget):
         clear : float
             Pixels around the cursor that stay free, such as the loupe's.
         """
-        if (words, colour) != (self._words, self._colour):
-            self._words, self._colour = words, colour
+        if (words, colour) != (self._words, self.colour):
+            self._words, self.colour = words, colour
             self.setAccessibleName(words)
             self.update()
         size = self._size_in(self._ground.size())
@@ -74,13 +162,13 @@ class CursorLabel(QWidget):
         painter.setBrush(_BACK)
         painter.drawRoundedRect(QRectF(self.rect()).adjusted(0.5, 0.5, -0.5, -0.5), 4.0, 4.0)
         box = self.rect().adjusted(_PADDING, 0, -_PADDING, 0)
-        if self._colour:
+        if self.colour:
             # the dot that a click would draw
             painter.setPen(QColor(_PLAIN))
-            painter.setBrush(QColor(self._colour))
+            painter.setBrush(QColor(self.colour))
             painter.drawEllipse(QPointF(box.left() + _DOT, box.center().y() + 0.5), _DOT, _DOT)
             box.setLeft(box.left() + self._indent())
-        painter.setPen(readable(QColor(self._colour or _PLAIN)))
+        painter.setPen(readable(QColor(self.colour or _PLAIN)))
         painter.drawText(box, _flags(), self._words)
         painter.end()
 
@@ -93,11 +181,11 @@ class CursorLabel(QWidget):
         return QSize(words.width() + edge + 2, words.height() + _PADDING).boundedTo(room)
 
     def _indent(self) -> int:
-        return 2 * _DOT + 5 if self._colour else 0
+        return 2 * _DOT + 5 if self.colour else 0
 
     def _font(self) -> QFont:
         font = self.font()
-        font.setBold(bool(self._colour))
+        font.setBold(bool(self.colour))
         return font
 
 

@@ -1,18 +1,11 @@
-"""A bar that says what is wrong, where, and what to do about it."""
+"""Bars over the views: what is wrong and what to do about it, and what is annotated blindly."""
 
 from __future__ import annotations
 
 from PySide6.QtCore import QEvent, Qt, Signal
-from PySide6.QtWidgets import (
-    QFrame,
-    QHBoxLayout,
-    QLabel,
-    QPushButton,
-    QSizePolicy,
-    QToolButton,
-    QWidget,
-)
+from PySide6.QtWidgets import QFrame, QPushButton, QSizePolicy, QWidget
 
+from ..style.building import hbox, label, tool_button
 from ..style.icons import set_icon
 from ..style.theme import current_theme
 from .message import Message
@@ -20,43 +13,74 @@ from .message import Message
 _ICONS = {"error": "warning", "warning": "warning", "note": "info"}
 
 
-class MessageBar(QFrame):
-    """Shows one message until it is closed; further ones are counted and wait their turn.
+class _Bar(QFrame):
+    """A raised strip with a coloured edge, in the colours of the theme that is shown."""
 
-    Signals
-    -------
-    dismissed : Message
-        A person has closed this message without doing what it offers.
-    """
+    edge = "accent"
+    """Name of the theme's colour for the edge."""
+
+    def changeEvent(self, event: QEvent) -> None:
+        super().changeEvent(event)
+        if event.type() == QEvent.Type.PaletteChange:
+            self._dress()
+
+    def _dress(self) -> None:
+        theme = current_theme()
+        sheet = (
+            f"{type(self).__name__} {{ background: {theme.raised}; border: none;"
+            f" border-left: 4px solid {getattr(theme, self.edge)};"
+            f" border-bottom: 1px solid {theme.border}; }}"
+        )
+        if sheet != self.styleSheet():
+            self.setStyleSheet(sheet)
+
+
+class RepeatBar(_Bar):
+    """Says, while the first reading of a frame is hidden, that it is annotated again."""
+
+    finish_requested = Signal()
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.words = label()
+        self.words.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
+        self.finish_button = QPushButton("Finish and show")
+        self.finish_button.setToolTip(
+            "Finish the blind repeat; both passes are kept in the project"
+        )
+        self.finish_button.clicked.connect(self.finish_requested)
+        self.setLayout(hbox((self.words, 1), self.finish_button, margins=(8, 4, 8, 4)))
+        self.setAccessibleName("Blind repeat")
+        self._dress()
+        self.hide()
+
+    def show_words(self, words: str) -> None:
+        """Say this; nothing to say hides the bar."""
+        self.words.setText(words)
+        self.setVisible(bool(words))
+
+
+class MessageBar(_Bar):
+    """Shows one message until it is closed; further ones are counted and wait their turn."""
 
     dismissed = Signal(object)
+    """A person has closed this :class:`Message` without doing what it offers."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._messages: list[Message] = []
-        self._icon = QToolButton()
+        self._icon = tool_button("")
         self._icon.setEnabled(False)
-        self._icon.setAutoRaise(True)
-        self._text = QLabel()
-        self._text.setWordWrap(True)
+        self._text = label()
         self._text.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self._text.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.MinimumExpanding)
-        self._more = QLabel()
-        self._more.setProperty("role", "muted")
+        self._more = label("", "muted", wraps=False)
         self.do_button = QPushButton()
         self.do_button.clicked.connect(self._do)
-        self.close_button = QToolButton()
-        self.close_button.setToolTip("Dismiss this message")
-        self.close_button.setAutoRaise(True)
-        set_icon(self.close_button, "close")
+        self.close_button = tool_button("Dismiss this message", "close")
         self.close_button.clicked.connect(self.dismiss)
-        layout = QHBoxLayout(self)
-        layout.setContentsMargins(8, 4, 8, 4)
-        layout.addWidget(self._icon)
-        layout.addWidget(self._text, 1)
-        layout.addWidget(self.do_button)
-        layout.addWidget(self._more)
-        layout.addWidget(self.close_button)
+        parts = (self._icon, (self._text, 1), self.do_button, self._more, self.close_button)
+        self.setLayout(hbox(*parts, margins=(8, 4, 8, 4)))
         self.setAccessibleName("Messages")
         self.hide()
 
@@ -99,11 +123,6 @@ class MessageBar(QFrame):
         self._messages.clear()
         self._refresh()
 
-    def changeEvent(self, event: QEvent) -> None:
-        super().changeEvent(event)
-        if event.type() == QEvent.Type.PaletteChange:
-            self._dress()
-
     def _do(self) -> None:
         message = self.message
         self.close_message()
@@ -121,18 +140,5 @@ class MessageBar(QFrame):
         waiting = len(self._messages) - 1
         self._more.setText(f"and {waiting} more" if waiting else "")
         set_icon(self._icon, _ICONS[message.severity])
+        self.edge = message.severity if message.severity in ("error", "warning") else "accent"
         self._dress()
-
-    def _dress(self) -> None:
-        message, theme = self.message, current_theme()
-        if message is None:
-            return
-        colour = {"error": theme.error, "warning": theme.warning}.get(
-            message.severity, theme.accent
-        )
-        sheet = (
-            f"MessageBar {{ background: {theme.raised}; border: none;"
-            f" border-left: 4px solid {colour}; border-bottom: 1px solid {theme.border}; }}"
-        )
-        if sheet != self.styleSheet():
-            self.setStyleSheet(sheet)
