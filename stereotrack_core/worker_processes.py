@@ -11,8 +11,10 @@ import os
 import pickle
 import signal
 import time
+from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
+from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
 from typing import Any, Protocol
 
@@ -33,6 +35,8 @@ class Asker:
     def __init__(self, pipe: Connection) -> None:
         self._pipe = pipe
         self._parent = multiprocessing.parent_process()
+        self._tasks: deque[tuple[int, Any]] = deque()
+        self._number = 0
         self._untold = 0
         self._told = 0.0
 
@@ -47,6 +51,35 @@ class Asker:
         self._tell_frames()
         self._pipe.send(word)
 
+    def orders(self, seconds: float | None = 0.0) -> list[Any]:
+        """What was said about the task in work since the last call.
+
+        Waits for the first so long at most; None: until there is one.
+
+        Raises
+        ------
+        EOFError
+            Where whoever asks is gone.
+        """
+        found: list[Any] = []
+        while self._pipe.poll(0.0 if found else seconds):
+            found += self._received()
+        return found
+
+    def next_task(self) -> Any:
+        """Wait for the next task; what is still said about those before is left out."""
+        while not self._tasks:
+            self._received()
+        self._number, task = self._tasks.popleft()
+        return task
+
+    def _received(self) -> list[Any]:
+        """Wait for what is said next, and give it where it is about the task in work."""
+        number, order, word = self._pipe.recv()
+        if not order:
+            self._tasks.append((number, word))
+        return [word] if order and number == self._number else []
+
     def gone(self) -> bool:
         """Whether nobody wants it any more."""
         return self._parent is not None and not self._parent.is_alive()
@@ -55,6 +88,18 @@ class Asker:
         if self._untold:
             self._pipe.send(self._untold)
             self._untold, self._told = 0, time.monotonic()
+
+
+@dataclass(frozen=True)
+class Done:
+    """The last word of a task that was called; see :func:`call`."""
+
+
+def call(task: Callable[[Asker], None], asker: Asker) -> None:
+    """Do a task that can be called; its last word is :class:`Done`, or what it failed of."""
+    with suppress(Cancelled):
+        task(asker)
+    asker.tell(Done())
 
 
 class Lost(Exception):
@@ -92,6 +137,7 @@ class WorkerProcess:
             self._process.start()
         theirs.close()
         self.busy = False
+        self._given = 0
 
     @property
     def pid(self) -> int | None:
@@ -101,8 +147,27 @@ class WorkerProcess:
     def give(self, task: Any) -> None:
         """Let it do a task; one that has died is found out by listening to it."""
         self.busy = True
+        self._given += 1
+        self._send(self._given, False, task)
+
+    def order(self, word: Any, task: int | None = None) -> None:
+        """Say something about a task; see :meth:`Asker.orders`.
+
+        Parameters
+        ----------
+        word : object
+        task : int, optional
+            Which of those that were given, from 1; by default the newest.
+        """
+        self._send(task or self._given, True, word)
+
+    def terminate(self) -> None:
+        """Have it ended, without waiting for that; see :func:`end`."""
+        self._process.terminate()
+
+    def _send(self, *message: Any) -> None:
         with suppress(BrokenPipeError, ConnectionResetError):
-            self.pipe.send(task)
+            self.pipe.send(message)
 
     def words(self) -> Iterator[Any]:
         """What it has told since it was last listened to.
@@ -122,12 +187,12 @@ class WorkerProcess:
                     self.busy = False
                 else:
                     yield word
-        except (EOFError, ConnectionResetError):
+        except (EOFError, OSError):  # the latter in the middle of a word
             self._process.join(_LAST_WORD_SECONDS)
             raise Lost(self._process.exitcode) from None
 
 
-def with_words(workers: Sequence[WorkerProcess], seconds: float) -> list[WorkerProcess]:
+def with_words(workers: Sequence[WorkerProcess], seconds: float | None) -> list[WorkerProcess]:
     """Those that have something to tell, or have died; waits for the first so long at most."""
     ready = wait([worker.pipe for worker in workers], seconds)
     return [worker for worker in workers if worker.pipe in ready]
@@ -136,7 +201,7 @@ def with_words(workers: Sequence[WorkerProcess], seconds: float) -> list[WorkerP
 def end(workers: Sequence[WorkerProcess]) -> None:
     """End processes at once; what they are at is lost."""
     for worker in workers:
-        worker._process.terminate()
+        worker.terminate()
     for worker in workers:
         worker._process.join(_LAST_WORD_SECONDS)
         if worker._process.is_alive():
@@ -193,7 +258,7 @@ def _serve(pipe: Connection, do: Callable[[Any, Asker], None], threads: int) -> 
     asker = Asker(pipe)
     with one_blas_thread(), suppress(EOFError, BrokenPipeError, ConnectionResetError, Cancelled):
         while True:
-            task = pipe.recv()
+            task = asker.next_task()
             try:
                 do(task, asker)
             except (BrokenPipeError, ConnectionResetError, Cancelled):

@@ -8,6 +8,7 @@ from collections.abc import Callable, Generator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import closing
 from datetime import UTC, datetime
+from functools import partial
 
 import numpy as np
 
@@ -132,6 +133,7 @@ class Pipeline:
         self._made: dict[int, tuple[Cloud, float]] = {}
         self.on_first_pass: Callable[[TrackedFrame], None] = lambda _: None
         self.on_replay: Callable[[int], None] = lambda _: None
+        self.on_preparing: Callable[[str, int, int], None] = lambda _stage, _done, _count: None
         self.before_step: Callable[[Cloud], None] = lambda _: None
 
     def frames(self, frames: range) -> Generator[TrackedFrame, None, None]:
@@ -205,6 +207,7 @@ class Pipeline:
             self.take_lengths(frames)
         if self._init == "auto":
             clouds = self._first_clouds(frames)
+            self.on_preparing("finding the first pose", 0, 1)
             self._found = self._look_for_pose(clouds) if clouds else None
         if self.settings.tracking.fit_shape and self._follows_data:
             self.fit_shape(frames)
@@ -242,7 +245,9 @@ class Pipeline:
     def learn(self, frames: range) -> None:
         """Learn the background."""
         if self._shared is None:
-            self.chain.learn_background(self.reader, frames)
+            self.chain.learn_background(
+                self.reader, frames, partial(self.on_preparing, "learning the background")
+            )
         else:
             self._shared.learn(frames)
 
@@ -264,9 +269,12 @@ class Pipeline:
         ) as first:
             first.before_step = self.before_step
             seen = WellSeenFrames()
-            for tracked in first.frames(frames[:LENGTH_FRAMES]):
+            first.on_preparing = self.on_preparing
+            wanted = frames[:LENGTH_FRAMES]
+            for done, tracked in enumerate(first.frames(wanted)):
                 seen.add(tracked)
                 self.on_first_pass(tracked)
+                self.on_preparing("estimating the limb lengths", done, len(wanted))
         known = seen.lengths(expected, settings.body, follows, first.tracker.state_names)
         self.go_on_with(known)
         return known
@@ -282,7 +290,9 @@ class Pipeline:
         p = self.settings.tracking
         tracker = self._seeker()
         seen: list[SeenPose] = []
-        for cloud in self._first_clouds(frames):
+        clouds = self._first_clouds(frames)
+        for done, cloud in enumerate(clouds):
+            self.on_preparing("tracking the first frames", done, len(clouds))
             if not seen:
                 tracker.start(self.first_pose(cloud))
             self.before_step(cloud)
@@ -298,15 +308,20 @@ class Pipeline:
         settled = seen[len(seen) // 3 :: 2]
         if len(settled) >= _LEAST_SETTLED:
             lengths = self.body.skeleton.proportions
-            self.shape = fitted_shape(lengths, self.settings.body, settled, p, tracker.setup.joints)
+            told = partial(self.on_preparing, "fitting the body shape")
+            self.shape = fitted_shape(
+                lengths, self.settings.body, settled, p, tracker.setup.joints, told
+            )
             self.body = body_model(lengths, self.shape)
             self.tracker = self._tracker()
         return self.shape
 
     def _first_clouds(self, frames: range) -> list[Cloud]:
         """The first clouds that show somebody; all that are made on the way are kept."""
-        p, found = self.settings.tracking, []
+        p = self.settings.tracking
+        found: list[Cloud] = []
         for frame in frames[: _LOOK_AHEAD * p.fit_frames]:
+            self.on_preparing("measuring the first frames", len(found), p.fit_frames)
             if frame not in self._made:
                 self._made[frame] = self._cloud(frame)
             cloud, _ = self._made[frame]
@@ -376,6 +391,11 @@ class Pipeline:
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+    @property
+    def started(self) -> bool:
+        """Whether the tracker has a pose."""
+        return self._started
 
     def first_pose(self, cloud: Cloud) -> Pose:
         """Where the track begins in the first cloud that shows somebody."""
