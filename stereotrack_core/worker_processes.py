@@ -11,7 +11,7 @@ import os
 import pickle
 import signal
 import time
-from collections import deque
+from collections import defaultdict, deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
@@ -36,6 +36,7 @@ class Asker:
         self._pipe = pipe
         self._parent = multiprocessing.parent_process()
         self._tasks: deque[tuple[int, Any]] = deque()
+        self._orders: defaultdict[int, list[Any]] = defaultdict(list)
         self._number = 0
         self._untold = 0
         self._told = 0.0
@@ -61,24 +62,24 @@ class Asker:
         EOFError
             Where whoever asks is gone.
         """
-        found: list[Any] = []
-        while self._pipe.poll(0.0 if found else seconds):
-            found += self._received()
-        return found
+        while self._pipe.poll(0.0 if self._orders[self._number] else seconds):
+            self._receive()
+        return self._orders.pop(self._number, [])
 
     def next_task(self) -> Any:
         """Wait for the next task; what is still said about those before is left out."""
         while not self._tasks:
-            self._received()
+            self._receive()
+        self._orders.pop(self._number, None)
         self._number, task = self._tasks.popleft()
         return task
 
-    def _received(self) -> list[Any]:
-        """Wait for what is said next, and give it where it is about the task in work."""
+    def _receive(self) -> None:
         number, order, word = self._pipe.recv()
         if not order:
             self._tasks.append((number, word))
-        return [word] if order and number == self._number else []
+        elif number >= self._number:
+            self._orders[number].append(word)
 
     def gone(self) -> bool:
         """Whether nobody wants it any more."""

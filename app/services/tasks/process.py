@@ -170,7 +170,7 @@ class _Line(Threaded):
         with self._lock:
             first = not self._words
             self._words += words
-        if first:
+        if first and not self._closed:
             self._heard.emit()
 
     @Slot()
