@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import signal
-import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -37,6 +36,7 @@ from .features.view import feature as view
 from .features.view.controller import ViewController
 from .services.failures import FailureRelay, leave_out_noise, open_log
 from .services.tasks.garbage import GarbageTimer
+from .services.tasks.process import TaskProcess
 from .services.tasks.task import wait_for_threads
 from .session.runs import RunEntry
 from .shell.main_window import MainWindow
@@ -67,11 +67,11 @@ class Features:
     calibrate: CalibrateController
 
 
-def make_window(settings: QSettings) -> tuple[MainWindow, Features]:
-    """Make the window with all its features."""
-    # work in the background takes turns with painting every half millisecond, not every five
-    sys.setswitchinterval(0.0005)
-    window = MainWindow(settings)
+def make_window(
+    settings: QSettings, process: TaskProcess | None = None
+) -> tuple[MainWindow, Features]:
+    """Make the window with all its features; see :func:`make_context`."""
+    window = MainWindow(settings, process)
     context = window.context
     features = Features(
         files=project.register(context),

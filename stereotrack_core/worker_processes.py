@@ -11,8 +11,10 @@ import os
 import pickle
 import signal
 import time
+from collections import defaultdict, deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
+from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
 from typing import Any, Protocol
 
@@ -33,6 +35,9 @@ class Asker:
     def __init__(self, pipe: Connection) -> None:
         self._pipe = pipe
         self._parent = multiprocessing.parent_process()
+        self._tasks: deque[tuple[int, Any]] = deque()
+        self._orders: defaultdict[int, list[Any]] = defaultdict(list)
+        self._number = 0
         self._untold = 0
         self._told = 0.0
 
@@ -47,6 +52,35 @@ class Asker:
         self._tell_frames()
         self._pipe.send(word)
 
+    def orders(self, seconds: float | None = 0.0) -> list[Any]:
+        """What was said about the task in work since the last call.
+
+        Waits for the first so long at most; None: until there is one.
+
+        Raises
+        ------
+        EOFError
+            Where whoever asks is gone.
+        """
+        while self._pipe.poll(0.0 if self._orders[self._number] else seconds):
+            self._receive()
+        return self._orders.pop(self._number, [])
+
+    def next_task(self) -> Any:
+        """Wait for the next task; what is still said about those before is left out."""
+        while not self._tasks:
+            self._receive()
+        self._orders.pop(self._number, None)
+        self._number, task = self._tasks.popleft()
+        return task
+
+    def _receive(self) -> None:
+        number, order, word = self._pipe.recv()
+        if not order:
+            self._tasks.append((number, word))
+        elif number >= self._number:
+            self._orders[number].append(word)
+
     def gone(self) -> bool:
         """Whether nobody wants it any more."""
         return self._parent is not None and not self._parent.is_alive()
@@ -55,6 +89,18 @@ class Asker:
         if self._untold:
             self._pipe.send(self._untold)
             self._untold, self._told = 0, time.monotonic()
+
+
+@dataclass(frozen=True)
+class Done:
+    """The last word of a task that was called; see :func:`call`."""
+
+
+def call(task: Callable[[Asker], None], asker: Asker) -> None:
+    """Do a task that can be called; its last word is :class:`Done`, or what it failed of."""
+    with suppress(Cancelled):
+        task(asker)
+    asker.tell(Done())
 
 
 class Lost(Exception):
@@ -92,6 +138,7 @@ class WorkerProcess:
             self._process.start()
         theirs.close()
         self.busy = False
+        self._given = 0
 
     @property
     def pid(self) -> int | None:
@@ -101,8 +148,27 @@ class WorkerProcess:
     def give(self, task: Any) -> None:
         """Let it do a task; one that has died is found out by listening to it."""
         self.busy = True
+        self._given += 1
+        self._send(self._given, False, task)
+
+    def order(self, word: Any, task: int | None = None) -> None:
+        """Say something about a task; see :meth:`Asker.orders`.
+
+        Parameters
+        ----------
+        word : object
+        task : int, optional
+            Which of those that were given, from 1; by default the newest.
+        """
+        self._send(task or self._given, True, word)
+
+    def terminate(self) -> None:
+        """Have it ended, without waiting for that; see :func:`end`."""
+        self._process.terminate()
+
+    def _send(self, *message: Any) -> None:
         with suppress(BrokenPipeError, ConnectionResetError):
-            self.pipe.send(task)
+            self.pipe.send(message)
 
     def words(self) -> Iterator[Any]:
         """What it has told since it was last listened to.
@@ -122,12 +188,12 @@ class WorkerProcess:
                     self.busy = False
                 else:
                     yield word
-        except (EOFError, ConnectionResetError):
+        except (EOFError, OSError):  # the latter in the middle of a word
             self._process.join(_LAST_WORD_SECONDS)
             raise Lost(self._process.exitcode) from None
 
 
-def with_words(workers: Sequence[WorkerProcess], seconds: float) -> list[WorkerProcess]:
+def with_words(workers: Sequence[WorkerProcess], seconds: float | None) -> list[WorkerProcess]:
     """Those that have something to tell, or have died; waits for the first so long at most."""
     ready = wait([worker.pipe for worker in workers], seconds)
     return [worker for worker in workers if worker.pipe in ready]
@@ -136,7 +202,7 @@ def with_words(workers: Sequence[WorkerProcess], seconds: float) -> list[WorkerP
 def end(workers: Sequence[WorkerProcess]) -> None:
     """End processes at once; what they are at is lost."""
     for worker in workers:
-        worker._process.terminate()
+        worker.terminate()
     for worker in workers:
         worker._process.join(_LAST_WORD_SECONDS)
         if worker._process.is_alive():
@@ -193,7 +259,7 @@ def _serve(pipe: Connection, do: Callable[[Any, Asker], None], threads: int) -> 
     asker = Asker(pipe)
     with one_blas_thread(), suppress(EOFError, BrokenPipeError, ConnectionResetError, Cancelled):
         while True:
-            task = pipe.recv()
+            task = asker.next_task()
             try:
                 do(task, asker)
             except (BrokenPipeError, ConnectionResetError, Cancelled):

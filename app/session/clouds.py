@@ -73,6 +73,7 @@ class CloudPresenter(QObject):
         self._worker: NewestWins | None = None
         self._parameters = DepthParameters()
         self._clouds: OrderedDict[tuple[DepthParameters, int], Cloud] = OrderedDict()
+        self._points: tuple[tuple[DepthParameters, int], Cloud] | None = None
         self._failed: set[tuple[DepthParameters, int]] = set()
 
     @property
@@ -95,6 +96,7 @@ class CloudPresenter(QObject):
                 shared.close()
         self._store = self._reader = None
         self._clouds.clear()
+        self._points = None
         self._failed.clear()
         names = [view.name for view in recording.views if view.kind != "mono"] if recording else []
         if recording is not None and names:
@@ -120,8 +122,17 @@ class CloudPresenter(QObject):
         return self._worker is not None
 
     def cloud(self, frame: int, parameters: DepthParameters | None = None) -> Cloud | None:
-        """The cloud of a frame, if it is there already; with other parameters on request."""
-        return self._clouds.get((parameters or self._parameters, frame))
+        """The cloud of a frame, if it is there already; with other parameters on request.
+
+        That of the frame which the tracker has just done may be without depth images.
+        """
+        key = parameters or self._parameters, frame
+        points = self._points[1] if self._points is not None and self._points[0] == key else None
+        return self._clouds.get(key, points)
+
+    def whole(self, frame: int) -> bool:
+        """Whether the cloud of a frame is there with its depth images."""
+        return (self._parameters, frame) in self._clouds
 
     def ask(self, frame: int, parameters: DepthParameters | None = None) -> None:
         """Have the cloud of a frame made; :attr:`measured` tells when it is there."""
@@ -130,7 +141,13 @@ class CloudPresenter(QObject):
             self._worker.ask(key)
 
     def keep(self, cloud: Cloud, parameters: DepthParameters) -> None:
-        """Keep a cloud that was made elsewhere, by the tracker."""
+        """Keep a cloud that was made elsewhere, by the tracker; without depth images one alone."""
+        if not cloud.depths and cloud.view_names:
+            self._points = (parameters, cloud.frame), cloud
+        else:
+            self._keep(cloud, parameters)
+
+    def _keep(self, cloud: Cloud, parameters: DepthParameters) -> None:
         self._clouds[parameters, cloud.frame] = cloud
         self._clouds.move_to_end((parameters, cloud.frame))
         while len(self._clouds) > _KEPT:
@@ -146,7 +163,7 @@ class CloudPresenter(QObject):
 
     @Slot(object, object)
     def _on_measured(self, question: tuple[DepthParameters, int], cloud: Cloud) -> None:
-        self.keep(cloud, question[0])
+        self._keep(cloud, question[0])
         self.measured.emit(cloud)
 
     @Slot(object, object)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from PySide6.QtCore import QObject, QTimer, Signal, Slot
 
 from stereotrack_core.body.mesh import PartMesh, body_mesh
+from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.tracking.estimate import Correspondences
 from stereotrack_core.tracking.frame import TrackedFrame
@@ -66,6 +67,7 @@ class InstantPresenter(QObject):
         runs.active_changed.connect(self.tell_soon)
         runs.changed.connect(self.tell_soon)
         track.advanced.connect(self._on_advanced)
+        track.rested.connect(self._keep)
         view_state.drawing_changed.connect(self.tell_soon)
         view_state.display_changed.connect(self.tell_soon)
 
@@ -86,7 +88,7 @@ class InstantPresenter(QObject):
         if self._soon.isActive() or told is None or told.frame_set.index != self._document.frame:
             return False
         waits = self._cloud_wanted() and not self._clouds.given_up(self._document.frame)
-        return not waits or told.cloud is not None
+        return not waits or (told.cloud is not None and self._clouds.whole(self._document.frame))
 
     @Slot()
     def tell_soon(self) -> None:
@@ -102,7 +104,8 @@ class InstantPresenter(QObject):
             return
         frame = frame_set.index
         cloud = self._clouds.cloud(frame)
-        if cloud is None and self._cloud_wanted():
+        self._track.show_depths(shown=self._pictures_need_it())
+        if not self._clouds.whole(frame) and self._cloud_wanted():
             self._clouds.ask(frame)
             if self._pictures_need_it() and not self._clouds.given_up(frame):
                 return
@@ -174,7 +177,11 @@ class InstantPresenter(QObject):
     @Slot(object)
     def _on_advanced(self, tracked: TrackedFrame) -> None:
         self._newest = tracked
+        self._keep(tracked.cloud)
+
+    @Slot(object)
+    def _keep(self, cloud: Cloud) -> None:
         entry = self._track.entry or self._runs.active
         if entry is not None and entry.settings is not None:
-            self._clouds.keep(tracked.cloud, entry.settings.depth)
+            self._clouds.keep(cloud, entry.settings.depth)
         self.tell_soon()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Literal, TypeAlias
@@ -87,6 +87,22 @@ class Judgement:
         """Name of the measure for axes and titles."""
         return "angular error" if self.measure == "error" else "standard deviation"
 
+    def followed_by(self, later: Judgement) -> Judgement:
+        """One judgement of these frames and of later ones, by the same reference."""
+        errors = self.errors
+        if errors is not None and later.errors is not None:
+            errors = errors.followed_by(later.errors)
+        return Judgement(
+            self.measure,
+            np.concatenate([self.frame, later.frame]),
+            {k: np.concatenate([v, later.limbs[k]]) for k, v in self.limbs.items()},
+            np.concatenate([self.tracked, later.tracked]),
+            np.concatenate([self.unexplained_fraction, later.unexplained_fraction]),
+            errors,
+            {k: np.concatenate([v, later.lost[k]]) for k, v in self.lost.items()},
+            self.truth,
+        )
+
     def errors_at(self, frame: int) -> dict[str, float]:
         """Angles against the reference in a frame, degrees; of the limbs that it knows there."""
         if self.measure != "error":
@@ -107,18 +123,38 @@ class Judgement:
         return self.truth.quality(np.intersect1d(frames, self.errors.frame))
 
 
-def judged(entry: RunEntry, truth: Truth | None) -> Judgement:
-    """Judge a run by the reference, or by its own signs where there is none."""
-    numbers = entry.numbers()
-    frames = list(entry.ordered())
+def judged(entry: RunEntry, truth: Truth | None, known: Judgement | None = None) -> Judgement:
+    """Judge a run by the reference, or by its own signs where there is none.
+
+    Parameters
+    ----------
+    entry : RunEntry
+    truth : Truth or None
+    known : Judgement, optional
+        Of the run's first frames, by the same reference: only those after them are judged anew.
+    """
+    numbers, frames = entry.numbers(), list(entry.ordered())
+    if truth is not None and not np.isin(numbers, truth.trajectory.frame).any():
+        truth = None
+    done = len(known.frame) if known is not None else 0
+    if known is None or known.truth is not truth or not np.array_equal(known.frame, numbers[:done]):
+        return _judged(frames, truth)
+    return known.followed_by(_judged(frames[done:], truth))
+
+
+def _judged(frames: Sequence[TrackedFrame], truth: Truth | None) -> Judgement:
+    numbers = np.array([frame.frame for frame in frames], dtype=np.int64)
     tracked = np.array([frame.tracked for frame in frames], dtype=bool)
     unexplained_fraction = np.array(
         [frame.unexplained_fraction for frame in frames], dtype=np.float64
     )
     chances = np.array([frame.limb_lost for frame in frames]).reshape(len(frames), len(LIMBS))
     lost = {limb: chances[:, LIMBS.index(limb)] for limb in MEASURED_LIMBS}
-    if truth is not None and np.isin(numbers, truth.trajectory.frame).any():
-        limbs, errors = _errors(entry, numbers, truth.trajectory)
+    if truth is not None:
+        points = np.array([frame.landmarks for frame in frames]).reshape(
+            len(frames), len(LANDMARKS), 3
+        )
+        limbs, errors = _errors(LandmarkTrajectory(numbers, points), truth.trajectory)
         return Judgement(
             "error", numbers, limbs, tracked, unexplained_fraction, errors, lost, truth
         )
@@ -128,16 +164,16 @@ def judged(entry: RunEntry, truth: Truth | None) -> Judgement:
 
 
 def _errors(
-    entry: RunEntry, numbers: IntArray, reference: LandmarkTrajectory
+    found: LandmarkTrajectory, reference: LandmarkTrajectory
 ) -> tuple[dict[str, FloatArray], LimbErrors]:
-    """Errors in the frames that the run has; what it has not done yet is no error."""
-    done = np.isin(reference.frame, numbers)
+    """Errors in the frames that were tracked; what has not been done yet is no error."""
+    done = np.isin(reference.frame, found.frame)
     own = LandmarkTrajectory(reference.frame[done], reference.points[done])
-    errors = errors_against(entry.trajectory(), own)
+    errors = errors_against(found, own)
     limbs = {}
     for limb in MEASURED_LIMBS:
-        values: FloatArray = np.full(len(numbers), np.nan)
-        values[np.searchsorted(numbers, errors.frame)] = np.degrees(errors.of_limb(limb))
+        values: FloatArray = np.full(len(found.frame), np.nan)
+        values[np.searchsorted(found.frame, errors.frame)] = np.degrees(errors.of_limb(limb))
         limbs[limb] = values
     return limbs, errors
 
@@ -340,7 +376,8 @@ class JudgementPresenter(QObject):
             count = len(entry.frames)
             known = self._known.get(entry)
             if count and (known is None or known[0] != count or known[1] is not truth):
-                self._known[entry] = (count, truth, judged(entry, truth))
+                before = known[-1] if known is not None else None
+                self._known[entry] = (count, truth, judged(entry, truth, before))
         self.judged.emit()
         if truth is not self._told:
             self._told = truth

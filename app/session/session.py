@@ -7,6 +7,7 @@ from PySide6.QtCore import QObject, QSettings, Signal, Slot
 from stereotrack_core.errors import InputError
 
 from ..services.failures import message_of
+from ..services.tasks.process import TaskProcess
 from ..services.tasks.task import TaskList
 from .camera_doubts import CameraDoubts
 from .clouds import CloudPresenter
@@ -71,7 +72,12 @@ class Session(QObject):
     message = Signal(object)
 
     def __init__(
-        self, tasks: TaskList, view_state: ViewState, settings: QSettings, parent: QObject
+        self,
+        tasks: TaskList,
+        view_state: ViewState,
+        settings: QSettings,
+        parent: QObject,
+        process: TaskProcess | None = None,
     ) -> None:
         super().__init__(parent)
         self._tasks, self._view_state = tasks, view_state
@@ -80,16 +86,16 @@ class Session(QObject):
         self.document.opened.connect(self._on_opened)  # before that of its project
         self.project = ProjectPresenter(self.document, tasks, settings, self)
         self.clouds = CloudPresenter(self)
-        self.track = TrackPresenter(self.runs, self)
+        self._process = process or TaskProcess(self)
+        self._own_process = process is None
+        self.track = TrackPresenter(self.runs, self._process, self)
         self.opening = Opening(self.document, self.project, self.track, settings, self)
         self.judging = JudgementPresenter(self.document, self.runs, self)
         self.cameras = CameraDoubts(self.document, self.project, self)
         self.instant = InstantPresenter(
             self.document, self.clouds, self.runs, self.track, view_state, self
         )
-        self.tracker = TrackControl(
-            self.document, self.clouds, self.runs, self.track, view_state, self
-        )
+        self.tracker = TrackControl(self.document, self.runs, self.track, view_state, self)
         self.clouds.set_parameters(self.track.settings.depth)
         self.document.closed.connect(self._on_closed)
         self.track.settings_changed.connect(self._on_settings)
@@ -113,7 +119,7 @@ class Session(QObject):
     def close(self) -> None:
         """End all work and close what is open, with the window."""
         self.document.pause()
-        self.track.stop()
+        self.track.stop(at_once=True)
         self.leaving.emit()
         self._tasks.shutdown()
         self.document.close()
@@ -121,6 +127,8 @@ class Session(QObject):
         self.cameras.close()
         self.project.shutdown()
         self.clouds.set_recording(None)
+        if self._own_process:
+            self._process.close()
 
     # ---- why something cannot be done now, in sentences
 
@@ -183,12 +191,14 @@ class Session(QObject):
             refused = error
         self.opened.emit()
         self.ready.emit()
+        if self.clouds.available:
+            self._process.warm()
         if refused is not None:
             self.message.emit(message_of(refused))
 
     @Slot()
     def _on_closed(self) -> None:
-        self.track.stop()
+        self.track.stop(at_once=True)
         self.leaving.emit()
         self.runs.clear()
         self.instant.clear()

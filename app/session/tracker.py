@@ -8,7 +8,6 @@ from stereotrack_core.body.pose import Pose
 from stereotrack_core.tracking.frame import TrackedFrame
 from stereotrack_core.tracking.run_spec import FirstPose
 
-from .clouds import CloudPresenter
 from .document import DocumentPresenter
 from .runs import RunEntry, RunList
 from .tracking import TrackPresenter
@@ -36,14 +35,13 @@ class TrackControl(QObject):
     def __init__(
         self,
         document: DocumentPresenter,
-        clouds: CloudPresenter,
         runs: RunList,
         track: TrackPresenter,
         view_state: ViewState,
         parent: QObject,
     ) -> None:
         super().__init__(parent)
-        self._document, self._clouds, self._runs, self._track = document, clouds, runs, track
+        self._document, self._runs, self._track = document, runs, track
         self._view_state = view_state
         self.first_pose: FirstPose = "auto"
         self.follow = True
@@ -120,7 +118,6 @@ class TrackControl(QObject):
             recording,
             frames,
             start if start is not None else self.first_pose,
-            self._clouds.reader,
             allowed=allowed,
         )
 

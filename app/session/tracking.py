@@ -3,159 +3,127 @@
 from __future__ import annotations
 
 import dataclasses
-import threading
 import time
 from collections.abc import Callable
-from contextlib import nullcontext
-from dataclasses import dataclass
+from concurrent.futures import Future
+from functools import partial
 from pathlib import Path
+from typing import Any
 
-from PySide6.QtCore import QObject, QTimer, Signal, Slot
+from PySide6.QtCore import QElapsedTimer, QObject, QTimer, Signal, Slot
 
-from stereotrack_core.body.model import BodyModel, body_model
+from stereotrack_core.body.model import body_model
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.proportions import proportions_of
-from stereotrack_core.errors import Cancelled
-from stereotrack_core.interop.run_journal import RunJournal
+from stereotrack_core.experiments.run_process import (
+    Allow,
+    Held,
+    Inspect,
+    Inspected,
+    Prepared,
+    Preparing,
+    RunTask,
+    Show,
+    Stop,
+    Tracked,
+)
 from stereotrack_core.recording.description import Recording
-from stereotrack_core.recording.reader import FrameReader
-from stereotrack_core.tracking.frame import Origin, TrackedFrame
+from stereotrack_core.tracking.frame import TrackedFrame
 from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.presets import preset
-from stereotrack_core.tracking.run import Pipeline
 from stereotrack_core.tracking.run_checks import CHECK, Untracked, misfits
 from stereotrack_core.tracking.run_spec import FirstPose, RunSpec
+from stereotrack_core.worker_processes import Lost
 
 from ..services.failures import message_of
-from ..services.tasks.shared import Shared
-from ..services.tasks.task import WorkThread
+from ..services.tasks.process import ProcessTask, TaskProcess
 from ..widgets.forms.message import Message
 from .runs import RunEntry, RunList
 
-UPDATES_PER_SECOND = 20
+UPDATE_MS = 50
+_FIRST_GUESS = 0.05
+"""Share of a stage that has to be done before its end is estimated."""
 
 
-@dataclass(frozen=True, eq=False)
-class Order:
-    """What the tracker shall do; every frame goes to the journal at once, where there is one."""
+class LiveRun:
+    """A run that a process tracks, as far as the window knows.
 
-    recording: Recording
-    settings: Settings
-    preset: str
-    frames: range
-    init: FirstPose
-    reader: Shared[FrameReader] | None
-    journal: Path | None = None
-
-
-class TrackWorker:
-    """Tracks in a thread of its own and may be held after every frame.
-
-    Results wait in a list until :meth:`taken` fetches them, so that a window that is busy
-    slows nothing down and loses nothing.
+    Attributes
+    ----------
+    entry : RunEntry
+    recording : Recording
+    settings : Settings
+    held : bool
+        Whether it waits for leave to go on, with every frame fetched.
+    progress : Preparing or None
+        How far it is with what comes before its first frame.
     """
 
-    def __init__(self, order: Order) -> None:
-        self.order = order
-        self.origin: Origin | None = None
-        self.body: BodyModel | None = None
-        self.pipeline: Pipeline | None = None
-        self.error: Exception | None = None
-        self.done = False
-        self.worked_seconds = 0.0
-        self._allowed = 0.0
-        self._stop = False
-        self._working = False
-        self._results: list[TrackedFrame] = []
-        self._condition = threading.Condition()
-        self._thread = WorkThread(self._run, "track")
-        self._thread.start()
+    def __init__(self, entry: RunEntry, task: RunTask, process: TaskProcess) -> None:
+        self.entry, self.recording, self.settings = entry, task.recording, task.spec.settings
+        self.held = False
+        self.progress: Preparing | None = None
+        self.waiting: list[TrackedFrame] = []
+        self.asked: Future[Inspected] | None = None
+        self.task: ProcessTask = process.run(task)
+        self._number = task.allowed.number
+        self._stage_begun = 0.0
 
     def allow(self, frames: float) -> None:
-        """Let the tracker go on for so many frames; infinity lets it run."""
-        with self._condition:
-            self._allowed = frames
-            self._condition.notify_all()
+        """Let it go on for so many frames; infinity lets it run, 0 holds it."""
+        self._number += 1
+        self.held = self.held and not frames
+        self.task.order(Allow(frames, self._number))
 
-    def hold(self) -> None:
-        """Stop after the frame in work."""
-        self.allow(0.0)
+    def inspect(self) -> Future[Inspected]:
+        """Ask what its next step would do, once it is held."""
+        if self.asked is not None:
+            self.asked.cancel()
+        self.asked = Future()
+        self.task.order(Inspect())
+        return self.asked
 
-    @property
-    def running(self) -> bool:
-        """Whether a frame is in work or not fetched yet, or the tracker has leave to go on."""
-        return not self.done and (self._allowed > 0 or self._working or bool(self._results))
-
-    def stop(self, seconds: float = 15.0) -> None:
-        """End the thread; what was tracked stays."""
-        with self._condition:
-            self._stop = True
-            self._condition.notify_all()
-        self._thread.join(seconds)
+    def hear(self, word: Any) -> None:
+        """Remember what the process tells."""
+        match word:
+            case Preparing():
+                if self.progress is None or word.stage != self.progress.stage:
+                    self._stage_begun = time.monotonic()
+                self.progress = word
+            case Prepared():
+                self.entry.body, self.entry.origin = word.body, word.origin
+            case Tracked():
+                self.waiting.append(word.frame)
+                self.entry.wall_seconds = word.seconds
+            case Held():
+                self.held = word.number == self._number
+            case Inspected() if self.asked is not None:
+                self.asked.set_result(word)
+                self.asked = None
 
     def taken(self) -> list[TrackedFrame]:
-        """Results since the last call."""
-        with self._condition:
-            results, self._results = self._results, []
-        return results
+        """Let the entry have the frames that have come since the last time."""
+        frames, self.waiting = self.waiting, []
+        for frame in frames:
+            self.entry.frames[frame.frame] = frame.without_cloud()
+        return frames
 
-    def _wait(self) -> bool:
-        with self._condition:
-            self._condition.wait_for(lambda: self._stop or self._allowed > 0)
-            self._working = not self._stop
-            return self._working
+    def end(self) -> None:
+        """Nothing more comes of it."""
+        self.entry.warnings = misfits(self.entry.frames.values(), self.settings)
+        if self.asked is not None:
+            self.asked.cancel()
 
-    def _run(self) -> None:
-        order = self.order
-        begun = time.perf_counter()
-        keeper: RunJournal | None = None
-        try:
-            if order.journal is not None:
-                keeper = RunJournal(order.journal, lambda: self.worked_seconds)
-            with (
-                order.reader.used() if order.reader is not None else nullcontext() as reader,
-                Pipeline(
-                    order.recording,
-                    RunSpec(order.settings, init=order.init, preset=order.preset),
-                    reader=reader,
-                    keeper=keeper,
-                ) as pipeline,
-            ):
-                pipeline.on_first_pass = self._go_on_preparing
-                pipeline.prepare(order.frames)
-                self.worked_seconds = time.perf_counter() - begun
-                self.body, self.origin = pipeline.body, pipeline.origin()
-                self.pipeline = pipeline
-                self._follow(pipeline)
-        except Cancelled:
-            pass  # stopped before the first frame
-        except Exception as error:  # noqa: BLE001 - handed to the window, which shows it
-            self.error = error
-        finally:
-            if keeper is not None:
-                keeper.close()
-            self.done = True
-
-    def _go_on_preparing(self, _: TrackedFrame) -> None:
-        if self._stop:
-            raise Cancelled
-
-    def _follow(self, pipeline: Pipeline) -> None:
-        frames = pipeline.frames(self.order.frames)
-        try:
-            while self._wait():
-                begun = time.perf_counter()
-                tracked = next(frames, None)
-                if tracked is None:
-                    return
-                with self._condition:
-                    self.worked_seconds += time.perf_counter() - begun
-                    self._results.append(tracked)
-                    self._allowed -= 1
-                    self._working = False
-        finally:
-            close: Callable[[], None] = getattr(frames, "close", lambda: None)
-            close()
+    def preparing_words(self) -> str:
+        """``learning the background, 40 %, about 3 s left``."""
+        progress = self.progress
+        if progress is None:
+            return "starting"
+        share = progress.done / max(progress.count, 1)
+        if share < _FIRST_GUESS:
+            return progress.stage
+        left = (time.monotonic() - self._stage_begun) * (1.0 - share) / share
+        return f"{progress.stage}, {100.0 * share:.0f} %, about {left:.0f} s left"
 
 
 class TrackPresenter(QObject):
@@ -165,8 +133,10 @@ class TrackPresenter(QObject):
     -------
     advanced : TrackedFrame
         The newest frame, still with its cloud and correspondences.
+    rested : Cloud
+        The cloud of the frame at which the tracker has stopped, with its depth images.
     state_changed : ()
-        Running, paused, finished or idle.
+        Running, paused, finished or idle, or further in preparing.
     finished : RunEntry
         A run has come to its end.
     settings_changed : ()
@@ -176,36 +146,44 @@ class TrackPresenter(QObject):
     """
 
     advanced = Signal(object)
+    rested = Signal(object)
     state_changed = Signal()
     finished = Signal(object)
     settings_changed = Signal()
     message = Signal(object)
 
-    def __init__(self, runs: RunList, parent: QObject | None = None) -> None:
+    def __init__(self, runs: RunList, process: TaskProcess, parent: QObject | None = None) -> None:
         super().__init__(parent)
-        self._runs = runs
-        self._worker: TrackWorker | None = None
-        self._entry: RunEntry | None = None
+        self._runs, self._process = runs, process
+        self._live: LiveRun | None = None
+        self._ending: list[LiveRun] = []
+        self._depths = False
         self.preset = "accurate"
         self.settings = self.base = preset(self.preset)
         self.place_for_run: Callable[[], Path | None] = lambda: None
-        self._timer = QTimer(self, interval=1000 // UPDATES_PER_SECOND)
+        self._since = QElapsedTimer()
+        self._since.start()
+        self._timer = QTimer(self, singleShot=True)
         self._timer.timeout.connect(self._collect)
 
     @property
     def entry(self) -> RunEntry | None:
         """The run in progress, running or paused."""
-        return self._entry
+        return self._live.entry if self._live is not None else None
 
     @property
     def running(self) -> bool:
-        """Whether the tracker works at this moment."""
-        return self._worker is not None and self._worker.running
+        """Whether the tracker works at this moment, or has frames that are not fetched yet."""
+        return self._live is not None and not self._live.held
 
     @property
     def paused(self) -> bool:
         """Whether a run waits to go on."""
-        return self._worker is not None and not self._worker.running
+        return self._live is not None and self._live.held
+
+    def holds(self, entry: RunEntry) -> bool:
+        """Whether a run is in progress, or has been stopped and may still get a frame."""
+        return any(live.entry is entry for live in (self._live, *self._ending) if live is not None)
 
     @property
     def differs_from_preset(self) -> bool:
@@ -226,134 +204,156 @@ class TrackPresenter(QObject):
     @property
     def stale(self) -> bool:
         """Whether the run in progress was made with other settings."""
-        return self._worker is not None and self._worker.order.settings != self.settings
+        return self._live is not None and self._live.settings != self.settings
 
     def next_frame(self) -> int | None:
         """The frame that the run in progress does next."""
-        if self._entry is None:
+        entry = self.entry
+        if entry is None:
             return None
-        done = len(self._entry.frames)
-        return self._entry.wanted[done] if done < len(self._entry.wanted) else None
+        done = len(entry.frames)
+        return entry.wanted[done] if done < len(entry.wanted) else None
 
     def begin(
         self,
         recording: Recording,
         frames: range,
         init: FirstPose,
-        reader: Shared[FrameReader] | None,
         *,
         allowed: float = float("inf"),
     ) -> RunEntry:
         """Begin a new run; the one in progress ends and keeps what it has."""
         self.stop()
-        changed = self.differs_from_preset
         body = body_model(proportions_of(recording.subject), self.settings.body)
-        name = self._runs.next_name(self.preset, changed=changed)
-        self._entry = RunEntry(name, self.preset, self.settings, body, frames)
+        name = self._runs.next_name(self.preset, changed=self.differs_from_preset)
+        entry = RunEntry(name, self.preset, self.settings, body, frames)
+        entry.journal = self.place_for_run()
+        spec = RunSpec(self.settings, preset=self.preset, frames=frames, init=init)
         # the tracker never sees the truth
         unaided = dataclasses.replace(recording, reference=None)
-        self._entry.journal = self.place_for_run()
-        self._worker = TrackWorker(
-            Order(unaided, self.settings, self.preset, frames, init, reader, self._entry.journal)
-        )
-        self._worker.allow(allowed)
-        self._timer.start()
-        self._runs.add(self._entry)
+        task = RunTask(unaided, spec, entry.journal, Allow(allowed, 0))
+        live = self._live = LiveRun(entry, task, self._process)
+        live.task.told.connect(partial(self._on_told, live))
+        live.task.ended.connect(partial(self._on_ended, live))
+        live.task.order(Show(self._depths))
+        self._runs.add(entry)
         self.state_changed.emit()
-        return self._entry
+        return entry
 
     def go_on(self, allowed: float = float("inf")) -> None:
-        """Go on with the run in progress."""
-        if self._worker is not None:
-            self._worker.allow(allowed)
-            self._timer.start()
+        """Go on with the run in progress; 0: hold after the frame in work."""
+        if self._live is not None:
+            self._live.allow(allowed)
             self.state_changed.emit()
 
     def pause(self) -> None:
         """Hold after the frame in work."""
-        if self._worker is not None:
-            self._worker.hold()
+        self.go_on(0.0)
+
+    def stop(self, *, at_once: bool = False) -> None:
+        """End the run in progress; it keeps what it has, and gets the frame in work.
+
+        Parameters
+        ----------
+        at_once : bool
+            Whether the frame in work is given up and the run's journal let go before this
+            returns, also of runs that were stopped before.
+        """
+        live = self._live
+        if live is not None:
+            live.task.order(Stop())
+            self._ending.append(live)
+        if at_once and self._ending:
+            self._process.close()
+        self._collect()
+        self._live = None
+        if live is not None and not live.entry.frames:
+            self._runs.remove(live.entry)
+        if at_once:
+            for ended in self._ending:
+                ended.end()
+            self._ending.clear()
+        if live is not None:
             self.state_changed.emit()
 
-    def stop(self) -> None:
-        """End the run in progress; it keeps what it has."""
-        worker, entry = self._worker, self._entry
-        if worker is None:
-            return
-        worker.stop()
-        self._collect()
-        self._timer.stop()
-        self._worker = self._entry = None
-        if entry is not None:
-            entry.warnings = misfits(entry.frames.values(), worker.order.settings)
-            if not entry.frames:
-                self._runs.remove(entry)
-        self.state_changed.emit()
+    def show_depths(self, *, shown: bool) -> None:
+        """Have every frame come with its views' depth images, or without."""
+        if shown != self._depths:
+            self._depths = shown
+            if self._live is not None:
+                self._live.task.order(Show(shown))
 
     def last_pose(self) -> Pose | None:
         """Newest pose of the run in progress."""
-        if self._entry is None or not self._entry.frames:
-            return None
-        return self._entry.frames[max(self._entry.frames)].pose
+        entry = self.entry
+        return entry.frames[max(entry.frames)].pose if entry is not None and entry.frames else None
+
+    def preparing_words(self) -> str:
+        """What the run in progress does before its first frame, and how far it is."""
+        return self._live.preparing_words() if self._live is not None else ""
 
     @property
-    def started(self) -> bool:
-        """Whether the run in progress has a frame already."""
-        return self._entry is not None and bool(self._entry.frames)
+    def preparing_share(self) -> float:
+        """How much of a stage before the first frame is done, 0 to 1."""
+        progress = self._live.progress if self._live is not None else None
+        return progress.done / max(progress.count, 1) if progress is not None else 0.0
 
-    @property
-    def preparing(self) -> bool:
-        """Whether a run has been begun that cannot do its first frame yet."""
-        return self._worker is not None and self._worker.pipeline is None
+    def held_before(self, frame: int) -> LiveRun | None:
+        """The run in progress, if it is held and does this frame next."""
+        return self._live if self.paused and self.next_frame() == frame else None
 
-    def held_before(self, frame: int) -> Pipeline | None:
-        """The run's pipeline, if it is held and does this frame next."""
-        worker = self._worker
-        if worker is None or worker.running or worker.done or self.next_frame() != frame:
-            return None
-        return worker.pipeline
+    def _on_told(self, live: LiveRun, word: Any) -> None:
+        live.hear(word)
+        match word:
+            case Tracked():
+                if not self._timer.isActive():
+                    self._timer.start(max(0, UPDATE_MS - self._since.elapsed()))
+            case Held():
+                self._collect()
+                if word.cloud is not None and live is self._live:
+                    self.rested.emit(word.cloud)
+                self.state_changed.emit()
+            case Preparing() | Prepared() if live is self._live:
+                self.state_changed.emit()
 
     @Slot()
     def _collect(self) -> None:
-        worker, entry = self._worker, self._entry
-        if worker is None or entry is None:
-            self._timer.stop()
-            return
-        ended = worker.done  # asked before the results are fetched, so that none is left behind
-        results = worker.taken()
-        entry.origin, entry.body = worker.origin, worker.body or entry.body
-        entry.wall_seconds = worker.worked_seconds
-        for tracked in results:
-            entry.frames[tracked.frame] = tracked.without_cloud()
-        if results:
-            self._runs.grew.emit()
-            self.advanced.emit(results[-1])
-        if ended:
-            self._finish(worker, entry)
-        elif not worker.running:
-            self.state_changed.emit()
-
-    def _finish(self, worker: TrackWorker, entry: RunEntry) -> None:
+        """Take what has come, and show the newest frame of the run in progress."""
         self._timer.stop()
-        self._worker = self._entry = None
-        if worker.error is not None:
-            self.message.emit(message_of(worker.error))
+        self._since.start()
+        for ended in self._ending:
+            ended.taken()
+        frames = self._live.taken() if self._live is not None else []
+        if frames:
+            self._runs.grew.emit()
+            self.advanced.emit(frames[-1])
+
+    def _on_ended(self, live: LiveRun, error: Exception | None) -> None:
+        self._collect()
+        live.end()
+        if live is not self._live:
+            self._ending.remove(live)
+            self.state_changed.emit()
+            return
+        self._live = None
+        entry = live.entry
+        if error is not None:
+            self.message.emit(_lost(error, entry) if isinstance(error, Lost) else message_of(error))
         if not entry.frames:
             self._runs.remove(entry)
         self.state_changed.emit()
-        self._tell_signs(worker.order, entry)
+        self._tell_signs(live)
         self.finished.emit(entry)
 
-    def _tell_signs(self, order: Order, entry: RunEntry) -> None:
+    def _tell_signs(self, live: LiveRun) -> None:
         """Say why nobody was tracked, where that is so, or that nothing fits."""
-        frames = entry.frames.values()
-        entry.warnings = misfits(frames, order.settings)
+        entry, frames = live.entry, live.entry.frames.values()
         if entry.warnings:
             what = "; ".join(entry.warnings)
             self.message.emit(Message("warning", what, entry.name, CHECK))
         if not frames or any(frame.tracked for frame in frames):
             return
-        causes = Untracked(order.recording, order.settings).take(frames).causes()
+        causes = Untracked(live.recording, live.settings).take(frames).causes()
         self.message.emit(
             Message(
                 "warning",
@@ -362,3 +362,13 @@ class TrackPresenter(QObject):
                 " ".join(cause.sentence() for cause in causes),
             )
         )
+
+
+def _lost(error: Lost, entry: RunEntry) -> Message:
+    return Message(
+        "error",
+        str(error),
+        entry.name,
+        "The frames tracked so far are kept. To continue, go to the last of them and run the "
+        "tracker from there. If it happens again, free memory by closing other programs.",
+    )

@@ -8,6 +8,7 @@ from PySide6.QtWidgets import QMainWindow
 
 from ..context import make_context
 from ..services.stored import stored_bytes
+from ..services.tasks.process import TaskProcess
 from ..session.opening import dropped_path
 from ..widgets.forms.bars import MessageBar
 from ..widgets.forms.welcome import WelcomePage
@@ -29,9 +30,9 @@ class MainWindow(QMainWindow):
     status : StatusLine
     """
 
-    def __init__(self, settings: QSettings) -> None:
+    def __init__(self, settings: QSettings, process: TaskProcess | None = None) -> None:
         super().__init__()
-        self.context = make_context(self, settings)
+        self.context = make_context(self, settings, process)
         self.messages, self.welcome = MessageBar(), WelcomePage()
         self.context.docks.add_above_views(self.messages)
         self.context.docks.middle.addWidget(self.welcome)

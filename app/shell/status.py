@@ -73,7 +73,7 @@ def _tracker_words(
         verb = "tracking" if track.running else "paused at"
         if done == 0:
             return (
-                f"{verb} {done} of {wanted}: learning the background"
+                f"{verb} {done} of {wanted}: {track.preparing_words()}"
                 if track.running
                 else ("paused before the first frame")
             )
@@ -218,5 +218,6 @@ class StatusLine(QObject):
             self.progress.setValue(round(100 * share))
         elif entry is not None:
             preparing = track.running and not entry.frames
-            self.progress.setRange(0, 0 if preparing else len(entry.wanted))
-            self.progress.setValue(len(entry.frames))
+            done = 100 * track.preparing_share if preparing else len(entry.frames)
+            self.progress.setRange(0, 100 if preparing else len(entry.wanted))
+            self.progress.setValue(round(done))

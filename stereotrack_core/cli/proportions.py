@@ -85,9 +85,9 @@ def run(args: Namespace) -> int:
 def _estimated(args: Namespace, recording: Recording) -> EstimatedLengths:
     from stereotrack_core.interop.first_pose import first_pose
     from stereotrack_core.recording.reader import FrameReader
-    from stereotrack_core.tracking.frame import TrackedFrame
+    from stereotrack_core.tracking.lengths_fit import ESTIMATING_LENGTHS, LENGTH_FRAMES
     from stereotrack_core.tracking.presets import preset
-    from stereotrack_core.tracking.run import LENGTH_FRAMES, Pipeline
+    from stereotrack_core.tracking.run import Pipeline
     from stereotrack_core.tracking.run_spec import RunSpec
 
     settings = preset(args.preset, args.changes)
@@ -103,12 +103,13 @@ def _estimated(args: Namespace, recording: Recording) -> EstimatedLengths:
         stoppable() as stopped,
     ):
 
-        def note(tracked: TrackedFrame) -> None:
-            show(tracked.frame - frames.start + 1)
+        def note(stage: str, done: int, _count: int) -> None:
+            if stage == ESTIMATING_LENGTHS:
+                show(done + 1)
             if stopped():
                 raise Cancelled
 
-        pipeline.on_first_pass = note
+        pipeline.on_preparing = note
         pipeline.learn(frames)
         return pipeline.take_lengths(frames)
 

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from itertools import count
 from typing import Protocol, TypeAlias
 
 import numpy as np
@@ -28,6 +29,9 @@ _CALIBRATION_FRAMES = 6
 
 SourceMaker: TypeAlias = Callable[[Recording, View, DepthParameters], StereoSource | DepthSource]
 """Where a view's disparities come from; see :func:`source_of`."""
+
+OnPart: TypeAlias = Callable[[int, int], None]
+"""Is told how many parts of how many are done."""
 
 
 class Pictures(Protocol):
@@ -134,11 +138,15 @@ class DepthChain:
         """End the threads."""
         self._pool.shutdown()
 
-    def learn_background(self, reader: Pictures, frames: range) -> None:
+    def learn_background(
+        self, reader: Pictures, frames: range, on_image: OnPart = lambda _done, _count: None
+    ) -> None:
         """Learn what every view shows when nobody is there.
 
         Images of the empty scene give it at once; else it comes from frames spread evenly
         over `frames`, as the parameters say. Depth views with a mask of the person need none.
+        `on_image` is told in several threads how many images of how many are done, and may raise
+        :class:`Cancelled`.
         """
         waiting = []
         for chain in self._chains:
@@ -152,7 +160,7 @@ class DepthChain:
             if view.mask is None and self.parameters.background_mode != "none":
                 waiting.append(chain)
         if waiting:
-            self._learn_from_frames(waiting, reader, frames)
+            self._learn_from_frames(waiting, reader, frames, on_image)
         if self._colour and len(self._chains) > 1:
             self._calibrate_colours(reader, frames)
 
@@ -177,13 +185,20 @@ class DepthChain:
         return any(chain.background.learns for chain in self._chains)
 
     def _learn_from_frames(
-        self, chains: Sequence[ViewChain], reader: Pictures, frames: range
+        self, chains: Sequence[ViewChain], reader: Pictures, frames: range, on_image: OnPart
     ) -> None:
-        count = min(self.parameters.background_samples, len(frames))
-        sampled = [frames[i] for i in np.unique(np.linspace(0, len(frames) - 1, count).astype(int))]
+        most = min(self.parameters.background_samples, len(frames))
+        sampled = [frames[i] for i in np.unique(np.linspace(0, len(frames) - 1, most).astype(int))]
         sets = [reader.frame_set(k) for k in sampled]
         seen = [[s.views[c.name] for s in sets if c.name in s.views] for c in chains]
-        for _ in self._pool.map(ViewChain.learn_frames, chains, seen):
+        done, total = count(), sum(map(len, seen))
+
+        def told(images: Sequence[ViewImages]) -> Iterator[ViewImages]:
+            for one in images:
+                on_image(next(done), total)
+                yield one
+
+        for _ in self._pool.map(ViewChain.learn_frames, chains, map(told, seen)):
             pass  # the loop raises what a thread raised
 
     def _calibrate_colours(self, reader: Pictures, frames: range) -> None:

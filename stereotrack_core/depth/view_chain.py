@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
 import cv2
@@ -155,7 +155,7 @@ class ViewChain:
         self.background.take_empty_scene(frame.picture, self._whole(frame))
         return True
 
-    def learn_frames(self, frames: Sequence[ViewImages]) -> None:
+    def learn_frames(self, frames: Iterable[ViewImages]) -> None:
         """Take the model from a recording in which somebody moves, as the parameters say."""
         disparities, pictures = [], []
         for images in frames:

@@ -55,6 +55,11 @@ class LimbErrors:
         inside = (self.frame >= first) & (self.frame < end)
         return LimbErrors(*(getattr(self, field.name)[inside] for field in fields(self)))
 
+    def followed_by(self, later: LimbErrors) -> LimbErrors:
+        """Return these frames and later ones together."""
+        pairs = ((getattr(self, f.name), getattr(later, f.name)) for f in fields(self))
+        return LimbErrors(*(np.concatenate(pair) for pair in pairs))
+
     @property
     def arm_segments(self) -> FloatArray:
         """Errors (F, 4) in radians: left and right upper arm, left and right forearm."""

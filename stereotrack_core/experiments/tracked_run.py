@@ -18,7 +18,8 @@ from stereotrack_core.interop.run_journal import RunJournal, Wish
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.tracking.frame import Run, TrackedFrame
 from stereotrack_core.tracking.gaps import Blindness, Gap, ViewProblems, gaps_of
-from stereotrack_core.tracking.run import LENGTH_FRAMES, track
+from stereotrack_core.tracking.lengths_fit import ESTIMATING_LENGTHS, LENGTH_FRAMES
+from stereotrack_core.tracking.run import track
 from stereotrack_core.tracking.run_checks import Untracked
 from stereotrack_core.tracking.run_spec import RunSpec
 from stereotrack_core.tracking.unfinished import INCOMPLETE, UnfinishedRun
@@ -112,15 +113,11 @@ class _Course:
         for frame in () if begun is None else begun.done:
             self._take(frame)
 
-    def prepare(self, _: TrackedFrame) -> None:
-        """A frame of the first pass, from which lengths are estimated."""
-        self._steps += 1
-        self._show(self._steps)
-        if self._stopped():
-            raise Cancelled
-
-    def replay(self, _: int) -> None:
-        """A frame that is not tracked again."""
+    def prepare(self, stage: str, _done: int, _count: int) -> None:
+        """A part of what comes before the first frame that is tracked."""
+        if stage == ESTIMATING_LENGTHS:
+            self._steps += 1
+            self._show(self._steps)
         if self._stopped():
             raise Cancelled
 
@@ -181,8 +178,7 @@ def track_recording(
             spec,
             on_frame=course.note,
             cancelled=lambda: cancelled() or course.done == wanted,
-            on_first_pass=course.prepare,
-            on_replay=course.replay,
+            on_preparing=course.prepare,
             keeper=keeper,
             begun=begun,
         )

@@ -26,6 +26,12 @@ from stereotrack_core.tracking.shape_fit import SeenPose, adjusted
 ESTIMATED = "estimated from the sequence"
 """Name of a subject whose lengths the program has worked out."""
 
+LENGTH_FRAMES = 600
+"""Frames, the first ones, from which lengths are estimated."""
+
+ESTIMATING_LENGTHS = "estimating the limb lengths"
+"""The stage in which they are tracked, in words."""
+
 _MOST = 400
 """Frames of which the data are kept; when there are more, every second one is forgotten."""
 

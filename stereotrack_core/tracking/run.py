@@ -8,6 +8,7 @@ from collections.abc import Callable, Generator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import closing
 from datetime import UTC, datetime
+from functools import partial
 
 import numpy as np
 
@@ -29,6 +30,8 @@ from stereotrack_core.tracking.frame import Origin, Run, TrackedFrame, run_of
 from stereotrack_core.tracking.initialise.first_pose import first_pose_from_images, first_pose_in
 from stereotrack_core.tracking.initialise.seeds import t_pose_in_cloud
 from stereotrack_core.tracking.lengths_fit import (
+    ESTIMATING_LENGTHS,
+    LENGTH_FRAMES,
     EstimatedLengths,
     WellSeenFrames,
     lengths_by_height,
@@ -46,9 +49,6 @@ from stereotrack_core.tracking.unfinished import Checkpoint, RunKeeper, Unfinish
 
 _LOOK_AHEAD = 5
 """Frames in which somebody is looked for to fit the shape, for each frame that it needs."""
-
-LENGTH_FRAMES = 600
-"""Frames, the first ones, from which lengths are estimated."""
 
 _LEAST_SETTLED = 3
 """Frames without which a fit would be worse than the default shape."""
@@ -127,11 +127,10 @@ class Pipeline:
         self._asked: range | None = None
         now = datetime.now(UTC).isoformat(timespec="milliseconds")
         self._made_at = now if begun is None else str(begun.meta.get("made", now))
-        self._started = False
+        self.started = False
         self._prepared = False
         self._made: dict[int, tuple[Cloud, float]] = {}
-        self.on_first_pass: Callable[[TrackedFrame], None] = lambda _: None
-        self.on_replay: Callable[[int], None] = lambda _: None
+        self.on_preparing: Callable[[str, int, int], None] = lambda _stage, _done, _count: None
         self.before_step: Callable[[Cloud], None] = lambda _: None
 
     def frames(self, frames: range) -> Generator[TrackedFrame, None, None]:
@@ -176,14 +175,14 @@ class Pipeline:
         return TrackedFrame(cloud.frame, estimate, found, cloud, seconds, contradicted)
 
     def _estimate(self, cloud: Cloud) -> Estimate:
-        if not self._started and len(cloud.points) >= self.settings.tracking.least_points:
+        if not self.started and len(cloud.points) >= self.settings.tracking.least_points:
             self.tracker.start(self.first_pose(cloud))
-            self._started = True
+            self.started = True
         return self.tracker.step(cloud)
 
     def _keep(self, tracked: TrackedFrame) -> TrackedFrame:
         if self._keeper is not None:
-            checkpoint = Checkpoint(tracked.frame, self._started, self.tracker.memory())
+            checkpoint = Checkpoint(tracked.frame, self.started, self.tracker.memory())
             self._keeper.keep(tracked.without_cloud(), checkpoint, self.origin)
         return tracked
 
@@ -205,6 +204,7 @@ class Pipeline:
             self.take_lengths(frames)
         if self._init == "auto":
             clouds = self._first_clouds(frames)
+            self.on_preparing("finding the first pose", 0, 1)
             self._found = self._look_for_pose(clouds) if clouds else None
         if self.settings.tracking.fit_shape and self._follows_data:
             self.fit_shape(frames)
@@ -216,11 +216,12 @@ class Pipeline:
             self.body = body_model(proportions_of(self.recording.subject), self.shape)
             self.tracker = self._tracker()
         recall(self.tracker, checkpoint.memory)
-        self._started = checkpoint.started
-        for frame in frames[: frames.index(checkpoint.frame) + 1]:
+        self.started = checkpoint.started
+        done = frames[: frames.index(checkpoint.frame) + 1]
+        for place, frame in enumerate(done):
             if self._made.pop(frame, None) is None and self.chain.learns:
                 self._cloud(frame)
-            self.on_replay(frame)
+            self.on_preparing("going on after the frames that are done", place, len(done))
 
     def go_on_from(
         self,
@@ -231,7 +232,7 @@ class Pipeline:
         shape: BodyParameters | None = None,
     ) -> None:
         """Be about to do `frames` from where another run was, instead of preparing for them."""
-        self._prepared, self._asked, self._started = True, frames, True
+        self._prepared, self._asked, self.started = True, frames, True
         self._init, self._given = pose, "the pose of another run"
         self._made.clear()
         if shape is not None:
@@ -242,7 +243,8 @@ class Pipeline:
     def learn(self, frames: range) -> None:
         """Learn the background."""
         if self._shared is None:
-            self.chain.learn_background(self.reader, frames)
+            told = partial(self.on_preparing, "learning the background")
+            self.chain.learn_background(self.reader, frames, told)
         else:
             self._shared.learn(frames)
 
@@ -264,9 +266,11 @@ class Pipeline:
         ) as first:
             first.before_step = self.before_step
             seen = WellSeenFrames()
-            for tracked in first.frames(frames[:LENGTH_FRAMES]):
+            first.on_preparing = self.on_preparing
+            wanted = frames[:LENGTH_FRAMES]
+            for done, tracked in enumerate(first.frames(wanted)):
                 seen.add(tracked)
-                self.on_first_pass(tracked)
+                self.on_preparing(ESTIMATING_LENGTHS, done, len(wanted))
         known = seen.lengths(expected, settings.body, follows, first.tracker.state_names)
         self.go_on_with(known)
         return known
@@ -282,7 +286,9 @@ class Pipeline:
         p = self.settings.tracking
         tracker = self._seeker()
         seen: list[SeenPose] = []
-        for cloud in self._first_clouds(frames):
+        clouds = self._first_clouds(frames)
+        for done, cloud in enumerate(clouds):
+            self.on_preparing("tracking the first frames", done, len(clouds))
             if not seen:
                 tracker.start(self.first_pose(cloud))
             self.before_step(cloud)
@@ -298,15 +304,19 @@ class Pipeline:
         settled = seen[len(seen) // 3 :: 2]
         if len(settled) >= _LEAST_SETTLED:
             lengths = self.body.skeleton.proportions
-            self.shape = fitted_shape(lengths, self.settings.body, settled, p, tracker.setup.joints)
+            told = partial(self.on_preparing, "fitting the body shape")
+            joints = tracker.setup.joints
+            self.shape = fitted_shape(lengths, self.settings.body, settled, p, joints, told)
             self.body = body_model(lengths, self.shape)
             self.tracker = self._tracker()
         return self.shape
 
     def _first_clouds(self, frames: range) -> list[Cloud]:
         """The first clouds that show somebody; all that are made on the way are kept."""
-        p, found = self.settings.tracking, []
+        p = self.settings.tracking
+        found: list[Cloud] = []
         for frame in frames[: _LOOK_AHEAD * p.fit_frames]:
+            self.on_preparing("measuring the first frames", len(found), p.fit_frames)
             if frame not in self._made:
                 self._made[frame] = self._cloud(frame)
             cloud, _ = self._made[frame]
@@ -392,8 +402,7 @@ def track(
     *,
     on_frame: Callable[[TrackedFrame], None] | None = None,
     cancelled: Callable[[], bool] | None = None,
-    on_first_pass: Callable[[TrackedFrame], None] | None = None,
-    on_replay: Callable[[int], None] | None = None,
+    on_preparing: Callable[[str, int, int], None] | None = None,
     keeper: RunKeeper | None = None,
     begun: UnfinishedRun | None = None,
 ) -> Run:
@@ -407,16 +416,16 @@ def track(
         Called after every frame.
     cancelled : callable, optional
         Asked after every frame whether to stop.
-    on_first_pass, on_replay : callable, optional
-        Called after every frame from which lengths are estimated, and after every one that need
-        not be tracked again; may raise :class:`Cancelled`.
+    on_preparing : callable, optional
+        Told, in any thread, which stage before the first frame is under way and how many of its
+        parts of how many are done; may raise :class:`Cancelled`.
     keeper, begun
         See :class:`Pipeline`.
 
     Raises
     ------
     Cancelled
-        Where `on_first_pass` or `on_replay` raises it.
+        Where `on_preparing` raises it.
 
     Examples
     --------
@@ -427,8 +436,7 @@ def track(
     """
     found: list[TrackedFrame] = [] if begun is None else list(begun.done)
     with Pipeline(recording, spec, keeper=keeper, begun=begun) as pipeline:
-        pipeline.on_first_pass = on_first_pass or pipeline.on_first_pass
-        pipeline.on_replay = on_replay or pipeline.on_replay
+        pipeline.on_preparing = on_preparing or pipeline.on_preparing
         wanted = spec.frames_of(pipeline.reader.frame_count)
         pipeline.prepare(wanted)
         complete = begun is not None and cancelled is not None and cancelled()

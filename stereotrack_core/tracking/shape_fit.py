@@ -21,6 +21,7 @@ from stereotrack_core.body.pose import REST, PartFrames, Pose
 from stereotrack_core.body.proportions import Proportions
 from stereotrack_core.body.skeleton import CLAVICLES, TORSO, UPPER_ARMS
 from stereotrack_core.body.surface import nearest_on_surface
+from stereotrack_core.depth.chain import OnPart
 from stereotrack_core.tracking.free_body import FreeBody
 from stereotrack_core.tracking.parameters import TrackingParameters
 from stereotrack_core.tracking.residuals.limits import limit_residuals
@@ -59,9 +60,10 @@ def fitted_shape(
     seen: Sequence[SeenPose],
     parameters: TrackingParameters,
     joints: tuple[int, ...],
+    on_frame: OnPart = lambda _done, _count: None,
 ) -> BodyParameters:
     """Surface that explains the data of all frames best, and outline that explains their edges."""
-    surface, poses = fitted_surface(proportions, shape, seen, parameters, joints)
+    surface, poses = fitted_surface(proportions, shape, seen, parameters, joints, on_frame)
     edges = [frame.edges for frame in seen]
     body = body_model(proportions, surface)
     return fitted_outline(
@@ -75,6 +77,7 @@ def fitted_surface(
     seen: Sequence[SeenPose],
     parameters: TrackingParameters,
     joints: tuple[int, ...],
+    on_frame: OnPart = lambda _done, _count: None,
 ) -> tuple[BodyParameters, list[Pose]]:
     """Shape that explains the data of all frames best, and the poses that go with it.
 
@@ -87,9 +90,11 @@ def fitted_surface(
     parameters : TrackingParameters
     joints : tuple of int
         Joints of the state.
+    on_frame : callable
+        See :func:`adjusted`.
     """
     free = FreeBody(proportions, shape)
-    found = adjusted(free, seen, parameters, joints)
+    found = adjusted(free, seen, parameters, joints, on_frame=on_frame)
     return free.parts(found.theta)[1], list(found.poses)
 
 
@@ -118,6 +123,7 @@ def adjusted(
     joints: tuple[int, ...],
     *,
     iterations: int = 6,
+    on_frame: OnPart = lambda _done, _count: None,
 ) -> Adjusted:
     """Adjust the poses of all frames and the free numbers of the body together.
 
@@ -129,13 +135,17 @@ def adjusted(
     joints : tuple of int
         Joints of the state.
     iterations : int
+    on_frame : callable
+        Is told, in all iterations together, how many frames of how many are done.
     """
     prior, start = free.information, free.start
     joints = tuple(joint for joint in joints if joint not in CLAVICLES)
     theta, poses = start.copy(), [_with_resting_shoulders(frame.pose) for frame in seen]
-    for _ in range(iterations):
-        A, b, frames = prior.copy(), prior @ (start - theta), []
+    for iteration in range(iterations):
+        A, b = prior.copy(), prior @ (start - theta)
+        frames: list[_Normal] = []
         for frame, pose in zip(seen, poses, strict=True):
+            on_frame(iteration * len(seen) + len(frames), iterations * len(seen))
             standing = upright(pose, len(seen))
             normal = _normal_equations(frame.data, pose, free, theta, parameters, joints, standing)
             frames.append(normal)

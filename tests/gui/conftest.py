@@ -19,6 +19,7 @@ from PySide6.QtCore import QSettings
 from PySide6.QtWidgets import QApplication
 
 from app.services.failures import FailureRelay
+from app.services.tasks.process import TaskProcess
 from app.widgets.style.theme import apply_theme
 from stereotrack_core.simulation.make import simulate
 from tests.gui.hands import window_with
@@ -85,13 +86,21 @@ def failures():
     relay.remove()
 
 
+@pytest.fixture(scope="session")
+def task_process(qapp):
+    """The process in which windows track, one after the other."""
+    made = TaskProcess()
+    yield made
+    made.close()
+
+
 @pytest.fixture
-def window(qtbot, settings, failures):
+def window(qtbot, settings, failures, task_process):
     """The window with its welcome page."""
     app = QApplication.instance()
     apply_theme(app, "dark")
     gc.disable()
-    made = window_with(settings)
+    made = window_with(settings, task_process)
     qtbot.addWidget(made)
     made.resize(1366, 768)
     with qtbot.waitExposed(made):

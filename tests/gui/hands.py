@@ -8,6 +8,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
 from app.program import make_window
+from app.services.tasks.process import TaskProcess
 from app.shell.main_window import MainWindow
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.recording.landmarks import LANDMARKS
@@ -18,9 +19,9 @@ CTRL = Qt.KeyboardModifier.ControlModifier
 LEFT, RIGHT = Qt.MouseButton.LeftButton, Qt.MouseButton.RightButton
 
 
-def window_with(settings: QSettings) -> MainWindow:
+def window_with(settings: QSettings, process: TaskProcess | None = None) -> MainWindow:
     """The window with its features at hand."""
-    window, window.features = make_window(settings)
+    window, window.features = make_window(settings, process)
     return window
 
 

@@ -2,44 +2,31 @@
 
 from __future__ import annotations
 
-import threading
-from types import SimpleNamespace
+import multiprocessing
+import os
+import signal
+import sys
+from contextlib import contextmanager
 
 import numpy as np
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
-from app.session import tracking
-from app.session.runs import RunList
-from app.session.tracking import TrackPresenter
-from stereotrack_core.recording.folder import open_recording
-from stereotrack_core.tracking.run import Pipeline, track
+from stereotrack_core.tracking.run import track
 from stereotrack_core.tracking.run_spec import RunSpec
 
 pytestmark = pytest.mark.window
+unix = pytest.mark.skipif(sys.platform == "win32", reason="there are no such signals")
 
 
-@pytest.fixture
-def second_frame(monkeypatch):
-    """Lets the tracker be at its second frame until this is set, or until it shall end."""
-    goes_on = threading.Event()
-
-    class Waiting(Pipeline):
-        def frames(self, frames):
-            for place, frame in enumerate(super().frames(frames)):
-                if place == 1:
-                    assert goes_on.wait(300)
-                yield frame
-
-    def stop(worker):
-        goes_on.set()
-        whole(worker)
-
-    whole = tracking.TrackWorker.stop
-    monkeypatch.setattr(tracking, "Pipeline", Waiting)
-    monkeypatch.setattr(tracking.TrackWorker, "stop", stop)
-    return goes_on
+@contextmanager
+def standing_still():
+    """The process that tracks does nothing meanwhile."""
+    [process] = multiprocessing.active_children()
+    os.kill(process.pid, signal.SIGSTOP)
+    yield process
+    os.kill(process.pid, signal.SIGCONT)
 
 
 def trigger(window, name):
@@ -126,46 +113,62 @@ def test_step_tracks_one_frame_and_holds(opened, qtbot):
     assert "paused at 2 of 8" in opened.status.state.text()
 
 
-def test_pause_holds_and_run_goes_on_with_the_same_run(opened, qtbot, second_frame):
-    trigger(opened, "run")
-    qtbot.waitUntil(lambda: tracked(opened) == 1, timeout=60_000)
-    opened.context.session.track.pause()
-    assert not opened.context.session.track.paused, "a frame is in work"
-    second_frame.set()
-    qtbot.waitUntil(lambda: opened.context.session.track.paused, timeout=30_000)
-    run = opened.context.session.track.entry
+@unix
+def test_pause_holds_and_run_goes_on_with_the_same_run(opened, qtbot):
+    track = opened.context.session.track
+    trigger(opened, "step")
+    qtbot.waitUntil(lambda: track.paused)
+    with standing_still():
+        track.go_on()
+        track.pause()
+        assert not track.paused, "the tracker has not said that it is held"
+    qtbot.waitUntil(lambda: track.paused, timeout=30_000)
+    run, done = track.entry, tracked(opened)
+    assert done < 8
     qtbot.wait(400)
-    assert tracked(opened) == 2
+    assert tracked(opened) == done
     opened.context.actions.refresh()
     trigger(opened, "run")
-    qtbot.waitUntil(lambda: opened.context.session.track.entry is None, timeout=90_000)
+    qtbot.waitUntil(lambda: track.entry is None, timeout=90_000)
     assert opened.context.session.runs.entries == (run,)
     assert len(run.frames) == 8
 
 
-def test_a_tracker_is_held_when_its_frames_are_there(qtbot, small_recording, monkeypatch):
-    """Else it would be taken for one that is about to do the frame that it has just done."""
+@unix
+def test_a_process_that_is_killed_leaves_what_was_tracked_and_a_sentence(opened, qtbot):
+    session, said = opened.context.session, []
+    session.message.connect(said.append)
+    trigger(opened, "step")
+    qtbot.waitUntil(lambda: session.track.paused)
+    run, [process] = session.track.entry, multiprocessing.active_children()
+    process.kill()
+    qtbot.waitUntil(lambda: session.track.entry is None)
+    assert sorted(run.frames) == [0]
+    assert session.runs.entries == (run,)
+    assert [message.severity for message in said] == ["error"]
+    assert "ended unexpectedly" in said[0].what
+    assert "frames tracked so far are kept" in said[0].remedy
+    qtbot.waitUntil(opened.context.tasks.settled)
+    opened.context.actions.refresh()
+    session.tracker.run_from_here()
+    qtbot.waitUntil(lambda: session.track.entry is None, timeout=90_000)
+    assert len(session.runs.active.frames) == 8
 
-    class Quick(Pipeline):
-        def prepare(self, frames):
-            pass
 
-        def frames(self, frames):
-            kept = SimpleNamespace(tracked=True, unexplained_fraction=0.0, contradicted=np.nan)
-            return (SimpleNamespace(frame=k, without_cloud=lambda: kept) for k in frames)
-
-    monkeypatch.setattr(tracking, "Pipeline", Quick)
-    track, recording = TrackPresenter(RunList()), open_recording(small_recording)
-    entry = track.begin(recording, range(3), "tpose", None, allowed=1)
-    worker = track._worker
-    while not worker._results:
-        worker._thread.join(0.001)  # no event is delivered meanwhile
-    assert (track.next_frame(), track.running) == (0, True)
-    assert track.held_before(0) is None
-    qtbot.waitUntil(lambda: track.paused)
-    assert (track.next_frame(), sorted(entry.frames)) == (1, [0])
-    assert track.held_before(1) is worker.pipeline is not None
-    track.stop()
+@unix
+def test_a_run_is_stopped_while_it_is_prepared_and_the_next_one_begins(opened, qtbot):
+    session = opened.context.session
+    trigger(opened, "run")
+    qtbot.waitUntil(lambda: "%" in session.track.preparing_words())
+    assert 0.0 < session.track.preparing_share <= 1.0
+    opened.context.actions.refresh()
+    assert session.track.preparing_words() in opened.status.state.text()
+    trigger(opened, "stop")
+    assert session.track.entry is None
+    assert session.runs.entries == ()
+    session.tracker.run_from_here()
+    qtbot.waitUntil(lambda: session.track.entry is None, timeout=90_000)
+    assert [len(run.frames) for run in session.runs.entries] == [8]
 
 
 def test_iterations_show_the_prediction_and_then_the_corrected_model(opened, qtbot):
@@ -239,9 +242,11 @@ def test_a_run_is_saved_and_opened_again(opened, qtbot, tmp_path):
     np.testing.assert_allclose(again.at(0).pose.position, made.at(0).pose.position)
 
 
-@pytest.mark.usefixtures("second_frame")
-def test_closing_while_tracking_ends_the_thread(opened, qtbot):
+def test_closing_while_tracking_ends_the_run_and_the_process(opened, qtbot):
     trigger(opened, "run")
     qtbot.waitUntil(lambda: tracked(opened) == 1, timeout=60_000)
+    processes = multiprocessing.active_children()
     opened.close()
     assert opened.context.session.track.entry is None
+    for process in processes:
+        process.join()

@@ -48,7 +48,7 @@ def track(recording: Path, folder: Path, frames: int) -> None:
         window.context.session.document.recording,
         window.context.session.document.frame_count,
     )
-    entry = window.context.session.track.begin(opened, range(count), "auto", None, allowed=frames)
+    entry = window.context.session.track.begin(opened, range(count), "auto", allowed=frames)
     until(app, lambda: len(entry.frames) == frames)
     sys.stdout.write("held\n")
     sys.stdout.flush()

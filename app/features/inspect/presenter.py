@@ -69,7 +69,7 @@ class InsidePresenter(QObject):
         if known is None or step is None or not self.looking:
             return None
         if self._drawing is None:
-            self._drawing = drawing_of(known.trace, step, known.question.cloud)
+            self._drawing = drawing_of(known.trace, step, known.cloud)
         return self._drawing
 
     def content(self) -> StepContent | None:
@@ -173,8 +173,6 @@ class InsidePresenter(QObject):
     def _question(self, recording: Recording) -> Question | None:
         """What is to be worked out about the frame that is shown; None until its cloud is there."""
         frame = self._document.frame
-        if self._track.preparing and self._track.next_frame() == frame:
-            return None
         live, entry = self._track.held_before(frame), self._runs.active
         settings = self._track.settings
         if live is not None:
@@ -183,14 +181,14 @@ class InsidePresenter(QObject):
             settings = settings_of(entry)
         if asks_the_same(self._asked, frame, live or entry, settings):
             return None
+        if live is not None:
+            return live_question(frame, live)
         cloud = self._clouds.cloud(frame, settings.depth)
         if cloud is None and self._clouds.given_up(frame, settings.depth):
             raise InputError("the points of this frame cannot be computed", where=f"frame {frame}")
         if cloud is None:
             self._clouds.ask(frame, settings.depth)
             return None
-        if live is not None:
-            return live_question(frame, cloud, live, started=self._track.started)
         return run_question(frame, cloud, recording, entry, settings)
 
     @Slot(object, object)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from concurrent.futures import CancelledError
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,25 +13,22 @@ from stereotrack_core.body.model import body_model
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.proportions import proportions_of
 from stereotrack_core.depth.cloud import Cloud
+from stereotrack_core.errors import Cancelled
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.selection import usable_views
 from stereotrack_core.tracking.estimate import Estimate
 from stereotrack_core.tracking.inspection import (
-    Beginning,
     Known,
     Way,
     beginning_at,
-    copy_of,
     traced_step,
 )
 from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.repeating import stored_spec
-from stereotrack_core.tracking.run import Pipeline
 from stereotrack_core.tracking.trace import StepTrace, movement
-from stereotrack_core.tracking.tracker import PersonTracker
-from stereotrack_core.tracking.ukf import ThesisTracker
 
 from ...session.runs import RunEntry
+from ...session.tracking import LiveRun
 from .steps import Step, steps_of
 
 LIVE = (
@@ -46,9 +44,9 @@ class Question:
     """What the inside of a frame is worked out from."""
 
     frame: int
-    cloud: Cloud
-    begin: Callable[[Cloud], Beginning]
-    """Makes the tracker that does the frame; called in the background."""
+    work: Callable[[], tuple[StepTrace, Cloud, str]]
+    """Gives the step's trace, the cloud that it was done with, and where the tracker began; called
+    in the background."""
     found: Estimate | None
     """What the run has kept of the frame, to be compared with."""
     source: object
@@ -62,6 +60,8 @@ class Inside:
 
     question: Question
     trace: StepTrace
+    cloud: Cloud
+    """That the step was done with."""
     steps: tuple[Step, ...]
     words: str
     """Where the tracker began."""
@@ -81,33 +81,22 @@ def asks_the_same(asked: Question | None, frame: int, source: object, settings: 
 
 def answer(question: Question) -> Inside:
     """Let the tracker do its frame; called in a thread of its own."""
-    release = one_blas_thread.hold()
-    try:
-        begun = question.begin(question.cloud)
-        trace = traced_step(begun.tracker, question.cloud)
-    finally:
-        release()
-    return Inside(question, trace, steps_of(trace), begun.words, _compared(trace, question.found))
+    trace, cloud, words = question.work()
+    return Inside(question, trace, cloud, steps_of(trace), words, _compared(trace, question.found))
 
 
-def live_question(frame: int, cloud: Cloud, pipeline: Pipeline, *, started: bool) -> Question:
-    """About the tracker in progress, which is held just before the frame.
+def live_question(frame: int, live: LiveRun) -> Question:
+    """About the run in progress, which is held just before the frame."""
+    asked = live.inspect()
 
-    Parameters
-    ----------
-    started : bool
-        Whether the tracker has a pose already.
-    """
-    tracker = pipeline.tracker
-    assert isinstance(tracker, ThesisTracker | PersonTracker)  # noqa: S101 - no others are made
-    twin = copy_of(tracker)
+    def work() -> tuple[StepTrace, Cloud, str]:
+        try:
+            found = asked.result()
+        except CancelledError:
+            raise Cancelled from None
+        return found.trace, found.cloud, LIVE
 
-    def begin(cloud: Cloud) -> Beginning:
-        if not started and len(cloud.points):
-            twin.start(pipeline.first_pose(cloud))
-        return Beginning(twin, LIVE)
-
-    return Question(frame, cloud, begin, None, pipeline, pipeline.settings)
+    return Question(frame, work, None, live, live.settings)
 
 
 def run_question(
@@ -119,11 +108,16 @@ def run_question(
         known = Known(*(_estimate(entry, k) for k in (frame - 1, frame - 2, frame)))
     smoothed = entry is not None and _smoothed(entry)
 
-    def begin(cloud: Cloud) -> Beginning:
-        begun = beginning_at(way, known, cloud)
-        return Beginning(begun.tracker, begun.words + _SMOOTHED) if smoothed else begun
+    def work() -> tuple[StepTrace, Cloud, str]:
+        release = one_blas_thread.hold()
+        try:
+            begun = beginning_at(way, known, cloud)
+            trace = traced_step(begun.tracker, cloud)
+        finally:
+            release()
+        return trace, cloud, begun.words + (_SMOOTHED if smoothed else "")
 
-    return Question(frame, cloud, begin, known.here, entry, settings)
+    return Question(frame, work, known.here, entry, settings)
 
 
 def settings_of(entry: RunEntry) -> Settings:

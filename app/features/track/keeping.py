@@ -188,7 +188,7 @@ class RunKeeper(QObject):
             and not entry.kept
             and (entry.kind == "run" or entry in self._wanted)
             and (not _from_file(entry) or entry in self._wanted)
-            and entry is not self._track.entry
+            and not self._track.holds(entry)
             and entry not in self._tried
             and entry not in self._busy
             and (entry.origin is not None or entry.stored is not None)
@@ -346,7 +346,7 @@ class RunKeeper(QObject):
     @Slot()
     def _keep_what_is_left(self) -> None:
         """Keep before the project is closed what has come to its end just now, or comes to it."""
-        self._track.stop()
+        self._track.stop(at_once=True)
         project = self._project.project
         for task in list(self._busy.values()):
             task.join(10.0)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import sys
 import threading
 import time
 from collections.abc import Callable, Sequence
@@ -20,6 +21,9 @@ from ...services.tasks.shared import Shared
 from ...session.runs import RunEntry
 
 _PAUSE_MS = 400
+
+_TURN_S = 0.0005
+"""How long the thread keeps the interpreter from the window, which paints meanwhile."""
 
 
 class Request:
@@ -172,9 +176,15 @@ class TrialRunner(QObject):
 
 
 def _compute(request: Request) -> None:
-    if not request.cancelled():
+    if request.cancelled():
+        return
+    usual = sys.getswitchinterval()
+    sys.setswitchinterval(_TURN_S)
+    try:
         with request.store.used() as store:
             request.work(store, request)
+    finally:
+        sys.setswitchinterval(usual)
 
 
 class CloudWarmer(QObject):

@@ -6,6 +6,7 @@ import os
 import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import numpy as np
@@ -42,8 +43,12 @@ def killed(small_recording, tmp_path) -> Path:
         env={**os.environ, "PYTHONPATH": str(root)},
     )
     assert process.stdout.readline() == "held\n"
+    workers = Path(f"/proc/{process.pid}/task/{process.pid}/children")
+    workers = workers.read_text().split() if workers.exists() else []
     process.kill()
     process.communicate()
+    while any(Path(f"/proc/{worker}").exists() for worker in workers):
+        time.sleep(0.01)  # whoever tracks notices that the window is gone
     assert process.returncode == -signal.SIGKILL
     [project] = folder.glob("*.stereotrack")
     [part] = unfinished_runs(project)

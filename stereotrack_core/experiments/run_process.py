@@ -1,0 +1,261 @@
+"""A run that is tracked in a process of its own: what it is told, and what it tells."""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+import threading
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from stereotrack_core.body.model import BodyModel
+from stereotrack_core.depth.cloud import Cloud
+from stereotrack_core.errors import Cancelled
+from stereotrack_core.interop.run_journal import RunJournal
+from stereotrack_core.recording.description import Recording
+from stereotrack_core.tracking.frame import Origin, TrackedFrame
+from stereotrack_core.tracking.inspection import copy_of, traced_step
+from stereotrack_core.tracking.run import Pipeline
+from stereotrack_core.tracking.run_spec import RunSpec
+from stereotrack_core.tracking.trace import StepTrace
+from stereotrack_core.tracking.tracker import PersonTracker
+from stereotrack_core.tracking.ukf import ThesisTracker
+from stereotrack_core.worker_processes import Asker
+
+_TELL_SECONDS = 0.2
+
+_NICE = 5
+"""A window that paints goes first; where nothing is to be painted, nothing is lost."""
+
+
+@dataclass(frozen=True)
+class Allow:
+    """Go on for so many frames from now; infinity: to the end, 0: hold after the frame in work.
+
+    Attributes
+    ----------
+    frames : float
+    number : int
+        Said again when the tracker is held.
+    """
+
+    frames: float
+    number: int
+
+
+@dataclass(frozen=True)
+class Show:
+    """Send the views' depth images with each frame from now on, or no longer."""
+
+    depths: bool
+
+
+@dataclass(frozen=True)
+class Inspect:
+    """Trace what the next step would do, as soon as the tracker is held before it."""
+
+
+@dataclass(frozen=True)
+class Stop:
+    """End; what was tracked stays."""
+
+
+@dataclass(frozen=True)
+class Preparing:
+    """How far what comes before the first frame is.
+
+    Attributes
+    ----------
+    stage : str
+        In words.
+    done, count : int
+    """
+
+    stage: str
+    done: int
+    count: int
+
+
+@dataclass(frozen=True, eq=False)
+class Prepared:
+    """The first frame can be done now.
+
+    Attributes
+    ----------
+    body : BodyModel
+        That is tracked.
+    origin : Origin
+    """
+
+    body: BodyModel
+    origin: Origin
+
+
+@dataclass(frozen=True, eq=False)
+class Tracked:
+    """A frame is done.
+
+    Attributes
+    ----------
+    frame : TrackedFrame
+        Its cloud is without depth images unless they are to be shown.
+    seconds : float
+        Time that has been worked on the run so far, without pauses.
+    """
+
+    frame: TrackedFrame
+    seconds: float
+
+
+@dataclass(frozen=True, eq=False)
+class Held:
+    """The tracker waits before a frame, or has done the last one.
+
+    Attributes
+    ----------
+    number : int
+        That of the newest :class:`Allow` that it knows.
+    cloud : Cloud or None
+        Of the frame done last, with its depth images; None where they were sent before.
+    """
+
+    number: int
+    cloud: Cloud | None
+
+
+@dataclass(frozen=True, eq=False)
+class Inspected:
+    """What the next step would do, to the last bit, and the cloud that it would do it with."""
+
+    trace: StepTrace
+    cloud: Cloud
+
+
+def load(_: Asker) -> None:
+    """Leave the cores to whoever asks; what tracking needs is loaded with this module."""
+    if hasattr(os, "nice"):
+        os.nice(_NICE)
+
+
+@dataclass(frozen=True, eq=False)
+class RunTask:
+    """Tracks the frames of a specification, which is picklable as all that it is made of.
+
+    Attributes
+    ----------
+    recording : Recording
+    spec : RunSpec
+        With its frames.
+    journal : Path or None
+        Where every frame is kept at once.
+    allowed : Allow
+        How far it may go at first.
+    """
+
+    recording: Recording
+    spec: RunSpec
+    journal: Path | None
+    allowed: Allow
+
+    def __call__(self, asker: Asker) -> None:
+        """Do it; see :func:`call`."""
+        work = _Work(self, asker)
+        try:
+            work.do()
+        finally:
+            work.close()
+
+
+class _Work:
+    """A run under way."""
+
+    def __init__(self, task: RunTask, asker: Asker) -> None:
+        self._task, self._asker, self._allowed = task, asker, task.allowed
+        self._left = task.allowed.frames
+        self._unsent: Cloud | None = None
+        self._depths = self._inspect = False
+        self._begun = time.perf_counter()
+        self._paused = self._told = 0.0
+        self._stage = ""
+        self._telling = threading.Lock()
+        self._journal: RunJournal | None = None
+
+    def do(self) -> None:
+        """Track until the end, or until told to stop."""
+        task = self._task
+        self._listen(0.0)
+        if task.journal is not None:
+            self._journal = RunJournal(task.journal, self._seconds)
+        with Pipeline(task.recording, task.spec, keeper=self._journal) as pipeline:
+            pipeline.on_preparing = self._prepare
+            wanted = task.spec.frames_of(pipeline.reader.frame_count)
+            pipeline.prepare(wanted)
+            self._asker.tell(Prepared(pipeline.body, pipeline.origin()))
+            pipeline.before_step = lambda cloud: self._hold(pipeline, cloud)
+            for tracked in pipeline.frames(wanted):
+                self._left -= 1
+                self._tell_frame(tracked)
+            self._tell_held()
+
+    def close(self) -> None:
+        """Let go of the journal."""
+        if self._journal is not None:
+            self._journal.close()
+
+    def _seconds(self) -> float:
+        return time.perf_counter() - self._begun - self._paused
+
+    def _prepare(self, stage: str, done: int, count: int) -> None:
+        """May be called from several threads at once."""
+        with self._telling:
+            self._listen(0.0)
+            if stage != self._stage or time.monotonic() - self._told > _TELL_SECONDS:
+                self._stage, self._told = stage, time.monotonic()
+                self._asker.tell(Preparing(stage, done, count))
+
+    def _hold(self, pipeline: Pipeline, cloud: Cloud) -> None:
+        """Wait before a step until it is allowed."""
+        begun = time.perf_counter()
+        self._listen(0.0)
+        while self._left <= 0:
+            self._tell_held()
+            if self._inspect:
+                self._inspect = False
+                self._asker.tell(Inspected(_next_step(pipeline, cloud), cloud))
+            self._listen(None)
+        self._paused += time.perf_counter() - begun
+
+    def _listen(self, seconds: float | None) -> None:
+        for order in self._asker.orders(seconds):
+            match order:
+                case Allow():
+                    self._allowed, self._left = order, order.frames
+                case Show():
+                    self._depths = order.depths
+                case Inspect():
+                    self._inspect = True
+                case Stop():
+                    raise Cancelled
+
+    def _tell_frame(self, tracked: TrackedFrame) -> None:
+        """Send a frame; its depth images are ten times as much as all else together."""
+        self._unsent = None if self._depths else tracked.cloud
+        if self._unsent is not None:
+            points = dataclasses.replace(tracked.cloud, depths={})
+            tracked = dataclasses.replace(tracked, cloud=points)
+        self._asker.tell(Tracked(tracked, self._seconds()))
+
+    def _tell_held(self) -> None:
+        self._asker.tell(Held(self._allowed.number, self._unsent))
+        self._unsent = None
+
+
+def _next_step(pipeline: Pipeline, cloud: Cloud) -> StepTrace:
+    tracker: Any = pipeline.tracker
+    assert isinstance(tracker, ThesisTracker | PersonTracker)  # noqa: S101 - no others are made
+    twin = copy_of(tracker)
+    if not pipeline.started and len(cloud.points):
+        twin.start(pipeline.first_pose(cloud))
+    return traced_step(twin, cloud)
