@@ -105,9 +105,9 @@ class Measurements:
 
 def sensors_for(p: TrackingParameters) -> tuple[Sensor, ...]:
     """The sensors that the parameters ask for, beside the cloud's points."""
-    sensors: list[Sensor] = [DetectionSensor(p.detections)]
-    if p.silhouette.measure_outlines:
-        sensors.append(SilhouetteSensor(p.silhouette))
+    sensors: list[Sensor] = [DetectionSensor(p.detect, p.detection_gate)]
+    if p.measure_outlines:
+        sensors.append(SilhouetteSensor(p.outline_sigma))
     return tuple(sensors)
 
 

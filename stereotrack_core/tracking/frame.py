@@ -16,7 +16,7 @@ import numpy as np
 
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 from stereotrack_core.body.angles import THESIS_JOINTS, pose_of_state, state_names
-from stereotrack_core.body.parameters import BodyParameters
+from stereotrack_core.body.parameters import BodyShape
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.skeleton import PARENTS, PARTS, TORSO
 from stereotrack_core.depth.cloud import Cloud, PointCounts
@@ -199,7 +199,7 @@ class Origin:
         With the frames that were asked for and the views that were used; a run that was stopped
         has fewer frames. Pictures in colour have grey values that differ a little.
     state_names : tuple of str
-    shape : BodyParameters
+    shape : BodyShape
         Of the body that was tracked: the settings', or what was fitted.
     smoothed : bool
         Whether the frames went through the backward pass.
@@ -217,7 +217,7 @@ class Origin:
     fingerprint: str
     spec: RunSpec
     state_names: tuple[str, ...]
-    shape: BodyParameters
+    shape: BodyShape
     smoothed: bool = False
     bridged: tuple[int, ...] = ()
     given: str = "pose"

@@ -221,7 +221,7 @@ class IteratedEstimator(Estimator):
 
     def __init__(self, setup: Setup) -> None:
         super().__init__(setup)
-        self.search = ArmSearch(setup.body, setup.parameters.search, setup.parameters.arms_apart)
+        self.search = ArmSearch(setup.body, setup.parameters)
         arms = [6 + 2 * setup.joints.index(part) for part in (*UPPER_ARMS, *FOREARMS)]
         self._arms: IntArray = np.concatenate([[first, first + 1] for first in arms])
 
@@ -233,7 +233,7 @@ class IteratedEstimator(Estimator):
         if prior is not predicted:
             _, found = self.follow(measured, prior, found)
         carried = np.ones(len(prior.P), dtype=np.bool_)
-        if self.setup.parameters.search.search_arms:
+        if self.setup.parameters.search_arms:
             followed, found = found, self._with_best_arms(measured, prior, found)
             carried[self._arms] = found is followed
         return Posterior(found.pose, found.P, found.surface, innovation, prior.P, carried)
@@ -255,7 +255,7 @@ class IteratedEstimator(Estimator):
         P[self._arms] = P[:, self._arms] = 0.0
         P[self._arms, self._arms] = _WIDE_ARM**2
         at = prior = Belief(proposed, P)
-        for i in range(self.setup.parameters.search.search_iterations):
+        for i in range(self.setup.parameters.search_iterations):
             wide = i + 1 < _WIDE_ITERATIONS
             surface = measured.surface(at.pose, wide=wide, every=_COARSE)
             at = measured.corrected(prior, at, surface)
@@ -272,7 +272,7 @@ class IteratedEstimator(Estimator):
         moved = difference(found.pose, predicted.pose, joints) ** 2 / np.diagonal(P0)
         groups = [moved[:3].mean(), moved[3:6].mean(), *moved[6:].reshape(-1, 2).mean(axis=1)]
         ratio = np.sqrt(np.repeat(groups, [3, 3] + [2] * len(joints)))
-        factor = np.where(ratio > self.setup.parameters.hurry, ratio, 1.0)
+        factor = np.where(ratio > self.setup.parameters.prior_inflation_above, ratio, 1.0)
         if not np.any(factor > 1.0):
             return predicted
         return Belief(predicted.pose, P0 * np.outer(factor, factor))

@@ -14,7 +14,7 @@ import numpy as np
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.blas_threads import one_blas_thread
 from stereotrack_core.body.model import body_model, landmarks
-from stereotrack_core.body.parameters import BodyParameters
+from stereotrack_core.body.parameters import BodyShape
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.proportions import proportions_of
 from stereotrack_core.depth.chain import DepthChain
@@ -43,6 +43,9 @@ from stereotrack_core.tracking.smoothing import error_state_of, smoothed
 from stereotrack_core.tracking.stored import subject_of_meta
 from stereotrack_core.tracking.tracker import PersonTracker, seeker_for, tracker_for
 from stereotrack_core.tracking.unfinished import Checkpoint, RunKeeper, UnfinishedRun, recall
+
+FIT_FRAMES = 12
+"""Frames that the shape is fitted to: more bring nothing (docs/accuracy.md)."""
 
 _LOOK_AHEAD = 5
 """Frames in which somebody is looked for to fit the shape, for each frame that it needs."""
@@ -115,7 +118,7 @@ class Pipeline:
             self.chain, reader = clouds.chain, clouds.reader
         cameras = [recording.reference_camera(recording.view(name)) for name in self.views]
         self._cameras = np.array([camera.position_world for camera in cameras])
-        self.shape = settings.body
+        self.shape = BodyShape.of(settings.body)
         self.tracker = self._tracker()
         self._init, self._given = spec.init, "pose"
         self._found: Pose | None = None
@@ -228,7 +231,7 @@ class Pipeline:
         frames: range,
         *,
         P: FloatArray | None = None,
-        shape: BodyParameters | None = None,
+        shape: BodyShape | None = None,
     ) -> None:
         """Be about to do `frames` from where another run was, instead of preparing for them."""
         self._prepared, self._asked, self._started = True, frames, True
@@ -277,7 +280,7 @@ class Pipeline:
         self.body = body_model(lengths.proportions, self.settings.body)
         self.tracker = self._tracker()
 
-    def fit_shape(self, frames: range) -> BodyParameters:
+    def fit_shape(self, frames: range) -> BodyShape:
         """Follow the first frames in which somebody is there, and fit the shape to them."""
         p = self.settings.tracking
         tracker = self._seeker()
@@ -306,13 +309,13 @@ class Pipeline:
     def _first_clouds(self, frames: range) -> list[Cloud]:
         """The first clouds that show somebody; all that are made on the way are kept."""
         p, found = self.settings.tracking, []
-        for frame in frames[: _LOOK_AHEAD * p.fit_frames]:
+        for frame in frames[: _LOOK_AHEAD * FIT_FRAMES]:
             if frame not in self._made:
                 self._made[frame] = self._cloud(frame)
             cloud, _ = self._made[frame]
             if len(cloud.points) >= p.least_points:
                 found.append(cloud)
-            if len(found) == p.fit_frames:
+            if len(found) == FIT_FRAMES:
                 break
         return found
 

@@ -204,11 +204,11 @@ def _backwards(
         if k == first + 1:
             if prior is not None:
                 prior, found[k] = _stayed(
-                    estimates[first], prior, found[k], state, parameters.hurry
+                    estimates[first], prior, found[k], state, parameters.prior_inflation_above
                 )
                 found[first] = _one_back(estimates[first], prior, found[k], state)
         elif k - first - 1 <= longest:
-            _bridge(found, first, k, state, Q, parameters.hurry)
+            _bridge(found, first, k, state, Q, parameters.prior_inflation_above)
     return found
 
 
@@ -222,7 +222,7 @@ def _one_back(filtered: Estimate, prior: Prior, after: Estimate, state: ErrorSta
 
 
 def _stayed(
-    filtered: Estimate, prior: Prior, after: Estimate, state: ErrorState, hurry: float
+    filtered: Estimate, prior: Prior, after: Estimate, state: ErrorState, inflated_above: float
 ) -> tuple[Prior, Estimate]:
     """Carry over the arms that were looked for anew and yet found where they were expected.
 
@@ -234,7 +234,7 @@ def _stayed(
     squared = behind**2 / np.diagonal(prior.P)
     anew = np.zeros(len(behind), dtype=np.bool_)
     for arm in _ARMS:
-        anew[arm] = not prior.carried[arm].all() and squared[arm].mean() < hurry**2
+        anew[arm] = not prior.carried[arm].all() and squared[arm].mean() < inflated_above**2
     if not anew.any():
         return prior, after
     prior = replace(prior, carried=prior.carried | anew)
@@ -254,14 +254,19 @@ def _added_information(prior: Prior, used: BoolArray) -> FloatArray:
 
 
 def _bridge(
-    found: list[Estimate], first: int, k: int, state: ErrorState, Q: FloatArray, hurry: float
+    found: list[Estimate],
+    first: int,
+    k: int,
+    state: ErrorState,
+    Q: FloatArray,
+    inflated_above: float,
 ) -> None:
     """Fill the frames between `first` and `k`, and smooth `first`, by a random walk."""
     before, steps = found[first], k - first
     moved = state.difference(found[k], before)
     if not np.all(state.continuous(moved)):
         return
-    noise = _hurried(Q, moved, before.P + steps * Q, hurry)
+    noise = _inflated(Q, moved, before.P + steps * Q, inflated_above)
     nothing, everything = np.zeros(len(Q)), np.ones(len(Q), dtype=np.bool_)
     if found[k].prior is None:
         found[k] = _joined(found[k], before, before.P + steps * noise, state)
@@ -294,11 +299,11 @@ def _as_bridge(estimate: Estimate) -> Estimate:
     )
 
 
-def _hurried(Q: FloatArray, moved: FloatArray, P: FloatArray, hurry: float) -> FloatArray:
+def _inflated(Q: FloatArray, moved: FloatArray, P: FloatArray, inflated_above: float) -> FloatArray:
     """Noise that allows for the movement over a gap, as the tracker widens its priors."""
     squared = moved**2 / np.diagonal(P)
     groups = [squared[:3], squared[3:6], *squared[6:].reshape(-1, 2)]
     ratio = np.concatenate([np.full(len(g), np.sqrt(g.mean())) for g in groups])
-    factor = np.where(ratio > hurry, ratio, 1.0)
+    factor = np.where(ratio > inflated_above, ratio, 1.0)
     wider: FloatArray = Q * np.outer(factor, factor)
     return wider

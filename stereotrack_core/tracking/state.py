@@ -17,6 +17,10 @@ from stereotrack_core.depth.points import Volume
 from stereotrack_core.filtering.sigma_points import SigmaWeights, scaled_weights
 from stereotrack_core.tracking.parameters import TrackingParameters
 
+GIRDLE_REST = np.radians(2.5)
+"""Angle of a clavicle from its rest up to which it is held firmly (docs/accuracy.md); beyond, it is
+held less and less, unless it is lowered."""
+
 _ARM = np.radians(40.0) ** 2
 _START = np.array([0.1, 0.1, 0.1, *np.radians([20.0, 20.0, 20.0])]) ** 2
 """Variances of joints, and of position and rotation, of a first pose."""
@@ -117,7 +121,7 @@ class Setup:
 
     def first_state(self, pose: Pose, time: float | None = None) -> State:
         """State of a pose that is roughly right."""
-        girdle = np.radians(self.parameters.girdle_rest) ** 2
+        girdle = GIRDLE_REST**2
         turns = [girdle if joint in CLAVICLES else _ARM for joint in self.joints]
         P = np.diag(np.concatenate([_START, np.repeat(turns, 2)]))
         return State(pose, P, np.zeros(len(P)), time)

@@ -9,7 +9,7 @@ from typing import Any
 
 from stereotrack_core.body.angles import pose_of_state
 from stereotrack_core.body.model import BodyModel, body_model
-from stereotrack_core.body.parameters import BodyParameters
+from stereotrack_core.body.parameters import BodyShape
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.proportions import proportions_of
 from stereotrack_core.errors import InputError
@@ -67,11 +67,11 @@ def subject_of_meta(meta: Mapping[str, Any]) -> Subject | None:
     return Subject(**{key: value for key, value in stored.items() if key in fields})
 
 
-def shape_of_meta(meta: Mapping[str, Any]) -> BodyParameters:
+def shape_of_meta(meta: Mapping[str, Any]) -> BodyShape:
     """Shape of the body that was tracked."""
-    known = {row.name for row in BodyParameters.rows()}
+    known = {row.name for row in BodyShape.rows()}
     stored = {**EARLIER, **meta.get("body", {})}
-    return BodyParameters().replaced(**{k: v for k, v in stored.items() if k in known})
+    return BodyShape().replaced(**{k: v for k, v in stored.items() if k in known})
 
 
 def _joints_of(names: tuple[str, ...]) -> tuple[int, ...]:

@@ -15,7 +15,6 @@ from stereotrack_core.geometry.rotation import angle_between
 from stereotrack_core.geometry.segments import segment_distance
 from stereotrack_core.tracking.arm_search.arms import LEFT, Arms, ArmShape
 from stereotrack_core.tracking.arm_search.kernels import anatomy_costs, count_sight
-from stereotrack_core.tracking.arm_search.parameters import SearchParameters
 
 _ALONG = np.linspace(0.0, 3.0, 11)[2:]
 """Nine places along the arm: 0 shoulder, 1 elbow, 2 wrist, 3 finger tip."""
@@ -27,6 +26,18 @@ _SEGMENT = np.minimum(_ALONG.astype(int), 2)
 _T = _ALONG - _SEGMENT
 _SHARES = np.eye(4)[_SEGMENT] * (1.0 - _T)[:, None] + np.eye(4)[_SEGMENT + 1] * _T[:, None]
 """Shares (9, 4) of the nodes in these places."""
+
+SEE_THROUGH_PX, SUPPORT_PX = 1.3, 0.9
+"""Pixels of disparity from which a view looks through a place, and up to which it supports it: a
+little more than the matcher's errors."""
+
+SEEN_THROUGH, UNSUPPORTED = 2.5, 1.5
+"""Costs of a place that a view looks through, at most two views counting, and of one that no view
+supports or hides; in data explained, as all of the search's costs."""
+
+_FILLED, _ONLY_HIDDEN = 0.25, 0.75
+"""Costs of a place inside a silhouette where no view has a range, and of one that all views have
+something in front of: less, for nothing speaks against an arm there (docs/accuracy.md)."""
 
 _UPPER, _FORE = (0, 1), (1, 3)
 """First and last node of an upper arm, and of a forearm with its hand."""
@@ -62,7 +73,7 @@ def places_along(shape: ArmShape, arms: Arms) -> tuple[FloatArray, FloatArray]:
     return _SHARES @ shape.nodes(arms), of_segments[:, 0] * (1.0 - _T) + of_segments[:, 1] * _T
 
 
-def sight_cost(scene: Scene, shape: ArmShape, arms: Arms, p: SearchParameters) -> FloatArray:
+def sight_cost(scene: Scene, shape: ArmShape, arms: Arms) -> FloatArray:
     """Cost (K,) of places where views look through the arm, or where no view supports it.
 
     Pixels without a range prove nothing by themselves; inside the silhouette they weakly support,
@@ -77,15 +88,15 @@ def sight_cost(scene: Scene, shape: ArmShape, arms: Arms, p: SearchParameters) -
         pinhole = np.array([g.focal, g.c_x, g.c_y])
         scale = g.disparity_scale
         in_camera = g.world_from_depth.inverse().apply(world)
-        see_through, support = p.see_through_px / scale, p.support_px / scale
+        see_through, support = SEE_THROUGH_PX / scale, SUPPORT_PX / scale
         silhouette = _UNKNOWN if depth.silhouette is None else depth.silhouette
         count_sight(
             in_camera, radius, depth.range_z, silhouette, pinhole, see_through, support, seen
         )
     through, supported, hidden, filled = seen.reshape(len(arms), -1, 4).transpose(2, 0, 1)
-    unsupported = np.where(hidden > 0, p.only_hidden_cost, p.unsupported_cost)
-    unsupported = np.where(filled > 0, p.filled_cost, unsupported)
-    cost = p.see_through_cost * np.minimum(through, 2) + np.where(supported > 0, 0.0, unsupported)
+    unsupported = np.where(hidden > 0, _ONLY_HIDDEN, UNSUPPORTED)
+    unsupported = np.where(filled > 0, _FILLED, unsupported)
+    cost = SEEN_THROUGH * np.minimum(through, 2) + np.where(supported > 0, 0.0, unsupported)
     result: FloatArray = cost.sum(axis=1)
     return result
 

@@ -24,7 +24,6 @@ from stereotrack_core.tracking.arm_search.arms import (
     with_arm,
 )
 from stereotrack_core.tracking.arm_search.kernels import arm_distances, pair_sums, unexplained_sums
-from stereotrack_core.tracking.arm_search.parameters import SearchParameters
 from stereotrack_core.tracking.arm_search.picture import (
     Likeness,
     SeenPicture,
@@ -41,10 +40,24 @@ from stereotrack_core.tracking.arm_search.score import (
 )
 
 if TYPE_CHECKING:
+    from stereotrack_core.tracking.parameters import TrackingParameters
     from stereotrack_core.tracking.step_recorder import StepRecorder
 
 _UNEXPLAINED = 0.09
 """Metres from every cone beyond which a datum is unexplained."""
+
+_MOST_DATA = 450
+"""Points near the shoulders that arms are scored by."""
+
+_KEPT = 8
+"""Best candidates per arm of which all pairs are scored."""
+
+_PICTURE_STEP = 3
+"""Every so many pixels are compared: arms are several of these wide."""
+
+_LIKENESS = Likeness(sigma=0.5, unknown=0.1)
+"""A disparity that is half a pixel off counts half, and a body where the person is and nothing was
+measured a tenth (docs/outlines.md)."""
 
 _SQUARED_SCALE = 0.035**2
 """Square of the metres at which a datum counts as half unexplained: less than an arm's radius, so
@@ -89,19 +102,13 @@ class ArmSearch:
     Parameters
     ----------
     body : BodyModel
-    parameters : SearchParameters
-    arms_apart : float, metres
-        Least distance of the forearms' axes; 0: arms may go through each other.
+    parameters : TrackingParameters
     """
 
-    def __init__(
-        self, body: BodyModel, parameters: SearchParameters, arms_apart: float = 0.0
-    ) -> None:
+    def __init__(self, body: BodyModel, parameters: TrackingParameters) -> None:
         self.body = body
         self.parameters = parameters
-        self._apart = arms_apart
         self._shapes = (arm_shape(body, LEFT), arm_shape(body, RIGHT))
-        self._likeness = Likeness(parameters.picture_sigma, parameters.picture_unknown)
         of_arm = [np.isin(body.cones.part, [UPPER_ARMS[s], FOREARMS[s]]) for s in (LEFT, RIGHT)]
         self._arms = [body.cones[chosen] for chosen in of_arm]
         self._trunk = replace(body, cones=body.cones[~(of_arm[LEFT] | of_arm[RIGHT])])
@@ -114,18 +121,16 @@ class ArmSearch:
         shapes = self.placed_shapes(frames)
         off = [np.linalg.norm(torso - shape.shoulder, axis=1) for shape in shapes]
         near = np.flatnonzero(np.minimum(*off) < self._reach)
-        p = self.parameters
-        wanted = p.search_data
-        if len(near) > wanted:
-            near = np.sort(rng.choice(near, wanted, replace=False))
+        if len(near) > _MOST_DATA:
+            near = np.sort(rng.choice(near, _MOST_DATA, replace=False))
         feet = nearest_on_surface(cloud.points[near], placed_cones(self._trunk, frames), np.inf)
         return Evidence(
             np.ascontiguousarray(torso[near]),
             np.abs(feet.distance),
             shapes,
             Scene.of(cloud, self.body, frames),
-            min(1.0, wanted / max(1, len(near))),
-            seen_pictures(cloud, p.picture_step) if p.picture_cost > 0.0 else (),
+            min(1.0, _MOST_DATA / max(1, len(near))),
+            seen_pictures(cloud, _PICTURE_STEP) if self.parameters.picture_cost > 0.0 else (),
         )
 
     def best_pairs(
@@ -200,7 +205,7 @@ class ArmSearch:
         unexplained_sums(others, distances, _SQUARED_SCALE, explained)
         return {
             "data": evidence.weight * explained,
-            "sight": sight_cost(evidence.scene, shape, arms, self.parameters),
+            "sight": self._sight(evidence, shape, arms),
             "anatomy": anatomy_cost(evidence.scene, shape, arms),
             "change": change_cost(expected, arms),
         }
@@ -217,7 +222,7 @@ class ArmSearch:
         total: FloatArray = np.zeros((len(arms[LEFT]), len(arms[RIGHT])))
         for seen in evidence.pictures:
             drawn = [seen.drawn_each(tables) for tables in arms]
-            pixels = self._likeness.unlike_pairs(seen, seen.drawn(rest), *drawn)
+            pixels = _LIKENESS.unlike_pairs(seen, seen.drawn(rest), *drawn)
             total += seen.area(frames.origins[TORSO]) * pixels
         return self.parameters.picture_cost * total
 
@@ -237,7 +242,7 @@ class ArmSearch:
             explained = np.empty(len(arms))
             unexplained_sums(others, distances, _SQUARED_SCALE, explained)
             order = np.argsort(own + evidence.weight * explained, kind="stable")
-            chosen |= dict.fromkeys(int(k) for k in order[: self.parameters.search_kept])
+            chosen |= dict.fromkeys(int(k) for k in order[:_KEPT])
         index = list(chosen)
         return arms[index], distances[index], own[index]
 
@@ -282,13 +287,16 @@ class ArmSearch:
 
     def _crossing(self, evidence: Evidence, left: Arms, right: Arms) -> FloatArray:
         nodes = evidence.shapes[LEFT].nodes(left), evidence.shapes[RIGHT].nodes(right)
-        return crossing_cost(*nodes, self._apart)
+        return crossing_cost(*nodes, self.parameters.arms_apart)
 
     def _own_cost(
         self, evidence: Evidence, shape: ArmShape, arms: Arms, expected: Arms
     ) -> FloatArray:
-        seen = sight_cost(evidence.scene, shape, arms, self.parameters)
+        seen = self._sight(evidence, shape, arms)
         return seen + anatomy_cost(evidence.scene, shape, arms) + change_cost(expected, arms)
+
+    def _sight(self, evidence: Evidence, shape: ArmShape, arms: Arms) -> FloatArray:
+        return self.parameters.sight_cost * sight_cost(evidence.scene, shape, arms)
 
     def _distances(self, evidence: Evidence, shape: ArmShape, arms: Arms) -> FloatArray:
         result = np.empty((len(arms), len(evidence.points)))

@@ -15,6 +15,18 @@ from stereotrack_core.tracking.estimate import Memory
 from stereotrack_core.tracking.estimator import Measurements, Prediction
 from stereotrack_core.tracking.state import Belief
 
+PARTICLES, LAYERS = 200, 10
+"""As many as the paper's, which tracks fewer numbers with more views."""
+
+_SURVIVAL = 0.2
+"""Share of the particles that survives a layer."""
+
+_DIFFUSION = 0.3
+"""Diffusion between two layers, in standard deviations of the particles."""
+
+_DATA = 300
+"""Measured points that each particle is weighed by."""
+
 _LEAST_SIGMA = 1e-4
 """Metres and radians; particles that all agree are not taken for certainty."""
 
@@ -62,19 +74,19 @@ class AnnealedParticles(Baseline):
 
     def settle(self, measured: Measurements, predicted: Prediction) -> Belief:
         """Scatter, weigh and draw the particles, layer by layer."""
-        setup, p, rng = self.setup, self.setup.parameters.baselines, measured.random(RANDOM)
+        setup, rng = self.setup, measured.random(RANDOM)
         energy = PoseEnergy(setup.body, setup.parameters, setup.joints)
         data = measured.data[:, :3]
-        if len(data) > p.annealed_data:
-            data = data[np.sort(rng.choice(len(data), p.annealed_data, replace=False))]
+        if len(data) > _DATA:
+            data = data[np.sort(rng.choice(len(data), _DATA, replace=False))]
         particles, beta, pose = self._scattered(predicted, rng), 0.0, predicted.pose
-        for layer in range(p.annealed_layers):
+        for layer in range(LAYERS):
             if layer:
                 particles = limbs_exchanged(particles, self._limbs(), rng)
-                scatter = p.annealed_diffusion * particles.std(axis=0)
+                scatter = _DIFFUSION * particles.std(axis=0)
                 particles = particles + scatter * rng.normal(size=particles.shape)
             E = energy.of(data, predicted.pose, particles, measured.beside(pose))
-            beta = max(beta, exponent(E, p.annealed_survival))
+            beta = max(beta, exponent(E, _SURVIVAL))
             weights = normalised(E, beta)
             mean, weighed = weights @ particles, particles
             pose = displaced(predicted.pose, mean, setup.joints)
@@ -85,17 +97,17 @@ class AnnealedParticles(Baseline):
 
     def _scattered(self, predicted: Prediction, rng: np.random.Generator) -> FloatArray:
         """Particles (K, n) as displacements of the predicted pose, before the first layer."""
-        setup, p, P0 = self.setup, self.setup.parameters.baselines, predicted.P
+        setup, P0 = self.setup, predicted.P
         taken_elsewhere = difference(predicted.pose, self._left, setup.joints)
         if self._particles is None or np.linalg.norm(taken_elsewhere) > _ELSEWHERE:
-            drawn = rng.normal(size=(p.annealed_particles, len(P0)))
+            drawn = rng.normal(size=(PARTICLES, len(P0)))
             result: FloatArray = drawn @ np.linalg.cholesky(P0).T
             return result
         seen = displaced(self._centre, self._particles, setup.joints)
         moved = [
             difference(seen[k], predicted.pose, setup.joints) for k in range(len(self._particles))
         ]
-        scatter = p.annealed_spread * np.sqrt(predicted.gone * np.diagonal(setup.Q))
+        scatter = np.sqrt(predicted.gone * np.diagonal(setup.Q))
         return np.array(moved) + scatter * rng.normal(size=self._particles.shape)
 
     def _limbs(self) -> list[IntArray]:

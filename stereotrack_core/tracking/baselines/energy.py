@@ -76,14 +76,20 @@ class PoseEnergy:
         frames = self.body.frames(poses)
         tables = cone_tables(self.body.cones, frames)
         result = np.empty(len(deltas))
-        _robust_sums(np.ascontiguousarray(data), tables, p.reach, p.robust_wide**2, result)
-        crowd = max(1.0, len(data) / p.effective_points)
+        _robust_sums(
+            np.ascontiguousarray(data),
+            tables,
+            p.max_correspondence_distance,
+            p.first_loss_scale**2,
+            result,
+        )
+        crowd = max(1.0, len(data) / p.effective_sample_size)
         result /= p.sigma_measurement**2 * crowd
         for residual in (*beside, *self._always):
             nu = residual.measured - residual.predicted(frames)
             result += 0.5 * np.sum(nu**2 / residual.variance, axis=1)
         if self._has_girdle:
-            off, variance = shoulders_at_rest(poses.rotations, p)
+            off, variance = shoulders_at_rest(poses.rotations)
             result += 0.5 * np.sum(off**2 / variance, axis=1)
         for k in np.flatnonzero(self._suspected(frames, tables, poses)).tolist():
             result[k] += self._violations(poses[k], frames, k)

@@ -21,6 +21,10 @@ from stereotrack_core.tracking.estimator import Measurements, Prediction
 from stereotrack_core.tracking.residuals.surface import SurfaceResidual, Trust, residual_of_closest
 from stereotrack_core.tracking.state import Belief
 
+ROUNDS, ITERATIONS = 4, 5
+"""Rounds of giving the data to limbs, registering and joining these; closest-point iterations of a
+limb in each."""
+
 _LEAST_DATA = 6
 """Data without which a limb is not registered: it has six degrees of freedom."""
 
@@ -66,7 +70,7 @@ class LimbIcp(Baseline):
         P0_inverse: FloatArray = np.linalg.inv(predicted.P).astype(np.float64)
         at: Belief = predicted
         joints = self.setup.joints
-        for turn in range(self.setup.parameters.baselines.limb_icp_rounds):
+        for turn in range(ROUNDS):
             given = measured.surface(at.pose, wide=turn == 0)
             limbs = [
                 self.register(part, given.data[given.part == part], at.pose, len(measured.data))
@@ -85,7 +89,7 @@ class LimbIcp(Baseline):
         frames = self.setup.body.frames(pose)
         frames = PartFrames(frames.rotations.copy(), frames.origins.copy())
         information = np.zeros((6, 6))
-        for _ in range(self.setup.parameters.baselines.limb_icp_iterations):
+        for _ in range(ITERATIONS):
             surface = self._own_surface(part, data, all_data, frames)
             arm = surface.foot - frames.origins[part]
             J = np.concatenate([surface.direction, np.cross(arm, surface.direction)], axis=1)
@@ -103,9 +107,11 @@ class LimbIcp(Baseline):
     ) -> SurfaceResidual:
         p, body = self.setup.parameters, self.setup.body
         own = body.cones.part == part
-        feet = nearest_on_surface(data, placed_cones(body, frames)[own], p.reach)
-        effective = p.effective_points * len(data) / all_data
-        trust = Trust(p.reach, p.robust_narrow, p.sigma_measurement, effective)
+        feet = nearest_on_surface(
+            data, placed_cones(body, frames)[own], p.max_correspondence_distance
+        )
+        effective = p.effective_sample_size * len(data) / all_data
+        trust = Trust(p.max_correspondence_distance, p.loss_scale, p.sigma_measurement, effective)
         return residual_of_closest(data, np.where(feet.cone >= 0, part, -1), feet, frames, trust)
 
 

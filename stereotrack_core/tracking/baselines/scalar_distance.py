@@ -15,6 +15,9 @@ from stereotrack_core.tracking.correction import gathered
 from stereotrack_core.tracking.estimator import Measurements, Prediction
 from stereotrack_core.tracking.state import Belief
 
+STEPS, _DRAWN = 80, 300
+"""Steps of the descent in a frame, and data drawn for each."""
+
 _FIRST_GAIN, _LARGEST_GAIN = 0.2, 0.7
 """First and largest gain of every number, in units of one over the curvature along it."""
 
@@ -48,14 +51,14 @@ class ScalarDistance(Baseline):
 
     def settle(self, measured: Measurements, predicted: Prediction) -> Belief:
         """Descend from the prediction."""
-        p, rng, pose = self.setup.parameters.baselines, measured.random(RANDOM), predicted.pose
-        share = 1.0 / self.setup.parameters.effective_points
+        rng, pose = measured.random(RANDOM), predicted.pose
+        share = 1.0 / self.setup.parameters.effective_sample_size
         slope = slope_at(measured, pose, wide=True)
         gain = _FIRST_GAIN / (share * np.diagonal(slope.A) + _LEAST_CURVATURE)
         v = np.zeros(len(predicted.P))
-        for i in range(p.scalar_iterations):
-            drawn = measured.data[rng.integers(0, len(measured.data), p.scalar_data)]
-            wide = 2 * i < p.scalar_iterations
+        for i in range(STEPS):
+            drawn = measured.data[rng.integers(0, len(measured.data), _DRAWN)]
+            wide = 2 * i < STEPS
             slope = slope_at(replace(measured, data=drawn), pose, wide=wide)
             g, H = -share * slope.b, share * slope.A
             longest = _LARGEST_GAIN / (np.diagonal(H) + _LEAST_CURVATURE)

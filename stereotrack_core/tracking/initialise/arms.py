@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
-
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray, IntArray
@@ -11,10 +9,10 @@ from stereotrack_core.body.model import BodyModel
 from stereotrack_core.geometry.rotation import angle_between
 from stereotrack_core.tracking.arm_search.arms import Arms, ArmShape, joined
 from stereotrack_core.tracking.arm_search.kernels import unexplained_sums
-from stereotrack_core.tracking.arm_search.parameters import SearchParameters
 from stereotrack_core.tracking.arm_search.proposals import arms_around
 from stereotrack_core.tracking.arm_search.score import anatomy_cost, change_cost
 from stereotrack_core.tracking.arm_search.search import ArmSearch, Evidence
+from stereotrack_core.tracking.parameters import TrackingParameters
 
 _SQUARED_SCALE = 0.035**2
 """As in the search from frame to frame."""
@@ -35,10 +33,8 @@ _ANYWHERE = np.radians(90.0)
 class FreeArmSearch(ArmSearch):
     """A search whose best places differ, and for which change costs nothing."""
 
-    def __init__(
-        self, body: BodyModel, parameters: SearchParameters, arms_apart: float = 0.0
-    ) -> None:
-        super().__init__(body, dataclasses.replace(parameters, search_refined=_PAIRS), arms_apart)
+    def __init__(self, body: BodyModel, parameters: TrackingParameters) -> None:
+        super().__init__(body, parameters.replaced(search_refined=_PAIRS))
 
     def _own_cost(
         self, evidence: Evidence, shape: ArmShape, arms: Arms, expected: Arms

@@ -77,7 +77,7 @@ class PoseFinder:
     def __init__(self, setup: Setup) -> None:
         self.setup = setup
         p = setup.parameters
-        self._arms = FreeArmSearch(setup.body, p.search, p.arms_apart)
+        self._arms = FreeArmSearch(setup.body, p)
         self._estimator = IteratedEstimator(setup)
         self._correspondences = DataToModel(setup)
 

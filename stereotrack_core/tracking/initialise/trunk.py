@@ -30,17 +30,17 @@ from stereotrack_core.body.skeleton import (
 from stereotrack_core.body.surface import nearest_on_surface
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.tracking.arm_search.kernels import count_sight
+from stereotrack_core.tracking.arm_search.score import (
+    SEE_THROUGH_PX,
+    SEEN_THROUGH,
+    SUPPORT_PX,
+    UNSUPPORTED,
+)
 
 _SQUARED_SCALE = 0.06**2
 
-_SEE_THROUGH_PX, _SUPPORT_PX = 1.3, 0.9
-"""Pixels of disparity from which a view looks through a place, and up to which it supports it."""
-
 _MAYBE_ARM = 0.5
 """Weight of data that an arm could explain."""
-
-_SEEN_THROUGH, _NOTHING_THERE = 2.5, 1.5
-"""Costs of a place inside the body that a view looks through, or that nothing is in front of."""
 
 
 def unexplained_by_trunk(points: FloatArray, body: BodyModel, poses: Sequence[Pose]) -> FloatArray:
@@ -66,7 +66,7 @@ def trunk_sight_cost(cloud: Cloud, body: BodyModel, poses: Sequence[Pose]) -> Fl
     places = np.stack([_places(body, body.frames(pose)) for pose in poses])
     through, supported, hidden, filled = sight_of(cloud, places.reshape(-1, 3)).T
     nothing = (supported + hidden + filled == 0) & (through == 0)
-    cost = _SEEN_THROUGH * np.minimum(through, 2) + _NOTHING_THERE * nothing
+    cost = SEEN_THROUGH * np.minimum(through, 2) + UNSUPPORTED * nothing
     result: FloatArray = cost.reshape(len(poses), -1).sum(axis=1)
     return result
 
@@ -90,8 +90,8 @@ def sight_of(cloud: Cloud, places: FloatArray) -> IntArray:
             depth.range_z,
             silhouette,
             pinhole,
-            _SEE_THROUGH_PX / scale,
-            _SUPPORT_PX / scale,
+            SEE_THROUGH_PX / scale,
+            SUPPORT_PX / scale,
             seen,
         )
     return seen

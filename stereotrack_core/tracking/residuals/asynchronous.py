@@ -71,7 +71,7 @@ def corrected_by(detection: Detection, setup: Setup, prior: Belief) -> Belief:
 def _best_part(detection: Detection, setup: Setup, prior: Belief) -> int | None:
     """Part to whose end the detection fits best by the pose's uncertainty; None beyond the gate."""
     body, columns = setup.body, setup.columns
-    frames, gate = body.frames(prior.pose), setup.parameters.detections.detection_gate
+    frames, gate = body.frames(prior.pose), setup.parameters.detection_gate
     stacked = PartFrames(frames.rotations[None], frames.origins[None])
     best, least = None, np.inf
     for part in parts_of(detection):

@@ -17,7 +17,6 @@ from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.recording import detections as kinds
 from stereotrack_core.recording.detections import Detection
 from stereotrack_core.tracking.residuals.keypoint_detectors import extremities, skin_detections
-from stereotrack_core.tracking.residuals.parameters import DetectionParameters
 
 _PARTS_OF = {
     kinds.HEAD: (HEAD,),
@@ -220,17 +219,20 @@ class DetectionSensor:
 
     Parameters
     ----------
-    parameters : DetectionParameters
+    detect : str
+        Value of the parameter.
+    gate : float, metres
+        Beyond, a detection is rejected.
     """
 
-    def __init__(self, parameters: DetectionParameters) -> None:
-        self._p = parameters
+    def __init__(self, detect: str, gate: float) -> None:
+        self._detect, self._gate = detect, gate
 
     def observe(self, cloud: Cloud) -> DetectionObservation:
         """Detect in one cloud."""
         found = tuple(d for d in cloud.detections if d.time == cloud.frame)
-        if self._p.detect == "extremities":
+        if self._detect == "extremities":
             found += extremities(cloud.points, cloud.frame)
-        elif self._p.detect == "skin":
+        elif self._detect == "skin":
             found += skin_detections(cloud)
-        return DetectionObservation(found, self._p.detection_gate)
+        return DetectionObservation(found, self._gate)

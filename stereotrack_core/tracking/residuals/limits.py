@@ -26,6 +26,7 @@ from stereotrack_core.body.skeleton import (
 from stereotrack_core.body.surface import nearest_on_surface
 from stereotrack_core.tracking.parameters import TrackingParameters
 from stereotrack_core.tracking.residuals.collisions import ApartResidual, arms_apart
+from stereotrack_core.tracking.state import GIRDLE_REST
 
 _PARENTS = np.array(PARENTS, dtype=np.int64)
 
@@ -131,7 +132,7 @@ def limit_residuals(
     """
     rows: list[Limit] = [*resting_limbs(joints)]
     if CLAVICLES[0] in joints:
-        off, variance = shoulders_at_rest(pose.rotations, parameters)
+        off, variance = shoulders_at_rest(pose.rotations)
         across, nothing = _ACROSS_GIRDLE, np.zeros(len(off))
         rows.append(DirectionResidual(_GIRDLE, _PARENTS[_GIRDLE], across, nothing, variance))
     rows += _folded_elbows(pose, np.radians(parameters.least_elbow_angle))
@@ -153,9 +154,7 @@ def resting_limbs(joints: tuple[int, ...]) -> tuple[DirectionResidual, ...]:
     return (DirectionResidual(part, _PARENTS[part], across, np.zeros(len(part)), variance),)
 
 
-def shoulders_at_rest(
-    rotations: FloatArray, parameters: TrackingParameters
-) -> tuple[FloatArray, FloatArray]:
+def shoulders_at_rest(rotations: FloatArray) -> tuple[FloatArray, FloatArray]:
     """How far clavicles (..., 4) are from their rest across two axes each, and with what variance.
 
     The farther shoulders are lifted, pushed forward or drawn back, the less they are held: the
@@ -166,12 +165,10 @@ def shoulders_at_rest(
     ----------
     rotations : (..., P, 3, 3) float64
         Of a pose, or of stacked ones.
-    parameters : TrackingParameters
     """
     off = np.einsum("mi,...mi->...m", _ACROSS_GIRDLE, rotations[..., 2][..., _GIRDLE, :])
     lowered = off * _ACROSS_GIRDLE[:, 2] < 0.0
-    sigma = np.radians(parameters.girdle_rest)
-    return off, sigma**2 + np.where(lowered, 0.0, off) ** 2
+    return off, GIRDLE_REST**2 + np.where(lowered, 0.0, off) ** 2
 
 
 def _folded_elbows(pose: Pose, least_angle: float) -> list[DirectionResidual]:

@@ -18,12 +18,23 @@ from stereotrack_core.body.pose import PartFrames, Pose
 from stereotrack_core.body.skeleton import CLAVICLES, FOREARMS, HEAD, PARTS, TORSO, UPPER_ARMS
 from stereotrack_core.body.surface import ClosestPoints, cone_tables, parts_of_cones
 from stereotrack_core.depth.cloud import Cloud
-from stereotrack_core.tracking.residuals.parameters import SilhouetteParameters
 from stereotrack_core.tracking.residuals.silhouette_kernels import measure_outline
 from stereotrack_core.tracking.residuals.surface import SurfaceResidual, Trust, residual_of_closest
 
 _LEAST_PATCH = 150
 """Pixels below which a patch of the silhouette is noise."""
+
+FARTHEST = 0.15
+"""Metres from every edge beyond which a contour is not used: its edge is another part's."""
+
+EFFECTIVE = 120.0
+"""Effective sample size of the contours of a frame set: neighbours share their part's errors."""
+
+_LOSS_SCALE = 0.06
+"""Metres at which a contour loses three quarters of its weight, as the cloud's points do."""
+
+_DEPTH = 0.15
+"""Metres by which an edge's range may differ from the contour's; more is another part."""
 
 _AROUND = 32
 """Pixels around a silhouette in which outlines are still measured."""
@@ -134,9 +145,9 @@ class Contours:
 
 
 def contours_of(
-    edges: tuple[EdgeMap, ...], body: BodyModel, frames: PartFrames, trust: SilhouetteParameters
+    edges: tuple[EdgeMap, ...], body: BodyModel, frames: PartFrames, farthest: float = FARTHEST
 ) -> Contours:
-    """Measure the outlines of one pose against the edges of all views."""
+    """Measure the outlines of one pose against the edges of all views, within so many metres."""
     table = cone_tables(body.cones, frames)
     measured, limb = _MEASURED[body.cones.part], _LIMB[body.cones.part]
     room = 2 * len(_ALONG) * len(table)
@@ -154,13 +165,13 @@ def contours_of(
             edge.pinhole,
             edge.camera_from_world,
             _ALONG,
-            trust.outline_depth,
+            _DEPTH,
             foot,
             direction,
             distance,
             cone,
         )
-        kept = np.flatnonzero(np.abs(distance[:n]) < trust.outline_reach)
+        kept = np.flatnonzero(np.abs(distance[:n]) < farthest)
         found.append((cone[kept], foot[kept], direction[kept], distance[kept]))
     if not found:
         nowhere = np.empty((0, 3))
@@ -170,19 +181,28 @@ def contours_of(
 
 @dataclass(frozen=True, eq=False)
 class SilhouetteObservation:
-    """The edges of one instant."""
+    """The edges of one instant.
+
+    Attributes
+    ----------
+    edges : tuple of EdgeMap
+    sigma : float, metres
+        Standard deviation of a contour's distance from its edge.
+    effective : float
+        Effective sample size of all contours of a frame set.
+    """
 
     edges: tuple[EdgeMap, ...]
-    trust: SilhouetteParameters
+    sigma: float
+    effective: float = EFFECTIVE
 
     def residuals(self, body: BodyModel, pose: Pose) -> tuple[SurfaceResidual, ...]:
         """Distances between the outlines of a pose and the edges near them."""
         if not self.edges:
             return ()
         frames = body.frames(pose)
-        seen = contours_of(self.edges, body, frames, self.trust)
-        t = self.trust
-        trust = Trust(t.outline_reach, t.outline_scale, t.outline_sigma, t.outline_points)
+        seen = contours_of(self.edges, body, frames)
+        trust = Trust(FARTHEST, _LOSS_SCALE, self.sigma, self.effective)
         feet = ClosestPoints(seen.cone, seen.distance, seen.foot, seen.direction)
         data = seen.foot + seen.distance[:, None] * seen.direction
         return (residual_of_closest(data, parts_of_cones(body, seen.cone), feet, frames, trust),)
@@ -190,10 +210,10 @@ class SilhouetteObservation:
 
 @dataclass(frozen=True)
 class SilhouetteSensor:
-    """Measures outlines where views know the person's."""
+    """Measures outlines where views know the person's, with this standard deviation in metres."""
 
-    trust: SilhouetteParameters
+    sigma: float
 
     def observe(self, cloud: Cloud) -> SilhouetteObservation:
         """Measure the distances from the edges of one instant."""
-        return SilhouetteObservation(edge_maps(cloud), self.trust)
+        return SilhouetteObservation(edge_maps(cloud), self.sigma)

@@ -32,7 +32,7 @@ FARTHEST = {"annealed": 0.06}
 
 
 def make(name, seed=0, **changes):
-    small = {"data_points": 600, "annealed_layers": 16}
+    small = {"data_points": 600}
     settings = preset(name).replaced(**small | changes)
     body = body_model(AVERAGE, settings.body)
     return tracker_for(body, settings, CAMERAS, 10.0, seed)
