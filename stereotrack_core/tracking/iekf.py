@@ -29,7 +29,7 @@ from stereotrack_core.tracking.estimator import (
     Prediction,
     sensors_for,
 )
-from stereotrack_core.tracking.failure.classifier import Unjudged, judged
+from stereotrack_core.tracking.failure.features import judged
 from stereotrack_core.tracking.residuals.asynchronous import predicted_by_detections
 from stereotrack_core.tracking.residuals.surface import SurfaceResidual
 from stereotrack_core.tracking.state import Belief, Setup, State, elapsed, time_array, time_in
@@ -192,18 +192,20 @@ class PoseFilter:
         dX = sigma_deviations(state.P, setup.weights)
         weight = surface.weight
         squared = float(weight @ surface.distance**2) / max(float(weight.sum()), 1e-12)
-        unjudged = Unjudged(
+        estimate = Estimate(
+            tracked=True,
+            reason="",
             pose=state.pose,
             x=state_of_pose(state.pose, setup.joints),
             P=state.P.copy(),
-            sigma_points=displaced(state.pose, dX, setup.joints),
             residual=float(np.sqrt(squared)),
             innovation=found.innovation,
             correspondences=Correspondences(surface.data, surface.foot, surface.part, weight),
-            movement=predicted.gone * state.movement,
+            seconds={"track": seconds},
             prior=prior,
         )
-        return judged(cloud, setup, unjudged, seconds)
+        spread = displaced(state.pose, dX, setup.joints)
+        return judged(estimate, cloud, setup, spread, predicted.gone * state.movement)
 
 
 @dataclass(frozen=True, eq=False)

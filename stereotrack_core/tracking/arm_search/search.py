@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stereotrack_core.arrays import FloatArray
+from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.body.model import BodyModel, placed_cones
 from stereotrack_core.body.pose import PartFrames, Pose
 from stereotrack_core.body.skeleton import FOREARMS, TORSO, UPPER_ARMS
 from stereotrack_core.body.surface import nearest_on_surface
 from stereotrack_core.depth.cloud import Cloud
+from stereotrack_core.geometry.rotation import angle_between
 from stereotrack_core.tracking.arm_search.arms import (
     LEFT,
     RIGHT,
@@ -21,22 +22,26 @@ from stereotrack_core.tracking.arm_search.arms import (
     ArmShape,
     arm_of_pose,
     arm_shape,
+    arms_around,
+    joined,
+    proposals,
     with_arm,
 )
-from stereotrack_core.tracking.arm_search.kernels import arm_distances, pair_sums, unexplained_sums
 from stereotrack_core.tracking.arm_search.picture import (
     Likeness,
     SeenPicture,
     outline_table,
     seen_pictures,
 )
-from stereotrack_core.tracking.arm_search.proposals import proposals
 from stereotrack_core.tracking.arm_search.score import (
     Scene,
     anatomy_cost,
+    arm_distances,
     change_cost,
     crossing_cost,
+    pair_sums,
     sight_cost,
+    unexplained_sums,
 )
 
 if TYPE_CHECKING:
@@ -51,6 +56,16 @@ _MOST_DATA = 450
 
 _KEPT = 8
 """Best candidates per arm of which all pairs are scored."""
+
+_FREE_KEPT, _FREE_PAIRS = 10, 20
+"""The same, and pairs that are handed on, where nothing is expected of the arms."""
+
+_APART, _ANYWHERE = np.radians(30.0), np.radians(90.0)
+"""Angle from which two places of an arm differ then, and spread of further candidates."""
+
+_NATURAL = 2.0
+"""Factor on what speaks against an arm's anatomy, in addition: there is no history then that could
+outweigh it."""
 
 _PICTURE_STEP = 3
 """Every so many pixels are compared: arms are several of these wide."""
@@ -103,10 +118,16 @@ class ArmSearch:
     ----------
     body : BodyModel
     parameters : TrackingParameters
+    free : bool
+        For a body that has just been found: nothing is expected of its arms. The best places
+        differ, and change costs nothing.
     """
 
-    def __init__(self, body: BodyModel, parameters: TrackingParameters) -> None:
+    def __init__(
+        self, body: BodyModel, parameters: TrackingParameters, *, free: bool = False
+    ) -> None:
         self.body = body
+        self._free = free
         self.parameters = parameters
         self._shapes = (arm_shape(body, LEFT), arm_shape(body, RIGHT))
         of_arm = [np.isin(body.cones.part, [UPPER_ARMS[s], FOREARMS[s]]) for s in (LEFT, RIGHT)]
@@ -235,6 +256,9 @@ class ArmSearch:
         other: FloatArray,
     ) -> tuple[Arms, FloatArray, FloatArray]:
         """Best arms with their distances and own costs, with and without the other arm there."""
+        if self._free:
+            rng = np.random.default_rng((shape.side, len(arms)))
+            arms = joined(arms, arms_around(arms[:1], len(arms), _ANYWHERE, _ANYWHERE, rng))
         distances = self._distances(evidence, shape, arms)
         own = self._own_cost(evidence, shape, arms, expected)
         chosen: dict[int, None] = {0: None}
@@ -242,7 +266,8 @@ class ArmSearch:
             explained = np.empty(len(arms))
             unexplained_sums(others, distances, _SQUARED_SCALE, explained)
             order = np.argsort(own + evidence.weight * explained, kind="stable")
-            chosen |= dict.fromkeys(int(k) for k in order[:_KEPT])
+            best = _apart(arms, order) if self._free else order[:_KEPT].tolist()
+            chosen |= dict.fromkeys(best)
         index = list(chosen)
         return arms[index], distances[index], own[index]
 
@@ -259,7 +284,8 @@ class ArmSearch:
         cost += left_own[:, None] + right_own
         cost += self._crossing(evidence, left, right)
         cost += self._unlike_pairs(evidence, pose, left, right)
-        best = np.argsort(cost, axis=None, kind="stable")[: self.parameters.search_refined]
+        count = _FREE_PAIRS if self._free else self.parameters.search_refined
+        best = np.argsort(cost, axis=None, kind="stable")[:count]
         result = []
         for flat in best:
             k, m = np.unravel_index(flat, cost.shape)
@@ -293,7 +319,10 @@ class ArmSearch:
         self, evidence: Evidence, shape: ArmShape, arms: Arms, expected: Arms
     ) -> FloatArray:
         seen = self._sight(evidence, shape, arms)
-        return seen + anatomy_cost(evidence.scene, shape, arms) + change_cost(expected, arms)
+        natural = anatomy_cost(evidence.scene, shape, arms)
+        change = change_cost(expected, arms)
+        own = seen + natural + change
+        return own - change + _NATURAL * natural if self._free else own
 
     def _sight(self, evidence: Evidence, shape: ArmShape, arms: Arms) -> FloatArray:
         return self.parameters.sight_cost * sight_cost(evidence.scene, shape, arms)
@@ -302,3 +331,19 @@ class ArmSearch:
         result = np.empty((len(arms), len(evidence.points)))
         arm_distances(evidence.side_by_side, shape.nodes(arms), shape.radii, result)
         return result
+
+
+def _apart(arms: Arms, order: IntArray) -> list[int]:
+    """The first of the arms, in this order, that differ from each other."""
+    chosen: list[int] = []
+    free = np.ones(len(arms), dtype=np.bool_)
+    for k in order:
+        if not free[k]:
+            continue
+        chosen.append(int(k))
+        upper = angle_between(arms.upper, arms.upper[k])
+        fore = angle_between(arms.fore, arms.fore[k])
+        free &= np.maximum(upper, fore) > _APART
+        if len(chosen) == _FREE_KEPT:
+            break
+    return chosen

@@ -14,11 +14,10 @@ from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.geometry.rotation import angle_between, vector_from_rotation
 from stereotrack_core.tracking.arm_search.arms import arm_of_pose
 from stereotrack_core.tracking.arm_search.score import Scene, anatomy_cost
-from stereotrack_core.tracking.arm_search.search import Evidence
+from stereotrack_core.tracking.arm_search.search import ArmSearch, Evidence
 from stereotrack_core.tracking.correspondences import DataToModel
 from stereotrack_core.tracking.estimator import Measurements
 from stereotrack_core.tracking.iekf import IteratedEstimator, PoseFilter
-from stereotrack_core.tracking.initialise.arms import FreeArmSearch
 from stereotrack_core.tracking.initialise.people import people_in
 from stereotrack_core.tracking.initialise.seeds import seeds_in
 from stereotrack_core.tracking.initialise.trunk import (
@@ -76,8 +75,7 @@ class PoseFinder:
 
     def __init__(self, setup: Setup) -> None:
         self.setup = setup
-        p = setup.parameters
-        self._arms = FreeArmSearch(setup.body, p)
+        self._arms = ArmSearch(setup.body, setup.parameters, free=True)
         self._estimator = IteratedEstimator(setup)
         self._correspondences = DataToModel(setup)
 
