@@ -29,9 +29,6 @@ from stereotrack_core.tracking.run_spec import RunSpec
 from stereotrack_core.version import __version__
 from stereotrack_core.versions import versions
 
-AXES_KEY, CHAIN_AXES = "covariance_axes", "chain"
-"""What a run's meta says of its covariances; runs of older versions do not say it."""
-
 
 @dataclass(frozen=True, eq=False)
 class Run:
@@ -60,7 +57,7 @@ class Run:
         Standard deviation of each limb's direction, in the order of ``LIMBS``.
     limb_lost : (F, 6) float64
         Probability that the limb's direction is more than 45 deg off, in the order of ``LIMBS``;
-        NaN where not known: for torso and head, and in runs of older versions.
+        NaN where not known: for torso and head.
     seconds : (F, S) float64
         Wall time of each stage.
     stage_names : tuple of str
@@ -300,7 +297,7 @@ def assembled(
         limb_lost=_stacked([frame.limb_lost for frame in frames], (6,)),
         seconds=np.array(seconds).reshape(len(frames), len(names)),
         stage_names=names,
-        meta={**meta, **({} if joints is None else {AXES_KEY: CHAIN_AXES})},
+        meta=meta,
     )
 
 
