@@ -9,7 +9,6 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import Protocol
 
 import numpy as np
 import scipy.linalg
@@ -34,37 +33,17 @@ _JUMP = np.pi / 2
 """Change of an arm's angles between two frames that is no movement but another chart."""
 
 
-class ErrorState(Protocol):
-    """How estimates differ and how they are displaced: the tracker's own error state."""
-
-    @property
-    def joints(self) -> tuple[int, ...]:
-        """Parts whose two numbers follow position and rotation."""
-        ...
-
-    def difference(self, to: Estimate, origin: Estimate) -> FloatArray:
-        """Error state (n,) that displaces `origin` to `to`."""
-        ...
-
-    def displaced(self, at: Estimate, delta: FloatArray) -> Estimate:
-        """The estimate with its pose and state displaced."""
-        ...
-
-    def poses(self, at: Estimate, deltas: FloatArray) -> Pose:
-        """Stacked poses of displacements (S, n)."""
-        ...
-
-    def continuous(self, delta: FloatArray) -> BoolArray:
-        """Numbers (n,) whose change from frame to frame can be a movement."""
-        ...
-
-
 @dataclass(frozen=True)
-class ManifoldErrorState:
-    """Error states of :mod:`body.manifold`.
+class ErrorState:
+    """How estimates differ and how they are displaced: the error states of :mod:`body.manifold`.
 
     The covariance is taken as it is from pose to pose; that leaves out half of the turn between
     them, as the tracker's own correction does.
+
+    Attributes
+    ----------
+    joints : tuple of int
+        Parts whose two numbers follow position and rotation.
     """
 
     joints: tuple[int, ...]
@@ -83,14 +62,15 @@ class ManifoldErrorState:
         return displaced(at.pose, deltas, self.joints)
 
     def continuous(self, delta: FloatArray) -> BoolArray:
-        """All numbers: the manifold has no charts."""
+        """Numbers (n,) whose change from frame to frame can be a movement."""
         return np.ones(len(delta), dtype=np.bool_)
 
 
-class AdditiveErrorState:
+@dataclass(frozen=True)
+class AdditiveErrorState(ErrorState):
     """The thesis's state of Euler angles: differences are taken number by number."""
 
-    joints = THESIS_JOINTS
+    joints: tuple[int, ...] = THESIS_JOINTS
 
     def difference(self, to: Estimate, origin: Estimate) -> FloatArray:
         """Difference (n,) of the states, angles by the short way round."""
@@ -109,7 +89,7 @@ class AdditiveErrorState:
 
     def continuous(self, delta: FloatArray) -> BoolArray:
         """Without arms whose angles jump: the tracker restates them when it avoids collisions."""
-        kept = np.ones(len(delta), dtype=np.bool_)
+        kept = super().continuous(delta)
         for arm in _ARMS:
             kept[arm] = np.all(np.abs(delta[arm]) < _JUMP)
         return kept
@@ -134,7 +114,7 @@ class Smoothed:
 
 def error_state_of(joints: tuple[int, ...]) -> ErrorState:
     """Error state of a tracker whose state has these joints."""
-    return AdditiveErrorState() if joints == THESIS_JOINTS else ManifoldErrorState(joints)
+    return AdditiveErrorState() if joints == THESIS_JOINTS else ErrorState(joints)
 
 
 def smoothed(

@@ -21,9 +21,12 @@ from stereotrack_core.geometry.rotation import angle_between
 from stereotrack_core.tracking.arm_search.arms import Arms
 from stereotrack_core.tracking.correction import Line, Residual
 from stereotrack_core.tracking.estimate import Estimate
-from stereotrack_core.tracking.residuals.collisions import ApartResidual
 from stereotrack_core.tracking.residuals.keypoints import DetectionResidual
-from stereotrack_core.tracking.residuals.limits import ClearanceResidual, DirectionResidual
+from stereotrack_core.tracking.residuals.limits import (
+    ApartResidual,
+    ClearanceResidual,
+    DirectionResidual,
+)
 from stereotrack_core.tracking.residuals.surface import SurfaceResidual
 from stereotrack_core.tracking.state import Belief, Setup
 from stereotrack_core.tracking.thesis_collisions import Clearance, pushed_out

@@ -8,7 +8,7 @@ import pytest
 from stereotrack_core.body.angles import THESIS_JOINTS
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import AVERAGE
-from stereotrack_core.tracking.baselines import annealed, limb_icp, scalar_distance
+from stereotrack_core.experiments.baselines import estimators, particles
 from stereotrack_core.tracking.inspection import look_inside
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.tracker import tracker_for
@@ -37,10 +37,10 @@ KINDS = {
 def small_baselines(monkeypatch):
     """Every stage of the baselines at work, on little."""
     for module, name, value in (
-        (annealed, "LAYERS", 2),
-        (annealed, "PARTICLES", 40),
-        (limb_icp, "ROUNDS", 2),
-        (scalar_distance, "STEPS", 5),
+        (particles, "LAYERS", 2),
+        (particles, "PARTICLES", 40),
+        (estimators, "ROUNDS", 2),
+        (estimators, "STEPS", 5),
     ):
         monkeypatch.setattr(module, name, value)
 

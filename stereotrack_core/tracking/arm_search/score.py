@@ -143,7 +143,7 @@ def crossing_cost(left: FloatArray, right: FloatArray, least: float) -> FloatArr
     left, right : (K, 4, 3) and (L, 4, 3) float64, torso's frame
         Nodes of arms, see :meth:`ArmShape.nodes`.
     least : float, metres
-        Least distance of the forearms' axes, see :mod:`residuals.collisions`; 0: none.
+        Least distance of the forearms' axes, see :mod:`residuals.limits`; 0: none.
     """
     total: FloatArray = np.zeros((len(left), len(right)))
     if least <= 0.0:

@@ -3,8 +3,8 @@
 import numpy as np
 
 from stereotrack_core.body.angles import THESIS_JOINTS
-from stereotrack_core.tracking.baselines import scalar_distance
-from tests.tracking.baselines.test_baselines import given, make
+from stereotrack_core.experiments.baselines import estimators
+from tests.experiments.baselines.test_baselines import given, make
 from tests.tracking.scenes import POSES, disturbed, surface_points
 
 
@@ -21,7 +21,7 @@ def test_the_sum_of_distances_falls_with_the_steps(monkeypatch):
     start = disturbed(POSES["pointing"], THESIS_JOINTS, rng)
     found = []
     for steps in (1, 15, 120):
-        monkeypatch.setattr(scalar_distance, "STEPS", steps)
+        monkeypatch.setattr(estimators, "STEPS", steps)
         tracker = make("scalar")
         tracker.start(start)
         data = surface_points(tracker.setup.body, POSES["pointing"], 2000, np.random.default_rng(1))

@@ -2,10 +2,10 @@
 
 import pytest
 
-from stereotrack_core.tracking.baselines import annealed
+from stereotrack_core.experiments.baselines import particles
 
 
 @pytest.fixture(autouse=True)
 def many_layers(monkeypatch):
     """Layers enough for the few clouds of a test, whose starts are far off."""
-    monkeypatch.setattr(annealed, "LAYERS", 16)
+    monkeypatch.setattr(particles, "LAYERS", 16)

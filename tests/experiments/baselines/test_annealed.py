@@ -13,18 +13,18 @@ from stereotrack_core.body.manifold import displaced
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.proportions import AVERAGE
-from stereotrack_core.tracking.baselines.annealed import (
+from stereotrack_core.experiments.baselines.particles import (
+    PoseEnergy,
     exponent,
     limbs_exchanged,
     normalised,
     survival,
     systematic,
 )
-from stereotrack_core.tracking.baselines.energy import PoseEnergy
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.residuals.limits import limit_residuals
 from stereotrack_core.tracking.residuals.surface import Trust, surface_residual
-from tests.tracking.baselines.test_baselines import make
+from tests.experiments.baselines.test_baselines import make
 from tests.tracking.scenes import POSES, cloud_of, pose_with_arms, surface_points
 
 ENERGIES = arrays(
