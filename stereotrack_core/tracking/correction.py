@@ -82,7 +82,6 @@ class Line:
 
     Attributes
     ----------
-    residual : Residual
     nu : (m,) float64
         Innovation z - z_hat.
     D : (n, m) float64

@@ -25,7 +25,6 @@ class DataToModel:
 
     Parameters
     ----------
-    setup : Setup
     coloured : bool
         Whether colours are learned and used, where the parameters want it.
     """
@@ -56,7 +55,6 @@ class DataToModel:
         ----------
         data : (N, 3) or (N, 6) float64
             See :meth:`choose`.
-        pose : Pose
         wide : bool
             Whether a datum's weight falls off slowly with its distance.
         """

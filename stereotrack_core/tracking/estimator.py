@@ -40,11 +40,8 @@ class Measurements:
 
     Attributes
     ----------
-    setup : Setup
-    cloud : Cloud
     data : (N, 3) or (N, 6) float64
         Points of the cloud that look for the model.
-    correspondences : DataToModel
     observed : tuple of Observation
         What sensors beside the cloud's points saw.
     trace : StepRecorder or None
@@ -153,12 +150,7 @@ class Posterior(Belief):
 
 
 class Estimator(ABC):
-    """A way from a prediction and measurements to a pose.
-
-    Parameters
-    ----------
-    setup : Setup
-    """
+    """A way from a prediction and measurements to a pose."""
 
     def __init__(self, setup: Setup) -> None:
         self.setup = setup

@@ -44,7 +44,6 @@ class Run:
         State; NaN where not tracked. Metres and radians, see `state_names`.
     P : (F, n, n) float64
         Covariance of the error state.
-    state_names : tuple of str
     tracked : (F,) bool
     unexplained_fraction : (F,) float64
         Of the cloud, 0 is best: mean of d^2 / (d^2 + 50 mm^2); the run file's ``coverage``.
@@ -60,7 +59,6 @@ class Run:
         NaN where not known: for torso and head.
     seconds : (F, S) float64
         Wall time of each stage.
-    stage_names : tuple of str
     meta : mapping
         Program version, preset, parameters, seed, recording and its fingerprint, subject;
         JSON-serialisable.
@@ -93,11 +91,8 @@ class TrackedFrame:
 
     Attributes
     ----------
-    frame : int
-    estimate : Estimate
     landmarks : (9, 3) float64, world, metres
         NaN where not tracked.
-    cloud : Cloud
     seconds : mapping from stage name to seconds
     contradicted : float
         See :func:`contradicted_share`; NaN also in most frames, which were not asked.
@@ -189,13 +184,11 @@ class Origin:
 
     Attributes
     ----------
-    recording : Recording
     fingerprint : str
         Of the recording's files.
     spec : RunSpec
         With the frames that were asked for and the views that were used; a run that was stopped
         has fewer frames. Pictures in colour have grey values that differ a little.
-    state_names : tuple of str
     shape : BodyShape
         Of the body that was tracked: the settings', or what was fitted.
     smoothed : bool

@@ -49,9 +49,6 @@ class PoseFilter:
 
     Parameters
     ----------
-    setup : Setup
-    estimator : Estimator
-    correspondences : DataToModel
     listens : bool
         Whether detections that come between two frames correct the prediction.
 
@@ -131,7 +128,6 @@ class PoseFilter:
 
         Parameters
         ----------
-        pose : Pose
         time : float, optional
             Frame that it belongs to; where not given, the one before the next cloud's.
         P : (n, n) float64, optional

@@ -45,7 +45,6 @@ class Beginning:
     Attributes
     ----------
     tracker : ThesisTracker or PersonTracker
-    words : str
     """
 
     tracker: ThesisTracker | PersonTracker
@@ -58,12 +57,8 @@ class Way:
 
     Attributes
     ----------
-    recording : Recording
-    settings : Settings
-    body : BodyModel
     views : tuple of str
         That are used.
-    seed : int
     """
 
     recording: Recording
@@ -104,8 +99,6 @@ def beginning_at(way: Way, known: Known, cloud: Cloud) -> Beginning:
 
     Parameters
     ----------
-    way : Way
-    known : Known
     cloud : Cloud
         Of the frame.
     """
@@ -155,7 +148,6 @@ def look_inside(tracker: ThesisTracker | PersonTracker, cloud: Cloud) -> StepTra
     ----------
     tracker : ThesisTracker or PersonTracker
         Baselines record what they share with it.
-    cloud : Cloud
     """
     return traced_step(copy_of(tracker), cloud)
 

@@ -41,7 +41,6 @@ class UserPreset:
 
     Attributes
     ----------
-    name : str
     base : str
         One of :data:`PRESETS`, from which all other values come.
     values : mapping
@@ -80,7 +79,6 @@ def preset(name: str, changes: Sequence[str] = ()) -> Settings:
 
     Parameters
     ----------
-    name : str
     changes : sequence of str
         ``NAME=VALUE`` for each parameter that shall be otherwise.
 

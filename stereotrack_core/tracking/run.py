@@ -65,7 +65,6 @@ class Pipeline:
 
     Parameters
     ----------
-    recording : Recording
     spec : RunSpec
         What to track; its frames and its smoothing are up to whoever goes through the frames.
     reader : FrameReader, optional
@@ -404,8 +403,6 @@ def track(
 
     Parameters
     ----------
-    recording : Recording
-    spec : RunSpec
     on_frame : callable, optional
         Called after every frame.
     cancelled : callable, optional

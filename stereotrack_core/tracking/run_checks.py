@@ -84,10 +84,8 @@ class Cause:
 
     Attributes
     ----------
-    views : tuple of str
     what : str
         A clause.
-    remedy : str
     """
 
     views: tuple[str, ...]
@@ -103,13 +101,7 @@ class Cause:
 
 @dataclass
 class Untracked:
-    """Collects the frames that were not tracked, and tells their causes.
-
-    Parameters
-    ----------
-    recording : Recording
-    settings : Settings
-    """
+    """Collects the frames that were not tracked, and tells their causes."""
 
     recording: Recording
     settings: Settings

@@ -77,11 +77,8 @@ def fitted_surface(
 
     Parameters
     ----------
-    proportions : Proportions
     shape : BodyParameters
         The default, which is also the start; the fit is held to it by its spread among people.
-    seen : sequence of SeenPose
-    parameters : TrackingParameters
     joints : tuple of int
         Joints of the state.
     """
@@ -100,7 +97,6 @@ class Adjusted:
         Of a :class:`FreeBody`.
     sigma : (k,) float64
         Standard deviations.
-    poses : tuple of Pose
     """
 
     theta: FloatArray
@@ -120,12 +116,8 @@ def adjusted(
 
     Parameters
     ----------
-    free : FreeBody
-    seen : sequence of SeenPose
-    parameters : TrackingParameters
     joints : tuple of int
         Joints of the state.
-    iterations : int
     """
     prior, start = free.information, free.start
     joints = tuple(joint for joint in joints if joint not in CLAVICLES)
@@ -243,7 +235,6 @@ def fitted_outline(
     ----------
     body : BodyModel
         Made from `shape`.
-    shape : BodyShape
     seen : sequence of (Pose, tuple of EdgeMap)
     """
     names = list(dict.fromkeys(name for pair in OUTLINE_NAMES for name in pair))
@@ -327,7 +318,6 @@ def upright(pose: Pose, frames: int) -> tuple[UprightResidual, ...]:
 
     Parameters
     ----------
-    pose : Pose
     frames : int
         Of the same person standing; all of them together count as one measurement.
     """

@@ -132,8 +132,6 @@ def smoothed(
         Successive; their clouds are not needed.
     body : BodyModel
         Body that was tracked.
-    state : ErrorState
-    parameters : TrackingParameters
     fps : float
         Frame sets per second.
     """

@@ -32,7 +32,6 @@ class Belief:
 
     Attributes
     ----------
-    pose : Pose
     P : (n, n) float64
         Covariance of the states, or of the pose's error state; metres and radians.
     """
@@ -78,8 +77,6 @@ class Setup:
 
     Attributes
     ----------
-    body : BodyModel
-    parameters : TrackingParameters
     cameras : (V, 3) float64, world, metres
         Optical centres of the views.
     fps : float
@@ -149,7 +146,6 @@ def process_noise(
 
     Parameters
     ----------
-    parameters : TrackingParameters
     joints : tuple of int
         Parts whose two numbers follow three of position and three of rotation in the state.
     fps : float

@@ -66,10 +66,6 @@ class Projection:
 class ThesisTracker:
     """Predict, then correct i times by closest points, then avoid collisions.
 
-    Parameters
-    ----------
-    setup : Setup
-
     Attributes
     ----------
     x : (n,) float64

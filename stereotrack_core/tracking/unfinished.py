@@ -57,7 +57,6 @@ class UnfinishedRun:
     ----------
     frames : tuple of TrackedFrame
         Ascending; without clouds.
-    state_names : tuple of str
     meta : mapping
         As a complete run has it.
     wall_seconds : float

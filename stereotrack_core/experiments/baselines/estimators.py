@@ -151,7 +151,6 @@ class Registered:
 
     Attributes
     ----------
-    part : int
     rotation : (3, 3) float64
         world_from_part.
     origin : (3,) float64, world, metres
@@ -244,10 +243,8 @@ def rigid_jacobian(part: int, frames: PartFrames, columns: Columns) -> FloatArra
 
     Parameters
     ----------
-    part : int
     frames : PartFrames
         Of one pose.
-    columns : Columns
     """
     origin = np.repeat(frames.origins[part][None], 3, axis=0)
     J = np.zeros((6, columns.n))

@@ -192,12 +192,6 @@ class PoseEnergy:
     A datum at distance e from the surface counts g^2 e^2 / (2 (g^2 + e^2)) over its variance:
     the function whose derivative is the tracker's weight (g^2 / (g^2 + e^2))^2 times e. To this
     come half the squares of the limits' rows over their variances.
-
-    Parameters
-    ----------
-    body : BodyModel
-    parameters : TrackingParameters
-    joints : tuple of int
     """
 
     def __init__(
@@ -223,7 +217,6 @@ class PoseEnergy:
         Parameters
         ----------
         data : (N, 3) float64, world
-        centre : Pose
         deltas : (K, n) float64
         beside : sequence of Residual
             Of other sensors, paired at a pose amid the others.

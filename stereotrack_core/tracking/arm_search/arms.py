@@ -204,7 +204,6 @@ def proposals(
 
     Parameters
     ----------
-    shape : ArmShape
     predicted, present : Arms
         One arm each: from the last frame, and after following the data.
     unexplained : (N, 3) float64, torso's frame

@@ -126,7 +126,6 @@ class Likeness:
 
         Parameters
         ----------
-        seen : SeenPicture
         rest : (h, w) float32
             Trunk, head and legs as :meth:`SeenPicture.drawn` draws them.
         left, right : (K, h, w) and (L, h, w) float32

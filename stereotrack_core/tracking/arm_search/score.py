@@ -62,8 +62,6 @@ class Scene:
     ----------
     frames : PartFrames
         Of the present pose; proposals are in its torso's frame.
-    body : BodyModel
-    depths : tuple of ViewDepth
     """
 
     frames: PartFrames

@@ -91,7 +91,6 @@ class Evidence:
         From torso, head and legs.
     shapes : tuple of ArmShape
         Of the left and the right arm, from where the shoulders are.
-    scene : Scene
     weight : float
         Of one datum, so that at most the wanted number counts.
     pictures : tuple of SeenPicture
@@ -116,8 +115,6 @@ class ArmSearch:
 
     Parameters
     ----------
-    body : BodyModel
-    parameters : TrackingParameters
     free : bool
         For a body that has just been found: nothing is expected of its arms. The best places
         differ, and change costs nothing.

@@ -54,9 +54,6 @@ def elsewhere(cloud: Cloud, body: BodyModel, pose: Pose, own: FloatArray) -> Flo
 
     Parameters
     ----------
-    cloud : Cloud
-    body : BodyModel
-    pose : Pose
     own : (6,) float64, square metres
         Areas of the limbs.
     """

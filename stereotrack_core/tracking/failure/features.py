@@ -67,9 +67,6 @@ def judged(
 
     Parameters
     ----------
-    found : Estimate
-    cloud : Cloud
-    setup : Setup
     sigma_points : Pose
         Stacked (2n + 1), of the posterior.
     movement : (n,) float64
@@ -130,8 +127,6 @@ def limb_features(
 
     Parameters
     ----------
-    cloud : Cloud
-    body : BodyModel
     found : Estimate
         With its unexplained fraction and correspondences.
     sigma_deg : (6,) float64

@@ -66,12 +66,7 @@ class Candidate:
 
 
 class PoseFinder:
-    """Finds poses in single clouds, and compares poses by how well they explain one.
-
-    Parameters
-    ----------
-    setup : Setup
-    """
+    """Finds poses in single clouds, and compares poses by how well they explain one."""
 
     def __init__(self, setup: Setup) -> None:
         self.setup = setup

@@ -49,7 +49,6 @@ def first_pose_in(
     ----------
     seeker : PersonTracker
         Of which nothing is left as it was.
-    clouds : sequence of Cloud
     shape : BodyParameters
         Of the seeker's body.
     """
@@ -79,8 +78,6 @@ def first_pose_from_images(
     ----------
     seeker : PersonTracker
         Of the default shape; nothing of it is left as it was.
-    reader : FrameReader
-    views : sequence of str
     frames : sequence of int
         Successive frames.
     learned_from : range
@@ -122,7 +119,6 @@ def facing_right(
 
     Parameters
     ----------
-    seeker : PersonTracker
     found : Pose
         In the first of the clouds.
     clouds : sequence of Cloud

@@ -33,7 +33,6 @@ def t_pose_in_cloud(body: BodyModel, points: FloatArray) -> Pose:
 
     Parameters
     ----------
-    body : BodyModel
     points : (N, 3) float64, world
         Cloud with at least one point.
     """
@@ -46,7 +45,6 @@ def standing_poses(body: BodyModel, points: FloatArray, headings: int) -> list[P
 
     Parameters
     ----------
-    body : BodyModel
     points : (N, 3) float64, world
         Cloud with at least one point.
     headings : int
@@ -110,7 +108,6 @@ def seeds_in(body: BodyModel, points: FloatArray) -> list[Pose]:
 
     Parameters
     ----------
-    body : BodyModel
     points : (N, 3) float64, world
         Of one person, at least one.
     """

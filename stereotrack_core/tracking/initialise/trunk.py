@@ -128,8 +128,6 @@ def facing_cost(body: BodyModel, pose: Pose, points: FloatArray, cameras: FloatA
 
     Parameters
     ----------
-    body : BodyModel
-    pose : Pose
     points : (N, 3) float64, world
         The body's data.
     cameras : (V, 3) float64, world

@@ -61,12 +61,7 @@ data would on average."""
 
 
 class PartColours:
-    """Mean and variance of the colours of every cone's patches.
-
-    Parameters
-    ----------
-    body : BodyModel
-    """
+    """Mean and variance of the colours of every cone's patches."""
 
     def __init__(self, body: BodyModel) -> None:
         self.body = body

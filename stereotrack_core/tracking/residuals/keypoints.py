@@ -56,13 +56,11 @@ class DetectionResidual:
 
     Attributes
     ----------
-    part : int
     point : (3,) float64
         In the frame of the part.
     measured : (3,) or (2,) float64
         World, metres; or undistorted pixels seen from the principal point.
     variance : (3,) or (2,) float64
-    camera : Camera or None
     """
 
     part: int
@@ -98,8 +96,6 @@ def detection_residuals(
     ----------
     detections : tuple of Detection
         Seen at one instant.
-    body : BodyModel
-    pose : Pose
     gate : float, metres
         Farther from the point, a detection means something else.
     """
@@ -214,7 +210,6 @@ class DetectionObservation:
 
     Attributes
     ----------
-    detections : tuple of Detection
     gate : float, metres
     """
 

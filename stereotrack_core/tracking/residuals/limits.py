@@ -273,7 +273,6 @@ def arms_apart(body: BodyModel, frames: PartFrames, least: float) -> list[ApartR
 
     Parameters
     ----------
-    body : BodyModel
     frames : PartFrames
         Of one pose.
     least : float, metres

@@ -202,7 +202,6 @@ class SilhouetteObservation:
 
     Attributes
     ----------
-    edges : tuple of EdgeMap
     sigma : float, metres
         Standard deviation of a contour's distance from its edge.
     effective : float
