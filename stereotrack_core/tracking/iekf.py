@@ -113,7 +113,7 @@ class PoseFilter:
     def measured(self, cloud: Cloud, trace: StepRecorder | None = None) -> Measurements:
         """Take from a cloud what poses are measured by."""
         data = self.correspondences.choose(cloud)
-        seen = tuple(sensor.observe(cloud) for sensor in self.sensors)
+        seen = tuple(sensor(cloud) for sensor in self.sensors)
         return Measurements(self.setup, cloud, data, self.correspondences, seen, trace)
 
     def start(

@@ -195,8 +195,8 @@ def _one_back(filtered: Estimate, prior: Prior, after: Estimate, state: ErrorSta
     predicted = state.displaced(filtered, prior.movement)
     ahead = state.difference(after, predicted)
     carried = prior.carried & state.continuous(ahead)
-    step = backward_step(filtered.P, prior.P, carried, after.P)
-    return replace(state.displaced(filtered, step.gain @ ahead), P=step.P)
+    gain, P = backward_step(filtered.P, prior.P, carried, after.P)
+    return replace(state.displaced(filtered, gain @ ahead), P=P)
 
 
 def _stayed(

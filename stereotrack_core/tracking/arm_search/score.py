@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
 from typing import Any
 
 import numba
@@ -14,7 +13,7 @@ from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.body.model import BodyModel
 from stereotrack_core.body.pose import PartFrames
 from stereotrack_core.body.skeleton import TORSO
-from stereotrack_core.depth.cloud import Cloud, ViewDepth
+from stereotrack_core.depth.cloud import ViewDepth
 from stereotrack_core.geometry.rotation import angle_between
 from stereotrack_core.geometry.segments import segment_distance
 from stereotrack_core.tracking.arm_search.arms import LEFT, Arms, ArmShape
@@ -54,26 +53,6 @@ give way where arms lie on them."""
 _FOLDED, _FOLDING = math.radians(140.0), math.radians(15.0)
 
 
-@dataclass(frozen=True, eq=False)
-class Scene:
-    """What arms are scored against at one instant.
-
-    Attributes
-    ----------
-    frames : PartFrames
-        Of the present pose; proposals are in its torso's frame.
-    """
-
-    frames: PartFrames
-    body: BodyModel
-    depths: tuple[ViewDepth, ...]
-
-    @staticmethod
-    def of(cloud: Cloud, body: BodyModel, frames: PartFrames) -> Scene:
-        """Scene of one cloud."""
-        return Scene(frames, body, tuple(cloud.depths.values()))
-
-
 def sight_of(depths: Iterable[ViewDepth], places: FloatArray, radius: FloatArray) -> IntArray:
     """How many views look through, support, hide or have no range at each place (M, 4).
 
@@ -95,7 +74,9 @@ def sight_of(depths: Iterable[ViewDepth], places: FloatArray, radius: FloatArray
     return seen
 
 
-def sight_cost(scene: Scene, shape: ArmShape, arms: Arms) -> FloatArray:
+def sight_cost(
+    frames: PartFrames, depths: Iterable[ViewDepth], shape: ArmShape, arms: Arms
+) -> FloatArray:
     """Cost (K,) of places where views look through the arm, or where no view supports it.
 
     Pixels without a range prove nothing by themselves; inside the silhouette they weakly support,
@@ -104,8 +85,8 @@ def sight_cost(scene: Scene, shape: ArmShape, arms: Arms) -> FloatArray:
     of_segments = shape.radii[_SEGMENT]
     radii = of_segments[:, 0] * (1.0 - _T) + of_segments[:, 1] * _T
     places = _SHARES @ shape.nodes(arms)
-    world = places.reshape(-1, 3) @ scene.frames.rotations[TORSO].T + scene.frames.origins[TORSO]
-    seen = sight_of(scene.depths, world, np.tile(radii, len(arms)))
+    world = places.reshape(-1, 3) @ frames.rotations[TORSO].T + frames.origins[TORSO]
+    seen = sight_of(depths, world, np.tile(radii, len(arms)))
     through, supported, hidden, filled = seen.reshape(len(arms), -1, 4).transpose(2, 0, 1)
     unsupported = np.where(hidden > 0, _ONLY_HIDDEN, UNSUPPORTED)
     unsupported = np.where(filled > 0, _FILLED, unsupported)
@@ -114,9 +95,9 @@ def sight_cost(scene: Scene, shape: ArmShape, arms: Arms) -> FloatArray:
     return result
 
 
-def anatomy_cost(scene: Scene, shape: ArmShape, arms: Arms) -> FloatArray:
+def anatomy_cost(body: BodyModel, shape: ArmShape, arms: Arms) -> FloatArray:
     """Cost (K,) of elbows bent too far, arms inside the torso, and arms where arms cannot be."""
-    cones = scene.body.cones
+    cones = body.cones
     places = _SHARES[_BEYOND_ELBOW:] @ shape.nodes(arms)
     in_cone = (places - cones.origins[0]) @ cones.rotations[0]
     cost = np.empty(len(arms))

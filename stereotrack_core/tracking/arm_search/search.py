@@ -13,7 +13,7 @@ from stereotrack_core.body.model import BodyModel, placed_cones
 from stereotrack_core.body.pose import PartFrames, Pose
 from stereotrack_core.body.skeleton import FOREARMS, TORSO, UPPER_ARMS
 from stereotrack_core.body.surface import nearest_on_surface
-from stereotrack_core.depth.cloud import Cloud
+from stereotrack_core.depth.cloud import Cloud, ViewDepth
 from stereotrack_core.geometry.rotation import angle_between
 from stereotrack_core.tracking.arm_search.arms import (
     LEFT,
@@ -34,7 +34,6 @@ from stereotrack_core.tracking.arm_search.picture import (
     seen_pictures,
 )
 from stereotrack_core.tracking.arm_search.score import (
-    Scene,
     anatomy_cost,
     arm_distances,
     change_cost,
@@ -91,6 +90,8 @@ class Evidence:
         From torso, head and legs.
     shapes : tuple of ArmShape
         Of the left and the right arm, from where the shoulders are.
+    frames : PartFrames
+        Of the present pose; proposals are in its torso's frame.
     weight : float
         Of one datum, so that at most the wanted number counts.
     pictures : tuple of SeenPicture
@@ -100,7 +101,8 @@ class Evidence:
     points: FloatArray
     body_distance: FloatArray
     shapes: tuple[ArmShape, ArmShape]
-    scene: Scene
+    frames: PartFrames
+    depths: tuple[ViewDepth, ...]
     weight: float
     pictures: tuple[SeenPicture, ...]
 
@@ -146,7 +148,8 @@ class ArmSearch:
             np.ascontiguousarray(torso[near]),
             np.abs(feet.distance),
             shapes,
-            Scene.of(cloud, self.body, frames),
+            frames,
+            tuple(cloud.depths.values()),
             min(1.0, _MOST_DATA / max(1, len(near))),
             seen_pictures(cloud, _PICTURE_STEP) if self.parameters.picture_cost > 0.0 else (),
         )
@@ -224,7 +227,7 @@ class ArmSearch:
         return {
             "data": evidence.weight * explained,
             "sight": self._sight(evidence, shape, arms),
-            "anatomy": anatomy_cost(evidence.scene, shape, arms),
+            "anatomy": anatomy_cost(self.body, shape, arms),
             "change": change_cost(expected, arms),
         }
 
@@ -316,13 +319,14 @@ class ArmSearch:
         self, evidence: Evidence, shape: ArmShape, arms: Arms, expected: Arms
     ) -> FloatArray:
         seen = self._sight(evidence, shape, arms)
-        natural = anatomy_cost(evidence.scene, shape, arms)
+        natural = anatomy_cost(self.body, shape, arms)
         change = change_cost(expected, arms)
         own = seen + natural + change
         return own - change + _NATURAL * natural if self._free else own
 
     def _sight(self, evidence: Evidence, shape: ArmShape, arms: Arms) -> FloatArray:
-        return self.parameters.sight_cost * sight_cost(evidence.scene, shape, arms)
+        seen = sight_cost(evidence.frames, evidence.depths, shape, arms)
+        return self.parameters.sight_cost * seen
 
     def _distances(self, evidence: Evidence, shape: ArmShape, arms: Arms) -> FloatArray:
         result = np.empty((len(arms), len(evidence.points)))

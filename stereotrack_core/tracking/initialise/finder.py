@@ -13,7 +13,7 @@ from stereotrack_core.body.skeleton import FOREARMS, UPPER_ARMS
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.geometry.rotation import angle_between, vector_from_rotation
 from stereotrack_core.tracking.arm_search.arms import arm_of_pose
-from stereotrack_core.tracking.arm_search.score import Scene, anatomy_cost
+from stereotrack_core.tracking.arm_search.score import anatomy_cost
 from stereotrack_core.tracking.arm_search.search import ArmSearch, Evidence
 from stereotrack_core.tracking.correspondences import DataToModel
 from stereotrack_core.tracking.estimator import Measurements
@@ -146,9 +146,8 @@ class PoseFinder:
     def _unnatural(self, pose: Pose, cloud: Cloud) -> float:
         body = self.setup.body
         frames = body.frames(pose)
-        scene = Scene.of(cloud, body, frames)
         shapes = self._arms.placed_shapes(frames)
-        arms = [anatomy_cost(scene, s, arm_of_pose(frames, s.side))[0] for s in shapes]
+        arms = [anatomy_cost(body, s, arm_of_pose(frames, s.side))[0] for s in shapes]
         facing = facing_cost(body, pose, cloud.points, self.setup.cameras)
         return _NATURAL_ARMS * float(np.sum(arms)) + facing
 

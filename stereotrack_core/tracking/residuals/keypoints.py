@@ -221,31 +221,18 @@ class DetectionObservation:
         return detection_residuals(self.detections, body, pose, self.gate)
 
 
-class DetectionSensor:
-    """Takes the detections that came with a frame, and makes those the parameters ask for.
+def detections_in(cloud: Cloud, detect: str) -> tuple[Detection, ...]:
+    """Detections that came with a frame, and those that the parameter `detect` asks for.
 
     Those that came before the frame's instant correct its prediction, see
     :func:`predicted_by_detections`.
-
-    Parameters
-    ----------
-    detect : str
-        Value of the parameter.
-    gate : float, metres
-        Beyond, a detection is rejected.
     """
-
-    def __init__(self, detect: str, gate: float) -> None:
-        self._detect, self._gate = detect, gate
-
-    def observe(self, cloud: Cloud) -> DetectionObservation:
-        """Detect in one cloud."""
-        found = tuple(d for d in cloud.detections if d.time == cloud.frame)
-        if self._detect == "extremities":
-            found += extremities(cloud.points, cloud.frame)
-        elif self._detect == "skin":
-            found += skin_detections(cloud)
-        return DetectionObservation(found, self._gate)
+    found = tuple(d for d in cloud.detections if d.time == cloud.frame)
+    if detect == "extremities":
+        found += extremities(cloud.points, cloud.frame)
+    elif detect == "skin":
+        found += skin_detections(cloud)
+    return found
 
 
 def predicted_by_detections(

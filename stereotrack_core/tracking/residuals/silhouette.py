@@ -198,7 +198,7 @@ def contours_of(
 
 @dataclass(frozen=True, eq=False)
 class SilhouetteObservation:
-    """The edges of one instant.
+    """The edges of one instant, against which outlines are measured.
 
     Attributes
     ----------
@@ -222,17 +222,6 @@ class SilhouetteObservation:
         feet = ClosestPoints(seen.cone, seen.distance, seen.foot, seen.direction)
         data = seen.foot + seen.distance[:, None] * seen.direction
         return (residual_of_closest(data, parts_of_cones(body, seen.cone), feet, frames, trust),)
-
-
-@dataclass(frozen=True)
-class SilhouetteSensor:
-    """Measures outlines where views know the person's, with this standard deviation in metres."""
-
-    sigma: float
-
-    def observe(self, cloud: Cloud) -> SilhouetteObservation:
-        """Measure the distances from the edges of one instant."""
-        return SilhouetteObservation(edge_maps(cloud), self.sigma)
 
 
 @numba.njit(cache=True, nogil=True, inline="always")  # type: ignore[untyped-decorator]

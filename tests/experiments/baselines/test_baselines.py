@@ -166,7 +166,7 @@ def test_the_covariance_stays_symmetric_and_positive(name):
 class Pointing:
     """A sensor that says which way the left forearm points, in the upper arm's frame."""
 
-    def observe(self, cloud):
+    def __call__(self, cloud):
         return self
 
     def residuals(self, body, pose):

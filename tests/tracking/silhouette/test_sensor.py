@@ -16,7 +16,6 @@ from stereotrack_core.body.skeleton import LEFT_FOREARM, LEFT_UPPER_ARM
 from stereotrack_core.tracking.residuals.silhouette import (
     MEASURED_PARTS,
     SilhouetteObservation,
-    SilhouetteSensor,
     contours_of,
     edge_maps,
 )
@@ -257,13 +256,15 @@ def test_margins_shift_the_edge_that_is_expected(edges):
 def test_clouds_without_silhouettes_give_no_residuals(clouds):
     depths = {n: dataclasses.replace(d, outline=None) for n, d in clouds["t"].depths.items()}
     cloud = dataclasses.replace(clouds["t"], depths=depths)
-    assert SilhouetteSensor(SIGMA).observe(cloud).residuals(BODY, POSES["t"]) == ()
-    (full,) = SilhouetteSensor(SIGMA).observe(clouds["t"]).residuals(BODY, POSES["t"])
+    assert SilhouetteObservation(edge_maps(cloud), SIGMA).residuals(BODY, POSES["t"]) == ()
+    (full,) = SilhouetteObservation(edge_maps(clouds["t"]), SIGMA).residuals(BODY, POSES["t"])
     assert len(full.distance) > 150
 
 
 def test_an_empty_room_gives_no_residuals():
-    assert SilhouetteSensor(SIGMA).observe(cloud_seen([])).residuals(BODY, POSES["t"]) == ()
+    assert SilhouetteObservation(edge_maps(cloud_seen([])), SIGMA).residuals(BODY, POSES["t"]) == ()
     post = [(np.eye(3), np.array([1.2, 0.0, 0.2]), 0.1, 0.1, 1.0, 1.0, False)]
-    (residual,) = SilhouetteSensor(SIGMA).observe(cloud_seen(post)).residuals(BODY, POSES["t"])
+    (residual,) = SilhouetteObservation(edge_maps(cloud_seen(post)), SIGMA).residuals(
+        BODY, POSES["t"]
+    )
     assert len(residual.distance) < 10
