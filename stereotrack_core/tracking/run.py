@@ -26,7 +26,11 @@ from stereotrack_core.recording.reader import FrameReader, has_colours
 from stereotrack_core.recording.selection import usable_views
 from stereotrack_core.tracking.estimate import Estimate, Tracker
 from stereotrack_core.tracking.frame import Origin, Run, TrackedFrame, run_of
-from stereotrack_core.tracking.initialise.first_pose import first_pose_from_images, first_pose_in
+from stereotrack_core.tracking.initialise.first_pose import (
+    first_pose_from_images,
+    first_pose_in,
+    shape_in,
+)
 from stereotrack_core.tracking.initialise.seeds import t_pose_in_cloud
 from stereotrack_core.tracking.lengths_fit import (
     EstimatedLengths,
@@ -34,14 +38,12 @@ from stereotrack_core.tracking.lengths_fit import (
     lengths_by_height,
 )
 from stereotrack_core.tracking.parameters import TrackingParameters
-from stereotrack_core.tracking.residuals.silhouette import edge_maps
 from stereotrack_core.tracking.run_checks import with_warnings
 from stereotrack_core.tracking.run_spec import RunSpec
-from stereotrack_core.tracking.shape_fit import SeenPose, fitted_shape
 from stereotrack_core.tracking.shared_clouds import CloudSource, read_cloud
 from stereotrack_core.tracking.smoothing import error_state_of, smoothed
 from stereotrack_core.tracking.stored import subject_of_meta
-from stereotrack_core.tracking.tracker import PersonTracker, seeker_for, tracker_for
+from stereotrack_core.tracking.tracker import PersonTracker, initialiser_for, tracker_for
 from stereotrack_core.tracking.unfinished import Checkpoint, RunKeeper, UnfinishedRun, recall
 
 FIT_FRAMES = 12
@@ -52,9 +54,6 @@ _LOOK_AHEAD = 5
 
 LENGTH_FRAMES = 600
 """Frames, the first ones, from which lengths are estimated."""
-
-_LEAST_SETTLED = 3
-"""Frames without which a fit would be worse than the default shape."""
 
 _AHEAD = 2
 """Clouds that are made while the tracker works on an earlier one."""
@@ -281,27 +280,10 @@ class Pipeline:
 
     def fit_shape(self, frames: range) -> BodyShape:
         """Follow the first frames in which somebody is there, and fit the shape to them."""
-        p = self.settings.tracking
-        tracker = self._seeker()
-        seen: list[SeenPose] = []
-        for cloud in self._first_clouds(frames):
-            if not seen:
-                tracker.start(self.first_pose(cloud))
-            self.before_step(cloud)
-            estimate = tracker.step(cloud)
-            if estimate.tracked:
-                seen.append(
-                    SeenPose(
-                        tracker.leader.correspondences.choose(cloud),
-                        estimate.pose,
-                        edge_maps(cloud),
-                    )
-                )
-        settled = seen[len(seen) // 3 :: 2]
-        if len(settled) >= _LEAST_SETTLED:
-            lengths = self.body.skeleton.proportions
-            self.shape = fitted_shape(lengths, self.settings.body, settled, p, tracker.setup.joints)
-            self.body = body_model(lengths, self.shape)
+        clouds, body = self._first_clouds(frames), self.settings.body
+        found = shape_in(self._initialiser(), clouds, body, self.first_pose, self.before_step)
+        if found is not None:
+            self.shape, self.body = found, body_model(self.body.skeleton.proportions, found)
             self.tracker = self._tracker()
         return self.shape
 
@@ -320,17 +302,19 @@ class Pipeline:
 
     def _look_for_pose(self, clouds: Sequence[Cloud]) -> Pose | None:
         if self._follows_data:
-            return first_pose_in(self._seeker(), clouds, self.settings.body)
+            return first_pose_in(self._initialiser(), clouds, self.settings.body)
         frames, known = [cloud.frame for cloud in clouds], self._asked or range(0)
-        return first_pose_from_images(self._seeker(), self.reader, self.views, frames, known)
+        return first_pose_from_images(self._initialiser(), self.reader, self.views, frames, known)
 
     @property
     def _follows_data(self) -> bool:
         """Whether the tracker is one that can look for poses."""
         return self.settings.tracking.matching == "data_to_model"
 
-    def _seeker(self) -> PersonTracker:
-        return seeker_for(self.body, self.settings, self._cameras, self.recording, self.spec.seed)
+    def _initialiser(self) -> PersonTracker:
+        return initialiser_for(
+            self.body, self.settings, self._cameras, self.recording, self.spec.seed
+        )
 
     def _tracker(self) -> Tracker:
         return tracker_for(

@@ -114,7 +114,7 @@ class PersonTracker:
         self._cost = self._doubt = 0.0
         self._rivals: list[Candidate] = []
 
-    def seek(self) -> None:
+    def reinitialise(self) -> None:
         """Know nothing: the next cloud that shows somebody is searched."""
         self.start(self.pose)
         self._present = False
@@ -135,7 +135,7 @@ class PersonTracker:
         if estimate.tracked:
             self.leader.correspondences.learn(self.pose, estimate.unexplained_fraction)
         else:
-            self.seek()
+            self.reinitialise()
         return estimate
 
     def memory(self) -> Memory:
@@ -167,7 +167,7 @@ class PersonTracker:
             best, *others = found
             self.start(best.pose, cloud.frame)
             if trace is not None:
-                trace.sought()
+                trace.reinitialised()
             self._cost, self._unchanged = best.cost, 0
             self._rivals = others[:_RIVALS]
 
@@ -275,7 +275,7 @@ def tracker_for(
     return PersonTracker(PoseFilter(setup, estimator, correspondences, listens=True))
 
 
-def seeker_for(
+def initialiser_for(
     body: BodyModel, settings: Settings, cameras: FloatArray, recording: Recording, seed: int
 ) -> PersonTracker:
     """A tracker that only looks for first poses: without colours and detections between frames.
@@ -286,9 +286,9 @@ def seeker_for(
     p = settings.tracking
     if p.matching == "model_to_data":
         p, body = TrackingParameters(), body_model(proportions_of(recording.subject))
-    return seeker(Setup(body, p, cameras, recording.fps, seed, Volume.of(settings.depth)))
+    return initialiser(Setup(body, p, cameras, recording.fps, seed, Volume.of(settings.depth)))
 
 
-def seeker(setup: Setup) -> PersonTracker:
+def initialiser(setup: Setup) -> PersonTracker:
     """A tracker of the iterated estimator alone."""
     return PersonTracker(PoseFilter(setup, IteratedEstimator(setup), DataToModel(setup)))

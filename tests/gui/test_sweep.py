@@ -68,7 +68,8 @@ def test_values_are_added_by_keys_and_taken_away(shown, qtbot):
 def request_for(recording, tmp_path):
     return SweepRequest(
         recordings=(recording,), seeds="0,1", grid=("iterations=2,3",), frames="0:3",
-        table=tmp_path / "a.csv", preset="fast", changes=("max_correspondence_distance=0.2",), workers=2,
+        table=tmp_path / "a.csv", preset="fast", workers=2,
+        changes=("max_correspondence_distance=0.2",),
     )  # fmt: skip
 
 

@@ -136,7 +136,7 @@ def test_a_frame_with_nothing_in_it_has_a_prediction_and_no_correction():
 
 def test_a_person_who_has_to_be_looked_for_is_said_to_be():
     tracker, cloud = followed("fast", frames=1)
-    tracker.seek()
+    tracker.reinitialise()
     trace = look_inside(tracker, cloud)
     assert any("re-initialised" in note for note in trace.notes)
     assert trace.estimate.tracked
