@@ -1,6 +1,6 @@
 """Parameters that are declared once.
 
-A parameter is a field of a frozen dataclass made by :func:`parameter`. Validation, the
+A parameter is a field of a frozen dataclass made by :func:`parameter`. Validation, presets, the
 command line's ``--set``, the tuning panel and the documentation are generated from that row.
 """
 
@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import Any, TypeVar, get_type_hints
@@ -44,9 +44,9 @@ class ParameterRow:
         Heading in the panel and the documentation.
     help : str
         One sentence that says what it does.
-    thesis : Value or None
-        Value of preset ``thesis`` where the thesis decides it, by section 4.2.1 or by its method;
-        None where it leaves that open: the default holds there.
+    presets : mapping from a preset's name to its value
+        Where it is not the default. That of ``thesis`` also where the thesis decides it, by
+        section 4.2.1 or by its method, and it is the default.
     """
 
     name: str
@@ -58,7 +58,12 @@ class ParameterRow:
     choices: tuple[str, ...]
     group: str
     help: str
-    thesis: Value | None
+    presets: Mapping[str, Value] = dataclasses.field(default_factory=dict)
+
+    @property
+    def thesis(self) -> Value | None:
+        """What the thesis says; None where it leaves that open."""
+        return self.presets.get("thesis")
 
     def checked(self, value: Value) -> Value:
         """Return `value` in the row's type, or raise :class:`InputError`."""
@@ -123,26 +128,29 @@ def _as_bool(value: Value) -> bool:
 
 def parameter(
     default: Value,
-    help: str,  # noqa: A002 - the row's own word
-    *,
     group: str,
+    within: tuple[float | None, float | None] = (None, None),
+    *,
     unit: str = "",
-    minimum: float | None = None,
-    maximum: float | None = None,
     choices: tuple[str, ...] = (),
     thesis: Value | None = None,
-) -> Any:
-    """Declare one parameter as a dataclass field; see :class:`ParameterRow`."""
+    fast: Value | None = None,
+) -> Callable[[str], Any]:
+    """Declare one parameter as a dataclass field; what is returned is given the help.
+
+    See :class:`ParameterRow`; `within` is the closed range that is accepted.
+    """
+    minimum, maximum = within
+    presets = {"thesis": thesis, "fast": fast}
     row = {
         "unit": unit,
         "minimum": minimum,
         "maximum": maximum,
         "choices": choices,
         "group": group,
-        "help": help,
-        "thesis": thesis,
+        "presets": {name: value for name, value in presets.items() if value is not None},
     }
-    return dataclasses.field(default=default, metadata={_ROW: row})
+    return lambda text: dataclasses.field(default=default, metadata={_ROW: row | {"help": text}})
 
 
 @dataclass(frozen=True)

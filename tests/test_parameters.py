@@ -13,17 +13,15 @@ from stereotrack_core.parameters import ParameterGroup, parameter, parsed_settin
 
 @dataclass(frozen=True)
 class Inner(ParameterGroup):
-    width: float = parameter(
-        0.5, "Width.", group="Shape", unit="m", minimum=0.1, maximum=2.0, thesis=0.4
-    )
-    kind: str = parameter("round", "Kind.", group="Shape", choices=("round", "flat"))
+    width: float = parameter(0.5, "Shape", (0.1, 2.0), unit="m", thesis=0.4)("Width.")
+    kind: str = parameter("round", "Shape", choices=("round", "flat"))("Kind.")
 
 
 @dataclass(frozen=True)
 class Outer(ParameterGroup):
-    count: int = parameter(4, "Count.", group="Frame metrics", minimum=1)
-    gain: float = parameter(1.0, "Gain.", group="Frame metrics")
-    on: bool = parameter(True, "Switch.", group="Frame metrics")
+    count: int = parameter(4, "Frame metrics", (1, None))("Count.")
+    gain: float = parameter(1.0, "Frame metrics")("Gain.")
+    on: bool = parameter(True, "Frame metrics")("Switch.")
     inner: Inner = dataclasses.field(default_factory=Inner)
 
 

@@ -9,7 +9,7 @@ takes about half an hour.
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -21,8 +21,7 @@ from stereotrack_core.body.skeleton import FOREARMS, UPPER_ARMS
 from stereotrack_core.evaluation.errors import errors_against
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.simulation.make import simulate
-from stereotrack_core.tracking.failure.classifier import LOST_DEG, with_neighbours
-from stereotrack_core.tracking.failure.features import FEATURES
+from stereotrack_core.tracking.failure.features import FEATURES, LOST_DEG, with_neighbours
 from stereotrack_core.tracking.frame import TrackedFrame
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run import track
@@ -30,6 +29,17 @@ from stereotrack_core.tracking.run_spec import RunSpec
 
 PRESETS = ("accurate", "fast", "ekf", "thesis")
 WRITTEN = Path(__file__).parents[1] / "stereotrack_core/tracking/failure/coefficients.py"
+
+HEAD = '''"""Written by ``tools/fit_lost_limbs.py``: coefficients of upper arms and of forearms."""
+
+CONSTANTS = ({first:.4f}, {second:.4f})
+
+SLOPES = {{
+'''
+TAIL = '''
+}
+"""By feature: upper arm and forearm, by their own value and by their neighbour's."""
+'''
 
 SHRINKAGE = 3.0
 """Examples that speak for slopes of 0 in units of the signs' own spread."""
@@ -100,26 +110,26 @@ def examples(place: Path, used: str, views: str) -> tuple[FloatArray, FloatArray
     return np.array([judged[int(errors.frame[k])] for k in known]), degrees
 
 
-def fitted_by_limb(signs: FloatArray, degrees: FloatArray) -> dict[str, FloatArray]:
-    """Coefficients (1 + 2 S,) by the name of their constant."""
-    result = {}
+def fitted_by_limb(signs: FloatArray, degrees: FloatArray) -> list[FloatArray]:
+    """Coefficients (1 + 2 S,) of upper arms and of forearms."""
+    result = []
     signs = with_neighbours(signs)
-    for name, limbs in (("UPPER_ARM", UPPER_ARMS), ("FOREARM", FOREARMS)):
+    for limbs in (UPPER_ARMS, FOREARMS):
         rows = signs[:, list(limbs)].reshape(-1, signs.shape[-1])
         error = degrees[:, list(limbs)].ravel()
         known = np.isfinite(error) & np.isfinite(rows).all(axis=1)
-        result[name] = fitted(rows[known], error[known] > LOST_DEG, SHRINKAGE)
+        result.append(fitted(rows[known], error[known] > LOST_DEG, SHRINKAGE))
     return result
 
 
-def written(coefficients: Mapping[str, FloatArray]) -> str:
+def written(coefficients: Sequence[FloatArray]) -> str:
     """Text of the module that holds them."""
-    lines = ['"""Written by ``tools/fit_lost_limbs.py``: a constant, a slope per sign."""']
-    names = ("constant", *FEATURES, *(f"{sign} of the neighbour" for sign in FEATURES))
-    for name, values in coefficients.items():
-        rows = [f"    {value:.4f},  # {sign}" for value, sign in zip(values, names, strict=True)]
-        lines += ["", f"{name} = (", *rows, ")"]
-    return "\n".join(lines) + "\n"
+    (first, *upper), (second, *fore) = coefficients
+    count, lines = len(FEATURES), []
+    for k, name in enumerate(FEATURES):
+        values = upper[k], fore[k], upper[count + k], fore[count + k]
+        lines.append(f'    "{name}": ({", ".join(f"{value:.4f}" for value in values)}),')
+    return HEAD.format(first=first, second=second) + "\n".join(lines) + TAIL
 
 
 if __name__ == "__main__":

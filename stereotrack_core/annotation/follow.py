@@ -39,35 +39,19 @@ the patch was off by 0.5 px in the median after 20 frames, and by 5 px in one ca
 class FollowSettings(ParameterGroup):
     """How a patch is followed, and when it counts as lost."""
 
-    follow_window: int = parameter(
-        13,
-        "Side of the patch in images of 480 lines; scaled for larger images.",
-        group=_GROUP,
-        unit="px",
-        minimum=7,
-        maximum=61,
+    follow_window: int = parameter(13, _GROUP, (7, 61), unit="px")(
+        "Side of the patch in images of 480 lines; scaled for larger images."
     )
-    follow_levels: int = parameter(
-        3, "Levels of the image pyramid above the first.", group=_GROUP, minimum=0, maximum=6
+    follow_levels: int = parameter(3, _GROUP, (0, 6))(
+        "Levels of the image pyramid above the first."
     )
-    follow_back: float = parameter(
-        1.0,
-        "Largest distance from the start after one step forward and back, at 480 lines.",
-        group=_GROUP,
-        unit="px",
-        minimum=0.1,
-        maximum=20.0,
+    follow_back: float = parameter(1.0, _GROUP, (0.1, 20.0), unit="px")(
+        "Largest distance from the start after one step forward and back, at 480 lines."
     )
-    follow_score: float = parameter(
-        0.8,
-        "Smallest correlation with the clicked patch.",
-        group=_GROUP,
-        minimum=0.0,
-        maximum=1.0,
+    follow_score: float = parameter(0.8, _GROUP, (0.0, 1.0))(
+        "Smallest correlation with the clicked patch."
     )
-    follow_frames: int = parameter(
-        30, "Largest number of frames to follow.", group=_GROUP, minimum=1, maximum=100000
-    )
+    follow_frames: int = parameter(30, _GROUP, (1, 100000))("Largest number of frames to follow.")
 
 
 @dataclass(frozen=True, eq=False)

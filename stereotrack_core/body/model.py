@@ -10,8 +10,7 @@ import numpy as np
 
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 from stereotrack_core.body.angles import ALL_JOINTS, THESIS_JOINTS
-from stereotrack_core.body.outline_parameters import OutlineParameters
-from stereotrack_core.body.parameters import BodyParameters
+from stereotrack_core.body.parameters import BodyParameters, BodyShape
 from stereotrack_core.body.pose import REST, PartFrames, Pose, part_frames
 from stereotrack_core.body.proportions import AVERAGE, Proportions
 from stereotrack_core.body.skeleton import (
@@ -36,7 +35,7 @@ OUTLINE_NAMES: tuple[tuple[str, str], ...] = (
     *[("outline_upper_arm", "outline_upper_arm")] * 2,
     *[("outline_forearm", "outline_forearm"), ("outline_hand", "outline_hand")] * 2,
 )
-"""Parameters of the outline along x and y of the thesis's 11 cones; legs are not measured."""
+"""Margins of the outline along x and y of the thesis's 11 cones; legs are not measured."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,11 +115,11 @@ def body_cones(proportions: Proportions, parameters: BodyParameters) -> Cones:
         flatness=np.array([row.flatness for row in rows]),
         round_base=np.array([row.round_base for row in rows]),
         round_end=np.array([row.round_end for row in rows]),
-        outline=_outline(parameters.outline, len(rows)),
+        outline=_outline(BodyShape.of(parameters), len(rows)),
     )
 
 
-def _outline(margins: OutlineParameters, count: int) -> FloatArray:
+def _outline(margins: BodyShape, count: int) -> FloatArray:
     outline = np.zeros((count, 2))
     known = [[getattr(margins, name) for name in pair] for pair in OUTLINE_NAMES]
     outline[: len(known)] = known

@@ -1,9 +1,9 @@
 """Parameters of the body's shape; lengths come from the subject."""
 
-import dataclasses
+from __future__ import annotations
+
 from dataclasses import dataclass
 
-from stereotrack_core.body.outline_parameters import OutlineParameters
 from stereotrack_core.parameters import ParameterGroup, parameter
 
 _GROUP = "Body"
@@ -14,101 +14,83 @@ class BodyParameters(ParameterGroup):
     """Shape of the cones, for a person of average size; they grow with the proportions."""
 
     proportions: str = parameter(
-        "individual",
-        "Segment lengths: of the recording's subject file, average lengths, or estimated from the "
-        "sequence (its first part is then tracked twice).",
-        group=_GROUP,
-        choices=("individual", "average", "sequence"),
-        thesis="individual",
+        "individual", _GROUP, choices=("individual", "average", "sequence"), thesis="individual"
+    )(
+        "Segment lengths: of the recording's subject file, average lengths, or estimated from "
+        "the sequence (its first part is then tracked twice)."
     )
-    legs: bool = parameter(
-        True,
-        "Add cones for the legs, so that leg points are not assigned to other parts.",
-        group=_GROUP,
-        thesis=False,
+    legs: bool = parameter(True, _GROUP, thesis=False)(
+        "Add cones for the legs, so that leg points are not assigned to other parts."
     )
-    girdle: bool = parameter(
-        True,
+    girdle: bool = parameter(True, _GROUP, thesis=False, fast=False)(
         "Let the shoulders be raised, protracted and retracted. Otherwise they are fixed to the "
-        "torso.",
-        group=_GROUP,
-        thesis=False,
+        "torso."
     )
-    torso_radius_low: float = parameter(
-        0.165, "Radius of the torso at the hips.", group=_GROUP, unit="m", minimum=0.05, maximum=0.4
+    torso_radius_low: float = parameter(0.165, _GROUP, (0.05, 0.4), unit="m")(
+        "Radius of the torso at the hips."
     )
-    torso_radius_high: float = parameter(
-        0.175,
-        "Radius of the torso at the shoulders.",
-        group=_GROUP,
-        unit="m",
-        minimum=0.05,
-        maximum=0.4,
+    torso_radius_high: float = parameter(0.175, _GROUP, (0.05, 0.4), unit="m")(
+        "Radius of the torso at the shoulders."
     )
-    torso_flatness: float = parameter(
-        0.62, "Depth of the torso relative to its width.", group=_GROUP, minimum=0.3, maximum=1.0
+    torso_flatness: float = parameter(0.62, _GROUP, (0.3, 1.0))(
+        "Depth of the torso relative to its width."
     )
-    torso_forward_low: float = parameter(
-        0.03,
-        "Forward offset of the torso centre at the hips.",
-        group=_GROUP,
-        unit="m",
-        minimum=-0.2,
-        maximum=0.2,
-        thesis=0.0,
+    torso_forward_low: float = parameter(0.03, _GROUP, (-0.2, 0.2), unit="m", thesis=0.0)(
+        "Forward offset of the torso centre at the hips."
     )
-    torso_forward_high: float = parameter(
-        0.015,
-        "Forward offset of the torso centre at the shoulders.",
-        group=_GROUP,
-        unit="m",
-        minimum=-0.2,
-        maximum=0.2,
-        thesis=0.0,
+    torso_forward_high: float = parameter(0.015, _GROUP, (-0.2, 0.2), unit="m", thesis=0.0)(
+        "Forward offset of the torso centre at the shoulders."
     )
-    shoulder_rise: float = parameter(
-        0.0,
-        "Height of the shoulder cones above the shoulder joints.",
-        group=_GROUP,
-        unit="m",
-        minimum=-0.2,
-        maximum=0.2,
+    shoulder_rise: float = parameter(0.0, _GROUP, (-0.2, 0.2), unit="m")(
+        "Height of the shoulder cones above the shoulder joints."
     )
-    shoulder_radius_factor: float = parameter(
-        1.0, "Scale of the shoulder radii.", group=_GROUP, minimum=0.3, maximum=3.0
+    shoulder_radius_factor: float = parameter(1.0, _GROUP, (0.3, 3.0))(
+        "Scale of the shoulder radii."
     )
-    head_rise: float = parameter(
-        0.0,
-        "Height of the widest point of the head above the head landmark.",
-        group=_GROUP,
-        unit="m",
-        minimum=-0.2,
-        maximum=0.2,
+    head_rise: float = parameter(0.0, _GROUP, (-0.2, 0.2), unit="m")(
+        "Height of the widest point of the head above the head landmark."
     )
-    head_radius_factor: float = parameter(
-        1.0, "Scale of the head radii.", group=_GROUP, minimum=0.3, maximum=3.0
+    head_radius_factor: float = parameter(1.0, _GROUP, (0.3, 3.0))("Scale of the head radii.")
+    leg_forward: float = parameter(0.015, _GROUP, (-0.2, 0.2), unit="m")(
+        "Forward offset of the leg centre at hips and knees."
     )
-    leg_forward: float = parameter(
-        0.015,
-        "Forward offset of the leg centre at hips and knees.",
-        group=_GROUP,
-        unit="m",
-        minimum=-0.2,
-        maximum=0.2,
+    head_forward: float = parameter(0.015, _GROUP, (-0.2, 0.2), unit="m", thesis=0.0)(
+        "Forward offset of the head centre at the neck."
     )
-    head_forward: float = parameter(
-        0.015,
-        "Forward offset of the head centre at the neck.",
-        group=_GROUP,
-        unit="m",
-        minimum=-0.2,
-        maximum=0.2,
-        thesis=0.0,
+    arm_radius_factor: float = parameter(1.0, _GROUP, (0.3, 3.0))(
+        "Scale of the radii of arms and hands."
     )
-    arm_radius_factor: float = parameter(
-        1.0, "Scale of the radii of arms and hands.", group=_GROUP, minimum=0.3, maximum=3.0
-    )
-    leg_radius_factor: float = parameter(
-        1.0, "Scale of the leg radii.", group=_GROUP, minimum=0.3, maximum=3.0
-    )
-    outline: OutlineParameters = dataclasses.field(default_factory=OutlineParameters)
+    leg_radius_factor: float = parameter(1.0, _GROUP, (0.3, 3.0))("Scale of the leg radii.")
+
+
+def _margin(what: str) -> float:
+    text = f"Distance of the contour from the surface, outwards: {what}."
+    margin: float = parameter(-0.008, "Body contour", (-0.1, 0.1), unit="m")(text)
+    return margin
+
+
+@dataclass(frozen=True)
+class BodyShape(BodyParameters):
+    """Shape of one person: also how far contours in the images lie off the surface of the clouds.
+
+    These margins are not set by anybody: they are fitted, with the surface, to the first frames.
+    """
+
+    outline_torso_side: float = _margin("torso, lateral")
+    outline_torso_front: float = _margin("torso, front and back")
+    outline_shoulder_top: float = _margin("shoulders, top")
+    outline_shoulder_front: float = _margin("shoulders, front and back")
+    outline_jaw_side: float = _margin("lower head, lateral")
+    outline_jaw_front: float = _margin("lower head, front and back")
+    outline_head_side: float = _margin("upper head, lateral")
+    outline_head_front: float = _margin("upper head, front and back")
+    outline_upper_arm: float = _margin("upper arms")
+    outline_forearm: float = _margin("forearms")
+    outline_hand: float = _margin("hands")
+
+    @staticmethod
+    def of(parameters: BodyParameters) -> BodyShape:
+        """The shape that parameters state, with average margins where they know none."""
+        if isinstance(parameters, BodyShape):
+            return parameters
+        return BodyShape().replaced(**parameters.values())

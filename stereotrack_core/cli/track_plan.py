@@ -101,7 +101,7 @@ def _plan_like(args: Namespace, recording: Recording) -> TrackPlan:
     run = read_run(args.like)
     stored = stored_spec(run)
     said = _said(args)
-    for sentence in (*what_differs(run, recording), *stored.notes):
+    for sentence in what_differs(run, recording):
         say(f"{args.like}: {sentence}")
     if said:
         say(f"Taken from the command line instead of the run: {', '.join(said)}.")
@@ -142,7 +142,7 @@ def _plan_resumed(args: Namespace, recording: Recording, output: UnfinishedOutpu
     stored = stored_spec(run)
     views = usable_views(recording, stored.spec.views)
     detections, heard_else = stored.detections_in(recording)
-    foreign = [*other_files(run, recording), *stored.notes, *([heard_else] if heard_else else [])]
+    foreign = [*other_files(run, recording), *([heard_else] if heard_else else [])]
     if foreign or not stored.states_first_pose:
         raise InputError(
             "the unfinished run cannot be resumed here" + (f": {foreign[0]}" if foreign else ""),

@@ -13,6 +13,13 @@ from stereotrack_core.depth.match import Region, changed_region
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.sources import DepthSource, StereoSource
 
+_VALID_ABOVE = 0.5
+"""How often a pixel's disparity must have been valid for its background to be known."""
+
+_HALO_CONTRAST = 6
+"""Grey levels by which a pixel that shows the person differs from the background image: above the
+noise of both."""
+
 
 @dataclass(frozen=True, eq=False)
 class BackgroundModel:
@@ -196,7 +203,7 @@ class ViewBackground:
     def _set(self, model: BackgroundModel) -> None:
         p = self._p
         self.model = model
-        self._limit = model.limit(p.background_threshold, p.background_valid_above)
+        self._limit = model.limit(p.background_threshold, _VALID_ABOVE)
         if self._picture is not None:
             known = np.isfinite(self._limit)
             disparity = np.where(known, model.disparity, np.float32(np.nan))
@@ -242,7 +249,7 @@ class ViewBackground:
         difference = cv2.absdiff(
             cv2.GaussianBlur(now, (5, 5), 0), cv2.GaussianBlur(before, (5, 5), 0)
         )
-        differs = (difference > self._p.halo_contrast).astype(np.uint8)
+        differs = (difference > _HALO_CONTRAST).astype(np.uint8)
         size = (self._p.match_window // 2) | 1
         kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
         closed = cv2.morphologyEx(differs, cv2.MORPH_CLOSE, kernel)

@@ -109,6 +109,10 @@ STEPS = 16
 """Disparities are whole numbers of sixteenths of a pixel until they become points."""
 
 _PREFILTER_CAP = 31
+
+_TEXTURE = 10
+"""Least sum over the prefiltered pixels of a window; less is noise."""
+
 # StereoBM takes its parabola's vertex in 1/256 px and adds 15 before it drops the last four
 # bits: it rounds up. 7.5/256 px is what that adds on average, 8 mm at 3.6 m.
 _BLOCK_MATCHER_ROUNDS_UP = 7.5 / 256
@@ -238,7 +242,7 @@ def _block_matcher(p: DepthParameters, disparities: DisparityRange) -> cv2.Stere
     # XSOBEL is 1, NORMALIZED_RESPONSE 0; their names differ between versions of OpenCV.
     matcher.setPreFilterType(1 if p.edge_images else 0)
     matcher.setPreFilterCap(_PREFILTER_CAP)
-    matcher.setTextureThreshold(p.match_texture)
+    matcher.setTextureThreshold(_TEXTURE)
     matcher.setUniquenessRatio(p.match_uniqueness)
     matcher.setDisp12MaxDiff(p.match_left_right)
     return matcher

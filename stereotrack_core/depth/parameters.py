@@ -20,241 +20,113 @@ class DepthParameters(ParameterGroup):
     The thesis gives no values for this part of the chain beyond the kind of each stage.
     """
 
-    matcher: str = parameter(
-        "bm",
+    matcher: str = parameter("bm", _MATCH, choices=("bm", "sgbm"), thesis="bm")(
         "Block matching, or semi-global matching. The latter finds more points on clothes with "
         "little texture, but on strong texture is biased towards whole-pixel disparities (by up "
-        "to 0.2 px).",
-        group=_MATCH,
-        choices=("bm", "sgbm"),
-        thesis="bm",
+        "to 0.2 px)."
     )
-    disparity_minimum: int = parameter(
-        1, "Smallest disparity searched.", group=_MATCH, unit="px", minimum=0, maximum=512
+    disparity_minimum: int = parameter(1, _MATCH, (0, 512), unit="px")(
+        "Smallest disparity searched."
     )
-    disparity_count: int = parameter(
-        64,
-        "Number of disparities searched, rounded up to a multiple of 16.",
-        group=_MATCH,
-        unit="px",
-        minimum=16,
-        maximum=512,
+    disparity_count: int = parameter(64, _MATCH, (16, 512), unit="px")(
+        "Number of disparities searched, rounded up to a multiple of 16."
     )
-    disparity_from_volume: bool = parameter(
-        True,
-        "Discard disparities closer to the camera than the working volume.",
-        group=_MATCH,
-        thesis=False,
+    disparity_from_volume: bool = parameter(True, _MATCH, thesis=False)(
+        "Discard disparities closer to the camera than the working volume."
     )
-    match_window: int = parameter(
-        11, "Side of the correlation window (odd).", group=_MATCH, unit="px", minimum=5, maximum=51
+    match_window: int = parameter(11, _MATCH, (5, 51), unit="px")(
+        "Side of the correlation window (odd)."
     )
-    least_focal: float = parameter(
-        400.0,
+    least_focal: float = parameter(400.0, _MATCH, (0.0, 4000.0), unit="px", thesis=0.0, fast=0.0)(
         "Images of clearly wider lenses are upsampled to this focal length before matching, at "
-        "most to twice their size, because the matching window is too coarse for arms otherwise.",
-        group=_MATCH,
-        unit="px",
-        minimum=0.0,
-        maximum=4000.0,
-        thesis=0.0,
+        "most to twice their size, because the matching window is too coarse for arms otherwise."
     )
-    low_pass: float = parameter(
-        0.0,
-        "Standard deviation of the low-pass filter before rectification; 0 disables it.",
-        group=_MATCH,
-        unit="px",
-        minimum=0.0,
-        maximum=5.0,
-        thesis=0.8,
+    low_pass: float = parameter(0.0, _MATCH, (0.0, 5.0), unit="px", thesis=0.8)(
+        "Standard deviation of the low-pass filter before rectification; 0 disables it."
     )
-    edge_images: bool = parameter(
-        True,
-        "Match horizontal derivatives, which are insensitive to differences in gain.",
-        group=_MATCH,
-        thesis=False,
+    edge_images: bool = parameter(True, _MATCH, thesis=False)(
+        "Match horizontal derivatives, which are insensitive to differences in gain."
     )
-    match_texture: int = parameter(
-        10,
-        "Minimum texture in the window, as a sum over prefiltered pixels; 0 accepts all.",
-        group=_MATCH,
-        minimum=0,
-        maximum=100000,
+    match_uniqueness: int = parameter(10, _MATCH, (0, 100), unit="%")(
+        "Percentage by which the best match must beat the second best that is not its neighbour."
     )
-    match_uniqueness: int = parameter(
-        10,
-        "Percentage by which the best match must beat the second best that is not its neighbour.",
-        group=_MATCH,
-        unit="%",
-        minimum=0,
-        maximum=100,
-    )
-    match_left_right: int = parameter(
-        1,
+    match_left_right: int = parameter(1, _MATCH, (-1, 64), unit="px", thesis=-1)(
         "Largest difference between right-to-left and left-to-right matching; -1 disables the "
-        "check.",
-        group=_MATCH,
-        unit="px",
-        minimum=-1,
-        maximum=64,
-        thesis=-1,
+        "check."
     )
-    match_region: str = parameter(
-        "changed",
+    match_region: str = parameter("changed", _MATCH, choices=("whole", "changed"), thesis="whole")(
         "Match the whole image, or only regions that differ from the background image (faster; "
-        "elsewhere the disparity of the empty scene is used).",
-        group=_MATCH,
-        choices=("whole", "changed"),
-        thesis="whole",
+        "elsewhere the disparity of the empty scene is used)."
     )
     subpixel: str = parameter(
-        "aligned",
+        "aligned", _MATCH, choices=("matcher", "aligned"), thesis="matcher", fast="matcher"
+    )(
         "Source of subpixel disparities: the matcher's parabola, which is biased towards whole "
         "pixels; or image alignment around every pixel that becomes a point, using only the "
-        "person's pixels (needs the silhouette to exclude the background).",
-        group=_MATCH,
-        choices=("matcher", "aligned"),
-        thesis="matcher",
+        "person's pixels (needs the silhouette to exclude the background)."
     )
-    speckle_size: int = parameter(
-        60,
-        "Remove foreground patches of up to this many pixels; 0 keeps all.",
-        group=_MATCH,
-        unit="px",
-        minimum=0,
-        maximum=100000,
-    )
-    speckle_range: float = parameter(
-        1.0,
-        "Neighbouring pixels whose disparities differ by more than this belong to different "
-        "patches.",
-        group=_MATCH,
-        unit="px",
-        minimum=0.0625,
-        maximum=64.0,
+    speckle_size: int = parameter(60, _MATCH, (0, 100000), unit="px")(
+        "Remove foreground patches of up to this many pixels; 0 keeps all."
     )
     background_mode: str = parameter(
-        "percentile",
+        "percentile", _BACKGROUND, choices=("average", "percentile", "none"), thesis="average"
+    )(
         "How the background is learned where the recording has no background images: running "
-        "average as in the thesis, low percentile over the recording, or none.",
-        group=_BACKGROUND,
-        choices=("average", "percentile", "none"),
-        thesis="average",
+        "average as in the thesis, low percentile over the recording, or none."
     )
-    background_empty_scene: bool = parameter(
-        True, "Use background images where the recording has them.", group=_BACKGROUND
+    background_empty_scene: bool = parameter(True, _BACKGROUND)(
+        "Use background images where the recording has them."
     )
-    background_threshold: float = parameter(
-        1.0,
-        "Foreground is nearer than the background by more than s (3.3).",
-        group=_BACKGROUND,
-        unit="px",
-        minimum=0.0,
-        maximum=64.0,
+    background_threshold: float = parameter(1.0, _BACKGROUND, (0.0, 64.0), unit="px")(
+        "Foreground is nearer than the background by more than s (3.3)."
     )
-    background_rate: float = parameter(
-        0.05,
-        "Learning rate alpha_d of the average disparity.",
-        group=_BACKGROUND,
-        minimum=0.0,
-        maximum=1.0,
+    background_rate: float = parameter(0.05, _BACKGROUND, (0.0, 1.0))(
+        "Learning rate alpha_d of the average disparity."
     )
-    background_validity_rate: float = parameter(
-        0.05,
-        "Learning rate alpha_g of the frequency of valid disparities.",
-        group=_BACKGROUND,
-        minimum=0.0,
-        maximum=1.0,
+    background_validity_rate: float = parameter(0.05, _BACKGROUND, (0.0, 1.0))(
+        "Learning rate alpha_g of the frequency of valid disparities."
     )
-    background_valid_above: float = parameter(
-        0.5,
-        "The background of a pixel is known if its disparity was valid more often than this.",
-        group=_BACKGROUND,
-        minimum=0.0,
-        maximum=1.0,
+    background_percentile: float = parameter(5.0, _BACKGROUND, (0.0, 100.0), unit="%")(
+        "Percentile of a pixel's disparities used as background."
     )
-    background_percentile: float = parameter(
-        5.0,
-        "Percentile of a pixel's disparities used as background.",
-        group=_BACKGROUND,
-        unit="%",
-        minimum=0.0,
-        maximum=100.0,
-    )
-    background_samples: int = parameter(
-        40,
+    background_samples: int = parameter(40, _BACKGROUND, (1, 1000))(
         "Number of frames, spread over the recording, from which the background is learned in "
-        "advance.",
-        group=_BACKGROUND,
-        minimum=1,
-        maximum=1000,
+        "advance."
     )
-    background_doubt: bool = parameter(
-        True,
+    background_doubt: bool = parameter(True, _BACKGROUND, thesis=False)(
         "Use the silhouette (difference from the background image) as evidence: background "
-        "disparities inside it are discarded.",
-        group=_BACKGROUND,
-        thesis=False,
+        "disparities inside it are discarded."
     )
-    outlines: bool = parameter(
-        True,
+    outlines: bool = parameter(True, _BACKGROUND, thesis=False, fast=False)(
         "Find the sharp silhouette contour of the person in the images as a measurement for the "
-        "tracker. Needs a background image or a mask.",
-        group=_BACKGROUND,
-        thesis=False,
+        "tracker. Needs a background image or a mask."
     )
     halo_trim: str = parameter(
-        "outline",
+        "outline", _BACKGROUND, choices=("none", "picture", "outline"), thesis="none", fast="none"
+    )(
         "Remove the border that block matching adds around the person: never; where the image "
         "looks like the background image; or outside the sharp silhouette (border points remain "
-        "available for the arm search, but are not measurements).",
-        group=_BACKGROUND,
-        choices=("none", "picture", "outline"),
-        thesis="none",
+        "available for the arm search, but are not measurements)."
     )
-    halo_contrast: int = parameter(
-        6,
-        "Intensity difference above which a pixel differs from the background image.",
-        group=_BACKGROUND,
-        minimum=1,
-        maximum=255,
+    volume_centre_x: float = parameter(0.0, _VOLUME, unit="m")("Centre of the volume, east.")
+    volume_centre_y: float = parameter(0.0, _VOLUME, unit="m")("Centre of the volume, north.")
+    volume_bottom: float = parameter(0.0, _VOLUME, unit="m")("Lower end of the volume.")
+    volume_x: float = parameter(3.6, _VOLUME, (0.1, None), unit="m")(
+        "Extent of the volume, west to east."
     )
-    volume_centre_x: float = parameter(0.0, "Centre of the volume, east.", group=_VOLUME, unit="m")
-    volume_centre_y: float = parameter(0.0, "Centre of the volume, north.", group=_VOLUME, unit="m")
-    volume_bottom: float = parameter(0.0, "Lower end of the volume.", group=_VOLUME, unit="m")
-    volume_x: float = parameter(
-        3.6, "Extent of the volume, west to east.", group=_VOLUME, unit="m", minimum=0.1
+    volume_y: float = parameter(3.6, _VOLUME, (0.1, None), unit="m")(
+        "Extent of the volume, south to north."
     )
-    volume_y: float = parameter(
-        3.6, "Extent of the volume, south to north.", group=_VOLUME, unit="m", minimum=0.1
+    volume_z: float = parameter(2.4, _VOLUME, (0.1, None), unit="m")("Height of the volume.")
+    pixel_step: int = parameter(2, _CLOUD, (1, 16), unit="px")(
+        "Use every n-th row and column of pixels as points."
     )
-    volume_z: float = parameter(2.4, "Height of the volume.", group=_VOLUME, unit="m", minimum=0.1)
-    pixel_step: int = parameter(
-        2,
-        "Use every n-th row and column of pixels as points.",
-        group=_CLOUD,
-        unit="px",
-        minimum=1,
-        maximum=16,
+    outlier_neighbours: int = parameter(8, _CLOUD, (0, 200))(
+        "Number k of nearest neighbours that must be close; 0 keeps all points."
     )
-    outlier_neighbours: int = parameter(
-        8,
-        "Number k of nearest neighbours that must be close; 0 keeps all points.",
-        group=_CLOUD,
-        minimum=0,
-        maximum=200,
+    outlier_distance: float = parameter(60.0, _CLOUD, (0.1, 10000.0), unit="mm")(
+        "A point is removed if any of its k nearest neighbours is farther away than this."
     )
-    outlier_distance: float = parameter(
-        60.0,
-        "A point is removed if any of its k nearest neighbours is farther away than this.",
-        group=_CLOUD,
-        unit="mm",
-        minimum=0.1,
-        maximum=10000.0,
-    )
-    outlier_repeat: bool = parameter(
-        False,
-        "Repeat the outlier removal until nothing changes.",
-        group=_CLOUD,
-        thesis=True,
+    outlier_repeat: bool = parameter(False, _CLOUD, thesis=True)(
+        "Repeat the outlier removal until nothing changes."
     )

@@ -48,6 +48,9 @@ def summed(watches: Iterable[Mapping[str, float]]) -> dict[str, float]:
     return total
 
 
+_SPECKLE_RANGE = 1.0
+"""Pixels of disparity by which neighbours of one patch differ at most."""
+
 _FEW_INSIDE = 0.1
 """Share of the points inside the working volume below which it is of interest where they are."""
 
@@ -330,7 +333,7 @@ class ViewChain:
         disparity, chosen = disparity[box], chosen[box]
         steps = np.where(chosen, disparity * np.float32(STEPS), np.float32(_NO_STEPS))
         patches = np.minimum(steps, np.float32(np.iinfo(np.int16).max)).astype(np.int16)
-        allowed = round(self._p.speckle_range * STEPS)
+        allowed = round(_SPECKLE_RANGE * STEPS)
         cv2.filterSpeckles(patches, _NO_STEPS, self._p.speckle_size, allowed)
         dropped = chosen & (patches == _NO_STEPS)
         disparity[dropped] = np.nan

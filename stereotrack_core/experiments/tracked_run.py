@@ -17,10 +17,9 @@ from stereotrack_core.evaluation.summary import statistics
 from stereotrack_core.interop.run_journal import RunJournal, Wish
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.tracking.frame import Run, TrackedFrame
-from stereotrack_core.tracking.gaps import Blindness, Gap, ViewProblems, gaps_of
 from stereotrack_core.tracking.lengths_fit import ESTIMATING_LENGTHS, LENGTH_FRAMES
 from stereotrack_core.tracking.run import track
-from stereotrack_core.tracking.run_checks import Untracked
+from stereotrack_core.tracking.run_checks import Blindness, Gap, Untracked, ViewProblems, gaps_of
 from stereotrack_core.tracking.run_spec import RunSpec
 from stereotrack_core.tracking.unfinished import INCOMPLETE, UnfinishedRun
 

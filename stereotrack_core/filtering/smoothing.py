@@ -14,27 +14,9 @@ from stereotrack_core.arrays import BoolArray, FloatArray
 from stereotrack_core.filtering.linearisation import Information, posterior
 
 
-@dataclass(frozen=True, eq=False)
-class BackwardStep:
-    """How what is known of the next frame comes back to this one.
-
-    Attributes
-    ----------
-    gain : (n, n) float64
-        C: the smoothed error state of this frame is C times that of the next frame, both seen
-        from what was filtered and from what was predicted of it. Columns that the next frame did
-        not take over from this one are zero.
-    P : (n, n) float64
-        Smoothed covariance; never larger than the filtered one.
-    """
-
-    gain: FloatArray
-    P: FloatArray
-
-
 def backward_step(
     P: FloatArray, predicted: FloatArray, carried: BoolArray, after: FloatArray
-) -> BackwardStep:
+) -> tuple[FloatArray, FloatArray]:
     """Go one frame back: C = P predicted^-1 and P + C (after - predicted) C'.
 
     The next state is this one plus noise, where it was carried over; elsewhere it was drawn anew
@@ -53,16 +35,24 @@ def backward_step(
         Which numbers of the next frame were predicted from this one.
     after : (n, n) float64
         Smoothed covariance of the next frame.
+
+    Returns
+    -------
+    gain : (n, n) float64
+        C: the smoothed error state of this frame is C times that of the next frame, both seen
+        from what was filtered and from what was predicted of it; zero where it was not carried.
+    P : (n, n) float64
+        Smoothed covariance; never larger than the filtered one.
     """
     gain = np.zeros_like(P)
     if not carried.any():
-        return BackwardStep(gain, P)
+        return gain, P
     block = np.ix_(carried, carried)
     prior = _reachable(P[block], predicted[block])
     factor = scipy.linalg.cho_factor(prior)
     C = scipy.linalg.cho_solve(factor, P[carried]).T
     gain[:, carried] = C
-    return BackwardStep(gain, _smoothed(P, C, prior, after[block]))
+    return gain, _smoothed(P, C, prior, after[block])
 
 
 def _smoothed(P: FloatArray, C: FloatArray, predicted: FloatArray, after: FloatArray) -> FloatArray:

@@ -25,7 +25,7 @@ from stereotrack_core.recording.csv_table import LARGEST as LAST_FRAME
 from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.tracking.estimate import Estimate, Prior
 from stereotrack_core.tracking.frame import Origin, TrackedFrame, cloudless
-from stereotrack_core.tracking.run_meta import check_meta
+from stereotrack_core.tracking.stored import check_meta
 from stereotrack_core.tracking.unfinished import Checkpoint, UnfinishedRun
 
 PART_SUFFIX = ".part"

@@ -21,7 +21,7 @@ from stereotrack_core.reading import MB, open_file, parsed_json
 from stereotrack_core.recording.csv_table import LARGEST as LAST_FRAME
 from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.tracking.frame import Run
-from stereotrack_core.tracking.run_meta import check_meta
+from stereotrack_core.tracking.stored import check_meta
 
 _LAYOUT: dict[str, ArrayLayout] = {
     "frame": ArrayLayout("i", ("F",)),

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, TypeAlias
 
 import numpy as np
 import scipy.linalg
@@ -59,12 +59,9 @@ class Observation(Protocol):
         ...
 
 
-class Sensor(Protocol):
-    """A source of measurements beside the cloud's points: outlines, detected hands."""
-
-    def observe(self, cloud: Cloud) -> Observation:
-        """Take from one instant what does not depend on the pose."""
-        ...
+Sensor: TypeAlias = Callable[[Cloud], Observation]
+"""A source of measurements beside the cloud's points: it takes from one instant what does not
+depend on the pose."""
 
 
 def solved(
@@ -82,7 +79,6 @@ class Line:
 
     Attributes
     ----------
-    residual : Residual
     nu : (m,) float64
         Innovation z - z_hat.
     D : (n, m) float64

@@ -25,14 +25,13 @@ class DataToModel:
 
     Parameters
     ----------
-    setup : Setup
     coloured : bool
         Whether colours are learned and used, where the parameters want it.
     """
 
     def __init__(self, setup: Setup, *, coloured: bool = False) -> None:
         self.setup = setup
-        coloured = coloured and setup.parameters.colours.colour_weight > 0.0
+        coloured = coloured and setup.parameters.colour_weight > 0.0
         self._known = PartColours(setup.body) if coloured else None
         self._chosen: FloatArray | None = None
 
@@ -56,18 +55,19 @@ class DataToModel:
         ----------
         data : (N, 3) or (N, 6) float64
             See :meth:`choose`.
-        pose : Pose
         wide : bool
             Whether a datum's weight falls off slowly with its distance.
         """
         p, body = self.setup.parameters, self.setup.body
         frames = body.frames(pose)
-        scale = p.robust_wide if wide else p.robust_narrow
-        trust = Trust(p.reach, scale, p.sigma_measurement, p.effective_points)
+        scale = p.first_loss_scale if wide else p.loss_scale
+        trust = Trust(
+            p.max_correspondence_distance, scale, p.sigma_measurement, p.effective_sample_size
+        )
         if self._known is None or data.shape[1] == 3:
             return surface_residual(data, body, frames, trust)
         places = np.ascontiguousarray(data[:, :3])
-        penalty = p.colours.colour_weight * self._known.penalty(places, data[:, 3:], frames)
+        penalty = p.colour_weight * self._known.penalty(places, data[:, 3:], frames)
         return surface_residual(places, body, frames, trust, penalty)
 
     def learn(self, pose: Pose, unexplained_fraction: float) -> None:
@@ -75,8 +75,7 @@ class DataToModel:
         data = self._chosen
         if self._known is None or data is None or not unexplained_fraction < _TRUSTED:
             return
-        frames, memory = self.setup.body.frames(pose), self.setup.parameters.colours.colour_memory
-        self._known.learn(data[:, :3], data[:, 3:], frames, memory)
+        self._known.learn(data[:, :3], data[:, 3:], self.setup.body.frames(pose))
 
     def memory(self) -> Memory:
         """All that the next frame's correspondences depend on."""

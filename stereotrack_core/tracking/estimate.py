@@ -77,7 +77,6 @@ class Estimate:
 
     Attributes
     ----------
-    tracked : bool
     reason : str
         Why the frame is not tracked; empty when it is.
     pose : Pose
@@ -96,7 +95,6 @@ class Estimate:
     limb_sigma_deg : (6,) float64
         Root mean square angle of each limb's direction, in the order of ``LIMBS``; that of the
         covariance times :data:`OVERCONFIDENCE`.
-    correspondences : Correspondences or None
     seconds : mapping from stage name to seconds
     prior : Prior or None
         None where the frame was not predicted from the one before.

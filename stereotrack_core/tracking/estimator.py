@@ -22,9 +22,9 @@ from stereotrack_core.tracking.correction import (
 from stereotrack_core.tracking.correspondences import DataToModel
 from stereotrack_core.tracking.estimate import Memory
 from stereotrack_core.tracking.parameters import TrackingParameters
-from stereotrack_core.tracking.residuals.keypoints import DetectionSensor
+from stereotrack_core.tracking.residuals.keypoints import DetectionObservation, detections_in
 from stereotrack_core.tracking.residuals.limits import limit_residuals
-from stereotrack_core.tracking.residuals.silhouette import SilhouetteSensor
+from stereotrack_core.tracking.residuals.silhouette import SilhouetteObservation, edge_maps
 from stereotrack_core.tracking.residuals.surface import (
     SurfaceResidual,
     surface_distances,
@@ -40,11 +40,8 @@ class Measurements:
 
     Attributes
     ----------
-    setup : Setup
-    cloud : Cloud
     data : (N, 3) or (N, 6) float64
         Points of the cloud that look for the model.
-    correspondences : DataToModel
     observed : tuple of Observation
         What sensors beside the cloud's points saw.
     trace : StepRecorder or None
@@ -105,9 +102,11 @@ class Measurements:
 
 def sensors_for(p: TrackingParameters) -> tuple[Sensor, ...]:
     """The sensors that the parameters ask for, beside the cloud's points."""
-    sensors: list[Sensor] = [DetectionSensor(p.detections)]
-    if p.silhouette.measure_outlines:
-        sensors.append(SilhouetteSensor(p.silhouette))
+    sensors: list[Sensor] = [
+        lambda cloud: DetectionObservation(detections_in(cloud, p.detect), p.detection_gate)
+    ]
+    if p.measure_outlines:
+        sensors.append(lambda cloud: SilhouetteObservation(edge_maps(cloud), p.outline_sigma))
     return tuple(sensors)
 
 
@@ -153,12 +152,7 @@ class Posterior(Belief):
 
 
 class Estimator(ABC):
-    """A way from a prediction and measurements to a pose.
-
-    Parameters
-    ----------
-    setup : Setup
-    """
+    """A way from a prediction and measurements to a pose."""
 
     def __init__(self, setup: Setup) -> None:
         self.setup = setup

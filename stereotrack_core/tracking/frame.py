@@ -16,7 +16,7 @@ import numpy as np
 
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 from stereotrack_core.body.angles import THESIS_JOINTS, pose_of_state, state_names
-from stereotrack_core.body.parameters import BodyParameters
+from stereotrack_core.body.parameters import BodyShape
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.skeleton import PARENTS, PARTS, TORSO
 from stereotrack_core.depth.cloud import Cloud, PointCounts
@@ -28,9 +28,6 @@ from stereotrack_core.tracking.estimate import Correspondences, Estimate
 from stereotrack_core.tracking.run_spec import RunSpec
 from stereotrack_core.version import __version__
 from stereotrack_core.versions import versions
-
-AXES_KEY, CHAIN_AXES = "covariance_axes", "chain"
-"""What a run's meta says of its covariances; runs of older versions do not say it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +44,6 @@ class Run:
         State; NaN where not tracked. Metres and radians, see `state_names`.
     P : (F, n, n) float64
         Covariance of the error state.
-    state_names : tuple of str
     tracked : (F,) bool
     unexplained_fraction : (F,) float64
         Of the cloud, 0 is best: mean of d^2 / (d^2 + 50 mm^2); the run file's ``coverage``.
@@ -60,10 +56,9 @@ class Run:
         Standard deviation of each limb's direction, in the order of ``LIMBS``.
     limb_lost : (F, 6) float64
         Probability that the limb's direction is more than 45 deg off, in the order of ``LIMBS``;
-        NaN where not known: for torso and head, and in runs of older versions.
+        NaN where not known: for torso and head.
     seconds : (F, S) float64
         Wall time of each stage.
-    stage_names : tuple of str
     meta : mapping
         Program version, preset, parameters, seed, recording and its fingerprint, subject;
         JSON-serialisable.
@@ -96,11 +91,8 @@ class TrackedFrame:
 
     Attributes
     ----------
-    frame : int
-    estimate : Estimate
     landmarks : (9, 3) float64, world, metres
         NaN where not tracked.
-    cloud : Cloud
     seconds : mapping from stage name to seconds
     contradicted : float
         See :func:`contradicted_share`; NaN also in most frames, which were not asked.
@@ -192,14 +184,12 @@ class Origin:
 
     Attributes
     ----------
-    recording : Recording
     fingerprint : str
         Of the recording's files.
     spec : RunSpec
         With the frames that were asked for and the views that were used; a run that was stopped
         has fewer frames. Pictures in colour have grey values that differ a little.
-    state_names : tuple of str
-    shape : BodyParameters
+    shape : BodyShape
         Of the body that was tracked: the settings', or what was fitted.
     smoothed : bool
         Whether the frames went through the backward pass.
@@ -217,7 +207,7 @@ class Origin:
     fingerprint: str
     spec: RunSpec
     state_names: tuple[str, ...]
-    shape: BodyParameters
+    shape: BodyShape
     smoothed: bool = False
     bridged: tuple[int, ...] = ()
     given: str = "pose"
@@ -300,7 +290,7 @@ def assembled(
         limb_lost=_stacked([frame.limb_lost for frame in frames], (6,)),
         seconds=np.array(seconds).reshape(len(frames), len(names)),
         stage_names=names,
-        meta={**meta, **({} if joints is None else {AXES_KEY: CHAIN_AXES})},
+        meta=meta,
     )
 
 

@@ -29,8 +29,8 @@ from stereotrack_core.tracking.estimator import (
     Prediction,
     sensors_for,
 )
-from stereotrack_core.tracking.failure.classifier import Unjudged, judged
-from stereotrack_core.tracking.residuals.asynchronous import predicted_by_detections
+from stereotrack_core.tracking.failure.features import judged
+from stereotrack_core.tracking.residuals.keypoints import predicted_by_detections
 from stereotrack_core.tracking.residuals.surface import SurfaceResidual
 from stereotrack_core.tracking.state import Belief, Setup, State, elapsed, time_array, time_in
 from stereotrack_core.tracking.step_recorder import StepRecorder
@@ -49,9 +49,6 @@ class PoseFilter:
 
     Parameters
     ----------
-    setup : Setup
-    estimator : Estimator
-    correspondences : DataToModel
     listens : bool
         Whether detections that come between two frames correct the prediction.
 
@@ -116,7 +113,7 @@ class PoseFilter:
     def measured(self, cloud: Cloud, trace: StepRecorder | None = None) -> Measurements:
         """Take from a cloud what poses are measured by."""
         data = self.correspondences.choose(cloud)
-        seen = tuple(sensor.observe(cloud) for sensor in self.sensors)
+        seen = tuple(sensor(cloud) for sensor in self.sensors)
         return Measurements(self.setup, cloud, data, self.correspondences, seen, trace)
 
     def start(
@@ -131,7 +128,6 @@ class PoseFilter:
 
         Parameters
         ----------
-        pose : Pose
         time : float, optional
             Frame that it belongs to; where not given, the one before the next cloud's.
         P : (n, n) float64, optional
@@ -192,18 +188,20 @@ class PoseFilter:
         dX = sigma_deviations(state.P, setup.weights)
         weight = surface.weight
         squared = float(weight @ surface.distance**2) / max(float(weight.sum()), 1e-12)
-        unjudged = Unjudged(
+        estimate = Estimate(
+            tracked=True,
+            reason="",
             pose=state.pose,
             x=state_of_pose(state.pose, setup.joints),
             P=state.P.copy(),
-            sigma_points=displaced(state.pose, dX, setup.joints),
             residual=float(np.sqrt(squared)),
             innovation=found.innovation,
             correspondences=Correspondences(surface.data, surface.foot, surface.part, weight),
-            movement=predicted.gone * state.movement,
+            seconds={"track": seconds},
             prior=prior,
         )
-        return judged(cloud, setup, unjudged, seconds)
+        spread = displaced(state.pose, dX, setup.joints)
+        return judged(estimate, cloud, setup, spread, predicted.gone * state.movement)
 
 
 @dataclass(frozen=True, eq=False)
@@ -221,7 +219,7 @@ class IteratedEstimator(Estimator):
 
     def __init__(self, setup: Setup) -> None:
         super().__init__(setup)
-        self.search = ArmSearch(setup.body, setup.parameters.search, setup.parameters.arms_apart)
+        self.search = ArmSearch(setup.body, setup.parameters)
         arms = [6 + 2 * setup.joints.index(part) for part in (*UPPER_ARMS, *FOREARMS)]
         self._arms: IntArray = np.concatenate([[first, first + 1] for first in arms])
 
@@ -233,7 +231,7 @@ class IteratedEstimator(Estimator):
         if prior is not predicted:
             _, found = self.follow(measured, prior, found)
         carried = np.ones(len(prior.P), dtype=np.bool_)
-        if self.setup.parameters.search.search_arms:
+        if self.setup.parameters.search_arms:
             followed, found = found, self._with_best_arms(measured, prior, found)
             carried[self._arms] = found is followed
         return Posterior(found.pose, found.P, found.surface, innovation, prior.P, carried)
@@ -255,7 +253,7 @@ class IteratedEstimator(Estimator):
         P[self._arms] = P[:, self._arms] = 0.0
         P[self._arms, self._arms] = _WIDE_ARM**2
         at = prior = Belief(proposed, P)
-        for i in range(self.setup.parameters.search.search_iterations):
+        for i in range(self.setup.parameters.search_iterations):
             wide = i + 1 < _WIDE_ITERATIONS
             surface = measured.surface(at.pose, wide=wide, every=_COARSE)
             at = measured.corrected(prior, at, surface)
@@ -272,7 +270,7 @@ class IteratedEstimator(Estimator):
         moved = difference(found.pose, predicted.pose, joints) ** 2 / np.diagonal(P0)
         groups = [moved[:3].mean(), moved[3:6].mean(), *moved[6:].reshape(-1, 2).mean(axis=1)]
         ratio = np.sqrt(np.repeat(groups, [3, 3] + [2] * len(joints)))
-        factor = np.where(ratio > self.setup.parameters.hurry, ratio, 1.0)
+        factor = np.where(ratio > self.setup.parameters.prior_inflation_above, ratio, 1.0)
         if not np.any(factor > 1.0):
             return predicted
         return Belief(predicted.pose, P0 * np.outer(factor, factor))

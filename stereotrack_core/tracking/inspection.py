@@ -19,7 +19,7 @@ from stereotrack_core.tracking.parameters import Settings, TrackingParameters
 from stereotrack_core.tracking.state import Belief
 from stereotrack_core.tracking.step_recorder import StepRecorder
 from stereotrack_core.tracking.trace import StepTrace
-from stereotrack_core.tracking.tracker import PersonTracker, seeker, tracker_for
+from stereotrack_core.tracking.tracker import PersonTracker, initialiser, tracker_for
 from stereotrack_core.tracking.ukf import ThesisTracker
 
 STORED = (
@@ -45,7 +45,6 @@ class Beginning:
     Attributes
     ----------
     tracker : ThesisTracker or PersonTracker
-    words : str
     """
 
     tracker: ThesisTracker | PersonTracker
@@ -58,12 +57,8 @@ class Way:
 
     Attributes
     ----------
-    recording : Recording
-    settings : Settings
-    body : BodyModel
     views : tuple of str
         That are used.
-    seed : int
     """
 
     recording: Recording
@@ -104,8 +99,6 @@ def beginning_at(way: Way, known: Known, cloud: Cloud) -> Beginning:
 
     Parameters
     ----------
-    way : Way
-    known : Known
     cloud : Cloud
         Of the frame.
     """
@@ -119,7 +112,7 @@ def beginning_at(way: Way, known: Known, cloud: Cloud) -> Beginning:
     if isinstance(tracker, ThesisTracker):
         tracker.start(_found_in(cloud, way, tracker))
     else:
-        tracker.seek()
+        tracker.reinitialise()
     return Beginning(tracker, NOBODY)
 
 
@@ -140,8 +133,10 @@ def _as_stored(
 def _found_in(cloud: Cloud, way: Way, tracker: ThesisTracker) -> Pose:
     """Pose of whoever is in a cloud; the thesis's own body, without legs, cannot be looked for."""
     body = body_model(proportions_of(way.recording.subject))
-    finder = seeker(replace(tracker.setup, body=body, parameters=TrackingParameters(), volume=None))
-    finder.seek()
+    finder = initialiser(
+        replace(tracker.setup, body=body, parameters=TrackingParameters(), volume=None)
+    )
+    finder.reinitialise()
     return finder.step(cloud).pose
 
 
@@ -155,7 +150,6 @@ def look_inside(tracker: ThesisTracker | PersonTracker, cloud: Cloud) -> StepTra
     ----------
     tracker : ThesisTracker or PersonTracker
         Baselines record what they share with it.
-    cloud : Cloud
     """
     return traced_step(copy_of(tracker), cloud)
 

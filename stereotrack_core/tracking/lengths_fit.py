@@ -64,7 +64,6 @@ class EstimatedLengths:
 
     Attributes
     ----------
-    proportions : Proportions
     sigma : mapping from a length's name to its standard deviation, metres
     frames : int
         That they were fitted to; 0 where nothing but the height is known.
@@ -196,8 +195,6 @@ def estimated_lengths(
         The start; the fit is held to it by how much people differ, in height and apart from it.
     shape : BodyParameters
         The surface to start from.
-    seen : sequence of SeenPose
-    parameters : TrackingParameters
     joints : tuple of int
         Joints of the state.
     """

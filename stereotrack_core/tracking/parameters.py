@@ -6,16 +6,10 @@ from dataclasses import dataclass
 from stereotrack_core.body.parameters import BodyParameters
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.parameters import ParameterGroup, parameter
-from stereotrack_core.tracking.arm_search.parameters import SearchParameters
-from stereotrack_core.tracking.baselines.parameters import BaselineParameters
-from stereotrack_core.tracking.residuals.parameters import (
-    ColourParameters,
-    DetectionParameters,
-    SilhouetteParameters,
-)
 
 _METHOD, _NOISE, _DATA = "Method", "Noise", "Measurements"
-_LIMITS = "Limits and collisions"
+_LIMITS, _SILHOUETTES, _SEARCH = "Limits and collisions", "Silhouettes", "Arm search"
+_COLOURS, _DETECTIONS = "Colours", "Keypoints"
 
 
 @dataclass(frozen=True)
@@ -23,18 +17,14 @@ class TrackingParameters(ParameterGroup):
     """How poses are estimated; the defaults are those of preset ``accurate``."""
 
     matching: str = parameter(
-        "data_to_model",
+        "data_to_model", _METHOD, choices=("data_to_model", "model_to_data"), thesis="model_to_data"
+    )(
         "Direction of the correspondences: measured points to the model, or sampled model points "
-        "to the nearest measured points.",
-        group=_METHOD,
-        choices=("data_to_model", "model_to_data"),
-        thesis="model_to_data",
+        "to the nearest measured points."
     )
     estimator: str = parameter(
         "iterated",
-        "Estimator for data-to-model correspondences: the tracker's own iterated correction, or "
-        "one of the baselines.",
-        group=_METHOD,
+        _METHOD,
         choices=(
             "iterated",
             "extended_kalman",
@@ -42,223 +32,137 @@ class TrackingParameters(ParameterGroup):
             "limb_icp",
             "scalar_distance",
         ),
+    )(
+        "Estimator for data-to-model correspondences: the tracker's own iterated correction, or "
+        "one of the baselines."
     )
-    linearisation: str = parameter(
-        "derivatives",
+    linearisation: str = parameter("derivatives", _METHOD, choices=("derivatives", "sigma_points"))(
         "Linearisation of data-to-model correspondences: by derivatives, or by sigma points of "
-        "the posterior, which is several times slower.",
-        group=_METHOD,
-        choices=("derivatives", "sigma_points"),
+        "the posterior, which is several times slower."
     )
-    iterations: int = parameter(
-        6, "Corrections per frame set.", group=_METHOD, minimum=1, maximum=50, thesis=4
+    iterations: int = parameter(6, _METHOD, (1, 50), thesis=4, fast=3)("Corrections per frame set.")
+    ut_alpha: float = parameter(0.1, _METHOD, (1e-4, 2.0))(
+        "Spread of the sigma points; small values keep them close to the mean."
     )
-    ut_alpha: float = parameter(
-        0.1,
-        "Spread of the sigma points; small values keep them close to the mean.",
-        group=_METHOD,
-        minimum=1e-4,
-        maximum=2.0,
+    ut_beta: float = parameter(2.0, _METHOD, (0.0, None))(
+        "Second parameter of the scaled unscented transform."
     )
-    ut_beta: float = parameter(
-        2.0, "Second parameter of the scaled unscented transform.", group=_METHOD, minimum=0.0
+    ut_kappa: float = parameter(0.0, _METHOD, (0.0, None))(
+        "Third parameter of the scaled unscented transform."
     )
-    ut_kappa: float = parameter(
-        0.0, "Third parameter of the scaled unscented transform.", group=_METHOD, minimum=0.0
+    sigma_position: float = parameter(0.03, _NOISE, (0.001, 2.0), unit="m", thesis=0.1)(
+        "Expected movement of the body between two frame sets at 10 Hz."
     )
-    sigma_position: float = parameter(
-        0.03,
-        "Expected movement of the body between two frame sets at 10 Hz.",
-        group=_NOISE,
-        unit="m",
-        minimum=0.001,
-        maximum=2.0,
-        thesis=0.1,
+    sigma_rotation: float = parameter(5.0, _NOISE, (0.1, 180.0), unit="deg", thesis=20.0)(
+        "Expected rotation of the torso between two frame sets at 10 Hz."
     )
-    sigma_rotation: float = parameter(
-        5.0,
-        "Expected rotation of the torso between two frame sets at 10 Hz.",
-        group=_NOISE,
-        unit="deg",
-        minimum=0.1,
-        maximum=180.0,
-        thesis=20.0,
+    sigma_joint: float = parameter(10.0, _NOISE, (0.1, 180.0), unit="deg", thesis=40.0)(
+        "Expected rotation of a joint between two frame sets at 10 Hz."
     )
-    sigma_joint: float = parameter(
-        10.0,
-        "Expected rotation of a joint between two frame sets at 10 Hz.",
-        group=_NOISE,
-        unit="deg",
-        minimum=0.1,
-        maximum=180.0,
-        thesis=40.0,
-    )
-    sigma_girdle: float = parameter(
-        3.0,
-        "Expected rotation of a shoulder about its clavicle between two frame sets at 10 Hz.",
-        group=_NOISE,
-        unit="deg",
-        minimum=0.1,
-        maximum=180.0,
-    )
-    girdle_rest: float = parameter(
-        2.5,
-        "Angle of a clavicle from its rest position up to which it is held firmly. Beyond, it is "
-        "held less and less, unless it is lowered.",
-        group=_NOISE,
-        unit="deg",
-        minimum=0.1,
-        maximum=180.0,
+    sigma_girdle: float = parameter(3.0, _NOISE, (0.1, 180.0), unit="deg")(
+        "Expected rotation of a shoulder about its clavicle between two frame sets at 10 Hz."
     )
     sigma_measurement: float = parameter(
-        0.015,
-        "Expected distance between corresponding points.",
-        group=_NOISE,
-        unit="m",
-        minimum=0.001,
-        maximum=1.0,
-        thesis=0.02,
-    )
-    hurry: float = parameter(
-        1.5,
+        0.015, _NOISE, (0.001, 1.0), unit="m", thesis=0.02, fast=0.02
+    )("Expected distance between corresponding points.")
+    prior_inflation_above: float = parameter(1.5, _NOISE, (0.5, 100.0))(
         "Prior inflation: the prior is widened if the data move the body by more than this many "
-        "of its standard deviations.",
-        group=_NOISE,
-        minimum=0.5,
-        maximum=100.0,
+        "of its standard deviations."
     )
-    velocity: float = parameter(
-        0.0,
-        "Share of the last frame's movement that is expected to continue.",
-        group=_NOISE,
-        minimum=0.0,
-        maximum=1.0,
-        thesis=0.0,
+    velocity: float = parameter(0.0, _NOISE, (0.0, 1.0), thesis=0.0)(
+        "Share of the last frame's movement that is expected to continue."
     )
-    sampling: str = parameter(
-        "random",
-        "Method of sampling model points from the cones.",
-        group=_DATA,
-        choices=("random", "regular"),
-        thesis="random",
+    sampling: str = parameter("random", _DATA, choices=("random", "regular"), thesis="random")(
+        "Method of sampling model points from the cones."
     )
-    model_points: int = parameter(
-        64,
-        "Number m of sampled model points in model-to-data correspondences.",
-        group=_DATA,
-        minimum=4,
-        maximum=20000,
-        thesis=64,
+    model_points: int = parameter(64, _DATA, (4, 20000), thesis=64)(
+        "Number m of sampled model points in model-to-data correspondences."
     )
-    data_points: int = parameter(
-        2000,
-        "Number of measured points in data-to-model correspondences.",
-        group=_DATA,
-        minimum=50,
-        maximum=20000,
+    data_points: int = parameter(2000, _DATA, (50, 20000), fast=800)(
+        "Number of measured points in data-to-model correspondences."
     )
-    effective_points: float = parameter(
-        150.0,
-        "Effective sample size of the data: neighbouring pixels of a block matcher are correlated.",
-        group=_DATA,
-        minimum=1.0,
-        maximum=20000.0,
+    effective_sample_size: float = parameter(150.0, _DATA, (1.0, 20000.0))(
+        "Effective sample size of the data: neighbouring pixels of a block matcher are correlated."
     )
-    reach: float = parameter(
-        0.25,
+    max_correspondence_distance: float = parameter(0.25, _DATA, (0.02, 2.0), unit="m")(
         "Measured points farther than this from the model are ignored (maximum correspondence "
-        "distance).",
-        group=_DATA,
-        unit="m",
-        minimum=0.02,
-        maximum=2.0,
+        "distance)."
     )
-    robust_wide: float = parameter(
-        0.12,
+    first_loss_scale: float = parameter(0.12, _DATA, (0.005, 2.0), unit="m")(
         "Scale of the Geman-McClure loss in the first two iterations: the distance at which a "
-        "point loses three quarters of its weight.",
-        group=_DATA,
-        unit="m",
-        minimum=0.005,
-        maximum=2.0,
+        "point loses three quarters of its weight."
     )
-    robust_narrow: float = parameter(
-        0.06,
-        "Scale of the Geman-McClure loss from the third iteration on.",
-        group=_DATA,
-        unit="m",
-        minimum=0.005,
-        maximum=2.0,
+    loss_scale: float = parameter(0.06, _DATA, (0.005, 2.0), unit="m")(
+        "Scale of the Geman-McClure loss from the third iteration on."
     )
-    least_points: int = parameter(
-        150,
-        "A cloud with fewer points than this is not tracked.",
-        group=_DATA,
-        minimum=1,
-        maximum=100000,
+    least_points: int = parameter(150, _DATA, (1, 100000))(
+        "A cloud with fewer points than this is not tracked."
     )
-    max_unexplained_fraction: float = parameter(
-        0.6,
-        "A frame is not tracked if the unexplained fraction of its cloud is larger than this.",
-        group=_DATA,
-        minimum=0.0,
-        maximum=1.0,
+    max_unexplained_fraction: float = parameter(0.6, _DATA, (0.0, 1.0))(
+        "A frame is not tracked if the unexplained fraction of its cloud is larger than this."
     )
-    clearance: float = parameter(
-        0.02,
-        "Minimum distance of elbow and hand from the surface of the torso.",
-        group=_LIMITS,
-        unit="m",
-        minimum=0.0,
-        maximum=0.5,
-        thesis=0.15,
+    clearance: float = parameter(0.02, _LIMITS, (0.0, 0.5), unit="m", thesis=0.15)(
+        "Minimum distance of elbow and hand from the surface of the torso."
     )
-    arms_apart: float = parameter(
-        0.045,
+    arms_apart: float = parameter(0.045, _LIMITS, (0.0, 0.2), unit="m", thesis=0.0)(
         "Minimum distance between the axes of the two forearms. An upper arm and the other "
         "forearm, which are thicker, keep twice this distance. 0 lets the arms pass through each "
-        "other.",
-        group=_LIMITS,
-        unit="m",
-        minimum=0.0,
-        maximum=0.2,
-        thesis=0.0,
+        "other."
     )
-    least_elbow_angle: float = parameter(
-        30.0,
-        "Minimum angle between upper arm and forearm.",
-        group=_LIMITS,
-        unit="deg",
-        minimum=0.0,
-        maximum=170.0,
+    least_elbow_angle: float = parameter(30.0, _LIMITS, (0.0, 170.0), unit="deg")(
+        "Minimum angle between upper arm and forearm."
     )
-    fit_shape: bool = parameter(
-        True,
-        "Fit torso, head and legs to the first frames before tracking starts.",
-        group=_METHOD,
-        thesis=False,
+    fit_shape: bool = parameter(True, _METHOD, thesis=False)(
+        "Fit torso, head and legs to the first frames before tracking starts."
     )
-    fit_frames: int = parameter(
-        12, "Number of frames that the shape is fitted to.", group=_METHOD, minimum=4, maximum=200
+    longest_bridge: float = parameter(0.5, "Smoothing", (0.0, 10.0), unit="s")(
+        "Longest gap of untracked frames that smoothing bridges."
     )
-    longest_bridge: float = parameter(
-        0.5,
-        "Longest gap of untracked frames that smoothing bridges.",
-        group="Smoothing",
-        unit="s",
-        minimum=0.0,
-        maximum=10.0,
+    measure_outlines: bool = parameter(True, _SILHOUETTES, thesis=False, fast=False)(
+        "Fit the contours of the body to the silhouette edges."
     )
-    silhouette: SilhouetteParameters = dataclasses.field(default_factory=SilhouetteParameters)
-    search: SearchParameters = dataclasses.field(default_factory=SearchParameters)
-    colours: ColourParameters = dataclasses.field(default_factory=ColourParameters)
-    detections: DetectionParameters = dataclasses.field(default_factory=DetectionParameters)
-    baselines: BaselineParameters = dataclasses.field(default_factory=BaselineParameters)
+    outline_sigma: float = parameter(0.02, _SILHOUETTES, (0.001, 1.0), unit="m")(
+        "Expected distance between a contour and its edge."
+    )
+    search_arms: bool = parameter(True, _SEARCH, thesis=False)(
+        "Search for better positions of both arms in every frame."
+    )
+    search_proposals: int = parameter(220, _SEARCH, (20, 5000), fast=120)(
+        "Candidates per arm and frame."
+    )
+    search_refined: int = parameter(3, _SEARCH, (1, 20), fast=1)(
+        "Best pairs that are refined by the filter."
+    )
+    search_iterations: int = parameter(3, _SEARCH, (1, 20), fast=2)(
+        "Corrections used to refine a pair."
+    )
+    search_gain: float = parameter(3.0, _SEARCH, (0.0, 1000.0))(
+        "A pair replaces the tracked arms only if its cost is lower by more than this."
+    )
+    sight_cost: float = parameter(1.0, _SEARCH, (0.0, 100.0))(
+        "Factor on the costs of positions that views see through or do not support."
+    )
+    picture_cost: float = parameter(1000.0, _SEARCH, (0.0, 100000.0), unit="1/m^2", fast=0.0)(
+        "Render-and-compare cost per square metre in which a view does not show the rendered pose."
+    )
+    colour_weight: float = parameter(0.06, _COLOURS, (0.0, 1.0), unit="m", thesis=0.0, fast=0.0)(
+        "Distance added between a point and a part for each standard deviation by which its "
+        "colour differs from the part's colours; 0 disables colours. No effect on grey images."
+    )
+    detect: str = parameter(
+        "none", _DETECTIONS, choices=("none", "extremities", "skin"), thesis="none"
+    )(
+        "Detect head and hands in every frame: as the ends of the cloud, or as skin in colour "
+        "images."
+    )
+    detection_gate: float = parameter(0.3, _DETECTIONS, (0.01, 5.0), unit="m")(
+        "A keypoint farther than this from every plausible position is rejected."
+    )
 
     @property
     def wants_colour(self) -> bool:
         """Whether anything looks at colours, so that they have to be read."""
-        return self.colours.colour_weight > 0.0 or self.detections.detect == "skin"
+        return self.colour_weight > 0.0 or self.detect == "skin"
 
 
 @dataclass(frozen=True)

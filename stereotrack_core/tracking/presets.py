@@ -17,42 +17,19 @@ from stereotrack_core.parameters import Value, parsed_settings
 from stereotrack_core.recording.toml_table import load_toml
 from stereotrack_core.tracking.parameters import Settings
 
-_CHANGES: Mapping[str, Mapping[str, Value]] = MappingProxyType(
+_ESTIMATORS: Mapping[str, Value] = MappingProxyType(
     {
-        "accurate": MappingProxyType({}),
-        "thesis": MappingProxyType(
-            {row.name: row.thesis for row in Settings.rows() if row.thesis is not None}
-        ),
-        "fast": MappingProxyType(
-            {
-                "data_points": 800,
-                "sigma_measurement": 0.02,
-                "colour_weight": 0.0,
-                "girdle": False,
-                "least_focal": 0.0,
-                "iterations": 3,
-                "search_proposals": 120,
-                "search_refined": 1,
-                "search_iterations": 2,
-                "outlines": False,
-                "subpixel": "matcher",
-                "halo_trim": "none",
-                "measure_outlines": False,
-                "picture_cost": 0.0,
-            }
-        ),
-        "ekf": MappingProxyType({"estimator": "extended_kalman"}),
-        "annealed": MappingProxyType({"estimator": "annealed_particles"}),
-        "limb-icp": MappingProxyType({"estimator": "limb_icp"}),
-        "scalar": MappingProxyType({"estimator": "scalar_distance"}),
+        "ekf": "extended_kalman",
+        "annealed": "annealed_particles",
+        "limb-icp": "limb_icp",
+        "scalar": "scalar_distance",
     }
 )
 
-PRESETS: tuple[str, ...] = tuple(_CHANGES)
-
-BASELINES: tuple[str, ...] = ("ekf", "annealed", "limb-icp", "scalar")
+BASELINES: tuple[str, ...] = tuple(_ESTIMATORS)
 """Presets that differ from ``accurate`` in the estimator alone."""
 
+PRESETS: tuple[str, ...] = ("accurate", "thesis", "fast", *BASELINES)
 
 SUFFIX = ".toml"
 """A preset's name that ends so names a file that holds one."""
@@ -64,7 +41,6 @@ class UserPreset:
 
     Attributes
     ----------
-    name : str
     base : str
         One of :data:`PRESETS`, from which all other values come.
     values : mapping
@@ -103,7 +79,6 @@ def preset(name: str, changes: Sequence[str] = ()) -> Settings:
 
     Parameters
     ----------
-    name : str
     changes : sequence of str
         ``NAME=VALUE`` for each parameter that shall be otherwise.
 
@@ -120,14 +95,17 @@ def preset(name: str, changes: Sequence[str] = ()) -> Settings:
     changed = parsed_settings(changes)
     if name.lower().endswith(SUFFIX):
         return read_preset(Path(name)).settings.replaced(**changed)
-    if name not in _CHANGES:
+    if name not in PRESETS:
         raise InputError(
             f"unknown preset {name!r}",
             where="--preset",
             remedy=f"Available: {', '.join(PRESETS)}. Give a preset of your own as a file "
             f"{SUFFIX}.",
         )
-    return Settings().replaced(**_CHANGES[name]).replaced(**changed)
+    values = {row.name: row.presets[name] for row in Settings.rows() if name in row.presets}
+    if name in BASELINES:
+        values["estimator"] = _ESTIMATORS[name]
+    return Settings().replaced(**values).replaced(**changed)
 
 
 def read_preset(path: Path) -> UserPreset:
@@ -152,7 +130,7 @@ def read_preset(path: Path) -> UserPreset:
         raise InputError(
             f"{name!r} is not a name", where=f"{path}, name", remedy='Write name = "...".'
         )
-    if not isinstance(base, str) or base not in _CHANGES:
+    if not isinstance(base, str) or base not in PRESETS:
         raise InputError(
             f"unknown base preset {base!r}",
             where=f"{path}, base",

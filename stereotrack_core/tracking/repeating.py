@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from stereotrack_core.arrays import BoolArray
-from stereotrack_core.body.pose import REST, Pose
-from stereotrack_core.body.skeleton import CLAVICLES, PARTS
+from stereotrack_core.body.pose import Pose
+from stereotrack_core.body.skeleton import PARTS
 from stereotrack_core.errors import InputError
 from stereotrack_core.recording.description import Recording, Subject
 from stereotrack_core.recording.detections import OWN_FILE, Detections, read_detections
@@ -21,7 +21,7 @@ from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.presets import PRESETS, preset
 from stereotrack_core.tracking.run_spec import FirstPose, RunSpec
-from stereotrack_core.tracking.stored import EARLIER, subject_of_meta
+from stereotrack_core.tracking.stored import subject_of_meta
 from stereotrack_core.versions import versions
 
 _NUMBERS = (
@@ -49,15 +49,12 @@ class StoredSpec:
         Whose body was tracked.
     detections : mapping or None
         Source, fingerprint and count of what a detector has said; None where nothing.
-    notes : tuple of str
-        Sentences about what cannot be taken over as it was.
     """
 
     spec: RunSpec
     count: int
     subject: Subject | None
     detections: Mapping[str, Any] | None
-    notes: tuple[str, ...]
 
     @property
     def states_first_pose(self) -> bool:
@@ -87,7 +84,7 @@ class StoredSpec:
 
 
 def stored_spec(run: Run) -> StoredSpec:
-    """Read how a run was made; runs of older versions say less, which is noted.
+    """Read how a run was made.
 
     Raises
     ------
@@ -95,20 +92,13 @@ def stored_spec(run: Run) -> StoredSpec:
         Where the run has no frame, or its parameters are not those of this program.
     """
     meta = run.meta
-    if not len(run.frame) or not isinstance(meta.get("parameters"), dict):
+    if not (len(run.frame) and meta.get("parameters") and meta.get("frames")):
         raise InputError(
             "the run does not state how it was made", where="meta, parameters", remedy=_AGAIN
         )
-    settings, notes = _settings(meta["parameters"])
-    asked = meta.get("frames")
-    first, end = asked or (int(run.frame[0]), int(run.frame[-1]) + 1)
-    if not asked:
-        notes.append(
-            "The run was made with an older version that did not store the requested frames, how "
-            "images were read, or the keypoints used."
-        )
+    first, end = meta["frames"]
     spec = RunSpec(
-        settings=settings,
+        settings=_settings(meta["parameters"]),
         preset=str(meta.get("preset", "")),
         frames=range(int(first), int(end)),
         views=tuple(meta.get("views", ())) or None,
@@ -118,7 +108,7 @@ def stored_spec(run: Run) -> StoredSpec:
         colour=meta.get("colour"),
     )
     detections = meta.get("detections")
-    return StoredSpec(spec, len(run.frame), subject_of_meta(meta), detections, tuple(notes))
+    return StoredSpec(spec, len(run.frame), subject_of_meta(meta), detections)
 
 
 def what_differs(run: Run, recording: Recording) -> tuple[str, ...]:
@@ -137,10 +127,8 @@ def other_files(run: Run, recording: Recording) -> tuple[str, ...]:
         ("fingerprint", fingerprint(recording), "recording"),
         ("calibration", calibration_fingerprint(recording), "calibration"),
     ):
-        then = meta.get(key)
-        if then is None:
-            found.append(f"The run does not state the fingerprint of its {what}.")
-        elif then != now:
+        then = str(meta.get(key, "unknown"))
+        if then != now:
             found.append(
                 f"This is not the {what} that the run was tracked with: its fingerprint is "
                 f"{now[:8]}, that of the run {then[:8]}."
@@ -150,10 +138,7 @@ def other_files(run: Run, recording: Recording) -> tuple[str, ...]:
 
 def other_versions(meta: Mapping[str, Any]) -> tuple[str, ...]:
     """Whether other programs compute now than when a run was tracked; a sentence."""
-    then = meta.get("versions")
-    if not isinstance(then, dict):
-        before = meta.get("version", "unknown")
-        return (f"The run states only the version of this program, {before}.",)
+    then = meta.get("versions", {})
     changed = [
         f"{name} {then.get(name, 'unknown')} then, {present} now"
         for name, present in versions().items()
@@ -257,15 +242,15 @@ def changed_parameters(parameters: Mapping[str, Any], name: str) -> dict[str, tu
     }
 
 
-def _settings(stored: Mapping[str, Any]) -> tuple[Settings, list[str]]:
-    known = {row.name for row in Settings.rows()}
-    stored, notes = {**EARLIER, **stored}, []
-    gone, new = sorted(set(stored) - known), sorted(known - set(stored))
-    if gone:
-        notes.append(f"This version has no parameter {', '.join(gone)}; it is ignored.")
-    if new:
-        notes.append(f"The run's version had no parameter {', '.join(new)}; the default is used.")
-    return Settings().replaced(**{k: v for k, v in stored.items() if k in known}), notes
+def _settings(stored: Mapping[str, Any]) -> Settings:
+    differ = sorted({row.name for row in Settings.rows()} ^ set(stored))
+    if differ:
+        raise InputError(
+            f"its parameters are not those of this version: {', '.join(differ)}",
+            where="meta, parameters",
+            remedy=_AGAIN,
+        )
+    return Settings().replaced(**stored)
 
 
 def _first_pose(meta: Mapping[str, Any]) -> FirstPose:
@@ -276,8 +261,6 @@ def _first_pose(meta: Mapping[str, Any]) -> FirstPose:
         rotations = np.array(stored.get("rotations"), dtype=np.float64)
     except ValueError:  # lists of different lengths
         rotations = np.empty(0)
-    if rotations.shape == REST[: CLAVICLES[0]].shape:  # of a version whose shoulders were fixed
-        rotations = np.concatenate([rotations, REST[CLAVICLES[0] :]])
     pose = Pose(np.array(stored.get("position"), dtype=np.float64), rotations)
     if pose.position.shape != (3,) or pose.rotations.shape != (len(PARTS), 3, 3):
         raise InputError(

@@ -15,7 +15,7 @@ import numpy as np
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.blas_threads import one_blas_thread
 from stereotrack_core.body.model import body_model, landmarks
-from stereotrack_core.body.parameters import BodyParameters
+from stereotrack_core.body.parameters import BodyShape
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.proportions import proportions_of
 from stereotrack_core.depth.chain import DepthChain
@@ -27,7 +27,11 @@ from stereotrack_core.recording.reader import FrameReader, has_colours
 from stereotrack_core.recording.selection import usable_views
 from stereotrack_core.tracking.estimate import Estimate, Tracker
 from stereotrack_core.tracking.frame import Origin, Run, TrackedFrame, run_of
-from stereotrack_core.tracking.initialise.first_pose import first_pose_from_images, first_pose_in
+from stereotrack_core.tracking.initialise.first_pose import (
+    first_pose_from_images,
+    first_pose_in,
+    shape_in,
+)
 from stereotrack_core.tracking.initialise.seeds import t_pose_in_cloud
 from stereotrack_core.tracking.lengths_fit import (
     ESTIMATING_LENGTHS,
@@ -37,21 +41,20 @@ from stereotrack_core.tracking.lengths_fit import (
     lengths_by_height,
 )
 from stereotrack_core.tracking.parameters import TrackingParameters
-from stereotrack_core.tracking.residuals.silhouette import edge_maps
 from stereotrack_core.tracking.run_checks import with_warnings
 from stereotrack_core.tracking.run_spec import RunSpec
-from stereotrack_core.tracking.shape_fit import SeenPose, fitted_shape
 from stereotrack_core.tracking.shared_clouds import CloudSource, read_cloud
 from stereotrack_core.tracking.smoothing import error_state_of, smoothed
 from stereotrack_core.tracking.stored import subject_of_meta
-from stereotrack_core.tracking.tracker import PersonTracker, seeker_for, tracker_for
+from stereotrack_core.tracking.tracker import PersonTracker, initialiser_for, tracker_for
 from stereotrack_core.tracking.unfinished import Checkpoint, RunKeeper, UnfinishedRun, recall
+
+FIT_FRAMES = 12
+"""Frames that the shape is fitted to: more bring nothing (docs/accuracy.md)."""
 
 _LOOK_AHEAD = 5
 """Frames in which somebody is looked for to fit the shape, for each frame that it needs."""
 
-_LEAST_SETTLED = 3
-"""Frames without which a fit would be worse than the default shape."""
 
 _AHEAD = 2
 """Clouds that are made while the tracker works on an earlier one."""
@@ -62,7 +65,6 @@ class Pipeline:
 
     Parameters
     ----------
-    recording : Recording
     spec : RunSpec
         What to track; its frames and its smoothing are up to whoever goes through the frames.
     reader : FrameReader, optional
@@ -115,7 +117,7 @@ class Pipeline:
             self.chain, reader = clouds.chain, clouds.reader
         cameras = [recording.reference_camera(recording.view(name)) for name in self.views]
         self._cameras = np.array([camera.position_world for camera in cameras])
-        self.shape = settings.body
+        self.shape = BodyShape.of(settings.body)
         self.tracker = self._tracker()
         self._init, self._given = spec.init, "pose"
         self._found: Pose | None = None
@@ -229,7 +231,7 @@ class Pipeline:
         frames: range,
         *,
         P: FloatArray | None = None,
-        shape: BodyParameters | None = None,
+        shape: BodyShape | None = None,
     ) -> None:
         """Be about to do `frames` from where another run was, instead of preparing for them."""
         self._prepared, self._asked, self.started = True, frames, True
@@ -281,33 +283,14 @@ class Pipeline:
         self.body = body_model(lengths.proportions, self.settings.body)
         self.tracker = self._tracker()
 
-    def fit_shape(self, frames: range) -> BodyParameters:
+    def fit_shape(self, frames: range) -> BodyShape:
         """Follow the first frames in which somebody is there, and fit the shape to them."""
-        p = self.settings.tracking
-        tracker = self._seeker()
-        seen: list[SeenPose] = []
-        clouds = self._first_clouds(frames)
-        for done, cloud in enumerate(clouds):
-            self.on_preparing("tracking the first frames", done, len(clouds))
-            if not seen:
-                tracker.start(self.first_pose(cloud))
-            self.before_step(cloud)
-            estimate = tracker.step(cloud)
-            if estimate.tracked:
-                seen.append(
-                    SeenPose(
-                        tracker.leader.correspondences.choose(cloud),
-                        estimate.pose,
-                        edge_maps(cloud),
-                    )
-                )
-        settled = seen[len(seen) // 3 :: 2]
-        if len(settled) >= _LEAST_SETTLED:
-            lengths = self.body.skeleton.proportions
-            told = partial(self.on_preparing, "fitting the body shape")
-            joints = tracker.setup.joints
-            self.shape = fitted_shape(lengths, self.settings.body, settled, p, joints, told)
-            self.body = body_model(lengths, self.shape)
+        clouds, body = self._first_clouds(frames), self.settings.body
+        found = shape_in(
+            self._initialiser(), clouds, body, self.first_pose, self.before_step, self.on_preparing
+        )
+        if found is not None:
+            self.shape, self.body = found, body_model(self.body.skeleton.proportions, found)
             self.tracker = self._tracker()
         return self.shape
 
@@ -315,30 +298,32 @@ class Pipeline:
         """The first clouds that show somebody; all that are made on the way are kept."""
         p = self.settings.tracking
         found: list[Cloud] = []
-        for frame in frames[: _LOOK_AHEAD * p.fit_frames]:
-            self.on_preparing("measuring the first frames", len(found), p.fit_frames)
+        for frame in frames[: _LOOK_AHEAD * FIT_FRAMES]:
+            self.on_preparing("measuring the first frames", len(found), FIT_FRAMES)
             if frame not in self._made:
                 self._made[frame] = self._cloud(frame)
             cloud, _ = self._made[frame]
             if len(cloud.points) >= p.least_points:
                 found.append(cloud)
-            if len(found) == p.fit_frames:
+            if len(found) == FIT_FRAMES:
                 break
         return found
 
     def _look_for_pose(self, clouds: Sequence[Cloud]) -> Pose | None:
         if self._follows_data:
-            return first_pose_in(self._seeker(), clouds, self.settings.body)
+            return first_pose_in(self._initialiser(), clouds, self.settings.body)
         frames, known = [cloud.frame for cloud in clouds], self._asked or range(0)
-        return first_pose_from_images(self._seeker(), self.reader, self.views, frames, known)
+        return first_pose_from_images(self._initialiser(), self.reader, self.views, frames, known)
 
     @property
     def _follows_data(self) -> bool:
         """Whether the tracker is one that can look for poses."""
         return self.settings.tracking.matching == "data_to_model"
 
-    def _seeker(self) -> PersonTracker:
-        return seeker_for(self.body, self.settings, self._cameras, self.recording, self.spec.seed)
+    def _initialiser(self) -> PersonTracker:
+        return initialiser_for(
+            self.body, self.settings, self._cameras, self.recording, self.spec.seed
+        )
 
     def _tracker(self) -> Tracker:
         return tracker_for(
@@ -410,8 +395,6 @@ def track(
 
     Parameters
     ----------
-    recording : Recording
-    spec : RunSpec
     on_frame : callable, optional
         Called after every frame.
     cancelled : callable, optional

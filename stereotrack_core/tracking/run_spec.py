@@ -20,7 +20,6 @@ class RunSpec:
 
     Attributes
     ----------
-    settings : Settings
     preset : str
         Name of the preset that they were made from, for the run's description.
     frames : range or None

@@ -16,7 +16,7 @@ import scipy.linalg
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.manifold import displaced
 from stereotrack_core.body.model import OUTLINE_NAMES, BodyModel, body_model, placed_cones
-from stereotrack_core.body.parameters import BodyParameters
+from stereotrack_core.body.parameters import BodyParameters, BodyShape
 from stereotrack_core.body.pose import REST, PartFrames, Pose
 from stereotrack_core.body.proportions import Proportions
 from stereotrack_core.body.skeleton import CLAVICLES, TORSO, UPPER_ARMS
@@ -25,7 +25,6 @@ from stereotrack_core.depth.chain import OnPart
 from stereotrack_core.tracking.free_body import FreeBody
 from stereotrack_core.tracking.parameters import TrackingParameters
 from stereotrack_core.tracking.residuals.limits import limit_residuals
-from stereotrack_core.tracking.residuals.parameters import SilhouetteParameters
 from stereotrack_core.tracking.residuals.silhouette import EdgeMap, contours_of
 from stereotrack_core.tracking.residuals.surface import SurfaceResidual, Trust, surface_residual
 
@@ -61,14 +60,12 @@ def fitted_shape(
     parameters: TrackingParameters,
     joints: tuple[int, ...],
     on_frame: OnPart = lambda _done, _count: None,
-) -> BodyParameters:
+) -> BodyShape:
     """Surface that explains the data of all frames best, and outline that explains their edges."""
     surface, poses = fitted_surface(proportions, shape, seen, parameters, joints, on_frame)
     edges = [frame.edges for frame in seen]
     body = body_model(proportions, surface)
-    return fitted_outline(
-        body, surface, tuple(zip(poses, edges, strict=True)), parameters.silhouette
-    )
+    return fitted_outline(body, BodyShape.of(surface), tuple(zip(poses, edges, strict=True)))
 
 
 def fitted_surface(
@@ -83,11 +80,8 @@ def fitted_surface(
 
     Parameters
     ----------
-    proportions : Proportions
     shape : BodyParameters
         The default, which is also the start; the fit is held to it by its spread among people.
-    seen : sequence of SeenPose
-    parameters : TrackingParameters
     joints : tuple of int
         Joints of the state.
     on_frame : callable
@@ -108,7 +102,6 @@ class Adjusted:
         Of a :class:`FreeBody`.
     sigma : (k,) float64
         Standard deviations.
-    poses : tuple of Pose
     """
 
     theta: FloatArray
@@ -129,12 +122,8 @@ def adjusted(
 
     Parameters
     ----------
-    free : FreeBody
-    seen : sequence of SeenPose
-    parameters : TrackingParameters
     joints : tuple of int
         Joints of the state.
-    iterations : int
     on_frame : callable
         Is told, in all iterations together, how many frames of how many are done.
     """
@@ -188,7 +177,9 @@ def _normal_equations(
 ) -> _Normal:
     body = free.body(theta)
     p = parameters
-    trust = Trust(p.reach, p.robust_narrow, p.sigma_measurement, p.effective_points)
+    trust = Trust(
+        p.max_correspondence_distance, p.loss_scale, p.sigma_measurement, p.effective_sample_size
+    )
     surface = surface_residual(data, body, body.frames(pose), trust)
     n = 6 + 2 * len(joints)
     near = np.concatenate([_STEP * np.eye(n), -_STEP * np.eye(n)])
@@ -242,10 +233,9 @@ _ROUNDS = 8
 
 def fitted_outline(
     body: BodyModel,
-    shape: BodyParameters,
+    shape: BodyShape,
     seen: Sequence[tuple[Pose, tuple[EdgeMap, ...]]],
-    trust: SilhouetteParameters,
-) -> BodyParameters:
+) -> BodyShape:
     """Shape with the margins that the outlines of some frames show.
 
     Both sides of a limb are in the pictures, so a pose that is a little wrong shifts one side as
@@ -255,13 +245,11 @@ def fitted_outline(
     ----------
     body : BodyModel
         Made from `shape`.
-    shape : BodyParameters
     seen : sequence of (Pose, tuple of EdgeMap)
-    trust : SilhouetteParameters
     """
     names = list(dict.fromkeys(name for pair in OUTLINE_NAMES for name in pair))
     start = np.array([float(shape.values()[name]) for name in names])
-    A, e = _rows(body, names, seen, trust)
+    A, e = _rows(body, names, seen)
     if not len(e):
         return shape
     prior = np.eye(len(names)) / _PRIOR_SIGMA**2
@@ -283,7 +271,6 @@ def _rows(
     body: BodyModel,
     names: list[str],
     seen: Sequence[tuple[Pose, tuple[EdgeMap, ...]]],
-    trust: SilhouetteParameters,
 ) -> tuple[FloatArray, FloatArray]:
     """Shares (m, n) of the margins in the outlines' distances, and the distances (m,)."""
     columns = np.array([[names.index(name) for name in pair] for pair in OUTLINE_NAMES])
@@ -291,7 +278,7 @@ def _rows(
     for pose, edges in seen:
         frames = body.frames(pose)
         placed = placed_cones(body, frames)
-        found = contours_of(edges, body, frames, trust)
+        found = contours_of(edges, body, frames)
         rotation, origin = placed.rotations[found.cone], placed.origins[found.cone]
         local = np.einsum("mji,mj->mi", rotation, found.foot - origin)[:, :2] ** 2
         part = local / np.maximum(local.sum(axis=1, keepdims=True), 1e-12)
@@ -341,7 +328,6 @@ def upright(pose: Pose, frames: int) -> tuple[UprightResidual, ...]:
 
     Parameters
     ----------
-    pose : Pose
     frames : int
         Of the same person standing; all of them together count as one measurement.
     """

@@ -20,13 +20,7 @@ def read_cloud(chain: DepthChain, reader: FrameReader, frame: int) -> tuple[Clou
 
 
 class CloudSource(Protocol):
-    """Where a run takes clouds that are not its own.
-
-    Attributes
-    ----------
-    chain : DepthChain
-    reader : FrameReader
-    """
+    """Where a run takes clouds that are not its own."""
 
     chain: DepthChain
     reader: FrameReader
@@ -43,11 +37,6 @@ class SharedClouds:
 
     Runs that go forward together keep only the few clouds that some have taken and others not.
     May be used by the threads of all runs at once.
-
-    Parameters
-    ----------
-    chain : DepthChain
-    reader : FrameReader
     """
 
     def __init__(self, chain: DepthChain, reader: FrameReader) -> None:

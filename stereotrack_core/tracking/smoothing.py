@@ -9,7 +9,6 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import Protocol
 
 import numpy as np
 import scipy.linalg
@@ -34,37 +33,17 @@ _JUMP = np.pi / 2
 """Change of an arm's angles between two frames that is no movement but another chart."""
 
 
-class ErrorState(Protocol):
-    """How estimates differ and how they are displaced: the tracker's own error state."""
-
-    @property
-    def joints(self) -> tuple[int, ...]:
-        """Parts whose two numbers follow position and rotation."""
-        ...
-
-    def difference(self, to: Estimate, origin: Estimate) -> FloatArray:
-        """Error state (n,) that displaces `origin` to `to`."""
-        ...
-
-    def displaced(self, at: Estimate, delta: FloatArray) -> Estimate:
-        """The estimate with its pose and state displaced."""
-        ...
-
-    def poses(self, at: Estimate, deltas: FloatArray) -> Pose:
-        """Stacked poses of displacements (S, n)."""
-        ...
-
-    def continuous(self, delta: FloatArray) -> BoolArray:
-        """Numbers (n,) whose change from frame to frame can be a movement."""
-        ...
-
-
 @dataclass(frozen=True)
-class ManifoldErrorState:
-    """Error states of :mod:`body.manifold`.
+class ErrorState:
+    """How estimates differ and how they are displaced: the error states of :mod:`body.manifold`.
 
     The covariance is taken as it is from pose to pose; that leaves out half of the turn between
     them, as the tracker's own correction does.
+
+    Attributes
+    ----------
+    joints : tuple of int
+        Parts whose two numbers follow position and rotation.
     """
 
     joints: tuple[int, ...]
@@ -83,14 +62,15 @@ class ManifoldErrorState:
         return displaced(at.pose, deltas, self.joints)
 
     def continuous(self, delta: FloatArray) -> BoolArray:
-        """All numbers: the manifold has no charts."""
+        """Numbers (n,) whose change from frame to frame can be a movement."""
         return np.ones(len(delta), dtype=np.bool_)
 
 
-class AdditiveErrorState:
+@dataclass(frozen=True)
+class AdditiveErrorState(ErrorState):
     """The thesis's state of Euler angles: differences are taken number by number."""
 
-    joints = THESIS_JOINTS
+    joints: tuple[int, ...] = THESIS_JOINTS
 
     def difference(self, to: Estimate, origin: Estimate) -> FloatArray:
         """Difference (n,) of the states, angles by the short way round."""
@@ -109,7 +89,7 @@ class AdditiveErrorState:
 
     def continuous(self, delta: FloatArray) -> BoolArray:
         """Without arms whose angles jump: the tracker restates them when it avoids collisions."""
-        kept = np.ones(len(delta), dtype=np.bool_)
+        kept = super().continuous(delta)
         for arm in _ARMS:
             kept[arm] = np.all(np.abs(delta[arm]) < _JUMP)
         return kept
@@ -134,7 +114,7 @@ class Smoothed:
 
 def error_state_of(joints: tuple[int, ...]) -> ErrorState:
     """Error state of a tracker whose state has these joints."""
-    return AdditiveErrorState() if joints == THESIS_JOINTS else ManifoldErrorState(joints)
+    return AdditiveErrorState() if joints == THESIS_JOINTS else ErrorState(joints)
 
 
 def smoothed(
@@ -152,8 +132,6 @@ def smoothed(
         Successive; their clouds are not needed.
     body : BodyModel
         Body that was tracked.
-    state : ErrorState
-    parameters : TrackingParameters
     fps : float
         Frame sets per second.
     """
@@ -204,11 +182,11 @@ def _backwards(
         if k == first + 1:
             if prior is not None:
                 prior, found[k] = _stayed(
-                    estimates[first], prior, found[k], state, parameters.hurry
+                    estimates[first], prior, found[k], state, parameters.prior_inflation_above
                 )
                 found[first] = _one_back(estimates[first], prior, found[k], state)
         elif k - first - 1 <= longest:
-            _bridge(found, first, k, state, Q, parameters.hurry)
+            _bridge(found, first, k, state, Q, parameters.prior_inflation_above)
     return found
 
 
@@ -217,12 +195,12 @@ def _one_back(filtered: Estimate, prior: Prior, after: Estimate, state: ErrorSta
     predicted = state.displaced(filtered, prior.movement)
     ahead = state.difference(after, predicted)
     carried = prior.carried & state.continuous(ahead)
-    step = backward_step(filtered.P, prior.P, carried, after.P)
-    return replace(state.displaced(filtered, step.gain @ ahead), P=step.P)
+    gain, P = backward_step(filtered.P, prior.P, carried, after.P)
+    return replace(state.displaced(filtered, gain @ ahead), P=P)
 
 
 def _stayed(
-    filtered: Estimate, prior: Prior, after: Estimate, state: ErrorState, hurry: float
+    filtered: Estimate, prior: Prior, after: Estimate, state: ErrorState, inflated_above: float
 ) -> tuple[Prior, Estimate]:
     """Carry over the arms that were looked for anew and yet found where they were expected.
 
@@ -234,7 +212,7 @@ def _stayed(
     squared = behind**2 / np.diagonal(prior.P)
     anew = np.zeros(len(behind), dtype=np.bool_)
     for arm in _ARMS:
-        anew[arm] = not prior.carried[arm].all() and squared[arm].mean() < hurry**2
+        anew[arm] = not prior.carried[arm].all() and squared[arm].mean() < inflated_above**2
     if not anew.any():
         return prior, after
     prior = replace(prior, carried=prior.carried | anew)
@@ -254,14 +232,19 @@ def _added_information(prior: Prior, used: BoolArray) -> FloatArray:
 
 
 def _bridge(
-    found: list[Estimate], first: int, k: int, state: ErrorState, Q: FloatArray, hurry: float
+    found: list[Estimate],
+    first: int,
+    k: int,
+    state: ErrorState,
+    Q: FloatArray,
+    inflated_above: float,
 ) -> None:
     """Fill the frames between `first` and `k`, and smooth `first`, by a random walk."""
     before, steps = found[first], k - first
     moved = state.difference(found[k], before)
     if not np.all(state.continuous(moved)):
         return
-    noise = _hurried(Q, moved, before.P + steps * Q, hurry)
+    noise = _inflated(Q, moved, before.P + steps * Q, inflated_above)
     nothing, everything = np.zeros(len(Q)), np.ones(len(Q), dtype=np.bool_)
     if found[k].prior is None:
         found[k] = _joined(found[k], before, before.P + steps * noise, state)
@@ -294,11 +277,11 @@ def _as_bridge(estimate: Estimate) -> Estimate:
     )
 
 
-def _hurried(Q: FloatArray, moved: FloatArray, P: FloatArray, hurry: float) -> FloatArray:
+def _inflated(Q: FloatArray, moved: FloatArray, P: FloatArray, inflated_above: float) -> FloatArray:
     """Noise that allows for the movement over a gap, as the tracker widens its priors."""
     squared = moved**2 / np.diagonal(P)
     groups = [squared[:3], squared[3:6], *squared[6:].reshape(-1, 2)]
     ratio = np.concatenate([np.full(len(g), np.sqrt(g.mean())) for g in groups])
-    factor = np.where(ratio > hurry, ratio, 1.0)
+    factor = np.where(ratio > inflated_above, ratio, 1.0)
     wider: FloatArray = Q * np.outer(factor, factor)
     return wider

@@ -17,6 +17,10 @@ from stereotrack_core.depth.points import Volume
 from stereotrack_core.filtering.sigma_points import SigmaWeights, scaled_weights
 from stereotrack_core.tracking.parameters import TrackingParameters
 
+GIRDLE_REST = np.radians(2.5)
+"""Angle of a clavicle from its rest up to which it is held firmly (docs/accuracy.md); beyond, it is
+held less and less, unless it is lowered."""
+
 _ARM = np.radians(40.0) ** 2
 _START = np.array([0.1, 0.1, 0.1, *np.radians([20.0, 20.0, 20.0])]) ** 2
 """Variances of joints, and of position and rotation, of a first pose."""
@@ -28,7 +32,6 @@ class Belief:
 
     Attributes
     ----------
-    pose : Pose
     P : (n, n) float64
         Covariance of the states, or of the pose's error state; metres and radians.
     """
@@ -74,8 +77,6 @@ class Setup:
 
     Attributes
     ----------
-    body : BodyModel
-    parameters : TrackingParameters
     cameras : (V, 3) float64, world, metres
         Optical centres of the views.
     fps : float
@@ -117,7 +118,7 @@ class Setup:
 
     def first_state(self, pose: Pose, time: float | None = None) -> State:
         """State of a pose that is roughly right."""
-        girdle = np.radians(self.parameters.girdle_rest) ** 2
+        girdle = GIRDLE_REST**2
         turns = [girdle if joint in CLAVICLES else _ARM for joint in self.joints]
         P = np.diag(np.concatenate([_START, np.repeat(turns, 2)]))
         return State(pose, P, np.zeros(len(P)), time)
@@ -145,7 +146,6 @@ def process_noise(
 
     Parameters
     ----------
-    parameters : TrackingParameters
     joints : tuple of int
         Parts whose two numbers follow three of position and three of rotation in the state.
     fps : float

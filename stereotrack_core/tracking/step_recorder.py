@@ -21,9 +21,12 @@ from stereotrack_core.geometry.rotation import angle_between
 from stereotrack_core.tracking.arm_search.arms import Arms
 from stereotrack_core.tracking.correction import Line, Residual
 from stereotrack_core.tracking.estimate import Estimate
-from stereotrack_core.tracking.residuals.collisions import ApartResidual
 from stereotrack_core.tracking.residuals.keypoints import DetectionResidual
-from stereotrack_core.tracking.residuals.limits import ClearanceResidual, DirectionResidual
+from stereotrack_core.tracking.residuals.limits import (
+    ApartResidual,
+    ClearanceResidual,
+    DirectionResidual,
+)
 from stereotrack_core.tracking.residuals.surface import SurfaceResidual
 from stereotrack_core.tracking.state import Belief, Setup
 from stereotrack_core.tracking.thesis_collisions import Clearance, pushed_out
@@ -50,15 +53,15 @@ if TYPE_CHECKING:
     from stereotrack_core.tracking.arm_search.search import ArmSearch, Evidence
     from stereotrack_core.tracking.ukf import Projection
 
-SOUGHT = (
+_REINITIALISED = (
     "The previous frame was not tracked, so the pose was re-initialised. The steps start from the "
     "pose found."
 )
-ANEW = (
+_OTHER_POSE = (
     "An alternative pose became the best one in this frame because it explains the last frames "
     "better. The steps start from it."
 )
-WIDENED = (
+_INFLATED = (
     "The data moved the body farther than expected, so the frame was tracked a second time with "
     "prior inflation."
 )
@@ -124,9 +127,9 @@ class StepRecorder:
             seconds=self._seconds,
         )
 
-    def sought(self) -> None:
+    def reinitialised(self) -> None:
         """Somebody was looked for without help, and found."""
-        self._notes.append(SOUGHT)
+        self._notes.append(_REINITIALISED)
         self._lap("initialise pose")
 
     def predicted(self, before: Belief, predicted: Belief) -> None:
@@ -134,14 +137,14 @@ class StepRecorder:
         self._predictions += 1
         if self._predictions > 1:
             self._begin()
-            self._notes.append(ANEW)
+            self._notes.append(_OTHER_POSE)
         self._before, self._predicted = before, predicted
         self._lap("predict")
 
     def corresponded(self, data: FloatArray, surface: SurfaceResidual) -> None:
         """Data (N, 3 or more) have found their feet on the model, as far as they are near."""
         self._data = data
-        self._measured = [*self._measured[:1], points_of(surface)]
+        self._measured = [*self._measured[:1], _points_of(surface)]
         self._lap("arm search" if self._searching else "find correspondences")
 
     def corrected(
@@ -168,7 +171,7 @@ class StepRecorder:
                 prior=prior,
                 before=at,
                 sigma_points=SigmaPoints(dX, displaced(at.pose, dX, setup.joints), used),
-                points=points_of(surface, own[0] if own else None),
+                points=_points_of(surface, own[0] if own else None),
                 unused=self._too_far(surface),
                 rows=_rows([line for line in lines if line.residual is not surface], after.P),
                 P_xz=P_xz,
@@ -195,7 +198,7 @@ class StepRecorder:
         if self._searching is not None:
             search, evidence, _ = self._searching
             terms = search.arm_terms(evidence, side, arms, expected, other)
-            chosen = is_among(*(np.hstack([each.upper, each.fore]) for each in (arms, kept)))
+            chosen = _is_among(*(np.hstack([each.upper, each.fore]) for each in (arms, kept)))
             self._proposals.append(Proposals(side, arms.upper, arms.fore, terms, chosen))
             self._mark = perf_counter()
 
@@ -284,7 +287,7 @@ class StepRecorder:
     def avoided(self, before: Pose, after: Pose, clearance: Clearance) -> None:
         """Collisions were avoided by a jump."""
         self._lap("collisions")
-        self._jump = jump_of(self._setup.body, before, after, clearance)
+        self._jump = _jump_of(self._setup.body, before, after, clearance)
 
     def _lap(self, step: str) -> None:
         """Count the time since the last one for a step."""
@@ -298,8 +301,8 @@ class StepRecorder:
             return "refine"
         if prior is self._predicted:
             return "follow"
-        if WIDENED not in self._notes:
-            self._notes.append(WIDENED)
+        if _INFLATED not in self._notes:
+            self._notes.append(_INFLATED)
         return "again"
 
     def _add(self, correction: Correction) -> None:
@@ -310,12 +313,12 @@ class StepRecorder:
     def _too_far(self, surface: SurfaceResidual) -> Unused:
         """Data of the last correspondences that no part of the body was near."""
         places = np.ascontiguousarray(self._data[:, :3])
-        left = places[~is_among(places, surface.data)]
+        left = places[~_is_among(places, surface.data)]
         part = np.full(len(left), -1, dtype=np.int64)
         return Unused(left, part, np.full(len(left), TOO_FAR, dtype=np.int64))
 
 
-def points_of(surface: SurfaceResidual, line: Line | None = None) -> Points:
+def _points_of(surface: SurfaceResidual, line: Line | None = None) -> Points:
     """Pairs of a residual, as they are or as a correction saw them."""
     return Points(
         surface.part,
@@ -328,7 +331,7 @@ def points_of(surface: SurfaceResidual, line: Line | None = None) -> Points:
     )
 
 
-def is_among(rows: FloatArray, others: FloatArray) -> BoolArray:
+def _is_among(rows: FloatArray, others: FloatArray) -> BoolArray:
     """Which rows (N, k) are, to the last bit, among others (M, k)."""
     kind = np.dtype((np.void, rows.dtype.itemsize * rows.shape[1]))
     a, b = (np.ascontiguousarray(each).view(kind).ravel() for each in (rows, others))
@@ -354,8 +357,8 @@ def _unused(
     points, why = [], []
     for candidates, inside, seen in drawn:
         reason = np.where(inside, INSIDE, np.where(seen, SURPLUS, HIDDEN))
-        reason[is_among(_keys(candidates), _keys(pairs.drawn))] = ON_PARTNER
-        reason[is_among(_keys(candidates), _keys(pairs.sampled))] = -1
+        reason[_is_among(_keys(candidates), _keys(pairs.drawn))] = ON_PARTNER
+        reason[_is_among(_keys(candidates), _keys(pairs.sampled))] = -1
         left = reason >= 0
         points.append(candidates[left])
         why.append(reason[left].astype(np.int64))
@@ -368,7 +371,7 @@ def _keys(points: SurfacePoints) -> FloatArray:
     return np.column_stack([points.cone.astype(np.float64), points.points])
 
 
-def jump_of(body: BodyModel, before: Pose, after: Pose, clearance: Clearance) -> Jump:
+def _jump_of(body: BodyModel, before: Pose, after: Pose, clearance: Clearance) -> Jump:
     """Say what collision avoidance found and did."""
     arms = tuple(_arm_jump(body, before, after, side, clearance) for side in (0, 1))
     return Jump(before, after, arms, clearance.distance, clearance.elbow_angle)

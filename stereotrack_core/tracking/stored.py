@@ -1,4 +1,4 @@
-"""The body and the poses of a stored run."""
+"""What a run states about itself: of which kinds its values are; its body and its poses."""
 
 from __future__ import annotations
 
@@ -9,16 +9,59 @@ from typing import Any
 
 from stereotrack_core.body.angles import pose_of_state
 from stereotrack_core.body.model import BodyModel, body_model
-from stereotrack_core.body.parameters import BodyParameters
+from stereotrack_core.body.parameters import BodyShape
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.proportions import proportions_of
 from stereotrack_core.errors import InputError
-from stereotrack_core.parameters import Value
+from stereotrack_core.plain_data import Kind, check_kind
 from stereotrack_core.recording.description import Subject
 from stereotrack_core.tracking.frame import Run, joints_named
 
-EARLIER: Mapping[str, Value] = MappingProxyType({"girdle": False})
-"""What runs of older versions do not say because their program could do nothing else."""
+_VALUES: Kind = {str: (bool, int, float, str)}
+_LENGTHS = tuple(field.name for field in dataclasses.fields(Subject) if field.name != "name")
+
+_META_KINDS: Mapping[str, Kind] = MappingProxyType(
+    {
+        **dict.fromkeys(("program", "version", "preset", "init", "made", "way"), str),
+        **dict.fromkeys(("recording", "recording_folder", "recording_folder_from_run"), str),
+        **dict.fromkeys(("fingerprint", "calibration"), str),
+        **dict.fromkeys(("smoothed", "colour", "incomplete"), bool),
+        **dict.fromkeys(("fps", "wall_seconds"), float),
+        "parameters": _VALUES,
+        "body": _VALUES,
+        **dict.fromkeys(("seed", "format"), int),
+        "views": [str],
+        "subject": {"name": str, **dict.fromkeys(_LENGTHS, float)},
+        "bridged": [int],
+        "first_pose": {"position": [float], "rotations": [[[float]]]},
+        "frames": [int, int],
+        "detections": {"source": str, "fingerprint": str, "count": int},
+        "blind": [{"view": str, "first": int, "end": int, "reason": str}],
+        "versions": {str: str},
+        "resumed_at": [int],
+        "started_at_reference": [int],
+        "warnings": [str],
+    }
+)
+"""What :meth:`Origin.meta` and whoever adds to it state; other keys may hold anything."""
+
+
+def check_meta(meta: Any, where: str, remedy: str) -> None:
+    """Refuse what cannot be the meta of a run.
+
+    Raises
+    ------
+    InputError
+        Where it is no table, or a value is of another kind; it names the key.
+    """
+    check_kind(meta, _META_KINDS, where, remedy)
+    for name, length in (meta.get("subject") or {}).items():
+        if name in _LENGTHS and length is not None and length <= 0:
+            raise InputError(
+                f"a length of {length:g} m is not possible",
+                where=f"{where}, subject.{name}",
+                remedy=remedy,
+            )
 
 
 def pose_of_run(run: Run, i: int) -> Pose | None:
@@ -67,11 +110,9 @@ def subject_of_meta(meta: Mapping[str, Any]) -> Subject | None:
     return Subject(**{key: value for key, value in stored.items() if key in fields})
 
 
-def shape_of_meta(meta: Mapping[str, Any]) -> BodyParameters:
+def shape_of_meta(meta: Mapping[str, Any]) -> BodyShape:
     """Shape of the body that was tracked."""
-    known = {row.name for row in BodyParameters.rows()}
-    stored = {**EARLIER, **meta.get("body", {})}
-    return BodyParameters().replaced(**{k: v for k, v in stored.items() if k in known})
+    return BodyShape().replaced(**meta.get("body", {}))
 
 
 def _joints_of(names: tuple[str, ...]) -> tuple[int, ...]:

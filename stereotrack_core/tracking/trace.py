@@ -138,8 +138,6 @@ class Correction:
         Where the measurement is linearised: for the thesis's tracker the same as the prior.
     sigma_points : SigmaPoints
         Of `before`.
-    points : Points
-    unused : Unused
     rows : tuple of Rows
         Beside the points: limits, collisions, arms apart, outlines, detections.
     P_xz : (n, m) float64
@@ -152,7 +150,6 @@ class Correction:
         The correction, metres and radians.
     from_prior : (n,) float64
         The part of it that draws back to the prior's pose.
-    after : Belief
     """
 
     stage: str
@@ -214,7 +211,6 @@ class Jump:
 
     Attributes
     ----------
-    before, after : Pose
     arms : tuple of ArmJump
         Left and right.
     least_distance : float, metres
@@ -269,7 +265,6 @@ class Pair:
         What speaks against the refined pose, by name.
     cost : float
         Its sum.
-    chosen : bool
     """
 
     proposed: Pose
@@ -293,7 +288,6 @@ class Search:
         Left and right.
     gain : float
         By which another pair must cost less.
-    seconds : float
     """
 
     followed: Pair
@@ -309,10 +303,8 @@ class StepTrace:
 
     Attributes
     ----------
-    frame : int
     method : str
         "thesis", "manifold", or the estimator's name for a baseline.
-    body : BodyModel
     state_names : tuple of str
         Of the n numbers of covariances and corrections.
     before, predicted, after : Belief
@@ -323,8 +315,6 @@ class StepTrace:
         Those, pair by pair.
     measured : tuple of Points
         Pairs of points of trackers that do not correct by them; first and last.
-    search : Search or None
-    jump : Jump or None
     estimate : Estimate
         What the tracker said about the frame.
     notes : tuple of str

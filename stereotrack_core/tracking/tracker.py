@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pkgutil
 from collections.abc import Mapping
 from types import MappingProxyType
 
@@ -15,10 +16,6 @@ from stereotrack_core.body.proportions import proportions_of
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.depth.points import Volume
 from stereotrack_core.recording.description import Recording
-from stereotrack_core.tracking.baselines.annealed import AnnealedParticles
-from stereotrack_core.tracking.baselines.base import ExtendedKalman
-from stereotrack_core.tracking.baselines.limb_icp import LimbIcp
-from stereotrack_core.tracking.baselines.scalar_distance import ScalarDistance
 from stereotrack_core.tracking.correspondences import DataToModel
 from stereotrack_core.tracking.estimate import Estimate, Memory, Tracker
 from stereotrack_core.tracking.estimator import Estimator
@@ -117,7 +114,7 @@ class PersonTracker:
         self._cost = self._doubt = 0.0
         self._rivals: list[Candidate] = []
 
-    def seek(self) -> None:
+    def reinitialise(self) -> None:
         """Know nothing: the next cloud that shows somebody is searched."""
         self.start(self.pose)
         self._present = False
@@ -138,7 +135,7 @@ class PersonTracker:
         if estimate.tracked:
             self.leader.correspondences.learn(self.pose, estimate.unexplained_fraction)
         else:
-            self.seek()
+            self.reinitialise()
         return estimate
 
     def memory(self) -> Memory:
@@ -170,7 +167,7 @@ class PersonTracker:
             best, *others = found
             self.start(best.pose, cloud.frame)
             if trace is not None:
-                trace.sought()
+                trace.reinitialised()
             self._cost, self._unchanged = best.cost, 0
             self._rivals = others[:_RIVALS]
 
@@ -250,15 +247,19 @@ class PersonTracker:
         return ""
 
 
-_ESTIMATORS: Mapping[str, type[Estimator]] = MappingProxyType(
+_BASELINES = "stereotrack_core.experiments.baselines"
+
+_ESTIMATORS: Mapping[str, str] = MappingProxyType(
     {
-        "iterated": IteratedEstimator,
-        "extended_kalman": ExtendedKalman,
-        "annealed_particles": AnnealedParticles,
-        "limb_icp": LimbIcp,
-        "scalar_distance": ScalarDistance,
+        "iterated": f"{IteratedEstimator.__module__}:IteratedEstimator",
+        "extended_kalman": f"{_BASELINES}.estimators:ExtendedKalman",
+        "annealed_particles": f"{_BASELINES}.particles:AnnealedParticles",
+        "limb_icp": f"{_BASELINES}.estimators:LimbIcp",
+        "scalar_distance": f"{_BASELINES}.estimators:ScalarDistance",
     }
 )
+"""Where estimators are, by the parameter's value; loaded by name, because those of experiments are
+made of parts of the tracker."""
 
 
 def tracker_for(
@@ -269,11 +270,12 @@ def tracker_for(
     setup = Setup(body, p, cameras, fps, seed, Volume.of(settings.depth))
     if p.matching == "model_to_data":
         return ThesisTracker(setup)
-    estimator, correspondences = _ESTIMATORS[p.estimator](setup), DataToModel(setup, coloured=True)
+    estimator: Estimator = pkgutil.resolve_name(_ESTIMATORS[p.estimator])(setup)
+    correspondences = DataToModel(setup, coloured=True)
     return PersonTracker(PoseFilter(setup, estimator, correspondences, listens=True))
 
 
-def seeker_for(
+def initialiser_for(
     body: BodyModel, settings: Settings, cameras: FloatArray, recording: Recording, seed: int
 ) -> PersonTracker:
     """A tracker that only looks for first poses: without colours and detections between frames.
@@ -284,9 +286,9 @@ def seeker_for(
     p = settings.tracking
     if p.matching == "model_to_data":
         p, body = TrackingParameters(), body_model(proportions_of(recording.subject))
-    return seeker(Setup(body, p, cameras, recording.fps, seed, Volume.of(settings.depth)))
+    return initialiser(Setup(body, p, cameras, recording.fps, seed, Volume.of(settings.depth)))
 
 
-def seeker(setup: Setup) -> PersonTracker:
+def initialiser(setup: Setup) -> PersonTracker:
     """A tracker of the iterated estimator alone."""
     return PersonTracker(PoseFilter(setup, IteratedEstimator(setup), DataToModel(setup)))

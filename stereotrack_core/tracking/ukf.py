@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import time
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,7 +18,7 @@ from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.filtering.correction import correct, normalised
 from stereotrack_core.filtering.sigma_points import sigma_deviations
 from stereotrack_core.tracking.estimate import Correspondences, Estimate, Memory, Prior
-from stereotrack_core.tracking.failure.classifier import Unjudged, judged
+from stereotrack_core.tracking.failure.features import judged
 from stereotrack_core.tracking.state import Belief, Setup, elapsed, time_array, time_in
 from stereotrack_core.tracking.step_recorder import StepRecorder
 from stereotrack_core.tracking.thesis_collisions import Clearance, collisions_avoided
@@ -64,10 +65,6 @@ class Projection:
 
 class ThesisTracker:
     """Predict, then correct i times by closest points, then avoid collisions.
-
-    Parameters
-    ----------
-    setup : Setup
 
     Attributes
     ----------
@@ -126,8 +123,10 @@ class ThesisTracker:
             innovations.append(self.correct(pairs, trace))
         self.avoid_collisions(trace)
         self._anew, self._movement = False, _angles_wrapped(self.x - x)
-        seconds = time.perf_counter() - begun
-        return judged(cloud, self.setup, self._found(pairs, innovations[0], prior), seconds)
+        seconds = {"track": time.perf_counter() - begun}
+        found = self._found(pairs, innovations[0], prior, seconds)
+        spread = pose_of_state(self.x + sigma_deviations(self.P, self.setup.weights), THESIS_JOINTS)
+        return judged(found, cloud, self.setup, spread, self._movement)
 
     def predict(self, time: float) -> None:
         """Predict that the body stays where it is, with more uncertainty (3.2.1)."""
@@ -202,22 +201,27 @@ class ThesisTracker:
         self._movement, self._anew = memory["movement"], bool(memory["anew"])
         self._rng.bit_generator.state = json.loads(memory["random"].tobytes())
 
-    def _found(self, pairs: Projection, innovation: float, prior: Prior | None) -> Unjudged:
+    def _found(
+        self,
+        pairs: Projection,
+        innovation: float,
+        prior: Prior | None,
+        seconds: Mapping[str, float],
+    ) -> Estimate:
         pose = self.pose
         model = self.setup.body.frames(pose).apply(pairs.sampled.part, pairs.sampled.points)
         distance = np.einsum("mi,mi->m", pairs.e, pairs.measured - model)
-        dX = sigma_deviations(self.P, self.setup.weights)
-        return Unjudged(
+        part, weight = pairs.sampled.part, np.ones(len(model))
+        return Estimate(
+            tracked=True,
+            reason="",
             pose=pose,
             x=self.x.copy(),
             P=self.P.copy(),
-            sigma_points=pose_of_state(self.x + dX, THESIS_JOINTS),
             residual=float(np.sqrt(np.mean(distance**2))),
             innovation=innovation,
-            correspondences=Correspondences(
-                pairs.measured, model, pairs.sampled.part, np.ones(len(model))
-            ),
-            movement=self._movement,
+            correspondences=Correspondences(pairs.measured, model, part, weight),
+            seconds=seconds,
             prior=prior,
         )
 

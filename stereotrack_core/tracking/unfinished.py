@@ -8,7 +8,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from stereotrack_core.body.parameters import BodyParameters
+from stereotrack_core.body.parameters import BodyShape
 from stereotrack_core.errors import InputError
 from stereotrack_core.tracking.estimate import Memory, Tracker
 from stereotrack_core.tracking.frame import Origin, Run, TrackedFrame, assembled
@@ -57,7 +57,6 @@ class UnfinishedRun:
     ----------
     frames : tuple of TrackedFrame
         Ascending; without clouds.
-    state_names : tuple of str
     meta : mapping
         As a complete run has it.
     wall_seconds : float
@@ -97,7 +96,7 @@ class UnfinishedRun:
         return (*self.meta.get("resumed_at", ()), *self.rest_of(self.asked)[:1])
 
     @property
-    def shape(self) -> BodyParameters:
+    def shape(self) -> BodyShape:
         """Of the body that was tracked."""
         return shape_of_meta(self.meta)
 

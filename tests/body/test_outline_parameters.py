@@ -4,12 +4,11 @@ import numpy as np
 import pytest
 
 from stereotrack_core.body.model import OUTLINE_NAMES, body_cones
-from stereotrack_core.body.outline_parameters import OutlineParameters
-from stereotrack_core.body.parameters import BodyParameters
+from stereotrack_core.body.parameters import BodyParameters, BodyShape
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.body.skeleton import PARTS
 
-NAMES = tuple(row.name for row in OutlineParameters().rows())
+NAMES = tuple(row.name for row in BodyShape.rows() if row.name.startswith("outline_"))
 
 EXPECTED = {
     "outline_torso_side": [(0, 0)],
@@ -33,9 +32,7 @@ def test_every_margin_is_some_cones():
 
 @pytest.mark.parametrize("name", NAMES)
 def test_a_margin_acts_on_its_cones_alone(name):
-    plain, changed = (
-        body_cones(AVERAGE, BodyParameters().replaced(**v)) for v in ({}, {name: 0.03})
-    )
+    plain, changed = (body_cones(AVERAGE, BodyShape().replaced(**v)) for v in ({}, {name: 0.03}))
     where = np.argwhere(changed.outline != plain.outline)
     assert [tuple(index) for index in where.tolist()] == EXPECTED[name]
     assert (changed.outline[tuple(where.T)] == 0.03).all()
@@ -62,7 +59,7 @@ def test_upper_arms_forearms_and_hands_are_theirs():
 
 @pytest.mark.parametrize("legs", [True, False])
 def test_legs_have_no_margin(legs):
-    cones = body_cones(AVERAGE, BodyParameters().replaced(legs=legs, outline_hand=0.01))
+    cones = body_cones(AVERAGE, BodyShape().replaced(legs=legs, outline_hand=0.01))
     assert cones.outline.shape == (len(cones), 2)
     assert (cones.outline[11:] == 0.0).all()
     assert (cones.outline[:11] != 0.0).all()

@@ -141,7 +141,7 @@ def test_a_search_goes_on_where_it_was(run, recording, tmp_path, here):
     table = tmp_path / "search.csv"
     command = (
         *("sweep", recording, *QUICK, "--search", "iterations=1:4", "-o", table, "--json"),
-        *("--search", "reach=0.1:0.5", "--views", "N", "--workers", 1),
+        *("--search", "max_correspondence_distance=0.1:0.5", "--views", "N", "--workers", 1),
     )
     first = run(*command, "--trials", 2).json
     assert (first["computed"], first["reused"]) == (2, 0)
@@ -208,7 +208,10 @@ def test_a_sweep_that_is_killed_or_stopped_goes_on_where_it_was(run, recording, 
     ("arguments", "words"),
     [
         (("--grid", "points=3"), "unknown parameter 'points'"),
-        (("--grid", "iterations=2", "--search", "reach=0.1:0.2"), "Use only one"),
+        (
+            ("--grid", "iterations=2", "--search", "max_correspondence_distance=0.1:0.2"),
+            "Use only one",
+        ),
         (("--workers", "0"), "less than 1"),
         (("--workers", "2", "--scheduler", "tcp://a:1"), "one of them"),
         (("--minimise", "beauty"), "unknown measure"),

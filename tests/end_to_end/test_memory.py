@@ -23,7 +23,6 @@ QUICK = {
     "model_points": 16,
     "iterations": 3,
     "search_proposals": 20,
-    "search_data": 60,
     "search_refined": 1,
 }
 """Every stage at work, on little."""

@@ -37,7 +37,7 @@ def made_run(recording: Recording, off=0.0, frames=None, wild=()) -> Run:
         residual=np.full(count, 0.01), innovation=np.ones(count),
         limb_sigma_deg=np.full((count, 6), 3.0), limb_lost=np.full((count, 6), 0.1),
         seconds=np.zeros((count, 0)), stage_names=(),
-        meta={"fps": recording.fps, "covariance_axes": "chain"},
+        meta={"fps": recording.fps},
     )  # fmt: skip
 
 

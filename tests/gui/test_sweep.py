@@ -68,7 +68,8 @@ def test_values_are_added_by_keys_and_taken_away(shown, qtbot):
 def request_for(recording, tmp_path):
     return SweepRequest(
         recordings=(recording,), seeds="0,1", grid=("iterations=2,3",), frames="0:3",
-        table=tmp_path / "a.csv", preset="fast", changes=("reach=0.2",), workers=2,
+        table=tmp_path / "a.csv", preset="fast", workers=2,
+        changes=("max_correspondence_distance=0.2",),
     )  # fmt: skip
 
 
@@ -79,7 +80,7 @@ def test_fields_are_a_request_whose_jobs_are_counted(shown, tmp_path, small_reco
     form.add_recording(small_recording)
     with pytest.raises(InputError, match="no file name"):
         form.request()
-    form.show_base("fast", ["reach=0.2"])
+    form.show_base("fast", ["max_correspondence_distance=0.2"])
     form.points.values.add("iterations", "2,3")
     form.seeds.setText("0,1")
     form.frames.setText("0:3")
@@ -111,10 +112,10 @@ def test_lists_and_searches_are_asked_for_like_grids(shown, tmp_path, small_reco
     points.way.setCurrentIndex(points.way.findData("search"))
     with pytest.raises(InputError, match="no parameters to search"):
         points.fields()
-    points.ranges.add("reach", "0.1:0.5")
+    points.ranges.add("max_correspondence_distance", "0.1:0.5")
     points.trials.setValue(4)
     points.judge.setCurrentIndex(points.judge.findData("lost"))
-    asked = {"search": ("reach=0.1:0.5",), "trials": 4, "minimise": "lost"}
+    asked = {"search": ("max_correspondence_distance=0.1:0.5",), "trials": 4, "minimise": "lost"}
     assert points.fields() == asked
     count = counted_jobs(replace(request, **points.fields()))
     assert (count.points, count.jobs) == (4, 8)

@@ -123,7 +123,6 @@ def test_descriptions_that_make_no_sense_are_refused(facts, tmp_path):
 
 def settings(name):
     changes = {"search_arms": False, "data_points": 400} if name == "fast" else {}
-    changes |= {"annealed_particles": 40, "annealed_layers": 2} if name == "annealed" else {}
     return preset(name).replaced(pixel_step=1, speckle_size=0, **changes)
 
 

@@ -16,7 +16,7 @@ from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.body.angles import ALL_JOINTS, pose_of_state, state_names, state_of_pose
 from stereotrack_core.body.model import body_model, landmarks
-from stereotrack_core.body.parameters import BodyParameters
+from stereotrack_core.body.parameters import BodyShape
 from stereotrack_core.body.pose import Pose, hanging_pose
 from stereotrack_core.body.proportions import proportions_of
 from stereotrack_core.body.skeleton import PARTS
@@ -99,14 +99,14 @@ def made_run(folder: Path) -> Run:
     n = len(names)
     meta = {
         "program": "stereotrack", "version": "0.1.0", "preset": "accurate",
-        "parameters": Settings().values(), "body": BodyParameters().values(), "seed": 0,
+        "parameters": Settings().values(), "body": BodyShape().values(), "seed": 0,
         "views": ["N", "O"], "init": "pose", "fps": 10.0, "recording": "small",
         "recording_folder": str(folder), "fingerprint": "0" * 32,
         "subject": dataclasses.asdict(SUBJECT), "smoothed": False, "bridged": [],
         "first_pose": {"position": [0.0, 0.0, 1.0], "rotations": [np.eye(3).tolist()] * len(PARTS)},
         "frames": [0, FRAMES], "colour": False, "calibration": "1" * 32, "versions": versions(),
         "detections": {"source": "detections.csv", "fingerprint": "2" * 32, "count": 3},
-        "made": "2026-06-11T10:00:00+00:00", "wall_seconds": 1.5, "covariance_axes": "chain",
+        "made": "2026-06-11T10:00:00+00:00", "wall_seconds": 1.5,
         "blind": [{"view": "N", "first": 1, "end": 3, "reason": "dark"}],
         "started_at_reference": [0, 5],
     }  # fmt: skip

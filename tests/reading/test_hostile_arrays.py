@@ -137,7 +137,7 @@ WRONG = {
     **dict.fromkeys(
         ("preset", "init", "made", "version", "recording", "recording_folder"), (3, ["x"])
     ),
-    **dict.fromkeys(("fingerprint", "calibration", "covariance_axes"), (7, {})),
+    **dict.fromkeys(("fingerprint", "calibration"), (7, {})),
     **dict.fromkeys(("fps", "wall_seconds"), ("10", True, [10.0], float("nan"))),
     **dict.fromkeys(("smoothed", "colour", "started_at_reference"), ("no", 1)),
     "seed": ("0", 1.5, True),

@@ -7,7 +7,7 @@ from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.points import Volume
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.state import Setup
-from stereotrack_core.tracking.tracker import seeker as looking
+from stereotrack_core.tracking.tracker import initialiser as looking
 from tests.tracking.scenes import (
     CAMERAS,
     POSES,
@@ -20,66 +20,68 @@ from tests.tracking.scenes import (
 
 
 @pytest.fixture
-def seeker(make_tracker):
+def initialiser(make_tracker):
     body = make_tracker("manifold").setup.body
     volume = Volume.of(DepthParameters())
     setup = Setup(body, preset("fast").tracking, CAMERAS, 10.0, 0, volume)
     tracker = looking(setup)
-    tracker.seek()
+    tracker.reinitialise()
     return tracker
 
 
 @pytest.mark.parametrize("heading", [0.0, 75.0, 200.0])
 @pytest.mark.parametrize("name", ["t", "reaching"])
-def test_a_body_is_found_in_any_heading_anywhere(seeker, rng, name, heading):
+def test_a_body_is_found_in_any_heading_anywhere(initialiser, rng, name, heading):
     true = turned(POSES[name], heading, (0.4, -0.5, 0.0))
     for frame in range(3):
-        points = surface_points(seeker.setup.body, true, 2500, rng, 0.005)
-        found = seeker.step(cloud_of(points, frame))
+        points = surface_points(initialiser.setup.body, true, 2500, rng, 0.005)
+        found = initialiser.step(cloud_of(points, frame))
     assert found.tracked
     assert np.linalg.norm(found.pose.position - true.position) < 0.06
     assert axis_off(found.pose, true) < 12.0
 
 
-def test_arms_that_reach_to_the_front_tell_where_the_front_is(seeker, rng):
+def test_arms_that_reach_to_the_front_tell_where_the_front_is(initialiser, rng):
     true = turned(POSES["reaching"], 140.0)
     for frame in range(3):
-        points = surface_points(seeker.setup.body, true, 2500, rng, 0.005)
-        found = seeker.step(cloud_of(points, frame))
-    assert angle_errors(seeker.setup.body, found.pose, true).max() < 15.0
+        points = surface_points(initialiser.setup.body, true, 2500, rng, 0.005)
+        found = initialiser.step(cloud_of(points, frame))
+    assert angle_errors(initialiser.setup.body, found.pose, true).max() < 15.0
 
 
-def test_somebody_else_in_the_volume_does_not_draw_the_body(seeker, rng):
+def test_somebody_else_in_the_volume_does_not_draw_the_body(initialiser, rng):
     true = POSES["reaching"]
-    alone = surface_points(seeker.setup.body, true, 2000, rng, 0.005)
-    other = surface_points(seeker.setup.body, turned(POSES["t"], 90.0, (1.5, 0.3, 0.0)), 2500, rng)
-    seeker.start(true)
+    alone = surface_points(initialiser.setup.body, true, 2000, rng, 0.005)
+    other = surface_points(
+        initialiser.setup.body, turned(POSES["t"], 90.0, (1.5, 0.3, 0.0)), 2500, rng
+    )
+    initialiser.start(true)
     for frame in range(3):
-        found = seeker.step(cloud_of(np.concatenate([alone, other]), frame))
+        found = initialiser.step(cloud_of(np.concatenate([alone, other]), frame))
         assert found.tracked
-    assert angle_errors(seeker.setup.body, found.pose, true).max() < 5.0
+    assert angle_errors(initialiser.setup.body, found.pose, true).max() < 5.0
     assert np.linalg.norm(found.pose.position - true.position) < 0.02
 
 
-def test_a_body_that_a_side_of_the_volume_cuts_is_not_tracked(seeker, rng):
+def test_a_body_that_a_side_of_the_volume_cuts_is_not_tracked(initialiser, rng):
     true = turned(POSES["reaching"], 0.0, (1.78, 0.0, 0.0))
-    points = surface_points(seeker.setup.body, true, 4000, rng, 0.005)
+    points = surface_points(initialiser.setup.body, true, 4000, rng, 0.005)
     inside = cloud_of(points[points[:, 0] < 1.8])
-    found = seeker.step(inside)
+    found = initialiser.step(inside)
     assert not found.tracked
     assert "volume" in found.reason or "too little of the body" in found.reason
 
 
-def test_who_comes_back_elsewhere_is_found_again(seeker, rng):
-    seeker.start(POSES["t"])
-    assert seeker.step(
-        cloud_of(surface_points(seeker.setup.body, POSES["t"], 2500, rng, 0.005))
+def test_who_comes_back_elsewhere_is_found_again(initialiser, rng):
+    initialiser.start(POSES["t"])
+    assert initialiser.step(
+        cloud_of(surface_points(initialiser.setup.body, POSES["t"], 2500, rng, 0.005))
     ).tracked
-    assert not seeker.step(cloud_of(np.empty((0, 3)), 1)).tracked
+    assert not initialiser.step(cloud_of(np.empty((0, 3)), 1)).tracked
     true = turned(POSES["reaching"], 100.0, (-0.8, 0.6, 0.0))
     for frame in range(2, 5):
-        points = surface_points(seeker.setup.body, true, 2500, rng, 0.005)
-        found = seeker.step(cloud_of(points, frame))
+        points = surface_points(initialiser.setup.body, true, 2500, rng, 0.005)
+        found = initialiser.step(cloud_of(points, frame))
     assert found.tracked
     assert np.linalg.norm(found.pose.position - true.position) < 0.06
     assert axis_off(found.pose, true) < 12.0
@@ -93,7 +95,7 @@ def test_the_same_seed_finds_the_same(make_tracker, rng):
     def found():
         body = make_tracker("manifold").setup.body
         tracker = looking(Setup(body, preset("fast").tracking, CAMERAS, 10.0, 3))
-        tracker.seek()
+        tracker.reinitialise()
         return tracker.step(cloud_of(points)).x
 
     np.testing.assert_array_equal(found(), found())

@@ -13,7 +13,7 @@ from stereotrack_core.geometry.segments import segment_distance
 from stereotrack_core.tracking.arm_search.arms import LEFT, RIGHT, arm_of_pose, arm_shape
 from stereotrack_core.tracking.arm_search.score import crossing_cost
 from stereotrack_core.tracking.correction import gathered
-from stereotrack_core.tracking.residuals.collisions import PAIRS, ROOM, arms_apart
+from stereotrack_core.tracking.residuals.limits import PAIRS, ROOM, arms_apart
 from tests.tracking.scenes import POSES, pose_with_arms
 
 BODY = body_model(AVERAGE)

@@ -21,7 +21,7 @@ from stereotrack_core.tracking.residuals.limits import (
     DirectionResidual,
     limit_residuals,
 )
-from stereotrack_core.tracking.state import Belief
+from stereotrack_core.tracking.state import GIRDLE_REST, Belief
 from tests.tracking.scenes import POSES, pose_with_arms
 
 BODY = body_model(AVERAGE)
@@ -78,7 +78,7 @@ def _girdle_sigmas(alpha, beta):
 
 
 def test_shoulders_are_held_the_less_the_farther_they_are_lifted_or_pushed_forward():
-    rest = TrackingParameters().girdle_rest
+    rest = np.degrees(GIRDLE_REST)
     np.testing.assert_allclose(_girdle_sigmas(0.0, 0.0), rest)
     lifted, forward = _girdle_sigmas(0.0, -20.0), _girdle_sigmas(-15.0, 0.0)
     np.testing.assert_allclose(lifted[[0, 2]], np.hypot(rest, 20.0), rtol=0.03)

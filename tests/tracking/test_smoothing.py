@@ -68,7 +68,7 @@ def test_smoothing_comes_closer_to_the_truth(make_tracker, name, share):
     before, after = [], []
     for seed in range(3):
         tracker = make_tracker(
-            name, seed=seed, sigma_joint=10.0, effective_points=60.0, sigma_measurement=0.02
+            name, seed=seed, sigma_joint=10.0, effective_sample_size=60.0, sigma_measurement=0.02
         )
         frames = _followed(tracker, np.random.default_rng(seed))
         before.append(_errors(tracker, frames))

@@ -8,6 +8,7 @@ import pytest
 from stereotrack_core.body.angles import THESIS_JOINTS
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import AVERAGE
+from stereotrack_core.experiments.baselines import estimators, particles
 from stereotrack_core.tracking.inspection import look_inside
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.tracker import tracker_for
@@ -20,13 +21,28 @@ KINDS = {
     "regular": ("thesis", {"sampling": "regular", "model_points": 40}),
     "accurate": ("accurate", _QUICK | {"search_proposals": 40}),
     "sigma points": ("accurate", _QUICK | {"linearisation": "sigma_points", "search_arms": False}),
-    "short reach": ("accurate", _QUICK | {"reach": 0.06, "search_arms": False}),
+    "short reach": (
+        "accurate",
+        _QUICK | {"max_correspondence_distance": 0.06, "search_arms": False},
+    ),
     "fast": ("fast", {"search_proposals": 30, "data_points": 300}),
     "ekf": ("ekf", {"data_points": 300}),
-    "annealed": ("annealed", {"annealed_layers": 2, "annealed_particles": 40}),
-    "limb-icp": ("limb-icp", {"data_points": 300, "limb_icp_rounds": 2}),
-    "scalar": ("scalar", {"scalar_iterations": 5}),
+    "annealed": ("annealed", {}),
+    "limb-icp": ("limb-icp", {"data_points": 300}),
+    "scalar": ("scalar", {}),
 }
+
+
+@pytest.fixture(autouse=True)
+def small_baselines(monkeypatch):
+    """Every stage of the baselines at work, on little."""
+    for module, name, value in (
+        (particles, "LAYERS", 2),
+        (particles, "PARTICLES", 40),
+        (estimators, "ROUNDS", 2),
+        (estimators, "STEPS", 5),
+    ):
+        monkeypatch.setattr(module, name, value)
 
 
 def followed(kind, frames=1):
@@ -120,7 +136,7 @@ def test_a_frame_with_nothing_in_it_has_a_prediction_and_no_correction():
 
 def test_a_person_who_has_to_be_looked_for_is_said_to_be():
     tracker, cloud = followed("fast", frames=1)
-    tracker.seek()
+    tracker.reinitialise()
     trace = look_inside(tracker, cloud)
     assert any("re-initialised" in note for note in trace.notes)
     assert trace.estimate.tracked

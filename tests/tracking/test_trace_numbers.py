@@ -138,7 +138,7 @@ def test_terms_of_the_search_add_up_to_its_costs(monkeypatch):
     tracker, cloud = followed("accurate")
     told.clear()
     search = look_inside(tracker, cloud).search
-    assert len(search.pairs) == tracker.setup.parameters.search.search_refined
+    assert len(search.pairs) == tracker.setup.parameters.search_refined
     for pair in (search.followed, *search.pairs):
         (cost,) = [each for pose, each in told if pose is pair.pose]
         assert pair.cost == pytest.approx(cost, rel=1e-9)

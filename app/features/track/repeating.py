@@ -82,7 +82,7 @@ def _repeated(
 ) -> tuple[Run, tuple[str, ...]]:
     """The run once more, and why it may have come out otherwise."""
     detections, otherwise = stored.detections_in(recording)
-    differs = (*what_differs(run, recording), *stored.notes, *([otherwise] if otherwise else []))
+    differs = (*what_differs(run, recording), *([otherwise] if otherwise else []))
     begun, done = time.perf_counter(), 0
 
     def note(_frame: TrackedFrame) -> None:

@@ -92,7 +92,6 @@ class Stretch:
         self.settings = settings
         self.movement = movement
         self._limits = TrackingParameters()
-        self._outlines = self._limits.silhouette.replaced(outline_points=settings.outline_effective)
 
     def fit(
         self,
@@ -208,8 +207,10 @@ class Stretch:
     ) -> SlippingSurface:
         """Pair measured points with the surface, which has slipped `off` its parts."""
         p = self._limits
-        scale = p.robust_wide if i < _WIDE_ROUNDS else p.robust_narrow
-        trust = Trust(p.reach, scale, p.sigma_measurement, self.settings.depth_effective)
+        scale = p.first_loss_scale if i < _WIDE_ROUNDS else p.loss_scale
+        trust = Trust(
+            p.max_correspondence_distance, scale, p.sigma_measurement, self.settings.depth_effective
+        )
         row = _with_loose_legs(surface_residual(points, body, off, trust))
         return SlippingSurface(row, self.freedom, off)
 
@@ -217,7 +218,9 @@ class Stretch:
         self, depth: MeasuredDepth, body: BodyModel, pose: Pose, off: PartFrames
     ) -> list[SlippingSurface]:
         """Measure the body's outlines against the edges of the person."""
-        seen = SilhouetteObservation(depth.edges(), self._outlines).residuals(body, pose)
+        seen = SilhouetteObservation(
+            depth.edges(), self._limits.outline_sigma, self.settings.outline_effective
+        ).residuals(body, pose)
         return [SlippingSurface(row, self.freedom, off) for row in seen]
 
     def weighed(self, clicks: Clicks, state: FitState) -> Judgement:
@@ -252,7 +255,7 @@ def depth_cost(stretch: Stretch, points: FloatArray, pose: Pose) -> float:
     p = TrackingParameters()
     distance = surface_distances(points, stretch.freedom.body, pose)
     squared = np.minimum(distance, 1.0) ** 2
-    limited = squared / (1.0 + squared / p.robust_narrow**2) / p.sigma_measurement**2
+    limited = squared / (1.0 + squared / p.loss_scale**2) / p.sigma_measurement**2
     return stretch.settings.depth_effective * float(limited.mean())
 
 

@@ -23,29 +23,24 @@ _GROUP = "Failures"
 class EpisodeRules(ParameterGroup):
     """From which error, for how long, and what is taken together."""
 
-    episode_error: float = parameter(
-        45.0, "Error of a limb's direction at which a failure begins.", group=_GROUP, unit="deg",
-        minimum=1.0, maximum=180.0,
-    )  # fmt: skip
-    episode_release: float = parameter(
-        0.75, "Fraction of that error below which it ends.", group=_GROUP, minimum=0.1, maximum=1.0
+    episode_error: float = parameter(45.0, _GROUP, (1.0, 180.0), unit="deg")(
+        "Error of a limb's direction at which a failure begins."
     )
-    episode_chance: float = parameter(
-        0.55, "Failure probability of a limb at which a failure begins, if there is no reference.",
-        group=_GROUP, minimum=0.01, maximum=0.99,
-    )  # fmt: skip
-    episode_calm: float = parameter(
-        0.5, "Fraction of that probability below which it ends.",
-        group=_GROUP, minimum=0.1, maximum=1.0,
-    )  # fmt: skip
-    episode_least: float = parameter(
-        0.3, "Minimum duration of a failure.", group=_GROUP, unit="s", minimum=0.0, maximum=60.0
+    episode_release: float = parameter(0.75, _GROUP, (0.1, 1.0))(
+        "Fraction of that error below which it ends."
     )
-    episode_bridge: float = parameter(
-        0.5, "Gaps within a failure that are shorter than this are bridged.",
-        group=_GROUP, unit="s",
-        minimum=0.0, maximum=60.0,
-    )  # fmt: skip
+    episode_chance: float = parameter(0.55, _GROUP, (0.01, 0.99))(
+        "Failure probability of a limb at which a failure begins, if there is no reference."
+    )
+    episode_calm: float = parameter(0.5, _GROUP, (0.1, 1.0))(
+        "Fraction of that probability below which it ends."
+    )
+    episode_least: float = parameter(0.3, _GROUP, (0.0, 60.0), unit="s")(
+        "Minimum duration of a failure."
+    )
+    episode_bridge: float = parameter(0.5, _GROUP, (0.0, 60.0), unit="s")(
+        "Gaps within a failure that are shorter than this are bridged."
+    )
 
 
 @dataclass(frozen=True)
@@ -188,9 +183,13 @@ def episodes_by_error(
     enter = rules.episode_error
     stretches = {
         limb: high_stretches(
-            errors.frame, np.degrees(errors.of_limb(limb)), enter,
-            rules.episode_release * enter, least, bridge,
+            errors.frame,
+            np.degrees(errors.of_limb(limb)),
+            enter,
+            rules.episode_release * enter,
+            least,
+            bridge,
         )
         for limb in LIMBS
-    }  # fmt: skip
+    }
     return joined(stretches, "truth", "error")

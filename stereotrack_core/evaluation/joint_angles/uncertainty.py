@@ -23,7 +23,7 @@ from stereotrack_core.evaluation.joint_angles.definitions import NAMES
 from stereotrack_core.evaluation.joint_angles.geometry import raw_angles, wrapped
 from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.tracking.estimate import OVERCONFIDENCE
-from stereotrack_core.tracking.frame import AXES_KEY, CHAIN_AXES, Run, joints_named
+from stereotrack_core.tracking.frame import Run, joints_named
 from stereotrack_core.tracking.stored import body_of_run
 
 _OF_INTEREST = (*THESIS_JOINTS, HEAD, *CLAVICLES)
@@ -34,8 +34,7 @@ def sigma_of_run(run: Run) -> FloatArray:
 
     From its covariances times the squares of :data:`OVERCONFIDENCE`, as the limbs' own standard
     deviations are stated. NaN in frames that are not tracked, and throughout where the states are
-    not those of a body. Runs of older versions do not say about which axes across a limb its
-    variances are; both directions are taken to be as uncertain as their mean then.
+    not those of a body.
     """
     result: FloatArray = np.full((len(run.frame), len(NAMES)), np.nan)
     joints = joints_named(run.state_names)
@@ -46,11 +45,9 @@ def sigma_of_run(run: Run) -> FloatArray:
     factors = np.concatenate(
         [np.full(6, OVERCONFIDENCE[0]), np.repeat(OVERCONFIDENCE[LIMB_OF_PART[kept]], 2)]
     )
-    knows_axes = joints == THESIS_JOINTS or run.meta.get(AXES_KEY) == CHAIN_AXES
     for i in np.flatnonzero(run.tracked):
         P = run.P[i][np.ix_(columns, columns)] * np.outer(factors, factors)
         if np.isfinite(P).all() and np.isfinite(run.x[i]).all():
-            P = P if knows_axes else _even_across(P)
             result[i] = _sigma(body, run.x[i], joints, P, columns, kept)
     return result
 
@@ -111,16 +108,6 @@ def _columns(joints: tuple[int, ...]) -> tuple[list[int], list[int]]:
         first = 6 + 2 * joints.index(part)
         columns += [first, first + 1]
     return columns, kept
-
-
-def _even_across(P: FloatArray) -> FloatArray:
-    """The mean of T P T' over all turns T of every limb about its own axis."""
-    result: FloatArray = np.zeros_like(P)
-    result[:6, :6] = P[:6, :6]
-    for first in range(6, len(P), 2):
-        mean = 0.5 * (P[first, first] + P[first + 1, first + 1])
-        result[first, first] = result[first + 1, first + 1] = mean
-    return result
 
 
 def _roots(covariances: FloatArray) -> FloatArray:

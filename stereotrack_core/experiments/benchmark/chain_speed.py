@@ -14,7 +14,7 @@ from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.tracking.frame import TrackedFrame
 from stereotrack_core.tracking.parameters import Settings
-from stereotrack_core.tracking.run import Pipeline
+from stereotrack_core.tracking.run import FIT_FRAMES, Pipeline
 from stereotrack_core.tracking.run_spec import RunSpec
 
 DISPARITIES, WINDOW = 64, 15
@@ -176,7 +176,7 @@ def timed_pass(
     """
     found: list[TrackedFrame] = []
     with Pipeline(recording, RunSpec(settings, views=views)) as pipeline:
-        begun = min(settings.tracking.fit_frames, pipeline.reader.frame_count - frames)
+        begun = min(FIT_FRAMES, pipeline.reader.frame_count - frames)
         timed = range(begun, begun + frames)
         preparation = seconds_of(lambda: pipeline.prepare(range(timed.stop)))
         for _ in pipeline.frames(range(begun)):

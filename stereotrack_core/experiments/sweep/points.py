@@ -100,11 +100,9 @@ def checked_value(name: str, value: Value) -> Value:
         return parameter_rows()[name].checked(value)
     text = str(value).strip()
     if name == "smooth":
-        return ParameterRow(name, bool, False, "", None, None, (), "", SPECIAL[name], None).checked(
-            text
-        )
+        return ParameterRow(name, bool, False, "", None, None, (), "", SPECIAL[name]).checked(text)
     if name == "seed":
-        return ParameterRow(name, int, 0, "", 0, None, (), "", SPECIAL[name], None).checked(text)
+        return ParameterRow(name, int, 0, "", 0, None, (), "", SPECIAL[name]).checked(text)
     if name == "preset":
         preset(text)  # refuses what is none; a file may hold one
     if not text:

@@ -1,4 +1,6 @@
-"""Arms as directions: what proposals are made of."""
+"""Arms as directions, and where they could be: around what is expected, in usual places, and where
+data are unexplained.
+"""
 
 from __future__ import annotations
 
@@ -7,9 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray
+from stereotrack_core.body.angles import MIRROR
 from stereotrack_core.body.model import BodyModel
 from stereotrack_core.body.pose import PartFrames, Pose, rotation_towards
 from stereotrack_core.body.skeleton import FOREARMS, TORSO, UPPER_ARMS
+from stereotrack_core.geometry.rotation import rotation_from_vector
 
 LEFT, RIGHT = 0, 1
 
@@ -111,3 +115,122 @@ def arm_shape(body: BodyModel, side: int) -> ArmShape:
         hand_length=p.hand_length,
         radii=np.stack([cones.r1[indices], cones.r2[indices]], axis=1),
     )
+
+
+_S = float(np.sqrt(0.5))
+
+_CANONICAL = np.array(
+    [
+        [[0, 0, -1], [0, 0, -1]],
+        [[0.2, 0, -1], [0, 0.3, -1]],
+        [[0, 0, -1], [0, 1, 0]],
+        [[0, 0, -1], [-0.5, 0.8, 0.2]],
+        [[0, 0.3, -1], [-1, 0.5, 0]],
+        [[0, 0.3, -1], [-0.8, 0.4, 0.5]],
+        [[0.2, 0.5, -0.8], [-1, 0.1, 0.1]],
+        [[0, 1, 0], [0, 1, 0]],
+        [[0, 1, 0], [-1, 0.3, 0]],
+        [[0.3, 0.8, -0.5], [0, 0.2, 1]],
+        [[1, 0, 0], [1, 0, 0]],
+        [[1, 0, 0], [0, 0.2, 1]],
+        [[1, 0, -0.3], [-0.6, 0.8, 0]],
+        [[_S, 0, _S], [_S, 0, _S]],
+        [[0, 0.2, 1], [0, 0.1, 1]],
+        [[0.5, 0.2, 0.8], [-0.9, 0, 0.3]],
+        [[0.3, -0.3, -0.9], [-0.4, 0.3, -0.2]],
+    ]
+)
+"""Upper arm and forearm of a right arm in places where arms usually are, torso's frame."""
+
+
+def _canonical_arms(side: int) -> Arms:
+    """Arms hanging, bent, crossed, forward, sideways, raised, folded, at the back."""
+    directions = _CANONICAL @ MIRROR if side == LEFT else _CANONICAL
+    units = directions / np.linalg.norm(directions, axis=2, keepdims=True)
+    return Arms(units[:, 0], units[:, 1])
+
+
+def arms_around(
+    centre: Arms, count: int, upper_sigma: float, fore_sigma: float, rng: np.random.Generator
+) -> Arms:
+    """Draw arms around one arm; standard deviations in radians.
+
+    The forearm turns with the upper arm before it is turned itself.
+    """
+    whole = rotation_from_vector(rng.normal(size=(count, 3)) * upper_sigma)
+    alone = rotation_from_vector(rng.normal(size=(count, 3)) * fore_sigma)
+    fore = np.einsum("kij,kj->ki", alone, whole @ centre.fore[0])
+    return Arms(whole @ centre.upper[0], fore)
+
+
+def _hands_at(shape: ArmShape, targets: FloatArray, swivels: int, rng: np.random.Generator) -> Arms:
+    """Arms whose hand's middle lies at the targets (K, 3), torso's frame, by two-bone geometry.
+
+    The elbow lies on a circle about the line from shoulder to hand; `swivels` places on it are
+    drawn for every target. Targets out of reach are aimed at with a straight arm.
+    """
+    wanted = np.repeat(targets - shape.shoulder, swivels, axis=0)
+    distance = np.maximum(np.linalg.norm(wanted, axis=1), 1e-6)
+    along = wanted / distance[:, None]
+    a, b = shape.upper_length, shape.fore_length + 0.5 * shape.hand_length
+    span = np.clip(distance, abs(a - b) + 1e-3, a + b - 1e-3)
+    cosine = np.clip((a * a + span * span - b * b) / (2.0 * a * span), -1.0, 1.0)
+    sine = np.sqrt(1.0 - cosine * cosine)
+    across = _perpendicular(along, rng)
+    upper = cosine[:, None] * along + sine[:, None] * across
+    fore = span[:, None] * along - a * upper
+    return Arms(upper, fore / np.linalg.norm(fore, axis=1, keepdims=True))
+
+
+def _elbows_at(shape: ArmShape, targets: FloatArray, rng: np.random.Generator) -> Arms:
+    """Arms whose upper arm points to the targets (K, 3); forearms are bent at random."""
+    upper = targets - shape.shoulder
+    upper = upper / np.maximum(np.linalg.norm(upper, axis=1, keepdims=True), 1e-6)
+    bend = rng.uniform(0.0, np.radians(130.0), len(upper))
+    across = _perpendicular(upper, rng)
+    fore = np.cos(bend)[:, None] * upper + np.sin(bend)[:, None] * across
+    return Arms(upper, fore)
+
+
+def proposals(
+    shape: ArmShape,
+    predicted: Arms,
+    present: Arms,
+    unexplained: FloatArray,
+    count: int,
+    rng: np.random.Generator,
+) -> Arms:
+    """All proposals for one arm; the first is the present one, the second the predicted.
+
+    Parameters
+    ----------
+    predicted, present : Arms
+        One arm each: from the last frame, and after following the data.
+    unexplained : (N, 3) float64, torso's frame
+        Data that nothing explains.
+    count : int
+        About how many.
+    rng : Generator
+    """
+    near, wide = np.radians([18.0, 45.0])
+    sets = [
+        present,
+        predicted,
+        _canonical_arms(shape.side),
+        arms_around(present, count // 4, near, near, rng),
+        arms_around(predicted, count // 6, near, wide, rng),
+        arms_around(predicted, count // 6, wide, wide, rng),
+    ]
+    offset = np.linalg.norm(unexplained - shape.shoulder, axis=1)
+    targets = unexplained[offset < shape.reach]
+    if len(targets):
+        picked = targets[rng.integers(0, len(targets), max(1, count // 8))]
+        sets += [_hands_at(shape, picked, 2, rng), _elbows_at(shape, picked, rng)]
+    return joined(*sets)
+
+
+def _perpendicular(along: FloatArray, rng: np.random.Generator) -> FloatArray:
+    drawn = rng.normal(size=along.shape)
+    across = drawn - np.einsum("ki,ki->k", drawn, along)[:, None] * along
+    result: FloatArray = across / np.maximum(np.linalg.norm(across, axis=1, keepdims=True), 1e-9)
+    return result

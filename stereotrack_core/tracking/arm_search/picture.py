@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from typing import Any
 
+import numba
 import numpy as np
 
 from stereotrack_core.arrays import Float32Array, FloatArray
@@ -11,13 +14,12 @@ from stereotrack_core.body.model import Cones
 from stereotrack_core.body.pose import PartFrames
 from stereotrack_core.body.surface import cone_tables
 from stereotrack_core.depth.cloud import Cloud, ViewDepth
-from stereotrack_core.tracking.arm_search.picture_kernels import (
-    disagreements,
-    draw_each,
-)
 
 _AROUND = 25
 """Pixels around the person that are compared."""
+
+COLUMNS = 11
+"""Numbers of a cone's image: column, row, radius, inverse range, bulge at both ends; in front."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +60,7 @@ class SeenPicture:
         """Inverse ranges (K, h, w) of cones in K poses (K, C, 18), each by itself."""
         pictures = np.zeros((len(tables), *self.measured.shape), dtype=np.float32)
         box = self.left, self.top, self.step
-        draw_each(tables, self.camera_from_world, self.pinhole, self.eye, box, pictures)
+        _draw_each(tables, self.camera_from_world, self.pinhole, self.eye, box, pictures)
         return pictures
 
     def area(self, place: FloatArray) -> float:
@@ -124,7 +126,6 @@ class Likeness:
 
         Parameters
         ----------
-        seen : SeenPicture
         rest : (h, w) float32
             Trunk, head and legs as :meth:`SeenPicture.drawn` draws them.
         left, right : (K, h, w) and (L, h, w) float32
@@ -134,3 +135,120 @@ class Likeness:
         as_seen = seen.measured, seen.person, seen.scale
         disagreements(rest, left, right, *as_seen, self.sigma**2, self.unknown, pixels)
         return pixels
+
+
+@numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def cone_images(table: Any, place: Any, pinhole: Any, eye: Any, images: Any) -> None:
+    """Fill the cones' images (C, 11) in one view.
+
+    `table` (C, 18) is that of :func:`cone_table`; `place` (3, 4) is camera_from_world, `pinhole`
+    focal length and principal point, `eye` the camera's centre in the world.
+    """
+    for c in range(table.shape[0]):
+        row = table[c]
+        s, front = row[15], 1.0
+        for end in range(2):
+            height, r = row[14] * end, row[12 + end]
+            px, py = row[2] * height + row[9], row[5] * height + row[10]
+            pz = row[8] * height + row[11]
+            a = place[0, 0] * px + place[0, 1] * py + place[0, 2] * pz + place[0, 3]
+            b = place[1, 0] * px + place[1, 1] * py + place[1, 2] * pz + place[1, 3]
+            z = place[2, 0] * px + place[2, 1] * py + place[2, 2] * pz + place[2, 3]
+            if z < 0.3:
+                front, z = 0.0, 0.3
+            dx, dy, dz = eye[0] - px, eye[1] - py, eye[2] - pz
+            wx = row[0] * dx + row[3] * dy + row[6] * dz
+            wy = row[1] * dx + row[4] * dy + row[7] * dz
+            norm = max(math.sqrt(wx * wx + wy * wy), 1e-9)
+            wx, wy = wx / norm, wy / norm
+            images[c, 5 * end] = pinhole[0] * a / z + pinhole[1]
+            images[c, 5 * end + 1] = pinhole[0] * b / z + pinhole[2]
+            images[c, 5 * end + 2] = pinhole[0] * r * math.sqrt(wy * wy + s * s * wx * wx) / z
+            images[c, 5 * end + 3] = 1.0 / z
+            images[c, 5 * end + 4] = r * math.sqrt(wx * wx + s * s * wy * wy)
+        images[c, 10] = front
+
+
+@numba.njit(cache=True, nogil=True, inline="always")  # type: ignore[untyped-decorator]
+def reached(im: Any, left: float, top: float, step: float, height: int, width: int) -> Any:
+    """First and last row and column of a picture that a cone's image (11,) can reach."""
+    most = max(im[2], im[7])
+    i0 = max(0, math.ceil((min(im[1], im[6]) - most - top) / step))
+    i1 = min(height - 1, math.floor((max(im[1], im[6]) + most - top) / step))
+    j0 = max(0, math.ceil((min(im[0], im[5]) - most - left) / step))
+    j1 = min(width - 1, math.floor((max(im[0], im[5]) + most - left) / step))
+    return i0, i1, j0, j1
+
+
+@numba.njit(cache=True, nogil=True, inline="always")  # type: ignore[untyped-decorator]
+def near_at(im: Any, column: float, line: float) -> Any:
+    """Inverse range of a cone's front at a pixel; 0 beside it."""
+    bx, by = im[5] - im[0], im[6] - im[1]
+    u, v = column - im[0], line - im[1]
+    t = min(1.0, max(0.0, (u * bx + v * by) / max(bx * bx + by * by, 1e-9)))
+    r = im[2] + t * (im[7] - im[2])
+    x, y = u - t * bx, v - t * by
+    across = (x * x + y * y) / (r * r)
+    if not across < 1.0:
+        return 0.0
+    axis, bulge = im[3] + t * (im[8] - im[3]), im[4] + t * (im[9] - im[4])
+    return 1.0 / (1.0 / axis - bulge * math.sqrt(1.0 - across))
+
+
+@numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def _draw(images: Any, left: float, top: float, step: float, picture: Any) -> None:
+    """Draw cones into a picture (h, w) of inverse ranges, nearer ones in front; 0 is nothing."""
+    for c in range(images.shape[0]):
+        im = images[c]
+        if im[10] < 0.5:
+            continue
+        i0, i1, j0, j1 = reached(im, left, top, step, picture.shape[0], picture.shape[1])
+        for i in range(i0, i1 + 1):
+            for j in range(j0, j1 + 1):
+                near = near_at(im, left + step * j, top + step * i)
+                picture[i, j] = max(picture[i, j], near)
+
+
+@numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def _draw_each(tables: Any, place: Any, pinhole: Any, eye: Any, box: Any, pictures: Any) -> None:
+    """Draw cones in K poses (K, C, 18) into pictures (K, h, w); `box` is left, top and step."""
+    images = np.empty((tables.shape[1], COLUMNS))
+    for k in range(tables.shape[0]):
+        cone_images(tables[k], place, pinhole, eye, images)
+        _draw(images, box[0], box[1], box[2], pictures[k])
+
+
+@numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def disagreements(
+    rest: Any,
+    left: Any,
+    right: Any,
+    measured: Any,
+    person: Any,
+    scale: float,
+    squared_sigma: float,
+    unknown: float,
+    pixels: Any,
+) -> None:
+    """Fill sums over the pixels by how much bodies do not look as measured, 0 to 1 each.
+
+    `rest` (h, w) and the arms `left` (K, h, w) and `right` (L, h, w), of which all pairs are taken,
+    are inverse ranges, as is `measured`, 0 where not known; `person` is 1 where the picture shows
+    the person; `unknown` counts for a body where the person is but nothing was measured.
+    """
+    for k in range(left.shape[0]):
+        for m in range(right.shape[0]):
+            total = 0.0
+            for i in range(rest.shape[0]):
+                for j in range(rest.shape[1]):
+                    model = max(rest[i, j], left[k, i, j], right[m, i, j])
+                    if model == 0.0:
+                        total += person[i, j]
+                    elif person[i, j] == 0:
+                        total += 1.0
+                    elif measured[i, j] > 0.0:
+                        e = scale * (model - measured[i, j])
+                        total += e * e / (e * e + squared_sigma)
+                    else:
+                        total += unknown
+            pixels[k, m] = total

@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stereotrack_core.arrays import FloatArray
+from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.body.model import BodyModel, placed_cones
 from stereotrack_core.body.pose import PartFrames, Pose
 from stereotrack_core.body.skeleton import FOREARMS, TORSO, UPPER_ARMS
 from stereotrack_core.body.surface import nearest_on_surface
-from stereotrack_core.depth.cloud import Cloud
+from stereotrack_core.depth.cloud import Cloud, ViewDepth
+from stereotrack_core.geometry.rotation import angle_between
 from stereotrack_core.tracking.arm_search.arms import (
     LEFT,
     RIGHT,
@@ -21,30 +22,56 @@ from stereotrack_core.tracking.arm_search.arms import (
     ArmShape,
     arm_of_pose,
     arm_shape,
+    arms_around,
+    joined,
+    proposals,
     with_arm,
 )
-from stereotrack_core.tracking.arm_search.kernels import arm_distances, pair_sums, unexplained_sums
-from stereotrack_core.tracking.arm_search.parameters import SearchParameters
 from stereotrack_core.tracking.arm_search.picture import (
     Likeness,
     SeenPicture,
     outline_table,
     seen_pictures,
 )
-from stereotrack_core.tracking.arm_search.proposals import proposals
 from stereotrack_core.tracking.arm_search.score import (
-    Scene,
     anatomy_cost,
+    arm_distances,
     change_cost,
     crossing_cost,
+    pair_sums,
     sight_cost,
+    unexplained_sums,
 )
 
 if TYPE_CHECKING:
+    from stereotrack_core.tracking.parameters import TrackingParameters
     from stereotrack_core.tracking.step_recorder import StepRecorder
 
 _UNEXPLAINED = 0.09
 """Metres from every cone beyond which a datum is unexplained."""
+
+_MOST_DATA = 450
+"""Points near the shoulders that arms are scored by."""
+
+_KEPT = 8
+"""Best candidates per arm of which all pairs are scored."""
+
+_FREE_KEPT, _FREE_PAIRS = 10, 20
+"""The same, and pairs that are handed on, where nothing is expected of the arms."""
+
+_APART, _ANYWHERE = np.radians(30.0), np.radians(90.0)
+"""Angle from which two places of an arm differ then, and spread of further candidates."""
+
+_NATURAL = 2.0
+"""Factor on what speaks against an arm's anatomy, in addition: there is no history then that could
+outweigh it."""
+
+_PICTURE_STEP = 3
+"""Every so many pixels are compared: arms are several of these wide."""
+
+_LIKENESS = Likeness(sigma=0.5, unknown=0.1)
+"""A disparity that is half a pixel off counts half, and a body where the person is and nothing was
+measured a tenth (docs/outlines.md)."""
 
 _SQUARED_SCALE = 0.035**2
 """Square of the metres at which a datum counts as half unexplained: less than an arm's radius, so
@@ -63,7 +90,8 @@ class Evidence:
         From torso, head and legs.
     shapes : tuple of ArmShape
         Of the left and the right arm, from where the shoulders are.
-    scene : Scene
+    frames : PartFrames
+        Of the present pose; proposals are in its torso's frame.
     weight : float
         Of one datum, so that at most the wanted number counts.
     pictures : tuple of SeenPicture
@@ -73,7 +101,8 @@ class Evidence:
     points: FloatArray
     body_distance: FloatArray
     shapes: tuple[ArmShape, ArmShape]
-    scene: Scene
+    frames: PartFrames
+    depths: tuple[ViewDepth, ...]
     weight: float
     pictures: tuple[SeenPicture, ...]
 
@@ -88,20 +117,18 @@ class ArmSearch:
 
     Parameters
     ----------
-    body : BodyModel
-    parameters : SearchParameters
-    arms_apart : float, metres
-        Least distance of the forearms' axes; 0: arms may go through each other.
+    free : bool
+        For a body that has just been found: nothing is expected of its arms. The best places
+        differ, and change costs nothing.
     """
 
     def __init__(
-        self, body: BodyModel, parameters: SearchParameters, arms_apart: float = 0.0
+        self, body: BodyModel, parameters: TrackingParameters, *, free: bool = False
     ) -> None:
         self.body = body
+        self._free = free
         self.parameters = parameters
-        self._apart = arms_apart
         self._shapes = (arm_shape(body, LEFT), arm_shape(body, RIGHT))
-        self._likeness = Likeness(parameters.picture_sigma, parameters.picture_unknown)
         of_arm = [np.isin(body.cones.part, [UPPER_ARMS[s], FOREARMS[s]]) for s in (LEFT, RIGHT)]
         self._arms = [body.cones[chosen] for chosen in of_arm]
         self._trunk = replace(body, cones=body.cones[~(of_arm[LEFT] | of_arm[RIGHT])])
@@ -114,18 +141,17 @@ class ArmSearch:
         shapes = self.placed_shapes(frames)
         off = [np.linalg.norm(torso - shape.shoulder, axis=1) for shape in shapes]
         near = np.flatnonzero(np.minimum(*off) < self._reach)
-        p = self.parameters
-        wanted = p.search_data
-        if len(near) > wanted:
-            near = np.sort(rng.choice(near, wanted, replace=False))
+        if len(near) > _MOST_DATA:
+            near = np.sort(rng.choice(near, _MOST_DATA, replace=False))
         feet = nearest_on_surface(cloud.points[near], placed_cones(self._trunk, frames), np.inf)
         return Evidence(
             np.ascontiguousarray(torso[near]),
             np.abs(feet.distance),
             shapes,
-            Scene.of(cloud, self.body, frames),
-            min(1.0, wanted / max(1, len(near))),
-            seen_pictures(cloud, p.picture_step) if p.picture_cost > 0.0 else (),
+            frames,
+            tuple(cloud.depths.values()),
+            min(1.0, _MOST_DATA / max(1, len(near))),
+            seen_pictures(cloud, _PICTURE_STEP) if self.parameters.picture_cost > 0.0 else (),
         )
 
     def best_pairs(
@@ -200,8 +226,8 @@ class ArmSearch:
         unexplained_sums(others, distances, _SQUARED_SCALE, explained)
         return {
             "data": evidence.weight * explained,
-            "sight": sight_cost(evidence.scene, shape, arms, self.parameters),
-            "anatomy": anatomy_cost(evidence.scene, shape, arms),
+            "sight": self._sight(evidence, shape, arms),
+            "anatomy": anatomy_cost(self.body, shape, arms),
             "change": change_cost(expected, arms),
         }
 
@@ -217,7 +243,7 @@ class ArmSearch:
         total: FloatArray = np.zeros((len(arms[LEFT]), len(arms[RIGHT])))
         for seen in evidence.pictures:
             drawn = [seen.drawn_each(tables) for tables in arms]
-            pixels = self._likeness.unlike_pairs(seen, seen.drawn(rest), *drawn)
+            pixels = _LIKENESS.unlike_pairs(seen, seen.drawn(rest), *drawn)
             total += seen.area(frames.origins[TORSO]) * pixels
         return self.parameters.picture_cost * total
 
@@ -230,6 +256,9 @@ class ArmSearch:
         other: FloatArray,
     ) -> tuple[Arms, FloatArray, FloatArray]:
         """Best arms with their distances and own costs, with and without the other arm there."""
+        if self._free:
+            rng = np.random.default_rng((shape.side, len(arms)))
+            arms = joined(arms, arms_around(arms[:1], len(arms), _ANYWHERE, _ANYWHERE, rng))
         distances = self._distances(evidence, shape, arms)
         own = self._own_cost(evidence, shape, arms, expected)
         chosen: dict[int, None] = {0: None}
@@ -237,7 +266,8 @@ class ArmSearch:
             explained = np.empty(len(arms))
             unexplained_sums(others, distances, _SQUARED_SCALE, explained)
             order = np.argsort(own + evidence.weight * explained, kind="stable")
-            chosen |= dict.fromkeys(int(k) for k in order[: self.parameters.search_kept])
+            best = _apart(arms, order) if self._free else order[:_KEPT].tolist()
+            chosen |= dict.fromkeys(best)
         index = list(chosen)
         return arms[index], distances[index], own[index]
 
@@ -254,7 +284,8 @@ class ArmSearch:
         cost += left_own[:, None] + right_own
         cost += self._crossing(evidence, left, right)
         cost += self._unlike_pairs(evidence, pose, left, right)
-        best = np.argsort(cost, axis=None, kind="stable")[: self.parameters.search_refined]
+        count = _FREE_PAIRS if self._free else self.parameters.search_refined
+        best = np.argsort(cost, axis=None, kind="stable")[:count]
         result = []
         for flat in best:
             k, m = np.unravel_index(flat, cost.shape)
@@ -282,15 +313,38 @@ class ArmSearch:
 
     def _crossing(self, evidence: Evidence, left: Arms, right: Arms) -> FloatArray:
         nodes = evidence.shapes[LEFT].nodes(left), evidence.shapes[RIGHT].nodes(right)
-        return crossing_cost(*nodes, self._apart)
+        return crossing_cost(*nodes, self.parameters.arms_apart)
 
     def _own_cost(
         self, evidence: Evidence, shape: ArmShape, arms: Arms, expected: Arms
     ) -> FloatArray:
-        seen = sight_cost(evidence.scene, shape, arms, self.parameters)
-        return seen + anatomy_cost(evidence.scene, shape, arms) + change_cost(expected, arms)
+        seen = self._sight(evidence, shape, arms)
+        natural = anatomy_cost(self.body, shape, arms)
+        change = change_cost(expected, arms)
+        own = seen + natural + change
+        return own - change + _NATURAL * natural if self._free else own
+
+    def _sight(self, evidence: Evidence, shape: ArmShape, arms: Arms) -> FloatArray:
+        seen = sight_cost(evidence.frames, evidence.depths, shape, arms)
+        return self.parameters.sight_cost * seen
 
     def _distances(self, evidence: Evidence, shape: ArmShape, arms: Arms) -> FloatArray:
         result = np.empty((len(arms), len(evidence.points)))
         arm_distances(evidence.side_by_side, shape.nodes(arms), shape.radii, result)
         return result
+
+
+def _apart(arms: Arms, order: IntArray) -> list[int]:
+    """The first of the arms, in this order, that differ from each other."""
+    chosen: list[int] = []
+    free = np.ones(len(arms), dtype=np.bool_)
+    for k in order:
+        if not free[k]:
+            continue
+        chosen.append(int(k))
+        upper = angle_between(arms.upper, arms.upper[k])
+        fore = angle_between(arms.fore, arms.fore[k])
+        free &= np.maximum(upper, fore) > _APART
+        if len(chosen) == _FREE_KEPT:
+            break
+    return chosen

@@ -25,7 +25,7 @@ from stereotrack_core.tracking.arm_search.picture import (
     outline_table,
     seen_pictures,
 )
-from stereotrack_core.tracking.arm_search.score import Scene, anatomy_cost
+from stereotrack_core.tracking.arm_search.score import anatomy_cost
 
 _STEP = 5
 _LIKENESS = Likeness(sigma=0.8, unknown=0.1)
@@ -54,16 +54,13 @@ def elsewhere(cloud: Cloud, body: BodyModel, pose: Pose, own: FloatArray) -> Flo
 
     Parameters
     ----------
-    cloud : Cloud
-    body : BodyModel
-    pose : Pose
     own : (6,) float64, square metres
         Areas of the limbs.
     """
     result = np.zeros((len(LIMBS), 2))
     pictures = seen_pictures(cloud, _STEP)
     frames = body.frames(pose)
-    scene, here = Scene.of(cloud, body, frames), outline_table(body.cones, frames)
+    here = outline_table(body.cones, frames)
     for side in (LEFT, RIGHT):
         present, shape = arm_of_pose(frames, side), arm_shape(body, side)
         upper, fore = present.upper[0], present.fore[0]
@@ -72,12 +69,12 @@ def elsewhere(cloud: Cloud, body: BodyModel, pose: Pose, own: FloatArray) -> Flo
         still = np.broadcast_to(upper, (2 * _AROUND, 3))
         of_upper = Arms(turned, carried)
         of_fore = Arms(still, _around(fore))
-        least = float(anatomy_cost(scene, shape, present)[0]) + _ALLOWED
+        least = float(anatomy_cost(body, shape, present)[0]) + _ALLOWED
         for limb, arms, moved in (
             (UPPER_ARMS[side], of_upper, (UPPER_ARMS[side], FOREARMS[side])),
             (FOREARMS[side], of_fore, (FOREARMS[side],)),
         ):
-            arms = arms[np.flatnonzero(anatomy_cost(scene, shape, arms) < least).tolist()]
+            arms = arms[np.flatnonzero(anatomy_cost(body, shape, arms) < least).tolist()]
             if not len(arms):
                 continue
             poses = with_arm(pose, side, arms.upper, arms.fore)

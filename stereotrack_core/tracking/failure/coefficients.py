@@ -1,81 +1,25 @@
-"""Written by ``tools/fit_lost_limbs.py``: a constant, a slope per sign."""
+"""Written by ``tools/fit_lost_limbs.py``: coefficients of upper arms and of forearms."""
 
-UPPER_ARM = (
-    -5.5167,  # constant
-    0.4374,  # through
-    -0.2131,  # behind
-    -3.8880,  # before
-    -0.9042,  # unknown
-    0.6448,  # worst
-    -1.8334,  # visible
-    -0.4410,  # agreed
-    0.0361,  # neighbour
-    1.9610,  # unexplained
-    0.7960,  # sigma
-    0.0658,  # residual
-    0.0202,  # data
-    -0.5208,  # jump
-    0.4737,  # unexplained fraction
-    12.5730,  # buried
-    0.3197,  # crossed
-    2.0746,  # better
-    -0.0892,  # ambiguous
-    -0.0068,  # through of the neighbour
-    0.2339,  # behind of the neighbour
-    -9.5063,  # before of the neighbour
-    -2.2936,  # unknown of the neighbour
-    -1.0946,  # worst of the neighbour
-    1.0971,  # visible of the neighbour
-    -0.3732,  # agreed of the neighbour
-    0.4014,  # neighbour of the neighbour
-    0.2695,  # unexplained of the neighbour
-    -1.0326,  # sigma of the neighbour
-    -0.0600,  # residual of the neighbour
-    -0.3645,  # data of the neighbour
-    0.5157,  # jump of the neighbour
-    0.4737,  # unexplained fraction of the neighbour
-    5.4092,  # buried of the neighbour
-    0.0405,  # crossed of the neighbour
-    3.6882,  # better of the neighbour
-    -0.2347,  # ambiguous of the neighbour
-)
+CONSTANTS = (-5.5167, -1.7251)
 
-FOREARM = (
-    -1.7251,  # constant
-    -0.0542,  # through
-    3.1379,  # behind
-    -2.1841,  # before
-    -0.0715,  # unknown
-    -0.1240,  # worst
-    -0.7378,  # visible
-    0.2023,  # agreed
-    -0.3004,  # neighbour
-    2.9195,  # unexplained
-    -0.6672,  # sigma
-    0.1818,  # residual
-    -0.6413,  # data
-    -0.0247,  # jump
-    -1.1275,  # unexplained fraction
-    10.1107,  # buried
-    0.0046,  # crossed
-    2.2782,  # better
-    0.3839,  # ambiguous
-    0.1746,  # through of the neighbour
-    -2.4900,  # behind of the neighbour
-    -2.5459,  # before of the neighbour
-    0.5475,  # unknown of the neighbour
-    1.6740,  # worst of the neighbour
-    -1.2303,  # visible of the neighbour
-    -0.0723,  # agreed of the neighbour
-    0.5245,  # neighbour of the neighbour
-    -0.3271,  # unexplained of the neighbour
-    -0.3960,  # sigma of the neighbour
-    -0.0133,  # residual of the neighbour
-    -0.0290,  # data of the neighbour
-    0.0001,  # jump of the neighbour
-    -1.1275,  # unexplained fraction of the neighbour
-    1.3592,  # buried of the neighbour
-    0.9063,  # crossed of the neighbour
-    -2.7157,  # better of the neighbour
-    0.2902,  # ambiguous of the neighbour
-)
+SLOPES = {
+    "through": (0.4374, -0.0542, -0.0068, 0.1746),
+    "behind": (-0.2131, 3.1379, 0.2339, -2.4900),
+    "before": (-3.8880, -2.1841, -9.5063, -2.5459),
+    "unknown": (-0.9042, -0.0715, -2.2936, 0.5475),
+    "worst": (0.6448, -0.1240, -1.0946, 1.6740),
+    "visible": (-1.8334, -0.7378, 1.0971, -1.2303),
+    "agreed": (-0.4410, 0.2023, -0.3732, -0.0723),
+    "neighbour": (0.0361, -0.3004, 0.4014, 0.5245),
+    "unexplained": (1.9610, 2.9195, 0.2695, -0.3271),
+    "sigma": (0.7960, -0.6672, -1.0326, -0.3960),
+    "residual": (0.0658, 0.1818, -0.0600, -0.0133),
+    "data": (0.0202, -0.6413, -0.3645, -0.0290),
+    "jump": (-0.5208, -0.0247, 0.5157, 0.0001),
+    "unexplained fraction": (0.4737, -1.1275, 0.4737, -1.1275),
+    "buried": (12.5730, 10.1107, 5.4092, 1.3592),
+    "crossed": (0.3197, 0.0046, 0.0405, 0.9063),
+    "better": (2.0746, 2.2782, 3.6882, -2.7157),
+    "ambiguous": (-0.0892, 0.3839, -0.2347, 0.2902),
+}
+"""By feature: upper arm and forearm, by their own value and by their neighbour's."""

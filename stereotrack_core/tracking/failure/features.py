@@ -1,10 +1,17 @@
-"""Signs by which each limb of a pose is judged; none needs truth."""
+"""Features by which each limb of a pose is judged, and the probability that it fails.
+
+None needs a reference.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import dataclasses
+from time import perf_counter
+from typing import Any
 
+import numba
 import numpy as np
+from scipy.special import expit
 
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.limbs import LIMBS
@@ -13,43 +20,37 @@ from stereotrack_core.body.pose import PartFrames, Pose
 from stereotrack_core.body.skeleton import FOREARMS, LIMB_OF_PART, TORSO, UPPER_ARMS
 from stereotrack_core.body.surface import nearest_on_surface
 from stereotrack_core.depth.cloud import Cloud
-from stereotrack_core.tracking.arm_search.picture import SeenPicture, outline_table, seen_pictures
-from stereotrack_core.tracking.arm_search.picture_kernels import COLUMNS, cone_images
-from stereotrack_core.tracking.estimate import Correspondences, Prior
+from stereotrack_core.tracking.arm_search.picture import (
+    COLUMNS,
+    SeenPicture,
+    cone_images,
+    near_at,
+    outline_table,
+    reached,
+    seen_pictures,
+)
+from stereotrack_core.tracking.estimate import (
+    OVERCONFIDENCE,
+    Correspondences,
+    Estimate,
+    Prior,
+    limb_sigma_deg,
+)
 from stereotrack_core.tracking.failure.alternatives import elsewhere
-from stereotrack_core.tracking.failure.kernels import (
-    AGREED,
-    BEFORE,
-    BEHIND,
-    THROUGH,
-    UNKNOWN,
-    VISIBLE,
-    draw_owned,
-    look,
-    unexplained_near,
-)
+from stereotrack_core.tracking.failure.coefficients import CONSTANTS, SLOPES
+from stereotrack_core.tracking.residuals.surface import unexplained_fraction_of
+from stereotrack_core.tracking.state import Setup
 
-FEATURES: tuple[str, ...] = (
-    "through",
-    "behind",
-    "before",
-    "unknown",
-    "worst",
-    "visible",
-    "agreed",
-    "neighbour",
-    "unexplained",
-    "sigma",
-    "residual",
-    "data",
-    "jump",
-    "unexplained fraction",
-    "buried",
-    "crossed",
-    "better",
-    "ambiguous",
-)
-"""What is known of a limb, in the order of the coefficients; see :func:`limb_features`."""
+FEATURES: tuple[str, ...] = tuple(SLOPES)
+"""What is known of a limb; see :func:`limb_features`."""
+
+LOST_DEG = 45.0
+"""Error of a limb's direction beyond which it fails."""
+
+THROUGH, BEHIND, BEFORE, UNKNOWN, AGREED, VISIBLE = range(6)
+"""Columns of the looks: pixels beside the person, with a range behind or before the body's,
+without a range, with the body's range, and all that are in sight."""
+
 
 _STEP = 3
 _SQUARED_SIGMA = 0.8**2
@@ -59,33 +60,59 @@ _LEAST_SEEN = 12.0
 _ALONG = np.linspace(0.25, 1.0, 4)
 
 
-@dataclass(frozen=True, eq=False)
-class Judged:
-    """What a tracker says about its pose, as far as limbs are judged by it.
+def judged(
+    found: Estimate, cloud: Cloud, setup: Setup, sigma_points: Pose, movement: FloatArray
+) -> Estimate:
+    """The estimate with the features by which it can be judged, and what they say.
 
-    Attributes
+    Parameters
     ----------
-    pose : Pose
-    frames : PartFrames
-        Of this pose.
-    sigma_deg : (6,) float64
-        Of the limbs' directions.
-    unexplained_fraction : float
-    correspondences : Correspondences
-    jump : (6,) float64
-        Movement of each limb that was not expected, over its standard deviation.
+    sigma_points : Pose
+        Stacked (2n + 1), of the posterior.
+    movement : (n,) float64
+        Of the error state since the frame before.
     """
+    begun, body = perf_counter(), setup.body
+    sigma = limb_sigma_deg(body.frames(sigma_points), setup.weights.covariance)
+    share = unexplained_fraction_of(cloud.points, body, body.frames(found.pose))
+    found = dataclasses.replace(found, unexplained_fraction=share)
+    jump = unexpected(movement, found.prior, setup.joints)
+    features = limb_features(cloud, body, found, sigma, jump)
+    return dataclasses.replace(
+        found,
+        limb_sigma_deg=OVERCONFIDENCE * sigma,
+        limb_lost=failure_probability(features),
+        limb_features=features,
+        seconds={**found.seconds, "judge": perf_counter() - begun},
+    )
 
-    pose: Pose
-    frames: PartFrames
-    sigma_deg: FloatArray
-    unexplained_fraction: float
-    correspondences: Correspondences
-    jump: FloatArray
+
+def with_neighbours(features: FloatArray) -> FloatArray:
+    """Features (..., 6, 2 S) of each limb beside those of the other half of its arm."""
+    return np.concatenate([features, features[..., list(NEIGHBOUR), :]], axis=-1)
 
 
-def limb_features(cloud: Cloud, body: BodyModel, judged: Judged) -> FloatArray | None:
-    """Signs (6, len(FEATURES)) of the limbs; None where no view has a picture of somebody.
+def failure_probability(features: FloatArray | None) -> FloatArray:
+    """Probability (6,) that each limb fails: more than 45 deg off; NaN where not known.
+
+    A logistic regression of the features (6, S), one for the upper arms and one for the forearms,
+    fitted on simulated recordings alone by ``tools/fit_lost_limbs.py``. Torso and head have none:
+    they failed too rarely to learn from.
+    """
+    result: FloatArray = np.full(len(LIMBS), np.nan)
+    if features is None:
+        return result
+    every, slopes = with_neighbours(features), np.array(list(SLOPES.values()))
+    for k, limbs in enumerate((UPPER_ARMS, FOREARMS)):
+        own = np.concatenate([slopes[:, k], slopes[:, k + 2]])
+        result[list(limbs)] = expit(CONSTANTS[k] + every[list(limbs)] @ own)
+    return result
+
+
+def limb_features(
+    cloud: Cloud, body: BodyModel, found: Estimate, sigma_deg: FloatArray, jump: FloatArray
+) -> FloatArray | None:
+    """Features (6, len(FEATURES)) of the limbs; None where no view has a picture of somebody.
 
     Of a limb's pixels in sight of all views: the shares that lie beside the person
     (``through``), where the range is behind or before the limb's, and where there is none; the
@@ -97,11 +124,20 @@ def limb_features(cloud: Cloud, body: BodyModel, judged: Judged) -> FloatArray |
     the jump, the frame's unexplained fraction, and how deep its axis lies in the torso and how
     near to the other arm, in decimetres; and how good it would be elsewhere, see
     :func:`elsewhere`.
+
+    Parameters
+    ----------
+    found : Estimate
+        With its unexplained fraction and correspondences.
+    sigma_deg : (6,) float64
+        Of the limbs' directions.
+    jump : (6,) float64
+        See :func:`unexpected`.
     """
     pictures = seen_pictures(cloud, _STEP)
-    if not pictures:
+    if not pictures or found.correspondences is None:
         return None
-    frames, own = judged.frames, _own_areas(body)
+    frames, own = body.frames(found.pose), _own_areas(body)
     looks, unexplained = _looks(body, frames, pictures)
     limbs = looks[:, : len(LIMBS)]
     areas = np.array([seen.area(frames.origins[TORSO]) for seen in pictures])
@@ -122,13 +158,13 @@ def limb_features(cloud: Cloud, body: BodyModel, judged: Judged) -> FloatArray |
         np.log(total[:, AGREED] / views / own + 0.05),
         wrong[list(NEIGHBOUR)],
         np.sqrt(areas @ unexplained / views / own),
-        np.log(np.clip(np.nan_to_num(judged.sigma_deg, nan=20.0), 0.1, 90.0)),
-        *_of_data(judged.correspondences, own),
-        np.log1p(np.minimum(judged.jump, 100.0)),
-        np.full(len(LIMBS), min(judged.unexplained_fraction, 1.0)),
+        np.log(np.clip(np.nan_to_num(sigma_deg, nan=20.0), 0.1, 90.0)),
+        *_of_data(found.correspondences, own),
+        np.log1p(np.minimum(jump, 100.0)),
+        np.full(len(LIMBS), min(found.unexplained_fraction, 1.0)),
         _buried(body, frames),
         _crossed(body, frames),
-        *elsewhere(cloud, body, judged.pose, own).T,
+        *elsewhere(cloud, body, found.pose, own).T,
     )
     return np.column_stack(columns)
 
@@ -136,14 +172,7 @@ def limb_features(cloud: Cloud, body: BodyModel, judged: Judged) -> FloatArray |
 def unexpected(movement: FloatArray, prior: Prior | None, joints: tuple[int, ...]) -> FloatArray:
     """Movement (6,) of each limb that was not expected, over its standard deviation.
 
-    Parameters
-    ----------
-    movement : (n,) float64
-        Of the error state since the frame before.
-    prior : Prior or None
-        0 is returned where there is none.
-    joints : tuple of int
-        Parts whose two numbers follow position and rotation in the error state.
+    `movement` (n,) is that of the error state since the frame before; 0 without a prior.
     """
     result = np.zeros(len(LIMBS))
     if prior is None:
@@ -184,12 +213,12 @@ def _looks(
         picture = np.zeros(seen.measured.shape, dtype=np.float32)
         owner = np.full(picture.shape, -1, dtype=np.int8)
         cone_images(table, seen.camera_from_world, seen.pinhole, seen.eye, images)
-        draw_owned(images, limb, seen.left, seen.top, seen.step, picture, owner)
-        look(picture, owner, seen.measured, seen.person, seen.scale, _SQUARED_SIGMA, looks[v])
+        _draw_owned(images, limb, seen.left, seen.top, seen.step, picture, owner)
+        _look(picture, owner, seen.measured, seen.person, seen.scale, _SQUARED_SIGMA, looks[v])
         to_camera = seen.camera_from_world
         joints = frames.origins[: len(LIMBS)] @ to_camera[:, :3].T + to_camera[:, 3]
         box = np.array([seen.left, seen.top, seen.step])
-        unexplained_near(
+        _unexplained_near(
             picture, seen.measured, seen.person, seen.scale, box, seen.pinhole, joints, reach,
             unexplained[v],
         )  # fmt: skip
@@ -239,3 +268,81 @@ def _crossed(body: BodyModel, frames: PartFrames) -> FloatArray:
             apart = np.linalg.norm(axes[limb][:, None] - other[None], axis=-1).min()
             result[limb] = max(0.0, 2.0 - 10.0 * float(apart))
     return result
+
+
+@numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def _draw_owned(
+    images: Any, part: Any, left: float, top: float, step: float, picture: Any, owner: Any
+) -> None:
+    """Draw cones as cones, and note the part that is in front; -1 is none."""
+    for c in range(images.shape[0]):
+        im = images[c]
+        if im[10] < 0.5:
+            continue
+        i0, i1, j0, j1 = reached(im, left, top, step, picture.shape[0], picture.shape[1])
+        for i in range(i0, i1 + 1):
+            for j in range(j0, j1 + 1):
+                near = near_at(im, left + step * j, top + step * i)
+                if near > picture[i, j]:
+                    picture[i, j] = near
+                    owner[i, j] = part[c]
+
+
+@numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def _look(
+    picture: Any,
+    owner: Any,
+    measured: Any,
+    person: Any,
+    scale: float,
+    squared_sigma: float,
+    looks: Any,
+) -> None:
+    """Add the pixels of one view to the looks (P, 6) of the parts in front."""
+    for i in range(picture.shape[0]):
+        for j in range(picture.shape[1]):
+            p = owner[i, j]
+            if p < 0:
+                continue
+            looks[p, VISIBLE] += 1.0
+            if person[i, j] == 0:
+                looks[p, THROUGH] += 1.0
+            elif measured[i, j] > 0.0:
+                e = scale * (picture[i, j] - measured[i, j])
+                off = e * e / (e * e + squared_sigma)
+                looks[p, AGREED] += 1.0 - off
+                looks[p, BEHIND if e > 0.0 else BEFORE] += off
+            else:
+                looks[p, UNKNOWN] += 1.0
+
+
+@numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def _unexplained_near(
+    picture: Any,
+    measured: Any,
+    person: Any,
+    scale: float,
+    box: Any,
+    pinhole: Any,
+    joints: Any,
+    reach: Any,
+    found: Any,
+) -> None:
+    """Count for each joint the pixels of the person in its reach that the body does not explain.
+
+    A pixel is not explained where the body is not, or clearly behind what was measured.
+
+    `box` is left, top and step of the picture; `joints` (J, 3) are in the camera's frame.
+    """
+    for i in range(picture.shape[0]):
+        for j in range(picture.shape[1]):
+            model, seen = picture[i, j], measured[i, j]
+            if person[i, j] == 0 or (model > 0.0 and not scale * (seen - model) > 2.0):
+                continue
+            x = (box[0] + box[2] * j - pinhole[1]) / pinhole[0]
+            y = (box[1] + box[2] * i - pinhole[2]) / pinhole[0]
+            for k in range(joints.shape[0]):
+                z = 1.0 / seen if seen > 0.0 else joints[k, 2]
+                dx, dy, dz = x * z - joints[k, 0], y * z - joints[k, 1], z - joints[k, 2]
+                if dx * dx + dy * dy + dz * dz < reach[k] * reach[k]:
+                    found[k] += 1.0

@@ -13,12 +13,11 @@ from stereotrack_core.body.skeleton import FOREARMS, UPPER_ARMS
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.geometry.rotation import angle_between, vector_from_rotation
 from stereotrack_core.tracking.arm_search.arms import arm_of_pose
-from stereotrack_core.tracking.arm_search.score import Scene, anatomy_cost
-from stereotrack_core.tracking.arm_search.search import Evidence
+from stereotrack_core.tracking.arm_search.score import anatomy_cost
+from stereotrack_core.tracking.arm_search.search import ArmSearch, Evidence
 from stereotrack_core.tracking.correspondences import DataToModel
 from stereotrack_core.tracking.estimator import Measurements
 from stereotrack_core.tracking.iekf import IteratedEstimator, PoseFilter
-from stereotrack_core.tracking.initialise.arms import FreeArmSearch
 from stereotrack_core.tracking.initialise.people import people_in
 from stereotrack_core.tracking.initialise.seeds import seeds_in
 from stereotrack_core.tracking.initialise.trunk import (
@@ -67,17 +66,11 @@ class Candidate:
 
 
 class PoseFinder:
-    """Finds poses in single clouds, and compares poses by how well they explain one.
-
-    Parameters
-    ----------
-    setup : Setup
-    """
+    """Finds poses in single clouds, and compares poses by how well they explain one."""
 
     def __init__(self, setup: Setup) -> None:
         self.setup = setup
-        p = setup.parameters
-        self._arms = FreeArmSearch(setup.body, p.search, p.arms_apart)
+        self._arms = ArmSearch(setup.body, setup.parameters, free=True)
         self._estimator = IteratedEstimator(setup)
         self._correspondences = DataToModel(setup)
 
@@ -153,9 +146,8 @@ class PoseFinder:
     def _unnatural(self, pose: Pose, cloud: Cloud) -> float:
         body = self.setup.body
         frames = body.frames(pose)
-        scene = Scene.of(cloud, body, frames)
         shapes = self._arms.placed_shapes(frames)
-        arms = [anatomy_cost(scene, s, arm_of_pose(frames, s.side))[0] for s in shapes]
+        arms = [anatomy_cost(body, s, arm_of_pose(frames, s.side))[0] for s in shapes]
         facing = facing_cost(body, pose, cloud.points, self.setup.cameras)
         return _NATURAL_ARMS * float(np.sum(arms)) + facing
 

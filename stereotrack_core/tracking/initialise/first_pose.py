@@ -1,14 +1,15 @@
-"""The pose with which a track begins, found without help in its first clouds."""
+"""What has to be known before the first frame, found in the first clouds: pose and shape."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
 from stereotrack_core.body.model import body_model
-from stereotrack_core.body.parameters import BodyParameters
+from stereotrack_core.body.parameters import BodyParameters, BodyShape
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.depth.chain import DepthChain
 from stereotrack_core.depth.cloud import Cloud
@@ -18,7 +19,8 @@ from stereotrack_core.tracking.estimate import Estimate
 from stereotrack_core.tracking.initialise.finder import PoseFinder
 from stereotrack_core.tracking.initialise.seeds import t_pose_in_cloud
 from stereotrack_core.tracking.initialise.trunk import turned_round
-from stereotrack_core.tracking.shape_fit import SeenPose, fitted_surface
+from stereotrack_core.tracking.residuals.silhouette import edge_maps
+from stereotrack_core.tracking.shape_fit import SeenPose, fitted_shape, fitted_surface
 from stereotrack_core.tracking.tracker import PersonTracker
 
 _BETTER = 6.0
@@ -36,7 +38,7 @@ _FITTED = 8
 
 
 def first_pose_in(
-    seeker: PersonTracker, clouds: Sequence[Cloud], shape: BodyParameters
+    initialiser: PersonTracker, clouds: Sequence[Cloud], shape: BodyParameters
 ) -> Pose | None:
     """Pose in the first of successive clouds in which somebody is tracked; None without anybody.
 
@@ -47,27 +49,26 @@ def first_pose_in(
 
     Parameters
     ----------
-    seeker : PersonTracker
+    initialiser : PersonTracker
         Of which nothing is left as it was.
-    clouds : sequence of Cloud
     shape : BodyParameters
-        Of the seeker's body.
+        Of the initialiser's body.
     """
-    seeker.seek()
-    estimates = [seeker.step(cloud) for cloud in clouds]
+    initialiser.reinitialise()
+    estimates = [initialiser.step(cloud) for cloud in clouds]
     tracked = [k for k, estimate in enumerate(estimates) if estimate.tracked]
     if not tracked:
         return None
     first, last = tracked[0], tracked[-1]
-    usual = t_pose_in_cloud(seeker.setup.body, clouds[first].points)
-    if _explains_as_well(seeker, usual, clouds[first:], estimates[first:]):
+    usual = t_pose_in_cloud(initialiser.setup.body, clouds[first].points)
+    if _explains_as_well(initialiser, usual, clouds[first:], estimates[first:]):
         return usual
-    found = _followed_back(seeker, clouds, estimates, first, last)
-    return facing_right(seeker, found, clouds[first : last + 1], shape)
+    found = _followed_back(initialiser, clouds, estimates, first, last)
+    return facing_right(initialiser, found, clouds[first : last + 1], shape)
 
 
 def first_pose_from_images(
-    seeker: PersonTracker,
+    initialiser: PersonTracker,
     reader: FrameReader,
     views: Sequence[str],
     frames: Sequence[int],
@@ -77,10 +78,8 @@ def first_pose_from_images(
 
     Parameters
     ----------
-    seeker : PersonTracker
+    initialiser : PersonTracker
         Of the default shape; nothing of it is left as it was.
-    reader : FrameReader
-    views : sequence of str
     frames : sequence of int
         Successive frames.
     learned_from : range
@@ -92,43 +91,88 @@ def first_pose_from_images(
         clouds = [chain.process(reader.frame_set(frame)) for frame in frames]
     finally:
         chain.close()
-    found = first_pose_in(seeker, clouds, BodyParameters())
+    found = first_pose_in(initialiser, clouds, BodyParameters())
     if found is None:
         return None
-    seeker.start(found)
-    estimates = [seeker.step(cloud) for cloud in clouds]
+    initialiser.start(found)
+    estimates = [initialiser.step(cloud) for cloud in clouds]
     return next((estimate.pose for estimate in estimates if estimate.tracked), found)
 
 
+_LEAST_SETTLED = 3
+"""Frames without which a fit would be worse than the default shape."""
+
+
+def shape_in(
+    initialiser: PersonTracker,
+    clouds: Sequence[Cloud],
+    shape: BodyParameters,
+    first_pose: Callable[[Cloud], Pose],
+    before_step: Callable[[Cloud], object],
+    on_preparing: Callable[[str, int, int], None],
+) -> BodyShape | None:
+    """Shape of who is followed over successive clouds; None where too few show somebody.
+
+    Parameters
+    ----------
+    initialiser : PersonTracker
+        Of which nothing is left as it was.
+    clouds : sequence of Cloud
+    shape : BodyParameters
+        Of the initialiser's body.
+    first_pose : callable
+        Where the person is in the first cloud.
+    before_step : callable
+        Called before every step; may raise :class:`Cancelled`.
+    on_preparing : callable
+        Is told the stage, and how many of how many of its parts are done.
+    """
+    setup, seen = initialiser.setup, list[SeenPose]()
+    for done, cloud in enumerate(clouds):
+        on_preparing("tracking the first frames", done, len(clouds))
+        if not seen:
+            initialiser.start(first_pose(cloud))
+        before_step(cloud)
+        estimate = initialiser.step(cloud)
+        if estimate.tracked:
+            data = initialiser.leader.correspondences.choose(cloud)
+            seen.append(SeenPose(data, estimate.pose, edge_maps(cloud)))
+    settled = seen[len(seen) // 3 :: 2]
+    if len(settled) < _LEAST_SETTLED:
+        return None
+    lengths = setup.body.skeleton.proportions
+    told = partial(on_preparing, "fitting the body shape")
+    return fitted_shape(lengths, shape, settled, setup.parameters, setup.joints, told)
+
+
 def _followed_back(
-    seeker: PersonTracker,
+    initialiser: PersonTracker,
     clouds: Sequence[Cloud],
     estimates: Sequence[Estimate],
     first: int,
     last: int,
 ) -> Pose:
-    seeker.start(estimates[last].pose, clouds[last].frame)
+    initialiser.start(estimates[last].pose, clouds[last].frame)
     for cloud in reversed(clouds[first:last]):
-        estimate = seeker.step(cloud)
+        estimate = initialiser.step(cloud)
         if not estimate.tracked:
             return estimates[first].pose
-    return seeker.pose
+    return initialiser.pose
 
 
 def facing_right(
-    seeker: PersonTracker, found: Pose, clouds: Sequence[Cloud], shape: BodyParameters
+    initialiser: PersonTracker, found: Pose, clouds: Sequence[Cloud], shape: BodyParameters
 ) -> Pose:
     """The pose, or the one that looks most alike from the other side if that is more natural.
 
     Parameters
     ----------
-    seeker : PersonTracker
     found : Pose
         In the first of the clouds.
     clouds : sequence of Cloud
         At least one.
     shape : BodyParameters
-        Of the seeker's body.
+        Of the initialiser's body.
 
     Notes
     -----
@@ -137,38 +181,40 @@ def facing_right(
     that faces the wrong way then bends its knees and elbows as nobody can.
     """
     away = turned_round(found)
-    here = _gain_of_turning(seeker, found, clouds[:_FITTED], shape)
-    there = _gain_of_turning(seeker, away, clouds[:_FITTED], shape)
+    here = _gain_of_turning(initialiser, found, clouds[:_FITTED], shape)
+    there = _gain_of_turning(initialiser, away, clouds[:_FITTED], shape)
     return away if here - there > 2.0 * _TURN_GAIN else found
 
 
 def _gain_of_turning(
-    seeker: PersonTracker, pose: Pose, clouds: Sequence[Cloud], shape: BodyParameters
+    initialiser: PersonTracker, pose: Pose, clouds: Sequence[Cloud], shape: BodyParameters
 ) -> float:
     """How much more natural the other way round is, for a body fitted to this way of facing."""
-    follower = seeker.finder.follower(pose)
+    follower = initialiser.finder.follower(pose)
     poses = [follower.step(cloud).pose for cloud in clouds]
     pairs = list(zip(clouds, poses, strict=True))[len(clouds) > 1 :: 2]
-    lengths, joints = seeker.setup.body.skeleton.proportions, seeker.setup.joints
-    seen = [SeenPose(seeker.leader.correspondences.choose(cloud), pose) for cloud, pose in pairs]
-    surface, fitted = fitted_surface(lengths, shape, seen, seeker.setup.parameters, joints)
-    judge = PoseFinder(replace(seeker.setup, body=body_model(lengths, surface)))
+    lengths, joints = initialiser.setup.body.skeleton.proportions, initialiser.setup.joints
+    seen = [
+        SeenPose(initialiser.leader.correspondences.choose(cloud), pose) for cloud, pose in pairs
+    ]
+    surface, fitted = fitted_surface(lengths, shape, seen, initialiser.setup.parameters, joints)
+    judge = PoseFinder(replace(initialiser.setup, body=body_model(lengths, surface)))
     gains = [judge.gain_of_turning(p, c) for p, (c, _) in zip(fitted, pairs, strict=True)]
     return float(np.mean(gains))
 
 
 def _explains_as_well(
-    seeker: PersonTracker, usual: Pose, clouds: Sequence[Cloud], found: Sequence[Estimate]
+    initialiser: PersonTracker, usual: Pose, clouds: Sequence[Cloud], found: Sequence[Estimate]
 ) -> bool:
     """Whether following from the usual pose costs no more than what was found, or little more."""
-    seeker.start(usual)
+    initialiser.start(usual)
     more = []
     for cloud, other in zip(clouds, found, strict=True):
-        estimate = seeker.step(cloud)
+        estimate = initialiser.step(cloud)
         if not estimate.tracked:
             return False
         if other.tracked:
-            cost = seeker.finder.cost
+            cost = initialiser.finder.cost
             here, there = cost(estimate.pose, cloud), cost(other.pose, cloud)
             more.append(here - there)
     forward = [other.pose.torso[:, 1] @ usual.torso[:, 1] for other in found if other.tracked]

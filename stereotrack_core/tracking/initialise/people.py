@@ -100,8 +100,6 @@ def trunk_support(body: BodyModel, pose: Pose, points: FloatArray, cameras: Floa
 
     Parameters
     ----------
-    body : BodyModel
-    pose : Pose
     points : (N, 3) float64, world
     cameras : (V, 3) float64, world
         Optical centres.

@@ -33,29 +33,11 @@ def t_pose_in_cloud(body: BodyModel, points: FloatArray) -> Pose:
 
     Parameters
     ----------
-    body : BodyModel
     points : (N, 3) float64, world
         Cloud with at least one point.
     """
     middle = np.median(points[:, :2], axis=0)
     return t_pose(_hips_under(body, points, middle))
-
-
-def standing_poses(body: BodyModel, points: FloatArray, headings: int) -> list[Pose]:
-    """Upright poses with hanging arms in the middle of the cloud, facing all around.
-
-    Parameters
-    ----------
-    body : BodyModel
-    points : (N, 3) float64, world
-        Cloud with at least one point.
-    headings : int
-        Number of directions, evenly spread; the first is north.
-    """
-    position = _hips_under(body, points, np.median(points[:, :2], axis=0))
-    turns = 2.0 * np.pi * np.arange(headings) / headings
-    up = np.array([0.0, 0.0, 1.0])
-    return [hanging_pose(position, rotation_from_vector(turn * up)) for turn in turns]
 
 
 def _hips_under(body: BodyModel, points: FloatArray, middle: FloatArray) -> FloatArray:
@@ -110,7 +92,6 @@ def seeds_in(body: BodyModel, points: FloatArray) -> list[Pose]:
 
     Parameters
     ----------
-    body : BodyModel
     points : (N, 3) float64, world
         Of one person, at least one.
     """

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from stereotrack_core.arrays import FloatArray, IntArray
+from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.model import BodyModel, placed_cones
 from stereotrack_core.body.pose import PartFrames, Pose
 from stereotrack_core.body.skeleton import (
@@ -29,18 +29,12 @@ from stereotrack_core.body.skeleton import (
 )
 from stereotrack_core.body.surface import nearest_on_surface
 from stereotrack_core.depth.cloud import Cloud
-from stereotrack_core.tracking.arm_search.kernels import count_sight
+from stereotrack_core.tracking.arm_search.score import SEEN_THROUGH, UNSUPPORTED, sight_of
 
 _SQUARED_SCALE = 0.06**2
 
-_SEE_THROUGH_PX, _SUPPORT_PX = 1.3, 0.9
-"""Pixels of disparity from which a view looks through a place, and up to which it supports it."""
-
 _MAYBE_ARM = 0.5
 """Weight of data that an arm could explain."""
-
-_SEEN_THROUGH, _NOTHING_THERE = 2.5, 1.5
-"""Costs of a place inside the body that a view looks through, or that nothing is in front of."""
 
 
 def unexplained_by_trunk(points: FloatArray, body: BodyModel, poses: Sequence[Pose]) -> FloatArray:
@@ -63,38 +57,14 @@ def unexplained_by_trunk(points: FloatArray, body: BodyModel, poses: Sequence[Po
 
 def trunk_sight_cost(cloud: Cloud, body: BodyModel, poses: Sequence[Pose]) -> FloatArray:
     """Cost (S,) of places inside torso, head and legs where views see that nobody is."""
-    places = np.stack([_places(body, body.frames(pose)) for pose in poses])
-    through, supported, hidden, filled = sight_of(cloud, places.reshape(-1, 3)).T
+    places = np.concatenate([_places(body, body.frames(pose)) for pose in poses])
+    through, supported, hidden, filled = sight_of(
+        cloud.depths.values(), places, np.zeros(len(places))
+    ).T
     nothing = (supported + hidden + filled == 0) & (through == 0)
-    cost = _SEEN_THROUGH * np.minimum(through, 2) + _NOTHING_THERE * nothing
+    cost = SEEN_THROUGH * np.minimum(through, 2) + UNSUPPORTED * nothing
     result: FloatArray = cost.reshape(len(poses), -1).sum(axis=1)
     return result
-
-
-def sight_of(cloud: Cloud, places: FloatArray) -> IntArray:
-    """How many views look through, support, hide or have no range at each place (M, 4).
-
-    See :func:`count_sight`.
-    """
-    seen = np.zeros((len(places), 4), dtype=np.int64)
-    nothing = np.zeros((0, 0), dtype=np.bool_)
-    for depth in cloud.depths.values():
-        g = depth.geometry
-        pinhole = np.array([g.focal, g.c_x, g.c_y])
-        scale = g.disparity_scale
-        in_camera = g.world_from_depth.inverse().apply(places)
-        silhouette = nothing if depth.silhouette is None else depth.silhouette
-        count_sight(
-            in_camera,
-            np.zeros(len(places)),
-            depth.range_z,
-            silhouette,
-            pinhole,
-            _SEE_THROUGH_PX / scale,
-            _SUPPORT_PX / scale,
-            seen,
-        )
-    return seen
 
 
 def _places(body: BodyModel, frames: PartFrames) -> FloatArray:
@@ -158,8 +128,6 @@ def facing_cost(body: BodyModel, pose: Pose, points: FloatArray, cameras: FloatA
 
     Parameters
     ----------
-    body : BodyModel
-    pose : Pose
     points : (N, 3) float64, world
         The body's data.
     cameras : (V, 3) float64, world

@@ -46,6 +46,9 @@ _FAR = 0.25
 _TAUGHT = 2
 """Every so many data teach colours; more cost time and add little."""
 
+_MEMORY = 0.98
+"""Share of the learned colours that is kept from frame to frame: light and view change slowly."""
+
 _LEAST = 8.0
 """Data without which a patch's colour is not known."""
 
@@ -58,12 +61,7 @@ data would on average."""
 
 
 class PartColours:
-    """Mean and variance of the colours of every cone's patches.
-
-    Parameters
-    ----------
-    body : BodyModel
-    """
+    """Mean and variance of the colours of every cone's patches."""
 
     def __init__(self, body: BodyModel) -> None:
         self.body = body
@@ -92,18 +90,8 @@ class PartColours:
         _differences(data, features, table, self._turns, self.mean, 1.0 / variance, known, result)
         return result
 
-    def learn(
-        self, data: FloatArray, features: FloatArray, frames: PartFrames, memory: float
-    ) -> None:
-        """Take in the data that surely belong to a part.
-
-        Parameters
-        ----------
-        data, features, frames
-            As :meth:`penalty` has them.
-        memory : float
-            Share of the older data that still counts.
-        """
+    def learn(self, data: FloatArray, features: FloatArray, frames: PartFrames) -> None:
+        """Take in the data that surely belong to a part; arguments are those of `penalty`."""
         data, features = data[::_TAUGHT], features[::_TAUGHT]
         seen = np.isfinite(features).all(axis=1)
         data, features = data[seen], features[seen]
@@ -113,7 +101,7 @@ class PartColours:
         flat = np.ravel_multi_index((cone[sure], height, angle), self.count.shape)
         size = self.count.size
         new = np.bincount(flat, minlength=size).reshape(self.count.shape)
-        total = memory * self.count + new
+        total = _MEMORY * self.count + new
         share = np.divide(new, total, out=np.zeros_like(total), where=total > 0)[..., None]
         for k in range(3):
             values = features[sure, k]

@@ -1,23 +1,31 @@
-"""Detected landmarks as measurements of the pose."""
+"""Detected landmarks as measurements of the pose, at a frame's instant and between frames.
+
+Single constraint at a time (Welch & Bishop 1997, DOI 10.1145/258734.258876): one that comes between
+two frames corrects the pose by itself. It does not determine the pose, but corrects it as far as
+it can, with the process noise of the time that has gone by since the last one.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
+from scipy.stats import chi2
 
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.manifold import Columns, point_jacobian
 from stereotrack_core.body.model import BodyModel
-from stereotrack_core.body.pose import PartFrames, Pose
+from stereotrack_core.body.pose import PartFrames, Pose, orthonormal
 from stereotrack_core.body.skeleton import HEAD, LEFT_FOREARM, RIGHT_FOREARM
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.recording import detections as kinds
 from stereotrack_core.recording.detections import Detection
+from stereotrack_core.tracking.correction import gathered, solved
 from stereotrack_core.tracking.residuals.keypoint_detectors import extremities, skin_detections
-from stereotrack_core.tracking.residuals.parameters import DetectionParameters
+from stereotrack_core.tracking.state import Belief, Setup, State
 
 _PARTS_OF = {
     kinds.HEAD: (HEAD,),
@@ -29,6 +37,11 @@ _PARTS_OF = {
 
 _SURE = 3.0
 """Standard deviations at which a detection has lost three quarters of its weight."""
+
+_ITERATIONS = 3
+
+_PROBABLE = 0.999
+"""Share of right detections that lie inside the gate by the pose's own uncertainty."""
 
 _NEAREST = 0.05
 """Metres in front of a camera within which nothing is projected."""
@@ -43,13 +56,11 @@ class DetectionResidual:
 
     Attributes
     ----------
-    part : int
     point : (3,) float64
         In the frame of the part.
     measured : (3,) or (2,) float64
         World, metres; or undistorted pixels seen from the principal point.
     variance : (3,) or (2,) float64
-    camera : Camera or None
     """
 
     part: int
@@ -85,8 +96,6 @@ def detection_residuals(
     ----------
     detections : tuple of Detection
         Seen at one instant.
-    body : BodyModel
-    pose : Pose
     gate : float, metres
         Farther from the point, a detection means something else.
     """
@@ -94,16 +103,16 @@ def detection_residuals(
     rows = []
     for group in _by_source(detections):
         for detection, part in _assigned(group, body, frames, gate):
-            rows.append(residual_of(detection, part, body, frames))
+            rows.append(_residual_of(detection, part, body, frames))
     return tuple(rows)
 
 
-def residual_of(
+def _residual_of(
     detection: Detection, part: int, body: BodyModel, frames: PartFrames
 ) -> DetectionResidual:
     """Residual of a detection at the end of a part, weighed at one pose."""
     measured, sigma = _undistorted(detection)
-    point = end_of(body, part)
+    point = _end_of(body, part)
     plain = DetectionResidual(part, point, measured, np.empty(0), detection.camera)
     off = measured - plain.predicted(frames)
     squared = (_SURE * sigma) ** 2
@@ -112,19 +121,19 @@ def residual_of(
     return DetectionResidual(part, point, measured, variance, detection.camera)
 
 
-def end_of(body: BodyModel, part: int) -> FloatArray:
+def _end_of(body: BodyModel, part: int) -> FloatArray:
     """Landmark of hand or head (3,) in the frame of its part."""
     return np.array([0.0, 0.0, body.skeleton.lengths[part]])
 
 
-def parts_of(detection: Detection) -> tuple[int, ...]:
+def _parts_of(detection: Detection) -> tuple[int, ...]:
     """Parts at whose ends the detected landmark may be."""
     return _PARTS_OF[detection.kind]
 
 
-def distance_from(detection: Detection, part: int, body: BodyModel, frames: PartFrames) -> float:
+def _distance_from(detection: Detection, part: int, body: BodyModel, frames: PartFrames) -> float:
     """Metres between a detection and the end of a part; across the line of sight for a pixel."""
-    world = _placed(frames, part, end_of(body, part))
+    world = _placed(frames, part, _end_of(body, part))
     measured, _ = _undistorted(detection)
     camera = detection.camera
     if camera is None:
@@ -144,8 +153,8 @@ def _assigned(
     cost = np.full((len(detections), len(parts) + len(detections)), gate**2)
     for i, detection in enumerate(detections):
         for k, part in enumerate(parts):
-            allowed = part in parts_of(detection)
-            off = distance_from(detection, part, body, frames) if allowed else np.inf
+            allowed = part in _parts_of(detection)
+            off = _distance_from(detection, part, body, frames) if allowed else np.inf
             cost[i, k] = min(off**2, 1e6)
     rows, chosen = linear_sum_assignment(cost)
     pairs = zip(rows, chosen, strict=True)
@@ -201,7 +210,6 @@ class DetectionObservation:
 
     Attributes
     ----------
-    detections : tuple of Detection
     gate : float, metres
     """
 
@@ -213,24 +221,73 @@ class DetectionObservation:
         return detection_residuals(self.detections, body, pose, self.gate)
 
 
-class DetectionSensor:
-    """Takes the detections that came with a frame, and makes those the parameters ask for.
+def detections_in(cloud: Cloud, detect: str) -> tuple[Detection, ...]:
+    """Detections that came with a frame, and those that the parameter `detect` asks for.
 
-    Those that came before the frame's instant are not its business (:mod:`asynchronous`).
-
-    Parameters
-    ----------
-    parameters : DetectionParameters
+    Those that came before the frame's instant correct its prediction, see
+    :func:`predicted_by_detections`.
     """
+    found = tuple(d for d in cloud.detections if d.time == cloud.frame)
+    if detect == "extremities":
+        found += extremities(cloud.points, cloud.frame)
+    elif detect == "skin":
+        found += skin_detections(cloud)
+    return found
 
-    def __init__(self, parameters: DetectionParameters) -> None:
-        self._p = parameters
 
-    def observe(self, cloud: Cloud) -> DetectionObservation:
-        """Detect in one cloud."""
-        found = tuple(d for d in cloud.detections if d.time == cloud.frame)
-        if self._p.detect == "extremities":
-            found += extremities(cloud.points, cloud.frame)
-        elif self._p.detect == "skin":
-            found += skin_detections(cloud)
-        return DetectionObservation(found, self._p.detection_gate)
+def predicted_by_detections(
+    setup: Setup, state: State, since: float, time: float, due: Sequence[Detection]
+) -> Belief:
+    """Predict up to a time; each detection on the way is one correction of its own.
+
+    Times are in frames: the state is of `since`; all `due` are later than it and before `time`.
+    """
+    belief: Belief = state
+    for detection in sorted(due, key=lambda each: each.time):
+        belief = setup.moved(belief, state.movement, since, detection.time)
+        belief, since = corrected_by(detection, setup, belief), detection.time
+    return setup.moved(belief, state.movement, since, time)
+
+
+def corrected_by(detection: Detection, setup: Setup, prior: Belief) -> Belief:
+    """Correct a pose, predicted for the detection's time, by one detection.
+
+    A hand whose side is not known is the hand that fits better. Farther than the parameters' gate
+    from where it could belong, or improbable, a detection changes nothing.
+    """
+    part = _best_part(detection, setup, prior)
+    if part is None:
+        return prior
+    body, at = setup.body, prior
+    for _ in range(_ITERATIONS):
+        residual = _residual_of(detection, part, body, body.frames(at.pose))
+        found = gathered((residual,), body, at.pose, setup.columns)
+        at, _ = solved(setup.joints, prior, at.pose, found)
+    return Belief(orthonormal(at.pose), at.P)
+
+
+def _best_part(detection: Detection, setup: Setup, prior: Belief) -> int | None:
+    """Part to whose end the detection fits best by the pose's uncertainty; None beyond the gate."""
+    body, columns = setup.body, setup.columns
+    frames, gate = body.frames(prior.pose), setup.parameters.detection_gate
+    stacked = PartFrames(frames.rotations[None], frames.origins[None])
+    best, least = None, np.inf
+    for part in _parts_of(detection):
+        if not _distance_from(detection, part, body, frames) < gate:
+            continue
+        residual = _residual_of(detection, part, body, frames)
+        nu = residual.measured - residual.predicted(stacked)[0]
+        J = residual.jacobian(frames, columns)
+        S = J @ prior.P @ J.T + np.eye(len(nu)) * _plain_variance(detection)
+        squared = float(nu @ np.linalg.solve(S, nu))
+        if squared < min(least, float(chi2.ppf(_PROBABLE, len(nu)))):
+            best, least = part, squared
+    return best
+
+
+def _plain_variance(detection: Detection) -> float:
+    """Variance before the robust weight, in the residual's unit."""
+    if detection.camera is None:
+        return detection.sigma**2 / detection.confidence
+    scale = float(detection.camera.matrix[0, 0] / np.mean(np.diagonal(detection.camera.matrix)[:2]))
+    return (scale * detection.sigma) ** 2 / detection.confidence

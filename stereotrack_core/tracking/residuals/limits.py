@@ -22,10 +22,12 @@ from stereotrack_core.body.skeleton import (
     RIGHT_SHANK,
     RIGHT_THIGH,
     TORSO,
+    UPPER_ARMS,
 )
 from stereotrack_core.body.surface import nearest_on_surface
+from stereotrack_core.geometry.segments import nearest_on_segments
 from stereotrack_core.tracking.parameters import TrackingParameters
-from stereotrack_core.tracking.residuals.collisions import ApartResidual, arms_apart
+from stereotrack_core.tracking.state import GIRDLE_REST
 
 _PARENTS = np.array(PARENTS, dtype=np.int64)
 
@@ -119,6 +121,42 @@ class ClearanceResidual:
         return result
 
 
+@dataclass(frozen=True, eq=False)
+class ApartResidual:
+    """Distances between places on two arms along fixed directions.
+
+    Attributes
+    ----------
+    left, right : (m,) int64
+        Parts.
+    on_left, on_right : (m, 3) float64
+        Places in the parts' frames.
+    direction : (m, 3) float64, world
+        Unit vectors from the right arm to the left one.
+    measured, variance : (m,) float64
+    """
+
+    left: IntArray
+    right: IntArray
+    on_left: FloatArray
+    on_right: FloatArray
+    direction: FloatArray
+    measured: FloatArray
+    variance: FloatArray
+
+    def jacobian(self, frames: PartFrames, columns: Columns) -> FloatArray:
+        """Derivatives (m, n)."""
+        left, right = frames.apply(self.left, self.on_left), frames.apply(self.right, self.on_right)
+        of_left = point_jacobian(left, self.direction, self.left, frames, columns)
+        return of_left - point_jacobian(right, self.direction, self.right, frames, columns)
+
+    def predicted(self, frames: PartFrames) -> FloatArray:
+        """Distances (S, m) for stacked poses."""
+        left, right = frames.apply(self.left, self.on_left), frames.apply(self.right, self.on_right)
+        result: FloatArray = np.einsum("smi,mi->sm", left - right, self.direction)
+        return result
+
+
 Limit: TypeAlias = DirectionResidual | ClearanceResidual | ApartResidual
 
 
@@ -131,7 +169,7 @@ def limit_residuals(
     """
     rows: list[Limit] = [*resting_limbs(joints)]
     if CLAVICLES[0] in joints:
-        off, variance = shoulders_at_rest(pose.rotations, parameters)
+        off, variance = shoulders_at_rest(pose.rotations)
         across, nothing = _ACROSS_GIRDLE, np.zeros(len(off))
         rows.append(DirectionResidual(_GIRDLE, _PARENTS[_GIRDLE], across, nothing, variance))
     rows += _folded_elbows(pose, np.radians(parameters.least_elbow_angle))
@@ -153,9 +191,7 @@ def resting_limbs(joints: tuple[int, ...]) -> tuple[DirectionResidual, ...]:
     return (DirectionResidual(part, _PARENTS[part], across, np.zeros(len(part)), variance),)
 
 
-def shoulders_at_rest(
-    rotations: FloatArray, parameters: TrackingParameters
-) -> tuple[FloatArray, FloatArray]:
+def shoulders_at_rest(rotations: FloatArray) -> tuple[FloatArray, FloatArray]:
     """How far clavicles (..., 4) are from their rest across two axes each, and with what variance.
 
     The farther shoulders are lifted, pushed forward or drawn back, the less they are held: the
@@ -166,12 +202,10 @@ def shoulders_at_rest(
     ----------
     rotations : (..., P, 3, 3) float64
         Of a pose, or of stacked ones.
-    parameters : TrackingParameters
     """
     off = np.einsum("mi,...mi->...m", _ACROSS_GIRDLE, rotations[..., 2][..., _GIRDLE, :])
     lowered = off * _ACROSS_GIRDLE[:, 2] < 0.0
-    sigma = np.radians(parameters.girdle_rest)
-    return off, sigma**2 + np.where(lowered, 0.0, off) ** 2
+    return off, GIRDLE_REST**2 + np.where(lowered, 0.0, off) ** 2
 
 
 def _folded_elbows(pose: Pose, least_angle: float) -> list[DirectionResidual]:
@@ -213,3 +247,61 @@ def _collisions(body: BodyModel, frames: PartFrames, clearance: float) -> list[C
     at_limit = np.einsum("mi,mi->m", outward, feet.foot[close]) + clearance
     variance = np.full(len(close), _COLLISION_SIGMA**2)
     return [ClearanceResidual(part[close], points[close], outward, at_limit, variance)]
+
+
+# Where arms cross, data of the arm in front are near the surface of the one behind as well and
+# draw it into the first; nothing in the data speaks against that.
+PAIRS = (
+    (FOREARMS[0], FOREARMS[1]),
+    (UPPER_ARMS[0], FOREARMS[1]),
+    (FOREARMS[0], UPPER_ARMS[1]),
+)
+"""Parts of the left and of the right arm that may meet."""
+
+ROOM = np.array([1.0, 2.0, 2.0])
+"""Least distances of the pairs' axes, in those of the forearms."""
+
+_APART_SIGMA = 0.02
+"""Metres; arms give way."""
+
+_MEETING = 1e-4
+"""Metres; axes that are nearer have no direction in which to part."""
+
+
+def arms_apart(body: BodyModel, frames: PartFrames, least: float) -> list[ApartResidual]:
+    """One row for each pair of parts that are nearer than they can be.
+
+    Parameters
+    ----------
+    frames : PartFrames
+        Of one pose.
+    least : float, metres
+        Between the axes of the forearms.
+    """
+    left, right = np.array(PAIRS, dtype=np.int64).T
+    a, along_a = frames.origins[left], _axes(body, frames, left)
+    c, along_c = frames.origins[right], _axes(body, frames, right)
+    s, t = nearest_on_segments(a, a + along_a, c, c + along_c)
+    apart = a + s[:, None] * along_a - c - t[:, None] * along_c
+    distance = np.linalg.norm(apart, axis=1)
+    near = np.flatnonzero((distance < least * ROOM) & (distance > _MEETING))
+    if not len(near):
+        return []
+    lengths, up = body.skeleton.lengths, np.array([0.0, 0.0, 1.0])
+    return [
+        ApartResidual(
+            left=left[near],
+            right=right[near],
+            on_left=(s * lengths[left])[near, None] * up,
+            on_right=(t * lengths[right])[near, None] * up,
+            direction=apart[near] / distance[near, None],
+            measured=least * ROOM[near],
+            variance=np.full(len(near), _APART_SIGMA**2),
+        )
+    ]
+
+
+def _axes(body: BodyModel, frames: PartFrames, part: IntArray) -> FloatArray:
+    """Vectors (m, 3) from joint to joint, world."""
+    result: FloatArray = body.skeleton.lengths[part, None] * frames.rotations[part, :, 2]
+    return result

@@ -25,7 +25,6 @@ def unexplained_fraction_of(points: FloatArray, body: BodyModel, frames: PartFra
     ----------
     points : (N, 3) float64, world
         The cloud; evenly thinned out where it is large.
-    body : BodyModel
     frames : PartFrames
         Of one pose.
     """
@@ -127,10 +126,8 @@ def surface_residual(
     Parameters
     ----------
     data : (N, 3) float64, world
-    body : BodyModel
     frames : PartFrames
         Of one pose.
-    trust : Trust
     penalty : (N, C) float64, metres, optional
         What speaks against a cone besides its distance; see :func:`nearest_on_surface`.
     """

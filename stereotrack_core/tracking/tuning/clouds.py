@@ -11,7 +11,7 @@ from typing import Any
 from weakref import WeakKeyDictionary
 
 from stereotrack_core.arrays import Float32Array, ImageArray
-from stereotrack_core.body.parameters import BodyParameters
+from stereotrack_core.body.parameters import BodyShape
 from stereotrack_core.depth.chain import DepthChain, MeasuredViews, rectification_of
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.depth.match import Region
@@ -74,7 +74,7 @@ class CloudStore:
         self.memory = Memory(limit)
         self.pictures = _NumberedReader(self)
         self.lock = threading.Lock()
-        self.shapes: dict[Hashable, BodyParameters] = {}
+        self.shapes: dict[Hashable, BodyShape] = {}
         self.cancelled: Callable[[], bool] = never
         self._rectified: dict[tuple[str, float], Rectification] = {}
         self._chains: OrderedDict[CloudKey, DepthChain] = OrderedDict()

@@ -43,13 +43,10 @@ _OF_DEPTH: Mapping[str, Stage] = MappingProxyType(
         (
             "subpixel",
             "speckle_size",
-            "speckle_range",
             "background_threshold",
-            "background_valid_above",
             "background_doubt",
             "outlines",
             "halo_trim",
-            "halo_contrast",
             "pixel_step",
         ),
         Stage.POINTS,
@@ -59,9 +56,7 @@ _OF_DEPTH: Mapping[str, Stage] = MappingProxyType(
 """Parameters of depth that act after matching; all others are taken to act on it, so that a new
 parameter leads to too much work and never to a wrong cloud."""
 
-_OF_SHAPE = frozenset(
-    {row.name for row in BodyParameters.rows()} | {"fit_shape", "fit_frames", "matching"}
-)
+_OF_SHAPE = frozenset({row.name for row in BodyParameters.rows()} | {"fit_shape", "matching"})
 """Parameters of body and tracking on which the body's shape depends."""
 
 _DEPTH = frozenset(row.name for row in DepthParameters.rows())

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 
 from stereotrack_core.arrays import FloatArray
-from stereotrack_core.body.parameters import BodyParameters
+from stereotrack_core.body.parameters import BodyShape
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.proportions import Proportions
 from stereotrack_core.depth.cloud import Cloud
@@ -28,7 +28,7 @@ class Start:
     """Of the frame before the stretch."""
     P: FloatArray | None = None
     """Shape (n, n). Its covariance; used where the tracker has the same state."""
-    shape: BodyParameters | None = None
+    shape: BodyShape | None = None
     """The body's fitted shape, where it stands; None has it fitted again where the settings want
     that, from the first pose of the specification."""
     lengths: Proportions | None = None
@@ -114,9 +114,7 @@ class Trial:
         p, stands = self.settings.tracking, self.start is not None and self.start.shape is not None
         return p.fit_shape and p.matching == "data_to_model" and not stands
 
-    def _go_on(
-        self, pipeline: Pipeline, start: Start, shapes: dict[Hashable, BodyParameters]
-    ) -> None:
+    def _go_on(self, pipeline: Pipeline, start: Start, shapes: dict[Hashable, BodyShape]) -> None:
         """Find out what is not known of the body, and begin where the run was."""
         if self.settings.body.proportions == "sequence":
             if start.lengths is not None:

@@ -29,7 +29,7 @@ from stereotrack_core.evaluation.joint_angles.series import (
 from stereotrack_core.evaluation.joint_angles.uncertainty import sigma_of_reference, sigma_of_run
 from stereotrack_core.interop.first_pose import pose_of_landmarks
 from stereotrack_core.tracking.estimate import OVERCONFIDENCE
-from stereotrack_core.tracking.frame import AXES_KEY, CHAIN_AXES, Run
+from stereotrack_core.tracking.frame import Run
 from tests.evaluation.joint_angles.cases import landmarks as made
 from tests.evaluation.joint_angles.cases import torso_of
 
@@ -65,7 +65,7 @@ def factors(joints):
 @pytest.mark.parametrize("joints", [ALL_JOINTS, THESIS_JOINTS], ids=["manifold", "thesis"])
 def test_a_runs_standard_deviations_are_those_of_many_drawn_poses(joints):
     n = 6 + 2 * len(joints)
-    run, _ = run_with(joints, covariance(n), {AXES_KEY: CHAIN_AXES})
+    run, _ = run_with(joints, covariance(n), {})
     stated = sigma_of_run(run)[0]
     rng = np.random.default_rng(0)
     scale = factors(joints)
@@ -99,17 +99,6 @@ def test_a_straight_elbow_is_not_taken_for_certain():
     sigma = sigma_of_reference(Reference(np.array([0]), points[None], P))[0]
     flexion = sigma[NAMES.index("left_elbow_flexion")]
     assert np.radians(2) < flexion < np.radians(8)
-
-
-def test_runs_that_do_not_say_about_which_axes_state_the_mean_of_both():
-    n = 6 + 2 * len(ALL_JOINTS)
-    P = np.diag(np.full(n, 1e-4))
-    P[6, 6], P[7, 7] = 1e-4, 9e-4  # the left upper arm is surer one way than the other
-    old, _ = run_with(ALL_JOINTS, P, {})
-    even = P.copy()
-    even[6, 6] = even[7, 7] = 5e-4
-    new, _ = run_with(ALL_JOINTS, even, {AXES_KEY: CHAIN_AXES})
-    np.testing.assert_allclose(sigma_of_run(old), sigma_of_run(new), rtol=1e-12)
 
 
 def test_nothing_is_stated_where_nothing_is_known():

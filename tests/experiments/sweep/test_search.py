@@ -12,8 +12,8 @@ RANGES = tuple(
     parsed_range(text)
     for text in (
         "iterations=1:12",
-        "reach=0.05:1.0:log",
-        "robust_wide=0.02:0.4",
+        "max_correspondence_distance=0.05:1.0:log",
+        "first_loss_scale=0.02:0.4",
         "sampling=random,regular",
         "data_points=100:900:int",
     )
@@ -22,7 +22,9 @@ RANGES = tuple(
 
 def badness(point):
     values = point.by_name
-    return abs(values["iterations"] - 7) + 10 * abs(math.log(values["reach"] / 0.2))
+    return abs(values["iterations"] - 7) + 10 * abs(
+        math.log(values["max_correspondence_distance"] / 0.2)
+    )
 
 
 def tried(trials, batch, seed=0):
@@ -36,7 +38,7 @@ def tried(trials, batch, seed=0):
 
 def test_ranges_are_read():
     assert RANGES[0] == Range("iterations", 1.0, 12.0, "int")
-    assert RANGES[1] == Range("reach", 0.05, 1.0, "log")
+    assert RANGES[1] == Range("max_correspondence_distance", 0.05, 1.0, "log")
     assert RANGES[3] == Range("sampling", choices=("random", "regular"))
     assert parsed_range("fit_shape=yes,no").choices == (True, False)
     assert parsed_range("views=N,NS").choices == ("N", "NS")
@@ -53,7 +55,7 @@ def test_ranges_are_read():
         ("iterations=1:5: log", "whole numbers"),
         ("sigma_rotation=1.2:1.8:int", "only one value"),
         ("clearance=0:0.1:log", "above 0"),
-        ("reach=0.1:0.2:cubic", "cannot be read"),
+        ("max_correspondence_distance=0.1:0.2:cubic", "cannot be read"),
         ("sampling=random", "only one value"),
         ("nothing=1:2", "unknown parameter"),
         ("seed=0,1", "--seeds"),
@@ -75,7 +77,7 @@ def test_the_same_search_tries_the_same_points(batch):
         assert list(values) == [one.name for one in RANGES]
         assert isinstance(values["iterations"], int)
         assert 1 <= values["iterations"] <= 12
-        assert 0.05 <= values["reach"] <= 1.0
+        assert 0.05 <= values["max_correspondence_distance"] <= 1.0
         assert values["sampling"] in ("random", "regular")
 
 

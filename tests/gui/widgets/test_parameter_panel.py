@@ -14,12 +14,10 @@ LEFT = Qt.MouseButton.LeftButton
 
 @dataclass(frozen=True)
 class Example(ParameterGroup):
-    window: int = parameter(
-        11, "Side of the window.", group="Stereo", unit="px", minimum=5, maximum=51, thesis=7
-    )
-    reach: float = parameter(0.25, "Farther data are left out.", group="Tracking", unit="m")
-    edges: bool = parameter(True, "Match derivatives.", group="Stereo", thesis=False)
-    mode: str = parameter("fast", "How.", group="Tracking", choices=("fast", "slow_one"))
+    window: int = parameter(11, "Stereo", (5, 51), unit="px", thesis=7)("Side of the window.")
+    reach: float = parameter(0.25, "Tracking", unit="m")("Farther data are left out.")
+    edges: bool = parameter(True, "Stereo", thesis=False)("Match derivatives.")
+    mode: str = parameter("fast", "Tracking", choices=("fast", "slow_one"))("How.")
 
 
 @pytest.fixture

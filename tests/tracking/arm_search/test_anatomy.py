@@ -6,13 +6,11 @@ import numpy as np
 import pytest
 
 from stereotrack_core.body.model import body_model
-from stereotrack_core.body.pose import t_pose
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.tracking.arm_search.arms import LEFT, RIGHT, Arms, arm_shape
-from stereotrack_core.tracking.arm_search.score import Scene, anatomy_cost
+from stereotrack_core.tracking.arm_search.score import anatomy_cost
 
 BODY = body_model(AVERAGE)
-SCENE = Scene(BODY.frames(t_pose(np.zeros(3))), BODY, ())
 
 
 def cost(side, upper, fore):
@@ -20,7 +18,7 @@ def cost(side, upper, fore):
     outwards = np.array([-1.0 if side == LEFT else 1.0, 1.0, 1.0])
     units = [np.array(v, float) * outwards / np.linalg.norm(v) for v in (upper, fore)]
     arms = Arms(units[0][None], units[1][None])
-    return float(anatomy_cost(SCENE, arm_shape(BODY, side), arms)[0])
+    return float(anatomy_cost(BODY, arm_shape(BODY, side), arms)[0])
 
 
 @pytest.mark.parametrize("side", [LEFT, RIGHT])

@@ -12,8 +12,12 @@ from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.body.skeleton import FOREARMS, UPPER_ARMS
 from stereotrack_core.body.surface import cone_table
-from stereotrack_core.tracking.arm_search.picture import Likeness, outline_table, seen_pictures
-from stereotrack_core.tracking.arm_search.picture_kernels import disagreements
+from stereotrack_core.tracking.arm_search.picture import (
+    Likeness,
+    disagreements,
+    outline_table,
+    seen_pictures,
+)
 from tests.oracle.raycast import cast
 from tests.tracking.scenes import POSES, pose_with_arms
 from tests.tracking.views import HEIGHT, WIDTH, cloud_of_body, cloud_seen, solids

@@ -32,7 +32,7 @@ def known(rng):
     model = PartColours(BODY)
     for _ in range(3):
         points, _, features = _clothed(POSES["t"], rng)
-        model.learn(points, features, BODY.frames(POSES["t"]), 0.98)
+        model.learn(points, features, BODY.frames(POSES["t"]))
     return model
 
 
@@ -53,11 +53,11 @@ def test_nothing_is_said_of_what_is_not_known(rng):
     np.testing.assert_array_equal(PartColours(BODY).penalty(points, features, frames), 1.0)
     model = PartColours(BODY)
     for _ in range(3):
-        model.learn(points, features, frames, 0.98)
+        model.learn(points, features, frames)
     unseen = np.full_like(features, np.nan)
     np.testing.assert_array_equal(model.penalty(points, unseen, frames), 1.0)
     before = model.mean.copy()
-    model.learn(points, unseen, frames, 1.0)
+    model.learn(points, unseen, frames)
     np.testing.assert_array_equal(model.mean, before)
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.special import expit
 
-from stereotrack_core.tracking.failure.coefficients import FOREARM, UPPER_ARM
+from stereotrack_core.tracking.failure.coefficients import CONSTANTS, SLOPES
 from stereotrack_core.tracking.failure.features import FEATURES
 
 TOOL = Path(__file__).parents[3] / "tools" / "fit_lost_limbs.py"
@@ -32,8 +32,9 @@ def test_coefficients_are_found_again(tool, rng):
 
 
 def test_what_is_written_is_what_the_program_reads(tool):
-    assert len(UPPER_ARM) == len(FOREARM) == 1 + 2 * len(FEATURES)
-    values = {"UPPER_ARM": np.array(UPPER_ARM), "FOREARM": np.array(FOREARM)}
+    values = np.array(list(SLOPES.values()))
+    assert values.shape == (len(FEATURES), 4)
+    coefficients = [np.r_[CONSTANTS[k], values[:, k], values[:, k + 2]] for k in (0, 1)]
     read: dict[str, object] = {}
-    exec(tool.written(values), read)
-    assert (read["UPPER_ARM"], read["FOREARM"]) == (UPPER_ARM, FOREARM)
+    exec(tool.written(coefficients), read)
+    assert (read["CONSTANTS"], read["SLOPES"]) == (CONSTANTS, SLOPES)

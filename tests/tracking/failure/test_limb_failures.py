@@ -11,9 +11,13 @@ from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.body.skeleton import FOREARMS, UPPER_ARMS
 from stereotrack_core.tracking.arm_search.arms import LEFT, RIGHT, with_arm
-from stereotrack_core.tracking.estimate import Correspondences, Prior
-from stereotrack_core.tracking.failure.classifier import failure_probability
-from stereotrack_core.tracking.failure.features import FEATURES, Judged, limb_features, unexpected
+from stereotrack_core.tracking.estimate import Correspondences, Estimate, Prior
+from stereotrack_core.tracking.failure.features import (
+    FEATURES,
+    failure_probability,
+    limb_features,
+    unexpected,
+)
 from stereotrack_core.tracking.residuals.surface import Trust, surface_residual
 from tests.tracking.scenes import POSES, surface_points
 from tests.tracking.views import cloud_of_body
@@ -23,18 +27,25 @@ ARMS = [*UPPER_ARMS, *FOREARMS]
 DOWN = np.array([0.0, 0.0, -1.0])
 
 
-def judged(pose, true, rng) -> Judged:
+def found_at(pose, true, rng):
     """What a tracker would say that has settled at `pose` while `true` was seen."""
     frames = BODY.frames(pose)
     data = surface_points(BODY, true, 1200, rng, noise=0.01)
     pairs = surface_residual(data, BODY, frames, Trust(0.3, 0.06, 0.02, 150.0))
     joined = Correspondences(pairs.data, pairs.foot, pairs.part, pairs.weight)
-    return Judged(pose, frames, np.full(6, 3.0), 0.1, joined, np.ones(6))
+    nothing = np.empty(0)
+    return Estimate(
+        True, "", pose, nothing, nothing, unexplained_fraction=0.1, correspondences=joined
+    )
+
+
+def features_of(cloud, found):
+    return limb_features(cloud, BODY, found, np.full(6, 3.0), np.ones(6))
 
 
 def signs_of(pose, true, rng):
     """Signs (6,) of each limb by their names."""
-    signs = limb_features(cloud_of_body(BODY, true), BODY, judged(pose, true, rng))
+    signs = features_of(cloud_of_body(BODY, true), found_at(pose, true, rng))
     assert signs is not None
     assert np.isfinite(signs).all()
     return dict(zip(FEATURES, signs.T, strict=True)), failure_probability(signs)
@@ -75,7 +86,7 @@ def test_torso_and_head_have_no_probability(rng):
 
 def test_nothing_is_said_where_nobody_is_seen(rng):
     cloud = dataclasses.replace(cloud_of_body(BODY, POSES["t"]), depths={})
-    assert limb_features(cloud, BODY, judged(POSES["t"], POSES["t"], rng)) is None
+    assert features_of(cloud, found_at(POSES["t"], POSES["t"], rng)) is None
     assert np.isnan(failure_probability(None)).all()
 
 

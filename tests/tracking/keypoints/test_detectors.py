@@ -15,8 +15,7 @@ from stereotrack_core.tracking.residuals.keypoint_detectors import (
     skin_detections,
     surface_graph,
 )
-from stereotrack_core.tracking.residuals.keypoints import DetectionSensor
-from stereotrack_core.tracking.residuals.parameters import DetectionParameters
+from stereotrack_core.tracking.residuals.keypoints import DetectionObservation, detections_in
 from tests.tracking.keypoints.cases import BODY, seen
 from tests.tracking.recordings import camera_towards_the_middle, rendered_depth
 from tests.tracking.scenes import CAMERAS, POSES, cloud_of, surface_points
@@ -117,7 +116,7 @@ def test_the_sensor_adds_what_came_with_the_frame(detect, count, rng):
     given = seen("head", POSES["t"], time=7.0)
     early = seen("head", POSES["t"], time=6.5)
     cloud = replace(_clothed(POSES["t"], rng), detections=(early, given))
-    observed = DetectionSensor(DetectionParameters(detect=detect)).observe(cloud)
+    observed = DetectionObservation(detections_in(cloud, detect), 0.3)
     assert len(observed.detections) >= count
     assert given in observed.detections
     assert early not in observed.detections

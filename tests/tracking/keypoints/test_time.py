@@ -161,7 +161,7 @@ def test_a_frame_that_is_lost_has_taught_nothing(points):
 
 
 def test_detections_between_frames_belong_to_the_frame_in_the_backward_pass():
-    tracker = filter_of(hurry=100.0)
+    tracker = filter_of(prior_inflation_above=100.0)
     tracker.start(TRUE)
     first = tracker.step(cloud_of(POINTS, 0))
     watch = Watch(tracker)

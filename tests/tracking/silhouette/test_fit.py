@@ -6,16 +6,15 @@ import numpy as np
 import pytest
 
 from stereotrack_core.body.model import OUTLINE_NAMES, body_model
-from stereotrack_core.body.parameters import BodyParameters
+from stereotrack_core.body.parameters import BodyShape
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.proportions import AVERAGE
-from stereotrack_core.tracking.residuals.parameters import SilhouetteParameters
 from stereotrack_core.tracking.residuals.silhouette import edge_maps
 from stereotrack_core.tracking.shape_fit import fitted_outline
 from tests.tracking.scenes import POSES
 from tests.tracking.views import cloud_of_body
 
-SHAPE, TRUST = BodyParameters(), SilhouetteParameters()
+SHAPE = BodyShape()
 BODY = body_model(AVERAGE, SHAPE)
 NAMES = tuple(dict.fromkeys(name for pair in OUTLINE_NAMES for name in pair))
 
@@ -53,27 +52,27 @@ def seen():
 
 @pytest.mark.parametrize("name", ["torso_side", "upper_arm", "forearm", "hand", "head_side"])
 def test_margins_that_are_in_the_silhouettes_are_recovered(seen, name):
-    found = _margins(fitted_outline(BODY, SHAPE, seen, TRUST))
+    found = _margins(fitted_outline(BODY, SHAPE, seen))
     planted = PLANTED[f"outline_{name}"]
     assert found[f"outline_{name}"] == pytest.approx(planted, abs=0.002)
 
 
 def test_a_pose_that_is_a_little_aside_shifts_no_margin_of_limbs(seen):
     aside = [(Pose(p.position + [0.006, -0.006, 0.006], p.rotations), e) for p, e in seen]
-    found = _margins(fitted_outline(BODY, SHAPE, aside, TRUST))
+    found = _margins(fitted_outline(BODY, SHAPE, aside))
     for name in ("outline_upper_arm", "outline_forearm"):
         assert found[name] == pytest.approx(PLANTED[name], abs=0.003)
 
 
 def test_nothing_but_the_margins_is_changed(seen):
-    before, after = SHAPE.values(), fitted_outline(BODY, SHAPE, seen, TRUST).values()
+    before, after = SHAPE.values(), fitted_outline(BODY, SHAPE, seen).values()
     assert {name for name in before if before[name] != after[name]} <= set(NAMES)
 
 
 def test_margins_of_what_nobody_sees_stay_as_they_were(seen):
-    assert fitted_outline(BODY, SHAPE, [], TRUST) == SHAPE
+    assert fitted_outline(BODY, SHAPE, []) == SHAPE
     unseen = [(pose, ()) for pose, _ in seen]
-    assert fitted_outline(BODY, SHAPE, unseen, TRUST) == SHAPE
+    assert fitted_outline(BODY, SHAPE, unseen) == SHAPE
 
 
 def test_a_part_that_is_out_of_the_picture_keeps_its_margin():
@@ -81,15 +80,14 @@ def test_a_part_that_is_out_of_the_picture_keeps_its_margin():
     arms = np.isin(BODY.cones.part, [2, 3, 4, 5])
     trunk = dataclasses.replace(BODY, cones=BODY.cones[~arms])
     edges = edge_maps(cloud_of_body(trunk, POSES["t"]))
-    found = _margins(fitted_outline(BODY, SHAPE, [(POSES["t"], edges)], TRUST))
+    found = _margins(fitted_outline(BODY, SHAPE, [(POSES["t"], edges)]))
     for name in ("outline_forearm", "outline_hand"):
         assert found[name] == pytest.approx(SHAPE.values()[name], abs=1e-9)
 
 
 def test_margins_stay_within_their_bounds():
-    far = TRUST.replaced(outline_reach=0.5)
     rows = {row.name: row for row in SHAPE.rows()}
     seen = _seen(dict.fromkeys(NAMES, 0.099), [POSES["t"]])
     cut = SHAPE.replaced(**dict.fromkeys(NAMES, 0.1))
-    for name, value in _margins(fitted_outline(body_model(AVERAGE, cut), cut, seen, far)).items():
+    for name, value in _margins(fitted_outline(body_model(AVERAGE, cut), cut, seen)).items():
         assert rows[name].minimum <= value <= rows[name].maximum

@@ -13,11 +13,9 @@ from stereotrack_core.body.model import body_model, placed_cones
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.body.skeleton import LEFT_FOREARM, LEFT_UPPER_ARM
-from stereotrack_core.tracking.residuals.parameters import SilhouetteParameters
 from stereotrack_core.tracking.residuals.silhouette import (
     MEASURED_PARTS,
     SilhouetteObservation,
-    SilhouetteSensor,
     contours_of,
     edge_maps,
 )
@@ -25,7 +23,7 @@ from tests.tracking.scenes import POSES, pose_with_arms
 from tests.tracking.views import FOCAL, cloud_of_body, cloud_seen
 
 BODY = body_model(AVERAGE)
-TRUST = SilhouetteParameters()
+SIGMA = 0.02
 PIXEL = 3.0 / FOCAL
 """Metres that a pixel shows at the body."""
 
@@ -44,8 +42,8 @@ def _moved(pose, by):
     return Pose(pose.position + np.asarray(by, dtype=float), pose.rotations)
 
 
-def _outlines(edges, pose, trust=TRUST):
-    return contours_of(edges, BODY, BODY.frames(pose), trust)
+def _outlines(edges, pose, **farthest):
+    return contours_of(edges, BODY, BODY.frames(pose), **farthest)
 
 
 @pytest.mark.parametrize("name", POSES)
@@ -97,7 +95,7 @@ def test_a_shift_is_seen_along_the_directions(edges, angle, length, name):
 def test_who_is_too_wide_is_outside_of_every_edge(edges):
     cones = dataclasses.replace(BODY.cones, r1=BODY.cones.r1 + 0.02, r2=BODY.cones.r2 + 0.02)
     wide = dataclasses.replace(BODY, cones=cones)
-    found = contours_of(edges["t"], wide, wide.frames(POSES["t"]), TRUST)
+    found = contours_of(edges["t"], wide, wide.frames(POSES["t"]))
     assert np.median(found.distance) == pytest.approx(-0.02, abs=0.5 * PIXEL)
     assert (found.distance < 0.0).mean() > 0.95
 
@@ -128,8 +126,8 @@ def test_feet_lie_on_the_surface(edges):
 
 def test_the_jacobian_is_how_the_distance_to_the_edge_changes(edges):
     """Whole body: finite differences of the distances, over steps of some pixels."""
-    pose, trust = POSES["t"], TRUST
-    observation = SilhouetteObservation(edges["t"], trust)
+    pose = POSES["t"]
+    observation = SilhouetteObservation(edges["t"], SIGMA)
     (residual,) = observation.residuals(BODY, pose)
     columns = columns_of(ALL_JOINTS)
     J = residual.jacobian(BODY.frames(pose), columns)
@@ -138,7 +136,7 @@ def test_the_jacobian_is_how_the_distance_to_the_edge_changes(edges):
         delta = np.zeros(J.shape[1])
         delta[k] = step
         near, far = (
-            _matched(residual, observation, displaced(pose, sign * delta, ALL_JOINTS), trust)
+            _matched(residual, observation, displaced(pose, sign * delta, ALL_JOINTS))
             for sign in (-1.0, 1.0)
         )
         both = np.isfinite(near) & np.isfinite(far)
@@ -149,7 +147,7 @@ def test_the_jacobian_is_how_the_distance_to_the_edge_changes(edges):
         assert np.quantile(off, 0.85) < 0.3
 
 
-def _matched(residual, observation, pose, trust):
+def _matched(residual, observation, pose):
     """Distances (m,) of the same outlines at another pose, which turns nothing; else NaN."""
     (there,) = observation.residuals(BODY, pose)
     result = np.full(len(residual.part), np.nan)
@@ -163,7 +161,7 @@ def _matched(residual, observation, pose, trust):
 
 
 def test_residuals_are_sorted_weighed_and_reach_their_data(edges):
-    (residual,) = SilhouetteObservation(edges["pointing"], TRUST).residuals(BODY, POSES["pointing"])
+    (residual,) = SilhouetteObservation(edges["pointing"], SIGMA).residuals(BODY, POSES["pointing"])
     frames = BODY.frames(POSES["pointing"])
     assert (np.diff(residual.part) >= 0).all()
     e = residual.distance
@@ -195,8 +193,8 @@ def test_outlines_that_another_part_covers_are_left_out():
     for name, fore, kept in (("before", [1, 0.2, 0.1], False), ("aside", [-1, 0.2, 0.1], True)):
         pose = pose_with_arms([1, 0, 0], [1, 0.05, 0], [-0.2, 0.7, -0.6], fore)
         edges = edge_maps(cloud_of_body(arm, pose, "N"))
-        alone = contours_of(edges, arm, arm.frames(pose), TRUST)
-        whole = contours_of(edges, BODY, BODY.frames(pose), TRUST)
+        alone = contours_of(edges, arm, arm.frames(pose))
+        whole = contours_of(edges, BODY, BODY.frames(pose))
         assert _of_forearm(alone, arm) >= 12, name
         assert _of_forearm(whole) >= 10 if kept else _of_forearm(whole) <= 6, name
 
@@ -206,7 +204,7 @@ def test_an_edge_that_the_trunk_explains_says_nothing_about_an_arm():
     truth = pose_with_arms([0.15, 0, -1], [0.15, 0, -1], [-0.15, 0.0, -1], [-0.15, 0.0, -1])
     back = pose_with_arms([0.15, 0, -1], [0.15, 0, -1], [-0.15, -0.28, -1], [-0.15, -0.1, -1])
     edges = edge_maps(cloud_of_body(BODY, truth, "EW"))
-    found = contours_of(edges, BODY, BODY.frames(back), TRUST)
+    found = contours_of(edges, BODY, BODY.frames(back))
     trunk = placed_cones(BODY, BODY.frames(back))
     of_arm = BODY.cones.part[found.cone] == LEFT_UPPER_ARM
     edge = found.foot + found.distance[:, None] * found.direction
@@ -227,8 +225,7 @@ def test_edges_of_another_depth_are_left_out(edges):
 
 def test_an_edge_out_of_reach_is_not_measured(edges):
     moved = _moved(POSES["t"], [0.0, 0.0, 0.1])
-    trust = TRUST.replaced(outline_reach=0.05)
-    assert abs(_outlines(edges["t"], moved, trust).distance).max() < 0.05
+    assert abs(_outlines(edges["t"], moved, farthest=0.05).distance).max() < 0.05
     assert abs(_outlines(edges["t"], moved).distance).max() > 0.08
 
 
@@ -252,20 +249,22 @@ def test_margins_shift_the_edge_that_is_expected(edges):
         BODY, cones=dataclasses.replace(BODY.cones, outline=BODY.cones.outline + 0.01)
     )
     plain = _outlines(edges["t"], POSES["t"])
-    wider = contours_of(edges["t"], body, body.frames(POSES["t"]), TRUST)
+    wider = contours_of(edges["t"], body, body.frames(POSES["t"]))
     np.testing.assert_allclose(wider.distance, plain.distance - 0.01, atol=1e-12)
 
 
 def test_clouds_without_silhouettes_give_no_residuals(clouds):
     depths = {n: dataclasses.replace(d, outline=None) for n, d in clouds["t"].depths.items()}
     cloud = dataclasses.replace(clouds["t"], depths=depths)
-    assert SilhouetteSensor(TRUST).observe(cloud).residuals(BODY, POSES["t"]) == ()
-    (full,) = SilhouetteSensor(TRUST).observe(clouds["t"]).residuals(BODY, POSES["t"])
+    assert SilhouetteObservation(edge_maps(cloud), SIGMA).residuals(BODY, POSES["t"]) == ()
+    (full,) = SilhouetteObservation(edge_maps(clouds["t"]), SIGMA).residuals(BODY, POSES["t"])
     assert len(full.distance) > 150
 
 
 def test_an_empty_room_gives_no_residuals():
-    assert SilhouetteSensor(TRUST).observe(cloud_seen([])).residuals(BODY, POSES["t"]) == ()
+    assert SilhouetteObservation(edge_maps(cloud_seen([])), SIGMA).residuals(BODY, POSES["t"]) == ()
     post = [(np.eye(3), np.array([1.2, 0.0, 0.2]), 0.1, 0.1, 1.0, 1.0, False)]
-    (residual,) = SilhouetteSensor(TRUST).observe(cloud_seen(post)).residuals(BODY, POSES["t"])
+    (residual,) = SilhouetteObservation(edge_maps(cloud_seen(post)), SIGMA).residuals(
+        BODY, POSES["t"]
+    )
     assert len(residual.distance) < 10

@@ -14,7 +14,7 @@ from tests.tracking.tuning.test_stages import other_value
 
 USUAL = DepthParameters().replaced(background_samples=3)
 STRETCH = range(3)
-QUICK = ("least_focal", "low_pass", "halo_contrast")
+QUICK = ("least_focal", "low_pass")
 
 
 def made_anew(recording, reader, depth, frame):

@@ -53,7 +53,7 @@ def test_names_of_what_differs_come_in_the_order_of_declaration():
         ({"colour_weight": 0.0}, True),
         ({"pixel_step": 3}, False),
         ({"torso_flatness": 0.7}, False),
-        ({"fit_frames": 6}, False),
+        ({"fit_shape": False}, False),
     ],
 )
 def test_a_fitted_shape_stands_while_nothing_has_changed_that_it_depends_on(change, stands):

@@ -41,7 +41,7 @@ def equal(a, b):
 @pytest.fixture(scope="module")
 def run(cones):
     """Settings, frames and shape of a run over the whole recording."""
-    settings = quick().replaced(fit_frames=8)
+    settings = quick()
     with Pipeline(cones, RunSpec(settings, seed=3, init=pose(0))) as pipeline:
         return settings, list(pipeline.frames(WHOLE)), pipeline.shape
 
@@ -54,7 +54,7 @@ def start_at(run, frame):
 
 @pytest.mark.parametrize("name", ["accurate", "thesis"])
 def test_a_trial_from_a_first_pose_is_what_the_pipeline_gives(cones, store_of, name):
-    settings = quick(name).replaced(fit_frames=8)
+    settings = quick(name)
     made = trial(settings, range(1, 4), None, 5, None, pose(1), name)
     with Pipeline(cones, RunSpec(settings, seed=5, init=pose(1), preset=name)) as pipeline:
         expected = list(pipeline.frames(range(1, 4)))
@@ -77,8 +77,7 @@ def test_with_the_run_s_own_settings_a_trial_gives_the_run_again(cones, store_of
 def test_a_trial_with_other_settings_is_a_pipeline_with_the_same_start(cones, store_of, run):
     settings = run[0].replaced(sigma_joint=25.0, iterations=3)
     start = start_at(run, 2)
-    as_shape = run[2].values()
-    fixed = settings.replaced(fit_shape=False, **as_shape)
+    fixed = dataclasses.replace(settings.replaced(fit_shape=False), body=run[2])
     with Pipeline(cones, RunSpec(fixed, seed=3, init=start.pose)) as pipeline:
         expected = list(pipeline.frames(range(2, 5)))
     without_P = dataclasses.replace(start, P=None)
@@ -142,7 +141,7 @@ def test_work_is_told_before_it_is_done(cones, store_of, run):
 )
 def test_a_trial_ends_before_its_next_step_and_the_next_one_is_whole(cones, store_of, run, name):
     store, asked = store_of(cones), []
-    settings = quick(name).replaced(fit_frames=8)
+    settings = quick(name)
     start = dataclasses.replace(start_at(run, 2), shape=None if name == "thesis" else run[2])
     made = trial(settings, range(2, 5), start)
     frames = tracked(made, store, lambda: bool(asked.append(None)) or len(asked) > limit)

@@ -3,7 +3,7 @@
 import numpy as np
 
 from stereotrack_core.body.manifold import difference
-from tests.tracking.baselines.test_baselines import make
+from tests.experiments.baselines.test_baselines import make
 from tests.tracking.scenes import POSES, cloud_of, surface_points
 
 

@@ -1,8 +1,12 @@
-"""Registration of every limb by itself, with the joints imposed afterwards, as a baseline."""
+"""Other estimators that the tracker is measured against; see :class:`Baseline`.
+
+The tracker loads them by name, where the parameter `estimator` asks for one.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from abc import abstractmethod
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.linalg
@@ -15,11 +19,120 @@ from stereotrack_core.body.skeleton import PARENTS, PARTS, TORSO
 from stereotrack_core.body.surface import nearest_on_surface
 from stereotrack_core.filtering.linearisation import Information, posterior
 from stereotrack_core.geometry.rotation import rotation_from_vector, vector_from_rotation
-from stereotrack_core.tracking.baselines.base import Baseline
-from stereotrack_core.tracking.correction import gathered
-from stereotrack_core.tracking.estimator import Measurements, Prediction
+from stereotrack_core.tracking.correction import gathered, innovation_of
+from stereotrack_core.tracking.estimator import Estimator, Measurements, Posterior, Prediction
 from stereotrack_core.tracking.residuals.surface import SurfaceResidual, Trust, residual_of_closest
 from stereotrack_core.tracking.state import Belief
+
+RANDOM = 3
+"""Purpose for which baselines draw random numbers."""
+
+
+class Baseline(Estimator):
+    """Another estimator in the place of the iterated one.
+
+    Body, error state, process noise, choice of data, correspondences with their weights, other
+    sensors, limits, the search for somebody who has come back, the refusal of clouds that do not
+    look like a body, and all that is stated about a frame are the tracker's. There is neither the
+    search for arms nor a prior that is widened where the data ask for it: those belong to the
+    iterated estimator.
+    """
+
+    @abstractmethod
+    def settle(self, measured: Measurements, predicted: Prediction) -> Belief:
+        """Find the pose and its covariance by the data."""
+
+    def estimate(self, measured: Measurements, predicted: Prediction) -> Posterior:
+        """Correct the predicted pose."""
+        expected = measured.surface(predicted.pose, wide=True)
+        innovation = innovation_of(expected, self.setup, predicted)
+        found = self.settle(measured, predicted)
+        carried = np.ones(len(predicted.P), dtype=np.bool_)
+        surface = measured.surface(found.pose, wide=False)
+        return Posterior(found.pose, found.P, surface, innovation, predicted.P, carried)
+
+
+class ExtendedKalman(Baseline):
+    """One linearisation at the prediction, one correction (Kalman, DOI 10.1115/1.3662552).
+
+    With the Jacobian H of the distances at the predicted pose, P = (I - K H) P0 and
+    dx = K nu with K = P0 H' (H P0 H' + R)^-1. It is computed in the information form, which is
+    the same by the matrix inversion lemma: P = (P0^-1 + H' R^-1 H)^-1 and dx = P H' R^-1 nu;
+    there are many more data than states.
+    """
+
+    def settle(self, measured: Measurements, predicted: Prediction) -> Belief:
+        """Correct once."""
+        surface = measured.surface(predicted.pose, wide=True)
+        return measured.corrected(predicted, predicted, surface)
+
+
+STEPS, _DRAWN = 80, 300
+"""Steps of the descent in a frame, and data drawn for each."""
+
+_FIRST_GAIN, _LARGEST_GAIN = 0.2, 0.7
+"""First and largest gain of every number, in units of one over the curvature along it."""
+
+_META = 0.1
+"""Gain by which gains are adapted."""
+
+_MEMORY = 0.9
+"""How long the gains' own gradient remembers."""
+
+_LEAST_CURVATURE = 0.1
+"""Curvature of the mean distance that a number is taken to have that no datum speaks about."""
+
+_LONGEST = 0.1
+"""Metres and radians by which one step may move a number."""
+
+
+class ScalarDistance(Baseline):
+    """Stochastic meta descent on the sum of distances (Kehl, Bray, Van Gool 2005).
+
+    DOI 10.1109/CVPR.2005.165; the descent is Schraudolph's, DOI 10.1049/cp:19991170. Every step
+    draws other data and descends along the gradient g of their robust squared distances, each
+    number with a gain of its own, which grows while steps agree:
+
+    gain <- gain max(1/2, 1 - mu g v), dx = -gain g, v <- lambda v - gain (g + lambda H v)
+
+    with the curvature H of the distances, both per datum. Gains are held below the stable ones of
+    single numbers. There is no prior: each frame starts at the prediction
+    and ends where the sum is least. The covariance that is stated, and nothing else, joins that
+    curvature with the process noise.
+    """
+
+    def settle(self, measured: Measurements, predicted: Prediction) -> Belief:
+        """Descend from the prediction."""
+        rng, pose = measured.random(RANDOM), predicted.pose
+        share = 1.0 / self.setup.parameters.effective_sample_size
+        slope = _slope_at(measured, pose, wide=True)
+        gain = _FIRST_GAIN / (share * np.diagonal(slope.A) + _LEAST_CURVATURE)
+        v = np.zeros(len(predicted.P))
+        for i in range(STEPS):
+            drawn = measured.data[rng.integers(0, len(measured.data), _DRAWN)]
+            wide = 2 * i < STEPS
+            slope = _slope_at(replace(measured, data=drawn), pose, wide=wide)
+            g, H = -share * slope.b, share * slope.A
+            longest = _LARGEST_GAIN / (np.diagonal(H) + _LEAST_CURVATURE)
+            gain = np.minimum(gain * np.maximum(0.5, 1.0 - _META * g * v), longest)
+            step = np.clip(-gain * g, -_LONGEST, _LONGEST)
+            pose = displaced(pose, step, self.setup.joints)
+            v = np.clip(_MEMORY * v - gain * (g + _MEMORY * (H @ v)), -1.0, 1.0)
+        found = _slope_at(measured, pose, wide=False)
+        P0_inverse: FloatArray = np.linalg.inv(predicted.P).astype(np.float64)
+        _, P = posterior(P0_inverse, np.zeros(len(v)), found)
+        return Belief(pose, P)
+
+
+def _slope_at(measured: Measurements, pose: Pose, *, wide: bool) -> Information:
+    """Curvature and negative gradient of the sum at a pose; sensors and limits take part."""
+    rows = (measured.surface(pose, wide=wide), *measured.beside(pose), *measured.limits(pose))
+    return gathered(rows, measured.setup.body, pose, measured.setup.columns)
+
+
+ROUNDS, ITERATIONS = 4, 5
+"""Rounds of giving the data to limbs, registering and joining these; closest-point iterations of a
+limb in each."""
 
 _LEAST_DATA = 6
 """Data without which a limb is not registered: it has six degrees of freedom."""
@@ -38,7 +151,6 @@ class Registered:
 
     Attributes
     ----------
-    part : int
     rotation : (3, 3) float64
         world_from_part.
     origin : (3,) float64, world, metres
@@ -66,7 +178,7 @@ class LimbIcp(Baseline):
         P0_inverse: FloatArray = np.linalg.inv(predicted.P).astype(np.float64)
         at: Belief = predicted
         joints = self.setup.joints
-        for turn in range(self.setup.parameters.baselines.limb_icp_rounds):
+        for turn in range(ROUNDS):
             given = measured.surface(at.pose, wide=turn == 0)
             limbs = [
                 self.register(part, given.data[given.part == part], at.pose, len(measured.data))
@@ -85,7 +197,7 @@ class LimbIcp(Baseline):
         frames = self.setup.body.frames(pose)
         frames = PartFrames(frames.rotations.copy(), frames.origins.copy())
         information = np.zeros((6, 6))
-        for _ in range(self.setup.parameters.baselines.limb_icp_iterations):
+        for _ in range(ITERATIONS):
             surface = self._own_surface(part, data, all_data, frames)
             arm = surface.foot - frames.origins[part]
             J = np.concatenate([surface.direction, np.cross(arm, surface.direction)], axis=1)
@@ -103,9 +215,11 @@ class LimbIcp(Baseline):
     ) -> SurfaceResidual:
         p, body = self.setup.parameters, self.setup.body
         own = body.cones.part == part
-        feet = nearest_on_surface(data, placed_cones(body, frames)[own], p.reach)
-        effective = p.effective_points * len(data) / all_data
-        trust = Trust(p.reach, p.robust_narrow, p.sigma_measurement, effective)
+        feet = nearest_on_surface(
+            data, placed_cones(body, frames)[own], p.max_correspondence_distance
+        )
+        effective = p.effective_sample_size * len(data) / all_data
+        trust = Trust(p.max_correspondence_distance, p.loss_scale, p.sigma_measurement, effective)
         return residual_of_closest(data, np.where(feet.cone >= 0, part, -1), feet, frames, trust)
 
 
@@ -129,10 +243,8 @@ def rigid_jacobian(part: int, frames: PartFrames, columns: Columns) -> FloatArra
 
     Parameters
     ----------
-    part : int
     frames : PartFrames
         Of one pose.
-    columns : Columns
     """
     origin = np.repeat(frames.origins[part][None], 3, axis=0)
     J = np.zeros((6, columns.n))

@@ -32,7 +32,7 @@ FARTHEST = {"annealed": 0.06}
 
 
 def make(name, seed=0, **changes):
-    small = {"data_points": 600, "annealed_layers": 16}
+    small = {"data_points": 600}
     settings = preset(name).replaced(**small | changes)
     body = body_model(AVERAGE, settings.body)
     return tracker_for(body, settings, CAMERAS, 10.0, seed)
@@ -166,7 +166,7 @@ def test_the_covariance_stays_symmetric_and_positive(name):
 class Pointing:
     """A sensor that says which way the left forearm points, in the upper arm's frame."""
 
-    def observe(self, cloud):
+    def __call__(self, cloud):
         return self
 
     def residuals(self, body, pose):

@@ -13,18 +13,18 @@ from stereotrack_core.body.manifold import displaced
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.proportions import AVERAGE
-from stereotrack_core.tracking.baselines.annealed import (
+from stereotrack_core.experiments.baselines.particles import (
+    PoseEnergy,
     exponent,
     limbs_exchanged,
     normalised,
     survival,
     systematic,
 )
-from stereotrack_core.tracking.baselines.energy import PoseEnergy
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.residuals.limits import limit_residuals
 from stereotrack_core.tracking.residuals.surface import Trust, surface_residual
-from tests.tracking.baselines.test_baselines import make
+from tests.experiments.baselines.test_baselines import make
 from tests.tracking.scenes import POSES, cloud_of, pose_with_arms, surface_points
 
 ENERGIES = arrays(
@@ -70,10 +70,17 @@ def scene():
 
 def expected_energy(body, p, data, pose):
     """The same from the tracker's own residuals."""
-    trust = Trust(p.reach, p.robust_wide, p.sigma_measurement, p.effective_points)
+    trust = Trust(
+        p.max_correspondence_distance,
+        p.first_loss_scale,
+        p.sigma_measurement,
+        p.effective_sample_size,
+    )
     surface = surface_residual(data, body, body.frames(pose), trust)
-    e = np.append(surface.distance, np.full(len(data) - len(surface.distance), p.reach))
-    squared, crowd = p.robust_wide**2, max(1.0, len(data) / p.effective_points)
+    e = np.append(
+        surface.distance, np.full(len(data) - len(surface.distance), p.max_correspondence_distance)
+    )
+    squared, crowd = p.first_loss_scale**2, max(1.0, len(data) / p.effective_sample_size)
     total = np.sum(0.5 * squared * e**2 / (squared + e**2)) / (p.sigma_measurement**2 * crowd)
     frames = body.frames(pose[None])
     for row in limit_residuals(body, pose, p, ALL_JOINTS):

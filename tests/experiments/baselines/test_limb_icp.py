@@ -8,9 +8,10 @@ from stereotrack_core.body.manifold import columns_of, displaced
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.body.skeleton import LEFT_FOREARM, PARTS, RIGHT_UPPER_ARM, TORSO
+from stereotrack_core.experiments.baselines import estimators
+from stereotrack_core.experiments.baselines.estimators import Registered, joined, rigid_jacobian
 from stereotrack_core.geometry.rotation import rotation_from_vector, vector_from_rotation
-from stereotrack_core.tracking.baselines.limb_icp import Registered, joined, rigid_jacobian
-from tests.tracking.baselines.test_baselines import given, make
+from tests.experiments.baselines.test_baselines import given, make
 from tests.tracking.scenes import POSES, angle_errors, surface_points
 
 STEP = 1e-6
@@ -28,9 +29,10 @@ def test_the_jacobian_of_a_part_is_its_movement(part):
         np.testing.assert_allclose(J[:, i], np.concatenate([shift, turn]), atol=1e-4)
 
 
-def test_a_limb_is_moved_to_its_data_without_regard_to_its_joint():
+def test_a_limb_is_moved_to_its_data_without_regard_to_its_joint(monkeypatch):
     rng = np.random.default_rng(0)
-    tracker = make("limb-icp", limb_icp_iterations=20)
+    monkeypatch.setattr(estimators, "ITERATIONS", 20)
+    tracker = make("limb-icp")
     tracker.start(POSES["t"])
     body = tracker.setup.body
     points = surface_points(body, POSES["t"], 6000, rng)

@@ -1,0 +1,1 @@
+"""Other ways from measurements to a pose, to compare the tracker with."""
