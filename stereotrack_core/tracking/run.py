@@ -206,7 +206,7 @@ class Pipeline:
             self.take_lengths(frames)
         if self._init == "auto":
             clouds = self._first_clouds(frames)
-            self.on_preparing("finding the first pose", 0, 1)
+            self.on_preparing("finding the initial pose", 0, 1)
             self._found = self._look_for_pose(clouds) if clouds else None
         if self.settings.tracking.fit_shape and self._follows_data:
             self.fit_shape(frames)

@@ -35,7 +35,7 @@ RECORDING = Recording(
 
 def away(clicks):
     return {
-        one.key(frame): one.pixel
+        one.key: np.array(one.position)
         - CAMERAS[one.camera].project(TRUTH[frame, LANDMARKS.index(one.landmark)])
         for frame, own in clicks.by_frame.items()
         for one in own
