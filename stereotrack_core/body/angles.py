@@ -64,8 +64,7 @@ def euler_rotation(alpha: FloatArray, beta: FloatArray, gamma: FloatArray) -> Fl
         [sg * cb, sg * sb * sa + cg * ca, sg * sb * ca - cg * sa],
         [-sb + 0 * sg * sa, cb * sa + 0 * sg, cb * ca + 0 * sg],
     ]
-    result: FloatArray = np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
-    return result
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
 
 
 def angles_of_rotation(rotation: FloatArray) -> FloatArray:

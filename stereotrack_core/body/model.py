@@ -281,5 +281,4 @@ def landmarks_of_frames(body: BodyModel, frames: PartFrames) -> FloatArray:
 
 
 def _along(frames: PartFrames, part: int, length: float) -> FloatArray:
-    result: FloatArray = frames.origins[..., part, :] + length * frames.rotations[..., part, :, 2]
-    return result
+    return frames.origins[..., part, :] + length * frames.rotations[..., part, :, 2]

@@ -42,8 +42,7 @@ class BackgroundModel:
 
 def foreground(disparity: Float32Array, limit: Float32Array) -> BoolArray:
     """Equation (3.3): true where the disparity is valid (not NaN) and above the limit."""
-    result: BoolArray = disparity > limit
-    return result
+    return disparity > limit
 
 
 def empty_scene_model(disparity: Float32Array) -> BackgroundModel:
@@ -134,8 +133,7 @@ def sharp_outline(picture: ImageArray, empty: ImageArray, foreground: BoolArray)
     hole = stats[:, cv2.CC_STAT_AREA] < _SMALL_HOLE
     hole[0] = False
     closed[hole[labels]] = 1
-    result: BoolArray = cv2.morphologyEx(closed, cv2.MORPH_OPEN, _OPENED).astype(bool)
-    return result
+    return cv2.morphologyEx(closed, cv2.MORPH_OPEN, _OPENED).astype(bool)
 
 
 _REGION_MARGIN = 16  # px beyond the matcher's window
@@ -205,8 +203,7 @@ class ViewBackground:
     def foreground(self, disparity: Float32Array, region: Region) -> BoolArray:
         """Equation (3.3) in a region; whatever is valid where there is no model."""
         if self._limit is None:
-            valid: BoolArray = np.isfinite(disparity)
-            return valid
+            return np.isfinite(disparity)
         return foreground(disparity, self._limit[region.slices])
 
     def outside(self) -> tuple[Float32Array, Float32Array]:
@@ -246,8 +243,7 @@ class ViewBackground:
         size = (self._p.match_window // 2) | 1
         kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
         closed = cv2.morphologyEx(differs, cv2.MORPH_CLOSE, kernel)
-        result: BoolArray = closed.astype(bool)
-        return result
+        return closed.astype(bool)
 
     def outline(
         self, picture: ImageArray, foreground: BoolArray, region: Region
@@ -261,5 +257,4 @@ class ViewBackground:
 def _median_picture(pictures: Sequence[ImageArray]) -> ImageArray:
     stack = np.stack(pictures, axis=-1)
     stack.sort(axis=-1)
-    median: ImageArray = np.ascontiguousarray(stack[..., len(pictures) // 2])
-    return median
+    return np.ascontiguousarray(stack[..., len(pictures) // 2])

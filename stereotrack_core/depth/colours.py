@@ -96,8 +96,7 @@ class ColourCalibration:
 def colours_at(picture: ImageArray, pixels: IntArray) -> FloatArray:
     """Colours (N, 3) of a picture (H, W, 3) at pixels (N, 2), over 3 x 3 of its pixels."""
     smooth = cv2.blur(picture, (3, 3))
-    result: FloatArray = smooth[pixels[:, 1], pixels[:, 0]].astype(np.float64)
-    return result
+    return smooth[pixels[:, 1], pixels[:, 0]].astype(np.float64)
 
 
 def shared_colours(views: Sequence[str], depths: Mapping[str, ViewDepth]) -> list[ColourPairs]:

@@ -222,10 +222,9 @@ def _cut(image: ImageArray, crop: Region) -> ImageArray:
 
 def edge_image(image: ImageArray) -> ImageArray:
     """Horizontal derivative around grey 128, which does not depend on the image's brightness."""
-    edges: ImageArray = cv2.Sobel(image, cv2.CV_8U, 1, 0, ksize=3, scale=0.5, delta=128).astype(
+    return cv2.Sobel(image, cv2.CV_8U, 1, 0, ksize=3, scale=0.5, delta=128).astype(
         np.uint8, copy=False
     )
-    return edges
 
 
 def _odd(window: int) -> int:

@@ -41,8 +41,7 @@ class Volume:
     def corners(self) -> FloatArray:
         """The eight corners (8, 3)."""
         grid = np.meshgrid(*np.stack([self.low, self.high], axis=1), indexing="ij")
-        corners: FloatArray = np.stack(grid, axis=-1).reshape(8, 3)
-        return corners
+        return np.stack(grid, axis=-1).reshape(8, 3)
 
 
 def range_of_disparity(geometry: DepthGeometry, disparity: Float32Array) -> Float32Array:
@@ -51,8 +50,7 @@ def range_of_disparity(geometry: DepthGeometry, disparity: Float32Array) -> Floa
     with np.errstate(divide="ignore"):
         z = np.float32(geometry.focal * geometry.baseline) / parallax
     z[~(parallax > 0)] = np.nan
-    result: Float32Array = z
-    return result
+    return z
 
 
 def thinned_pixels(chosen: BoolArray, step: int, origin: tuple[int, int]) -> IntArray:

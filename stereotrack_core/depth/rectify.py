@@ -198,8 +198,7 @@ def _common_rotation(left: Camera, right: Camera) -> FloatArray:
     z = left.camera_from_world.rotation[2] + right.camera_from_world.rotation[2]
     y = np.cross(z, x)
     y /= np.linalg.norm(y)
-    rotation: FloatArray = np.stack([x, y, np.cross(x, y)])
-    return rotation
+    return np.stack([x, y, np.cross(x, y)])
 
 
 def _matrices_as_they_are(left: Camera, right: Camera) -> tuple[FloatArray, FloatArray]:
@@ -223,16 +222,14 @@ def _matrices(
 
 
 def _matrix(focal: float, c_x: float, c_y: float) -> FloatArray:
-    matrix: FloatArray = np.array([[focal, 0.0, c_x], [0.0, focal, c_y], [0.0, 0.0, 1.0]])
-    return matrix
+    return np.array([[focal, 0.0, c_x], [0.0, focal, c_y], [0.0, 0.0, 1.0]])
 
 
 def _enlarged(matrix: FloatArray, scale: float) -> FloatArray:
     """Intrinsics of a picture that is enlarged about its outer corner; pixels count centres."""
     half = 0.5 * scale - 0.5
     change = np.array([[scale, 0.0, half], [0.0, scale, half], [0.0, 0.0, 1.0]])
-    result: FloatArray = change @ matrix
-    return result
+    return change @ matrix
 
 
 def _geometry(
@@ -258,8 +255,7 @@ def _geometry(
 def _grid(camera: Camera, count: int) -> FloatArray:
     columns = np.linspace(0, camera.width - 1, count)
     rows = np.linspace(0, camera.height - 1, count)
-    grid: FloatArray = np.stack(np.meshgrid(columns, rows), axis=-1)
-    return grid
+    return np.stack(np.meshgrid(columns, rows), axis=-1)
 
 
 def _raw_pixels(
@@ -269,8 +265,7 @@ def _raw_pixels(
     x = (pixels[..., 0] - matrix[0, 2]) / matrix[0, 0]
     y = (pixels[..., 1] - matrix[1, 2]) / matrix[1, 1]
     directions = np.stack([x, y, np.ones_like(x)], axis=-1) @ rectified_from_world
-    raw: FloatArray = camera.project(camera.position_world + directions)
-    return raw
+    return camera.project(camera.position_world + directions)
 
 
 def _pixel_map(

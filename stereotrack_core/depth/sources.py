@@ -154,8 +154,7 @@ class DepthSource:
 
     def ranges(self, disparity: Float32Array) -> Float32Array:
         """Range z, metres, of inverse depth."""
-        result: Float32Array = self._scale / disparity
-        return result
+        return self._scale / disparity
 
     def person_mask(self, images: ViewImages) -> BoolArray | None:
         """Rectified mask (H, W) of the person, or None."""
@@ -171,8 +170,7 @@ def _windows_outside(rectification: Rectification, window: int) -> BoolArray | N
     outside = rectification.image_map.outside.astype(np.uint8)
     side = window + 4  # bilinear resampling and the derivative reach one pixel farther each
     reached = cv2.dilate(outside, np.ones((side, side), dtype=np.uint8))
-    result: BoolArray = reached.astype(bool)
-    return result
+    return reached.astype(bool)
 
 
 def disparity_range(geometry: DepthGeometry, p: DepthParameters) -> DisparityRange:
@@ -203,14 +201,12 @@ def grey(image: ImageArray) -> ImageArray:
     """Grey image (H, W) of a grey or BGR one."""
     if image.ndim == 2:
         return image
-    result: ImageArray = cv2.cvtColor(image, cv2.COLOR_BGR2GRAY).astype(np.uint8, copy=False)
-    return result
+    return cv2.cvtColor(image, cv2.COLOR_BGR2GRAY).astype(np.uint8, copy=False)
 
 
 def low_pass(image: ImageArray, sigma: float) -> ImageArray:
     """Gaussian low-pass (2.1.3)."""
-    result: ImageArray = cv2.GaussianBlur(image, (0, 0), sigma).astype(np.uint8, copy=False)
-    return result
+    return cv2.GaussianBlur(image, (0, 0), sigma).astype(np.uint8, copy=False)
 
 
 def refuse_dark(image: ImageArray, name: str) -> None:

@@ -97,8 +97,7 @@ class Camera:
             )
         else:
             pixels, _ = cv2.projectPoints(in_camera, zero, zero, self.matrix, self.distortions)
-        result: FloatArray = np.asarray(pixels, dtype=np.float64).reshape(-1, 2)
-        return result
+        return np.asarray(pixels, dtype=np.float64).reshape(-1, 2)
 
     def normalised(self, pixels: FloatArray) -> FloatArray:
         """Undistorted image coordinates (..., 2) at z = 1 of raw pixels (..., 2)."""
@@ -114,16 +113,14 @@ class Camera:
             undistorted = cv2.undistortPoints(
                 flat, self.matrix, self.distortions, criteria=criteria
             )
-        result: FloatArray = np.asarray(undistorted, dtype=np.float64).reshape(points.shape)
-        return result
+        return np.asarray(undistorted, dtype=np.float64).reshape(points.shape)
 
     def rays_world(self, pixels: FloatArray) -> FloatArray:
         """Unit directions (..., 3), world, of the rays through raw pixels (..., 2)."""
         flat = self.normalised(pixels)
         directions = np.concatenate([flat, np.ones_like(flat[..., :1])], axis=-1)
         directions /= np.linalg.norm(directions, axis=-1, keepdims=True)
-        result: FloatArray = directions @ self.camera_from_world.rotation
-        return result
+        return directions @ self.camera_from_world.rotation
 
 
 _STEP = 1e-4
@@ -143,8 +140,7 @@ def pixel_jacobian(camera: Camera, points_world: FloatArray) -> FloatArray:
     steps = _STEP * np.concatenate([np.eye(3), -np.eye(3)])
     moved = camera.project(points[..., None, :] + steps)
     difference = (moved[..., :3, :] - moved[..., 3:, :]) / (2.0 * _STEP)
-    result: FloatArray = np.swapaxes(difference, -1, -2)
-    return result
+    return np.swapaxes(difference, -1, -2)
 
 
 def nearest_on_ray(
@@ -179,5 +175,4 @@ def nearest_on_ray(
         distance += step
         if abs(step) < _STILL:
             break
-    result: FloatArray = origin + distance * direction
-    return result
+    return origin + distance * direction

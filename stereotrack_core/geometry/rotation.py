@@ -41,8 +41,7 @@ def vector_from_rotation(rotation: FloatArray) -> FloatArray:
     if np.all(cosine > -0.5):
         small = sine < 1e-6
         factor = np.where(small, 1.0, np.arctan2(sine, cosine) / np.where(small, 1.0, sine))
-        result: FloatArray = factor[..., None] * axis
-        return result
+        return factor[..., None] * axis
     # Near half a turn the axis is in the symmetric part.
     vectors: FloatArray = Rotation.from_matrix(matrices.reshape(-1, 3, 3)).as_rotvec()
     return vectors.reshape(*matrices.shape[:-2], 3)

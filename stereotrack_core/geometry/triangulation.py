@@ -79,8 +79,7 @@ def covariance_of_rays(directions: FloatArray, weight: FloatArray) -> FloatArray
     matrix = _across(directions, weight).sum(axis=-3)
     solvable = np.linalg.cond(matrix) < _SINGULAR
     inverse = np.linalg.inv(np.where(solvable[..., None, None], matrix, np.eye(3)))
-    result: FloatArray = np.where(solvable[..., None, None], inverse, np.inf)
-    return result
+    return np.where(solvable[..., None, None], inverse, np.inf)
 
 
 def _across(directions: FloatArray, weight: FloatArray | None) -> FloatArray:
@@ -89,8 +88,7 @@ def _across(directions: FloatArray, weight: FloatArray | None) -> FloatArray:
     w = np.ones(d.shape[:-1]) if weight is None else np.broadcast_to(weight, d.shape[:-1])
     known = np.isfinite(d).all(axis=-1) & np.isfinite(w)
     d, w = np.where(known[..., None], d, 0.0), np.where(known, w, 0.0)
-    result: FloatArray = w[..., None, None] * (np.eye(3) - d[..., :, None] * d[..., None, :])
-    return result
+    return w[..., None, None] * (np.eye(3) - d[..., :, None] * d[..., None, :])
 
 
 @dataclass(frozen=True, eq=False)
@@ -170,8 +168,7 @@ class Sightings:
         slope = np.zeros((len(x), 2, 3))
         slope[:, 0, 0] = slope[:, 1, 1] = 1.0 / z
         slope[:, 0, 2], slope[:, 1, 2] = -x / z**2, -y / z**2
-        result: FloatArray = self.raw_from_place @ slope @ self.rotation
-        return result
+        return self.raw_from_place @ slope @ self.rotation
 
 
 @dataclass(frozen=True, eq=False)
@@ -230,8 +227,7 @@ def _raw_from_place(camera: Camera, place: FloatArray) -> FloatArray:
     steps = _STEP * np.array([[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]])
     around = np.concatenate([place + steps, np.ones((4, 1))], axis=1)
     raw = camera.project(camera.world_from_camera.apply(around))
-    result: FloatArray = np.stack([raw[0] - raw[1], raw[2] - raw[3]], axis=1) / (2.0 * _STEP)
-    return result
+    return np.stack([raw[0] - raw[1], raw[2] - raw[3]], axis=1) / (2.0 * _STEP)
 
 
 def _best_candidate(sightings: Sightings) -> FloatArray | None:
@@ -256,8 +252,7 @@ def _weights(sightings: Sightings, residual: FloatArray) -> FloatArray:
         return np.asarray(seen, dtype=np.float64)
     scaled = np.linalg.norm(residual, axis=1) / (_GROSS * sightings.sigma)
     scaled = np.where(seen, scaled, np.inf)
-    result: FloatArray = np.square(np.maximum(1.0 - np.square(scaled), 0.0))
-    return result
+    return np.square(np.maximum(1.0 - np.square(scaled), 0.0))
 
 
 def _normal_equations(sightings: Sightings, world: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -41,8 +41,7 @@ def skin_weights(person: Person, vertices: FloatArray) -> FloatArray:
 def smooth_step(x: FloatArray, middle: float, half_width: float) -> FloatArray:
     """0 to 1 over `middle` +- `half_width`, smoothly."""
     t = np.clip((x - middle) / (2 * half_width) + 0.5, 0.0, 1.0)
-    result: FloatArray = t * t * (3 - 2 * t)
-    return result
+    return t * t * (3 - 2 * t)
 
 
 def _arm_share(joints: FloatArray, p: FloatArray, side: int) -> FloatArray:
@@ -160,8 +159,7 @@ def skinned(
     dual_w, dual_v = blended[:, 4:5], blended[:, 5:8]
 
     def turned(p: FloatArray) -> FloatArray:
-        result: FloatArray = p + 2 * np.cross(v, np.cross(v, p) + w * p)
-        return result
+        return p + 2 * np.cross(v, np.cross(v, p) + w * p)
 
     shift = 2 * (w * dual_v - dual_w * v + np.cross(v, dual_v))
     return turned(vertices) + shift, turned(normals)

@@ -53,8 +53,7 @@ def material_table(materials: tuple[Material, ...]) -> FloatArray:
 def noise_lattice(seed: int) -> Float32Array:
     """Random values in -1 to 1 on a cubic lattice that repeats, (64, 64, 64)."""
     rng = np.random.default_rng([seed, 64])
-    values: Float32Array = rng.uniform(-1, 1, (_LATTICE,) * 3).astype(np.float32)
-    return values
+    return rng.uniform(-1, 1, (_LATTICE,) * 3).astype(np.float32)
 
 
 Colour = tuple[float, float, float]

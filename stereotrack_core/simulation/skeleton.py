@@ -75,8 +75,7 @@ def bend_rotation(a: FloatArray, b: FloatArray) -> FloatArray:
     if c < -1 + 1e-9:
         axis = np.cross(a, [0.0, 0.0, 1.0])
         axis /= np.linalg.norm(axis)
-        result: FloatArray = 2 * np.outer(axis, axis) - np.eye(3)
-        return result
+        return 2 * np.outer(axis, axis) - np.eye(3)
     k = np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]])
     bent: FloatArray = np.eye(3) + k + k @ k / (1 + c)
     return bent
@@ -163,8 +162,7 @@ def moved(state: JointState, step: FloatArray) -> JointState:
     )
 
     def turned(rotations: FloatArray, vectors: FloatArray) -> FloatArray:
-        result: FloatArray = rotations @ rotation_from_vector(vectors.reshape(-1, 3))
-        return result
+        return rotations @ rotation_from_vector(vectors.reshape(-1, 3))
 
     return JointState(
         state.position + position,

@@ -130,8 +130,7 @@ def flesh_distance(piece: Flesh, points: FloatArray) -> FloatArray:
 
 def _smooth_minimum(a: FloatArray, b: FloatArray, width: float) -> FloatArray:
     h = np.maximum(width - np.abs(a - b), 0.0) / width
-    result: FloatArray = np.minimum(a, b) - h * h * width / 4
-    return result
+    return np.minimum(a, b) - h * h * width / 4
 
 
 def flesh(person: Person) -> Iterator[Flesh]:
