@@ -58,16 +58,13 @@ _OF_DECODERS = (
 def open_file(path: Path, at_most: int | None = None) -> BinaryIO:
     """Open a regular file for reading; never waits, as a named pipe would.
 
+    Raises InputError where there is no such file, it is no regular one, too large, or may not be
+    read.
+
     Parameters
     ----------
-    path : Path
     at_most : int, optional
         Bytes that such a file may have.
-
-    Raises
-    ------
-    InputError
-        Where there is no such file, it is no regular one, too large, or may not be read.
     """
     flags = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
     with decoding(path, "the file cannot be read", _AGAIN):
@@ -86,29 +83,19 @@ def open_file(path: Path, at_most: int | None = None) -> BinaryIO:
 def check_file(path: Path, where: str = "") -> None:
     """Refuse what is no regular file, for libraries that open files themselves.
 
+    Raises InputError where there is no such file, or it is no regular one.
+
     Parameters
     ----------
-    path : Path
     where : str, optional
         What names the file, for the message; by default its path.
-
-    Raises
-    ------
-    InputError
-        Where there is no such file, or it is no regular one.
     """
     with decoding(where or path, "the file cannot be read", _AGAIN):
         _check_kind(where or path, os.stat(path))
 
 
 def read_bytes(path: Path, at_most: int) -> bytes:
-    """Content of a regular file.
-
-    Raises
-    ------
-    InputError
-        See :func:`open_file`.
-    """
+    """Content of a regular file; raises InputError: see :func:`open_file`."""
     with open_file(path, at_most) as file, decoding(path, "the file cannot be read", _AGAIN):
         content = file.read(at_most + 1)
     _check_size(path, len(content), at_most)
@@ -118,10 +105,7 @@ def read_bytes(path: Path, at_most: int) -> bytes:
 def read_text(path: Path, at_most: int = SETTINGS_BYTES) -> str:
     """Content of a regular UTF-8 file.
 
-    Raises
-    ------
-    InputError
-        See :func:`open_file`; also where it is no text.
+    Raises InputError: see :func:`open_file`; also where it is no text.
     """
     content = read_bytes(path, at_most)
     with decoding(path, "the file cannot be read", "It must be a UTF-8 text file."):
@@ -131,10 +115,7 @@ def read_text(path: Path, at_most: int = SETTINGS_BYTES) -> str:
 def read_json(path: Path, at_most: int = SETTINGS_BYTES, remedy: str = _WRITE_AGAIN) -> Any:
     """Content of a JSON file.
 
-    Raises
-    ------
-    InputError
-        See :func:`read_text`; also where it is not JSON.
+    Raises InputError: see :func:`read_text`; also where it is not JSON.
     """
     return parsed_json(read_text(path, at_most), str(path), remedy)
 
@@ -142,10 +123,7 @@ def read_json(path: Path, at_most: int = SETTINGS_BYTES, remedy: str = _WRITE_AG
 def parsed_json(text: str | bytes, where: str, remedy: str = _WRITE_AGAIN) -> Any:
     """What JSON text says.
 
-    Raises
-    ------
-    InputError
-        Where it is none, too deep, or holds a number that no file of ours does.
+    Raises InputError where it is none, too deep, or holds a number that no file of ours does.
     """
     with decoding(where, "this is not valid JSON", remedy):
         content = json.loads(text)
@@ -163,7 +141,6 @@ def decoding(where: Path | str, what: str, remedy: str) -> Iterator[None]:
         The file, or where in it.
     what : str
         What is wrong with it, as a clause; the error's own words are added where they help.
-    remedy : str
 
     Raises
     ------

@@ -21,8 +21,6 @@ class DemoTracking:
     ----------
     folder : Path or None
         Where recording and run are kept; None: the program's own data folder.
-    preset : str
-    settings : Settings
     on_tracked : callable
         Told the recording, the landmarks that were found, the frames per second and where the run
         is kept, where it is.
@@ -48,7 +46,6 @@ class Opening:
         None: as it was left.
     run : Path or None
         A run to show.
-    demo : DemoTracking or None
     picture : Path or None
         The window is saved as a picture when everything is painted, and closed.
     """

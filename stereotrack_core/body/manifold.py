@@ -128,7 +128,6 @@ def point_jacobian(
     part : (m,) int64
     frames : PartFrames
         Of one pose.
-    columns : Columns
     """
     J = np.zeros((len(points), columns.n))
     _fill(

@@ -233,7 +233,6 @@ class PlacedCones:
     rotations : (C, 3, 3) float64
         world_from_cone.
     origins : (C, 3) float64, world, metres
-    cones : Cones
     """
 
     rotations: FloatArray

@@ -31,7 +31,6 @@ def inside_other_cone(points: FloatArray, own: IntArray, placed: PlacedCones) ->
     points : (N, 3) float64, world
     own : (N,) int64
         Index of the cone that each point was sampled from.
-    placed : PlacedCones
     """
     cones = placed.cones
     local = to_cone_frames(points, placed)
@@ -58,7 +57,6 @@ def visible(
         Points on the surface and outward normals there.
     cameras : (V, 3) float64, world
         Optical centres.
-    placed : PlacedCones
     """
     seen: BoolArray = np.zeros(len(points), dtype=np.bool_)
     for camera in cameras:
@@ -156,7 +154,6 @@ def points_on_cones(
 
     Parameters
     ----------
-    cones : Cones
     cone : (N,) int64
         Index of each point's cone.
     h : (N,) float64
@@ -210,7 +207,6 @@ def visible_points(
 
     Parameters
     ----------
-    body : BodyModel
     frames : PartFrames
         Of one pose.
     cameras : (V, 3) float64, world

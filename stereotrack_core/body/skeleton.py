@@ -63,7 +63,6 @@ class Skeleton:
         rest, from where the clavicles carry them away.
     lengths : (P,) float64, metres
         From a part's joint along its z axis to the next joint, or to the hand's or head's landmark.
-    proportions : Proportions
     """
 
     joints: FloatArray

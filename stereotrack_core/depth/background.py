@@ -140,13 +140,7 @@ _REGION_MARGIN = 16  # px beyond the matcher's window
 
 
 class ViewBackground:
-    """Background model of one view, and the empty scene's picture where there is one.
-
-    Parameters
-    ----------
-    source : StereoSource or DepthSource
-    parameters : DepthParameters
-    """
+    """Background model of one view, and the empty scene's picture where there is one."""
 
     def __init__(self, source: StereoSource | DepthSource, parameters: DepthParameters) -> None:
         self.model: BackgroundModel | None = None

@@ -46,7 +46,6 @@ class MeasuredViews:
 
     Attributes
     ----------
-    frame : int
     results : mapping from view name to ViewResult
         Views without images are absent.
     problems : mapping from view name to str
@@ -63,25 +62,19 @@ class MeasuredViews:
 class DepthChain:
     """Rectify, match, subtract the background, fuse the views and drop outliers.
 
-    Views are processed in parallel. The cloud depends on the images alone, except in
-    background mode ``average`` without images of the empty scene: there the model goes on
-    learning, and frames have to come in order. Not to be used by two threads at once.
+    Views are processed in parallel. The cloud depends on the images alone, except in background
+    mode ``average`` without images of the empty scene: there the model goes on learning, and frames
+    have to come in order. Not to be used by two threads at once. Raises InputError for unknown
+    views, views without depth, and stereo cameras that cannot be rectified.
 
     Parameters
     ----------
-    recording : Recording
-    parameters : DepthParameters
     views : sequence of str, optional
         Names of the views to use; all stereo and depth views where it is not given.
     colour : bool
         Whether points get colours, where the pictures have any (:mod:`colours`).
     sources : callable, optional
         Makes the views' sources, for those who keep what they give.
-
-    Raises
-    ------
-    InputError
-        For unknown views, views without depth, and stereo cameras that cannot be rectified.
 
     Examples
     --------

@@ -36,7 +36,6 @@ class DepthGeometry:
     c_x, c_y : float, pixels
     baseline : float, metres
     disparity_offset : float, pixels
-    width, height : int
     world_from_depth : RigidTransform
         Place of the rectified camera in the world.
     """
@@ -65,7 +64,6 @@ class ViewDepth:
 
     Attributes
     ----------
-    geometry : DepthGeometry
     disparity : (H, W) float32, pixels, or None
         NaN where invalid; None for depth views.
     range_z : (H, W) float32, metres
@@ -135,14 +133,12 @@ class Cloud:
 
     Attributes
     ----------
-    frame : int
     points : (N, 3) float64, world, metres
         Inside the working volume, outliers removed.
     view : (N,) int64
         Index into `view_names`.
     pixels : (N, 2) int64
         Column and row in the view's rectified depth image.
-    view_names : tuple of str
     depths : mapping from view name to ViewDepth
         Views without a measurement at this instant are absent.
     problems : mapping from view name to str

@@ -59,7 +59,6 @@ class ColourCalibration:
 
     Attributes
     ----------
-    views : tuple of str
     gains : (V, 3) float64
         c_first = gains[v] c_v, for each channel.
     """

@@ -130,11 +130,6 @@ class DisparityRange:
 class Matcher:
     """StereoBM or StereoSGBM for one view; not to be used by two threads at once.
 
-    Parameters
-    ----------
-    parameters : DepthParameters
-    disparities : DisparityRange
-
     Attributes
     ----------
     bias : float, pixels

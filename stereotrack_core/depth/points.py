@@ -61,7 +61,6 @@ def thinned_pixels(chosen: BoolArray, step: int, origin: tuple[int, int]) -> Int
     Parameters
     ----------
     chosen : (h, w) bool
-    step : int
     origin : (int, int)
         Column and row of the array's first pixel in the view's depth image.
     """
@@ -77,7 +76,6 @@ def world_points(geometry: DepthGeometry, range_z: FloatArray, pixels: IntArray)
 
     Parameters
     ----------
-    geometry : DepthGeometry
     range_z : (N,) float64, metres
     pixels : (N, 2) int64
         Column and row in the view's depth image.

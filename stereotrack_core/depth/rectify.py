@@ -67,7 +67,6 @@ class Rectification:
     ----------
     geometry : DepthGeometry
         Of the rectified right image.
-    left_map, image_map : PixelMap or None
     """
 
     geometry: DepthGeometry
@@ -85,24 +84,19 @@ def stereo_rectification(
 ) -> Rectification:
     """Rectify a stereo camera from its calibration, with the right image as reference.
 
-    The rectified x axis is the base line, the z axis lies as near as it can to both optical
-    axes. Each image keeps its own principal point, chosen so that the image's centre stays
-    where it is; the difference of the two becomes ``disparity_offset``.
+    The rectified x axis is the base line, the z axis lies as near as it can to both optical axes.
+    Each image keeps its own principal point, chosen so that the image's centre stays where it is;
+    the difference of the two becomes ``disparity_offset``. Raises InputError for left and right
+    exchanged, one above the other, without a base line, axes that diverge, or images of different
+    size.
 
     Parameters
     ----------
-    left, right : Camera
     least_focal : float, pixels
         Pictures of clearly wider lenses are enlarged to this focal length, at most to twice
         their size.
     where : str
         Name of the view for messages.
-
-    Raises
-    ------
-    InputError
-        For left and right exchanged, one above the other, without a base line, axes that
-        diverge, or images of different size.
     """
     _check_pair(left, right, where)
     rectified_from_world = _common_rotation(left, right)

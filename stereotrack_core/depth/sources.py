@@ -76,13 +76,7 @@ class DepthFrame:
 
 
 class StereoSource:
-    """Rectifies and matches a stereo pair.
-
-    Parameters
-    ----------
-    rectification : Rectification
-    parameters : DepthParameters
-    """
+    """Rectifies and matches a stereo pair."""
 
     def __init__(self, rectification: Rectification, parameters: DepthParameters) -> None:
         self.geometry = rectification.geometry

@@ -60,7 +60,6 @@ class ViewResult:
 
     Attributes
     ----------
-    depth : ViewDepth or None
     problem : str
         Why `depth` is None, or what is suspicious; empty if nothing is.
     points : (N, 3) float64, world, metres
@@ -117,9 +116,6 @@ class ViewChain:
 
     Parameters
     ----------
-    name : str
-    source : StereoSource or DepthSource
-    parameters : DepthParameters
     colour : bool
         Whether to keep the picture's colours, where it has any.
     """

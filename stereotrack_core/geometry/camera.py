@@ -21,7 +21,6 @@ class Camera:
 
     Attributes
     ----------
-    name : str
     width, height : int
         Image size in pixels.
     matrix : (3, 3) float64
@@ -150,7 +149,6 @@ def nearest_on_ray(
 
     Parameters
     ----------
-    camera : Camera
     pixel : (2,) float64
         Raw pixels.
     origin, direction : (3,) float64, world, metres

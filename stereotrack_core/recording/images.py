@@ -8,7 +8,7 @@ stays. The luma plane is taken as it is and stretched by a table, without colour
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import cache
 from pathlib import Path
 from typing import Any, Literal, Protocol, TypeAlias
@@ -62,7 +62,6 @@ def picture_of(frame: Any, kind: PictureKind) -> NDArray[Any]:
 
     Parameters
     ----------
-    frame : av.VideoFrame
     kind : {"grey", "colour", "depth"}
 
     Returns
@@ -212,18 +211,13 @@ def _is_cut_off(content: bytes) -> bool:
 class NumberedImages:
     """Image files by number, counted from the lowest one; a gap is a damaged frame.
 
-    Raises
-    ------
-    ValueError, OSError
-        As :func:`numbered_files`; ValueError also where no file fits.
+    `files` are those of a pattern, at least one; see :func:`numbered_files`.
     """
 
-    def __init__(self, folder: Path, pattern: str, kind: PictureKind) -> None:
-        self._files = numbered_files(folder, pattern)
-        if not self._files:
-            raise ValueError(pattern)
-        self._lowest = min(self._files)
-        self._count = max(self._files) - self._lowest + 1
+    def __init__(self, files: Mapping[int, Path], pattern: str, kind: PictureKind) -> None:
+        self._files = files
+        self._lowest = min(files)
+        self._count = max(files) - self._lowest + 1
         self._pattern = pattern
         self._kind: PictureKind = kind
 

@@ -6,7 +6,6 @@ import threading
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, field
-from types import TracebackType
 from typing import Any
 
 import numpy as np
@@ -80,11 +79,11 @@ class OpenStream:
 class FrameReader:
     """Frame sets by number, the same pictures in whatever order they are asked for.
 
-    May be used from several threads. Pictures are shared with the cache and read-only.
+    May be used from several threads. Pictures are shared with the cache and read-only. Raises
+    InputError when a view is not known or a stream cannot be opened.
 
     Parameters
     ----------
-    recording : Recording
     views : sequence of str, optional
         Names of the views to read; all where not given.
     colour : bool
@@ -93,11 +92,6 @@ class FrameReader:
         Bytes of pictures kept at most.
     read_ahead : int
         Number of frame sets decoded in the background after the one that was asked for.
-
-    Raises
-    ------
-    InputError
-        When a view is not known or a stream cannot be opened.
     """
 
     def __init__(
@@ -131,12 +125,7 @@ class FrameReader:
     def __enter__(self) -> FrameReader:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     @property
@@ -199,12 +188,8 @@ class FrameReader:
     def frame_set(self, k: int) -> FrameSet:
         """All images of frame k.
 
-        A view of which a picture cannot be decoded is absent, with a sentence in `problems`.
-
-        Raises
-        ------
-        InputError
-            When k is not a frame of the recording.
+        A view of which a picture cannot be decoded is absent, with a sentence in `problems`. Raises
+        InputError when k is not a frame of the recording.
         """
         self._check_number(k)
         forward = k >= self._latest
@@ -298,10 +283,7 @@ class FrameReader:
     def background(self, view: str) -> tuple[ImageArray | None, ImageArray] | None:
         """The empty scene as (left or None, image), or None where the view states none.
 
-        Raises
-        ------
-        InputError
-            When it cannot be read.
+        Raises InputError when it cannot be read.
         """
         chosen = self.recording.view(view)
         with self._background_lock:
@@ -359,10 +341,7 @@ _SHARE = 0.01
 def has_colours(recording: Recording, views: Sequence[str]) -> bool:
     """Whether the reference pictures of any of these views have colours, by the first frame.
 
-    Raises
-    ------
-    InputError
-        When a stream cannot be opened.
+    Raises InputError when a stream cannot be opened.
     """
     with FrameReader(recording, views=views, read_ahead=0) as reader:
         known, _ = reader.frame_count_so_far()

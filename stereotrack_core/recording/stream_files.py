@@ -35,10 +35,8 @@ WIDEST_GAP = 10_000
 def inside(folder: Path, relative: str, where: str) -> Path:
     """Path of a file in the recording.
 
-    Raises
-    ------
-    InputError
-        When the path leaves the folder or does not exist (the last part of a pattern may not).
+    Raises InputError when the path leaves the folder or does not exist (the last part of a pattern
+    may not).
     """
     path = Path(relative)
     leaves = path.is_absolute() or PureWindowsPath(relative).drive != "" or "\0" in relative
@@ -73,10 +71,7 @@ def inside(folder: Path, relative: str, where: str) -> Path:
 def picture_size(folder: Path, frames: str, where: str) -> tuple[int, int]:
     """Width and height of a stream's pictures, from the first one.
 
-    Raises
-    ------
-    InputError
-        When nothing is there or it is no video or image.
+    Raises InputError when nothing is there or it is no video or image.
     """
     path = inside(folder, frames, where)
     if is_pattern(frames):
@@ -109,15 +104,11 @@ def image_size(path: Path, where: str) -> tuple[int, int]:
 def open_stream(folder: Path, frames: str, kind: PictureKind, where: str) -> StreamSource:
     """Open a video or numbered images.
 
-    Raises
-    ------
-    InputError
-        When nothing is there or it cannot be opened.
+    Raises InputError when nothing is there or it cannot be opened.
     """
     path = inside(folder, frames, where)
     if is_pattern(frames):
-        _files(folder, frames, where)
-        return NumberedImages(folder, frames, kind)
+        return NumberedImages(_files(folder, frames, where), frames, kind)
     try:
         return VideoStream(path, kind)
     except (av.FFmpegError, OSError, IndexError) as error:
@@ -173,10 +164,7 @@ def background_picture(
 ) -> tuple[ImageArray | None, ImageArray] | None:
     """The empty scene as (left or None, image), or None where the view states none for a stream.
 
-    Raises
-    ------
-    InputError
-        When it cannot be read.
+    Raises InputError when it cannot be read.
     """
     if view.image.background is None or (view.left and view.left.background is None):
         return None

@@ -25,11 +25,8 @@ _DEEP_KEY = re.compile(rf"(?:^|[\[{{,])[ \t]*(?:{_NAME}[ \t]*\.[ \t]*){{{DEEPEST
 def load_toml(path: Path) -> dict[str, Any]:
     """Content of a TOML file.
 
-    Raises
-    ------
-    InputError
-        When the file is missing, unreadable, or not TOML, or nested deeper or with larger numbers
-        than anybody writes.
+    Raises InputError when the file is missing, unreadable, or not TOML, or nested deeper or with
+    larger numbers than anybody writes.
     """
     text = read_text(path)
     with decoding(path, "this is not valid TOML", "Correct this line."):
@@ -46,7 +43,6 @@ class Table:
 
     Attributes
     ----------
-    values : mapping
     where : str
         File and section, as the user knows it.
     complaints : list of InputError

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -11,7 +10,6 @@ import numpy as np
 
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.errors import InputError
-from stereotrack_core.recording.description import Segment
 from stereotrack_core.simulation.people import Person
 from stereotrack_core.simulation.postures import (
     STRETCHED,
@@ -22,14 +20,6 @@ from stereotrack_core.simulation.postures import (
     walk,
 )
 from stereotrack_core.simulation.skeleton import JointState, between, difference, moved
-
-
-def minimum_jerk(t: float) -> float:
-    """Share of the way at the share `t` of the time.
-
-    Flash and Hogan 1985, doi:10.1523/JNEUROSCI.05-07-01688.1985.
-    """
-    return t * t * t * (t * (6 * t - 15) + 10)
 
 
 class KeyedWay:
@@ -44,7 +34,6 @@ class KeyedWay:
     ----------
     times : (K,) float64, seconds
         Ascending; before the first one the first state is held.
-    states : sequence of K JointState
     """
 
     def __init__(self, times: FloatArray, states: Sequence[JointState]) -> None:
@@ -80,7 +69,6 @@ class KeyedWay:
 
 T_POSE = Posture(STRETCHED, STRETCHED)
 _STANDING = Posture()
-_BLEND_SECONDS = 0.8
 
 
 @dataclass(frozen=True)
@@ -104,14 +92,6 @@ class Motion:
 
     seconds: float
     states: Callable[[Person, int], list[JointState]]
-
-
-@dataclass(frozen=True, eq=False)
-class Chain:
-    """States of all frames, and the named stretches among them."""
-
-    states: tuple[JointState, ...]
-    segments: tuple[Segment, ...]
 
 
 def _keyed(*keys: Key) -> Motion:
@@ -320,41 +300,3 @@ def motion_names(motion: str) -> tuple[str, ...]:
                 remedy=f"Use one of {', '.join(MOTIONS)}, or several joined by +.",
             )
     return names
-
-
-def chain(
-    person: Person,
-    names: Sequence[str],
-    frames: int,
-    *,
-    fps: float,
-    pace: float = 1.0,
-    t_pose_first: bool = True,
-) -> Chain:
-    """Join motions to a sequence of `frames` states.
-
-    The first motion is a T pose unless told otherwise; the chain is repeated until the
-    frames are filled. `pace` divides all durations: 0.5 is half as fast.
-    """
-    opening = ["t-pose"] if t_pose_first and names[0] != "t-pose" else []
-    states: list[JointState] = []
-    segments: list[Segment] = []
-    body = list(names)
-    queue = opening + body
-    while len(states) < frames:
-        for name in queue:
-            motion = MOTIONS[name]
-            count = max(2, math.ceil(motion.seconds * fps / pace))
-            stretch = motion.states(person, count)
-            if states:
-                states += _blend(states[-1], stretch[0], max(1, round(_BLEND_SECONDS * fps / pace)))
-            if len(states) >= frames:
-                break
-            segments.append(Segment(name, len(states), min(frames, len(states) + count)))
-            states += stretch
-        queue = body
-    return Chain(tuple(states[:frames]), tuple(segments))
-
-
-def _blend(a: JointState, b: JointState, count: int) -> list[JointState]:
-    return [between(a, b, minimum_jerk((k + 1) / (count + 1))) for k in range(count)]

@@ -16,6 +16,7 @@ from stereotrack_core.simulation.skeleton import (
     SIGN,
     JointState,
     clavicle_rotation,
+    minimum_jerk,
     posed_bones,
     rest_joints,
     two_links,
@@ -40,7 +41,6 @@ class Arm:
         Direction to which the elbow points.
     bend, turn : float
         Degrees by which the hand tilts towards the palm, and towards the thumb.
-    at_foot : bool
     """
 
     wrist: Triple
@@ -60,7 +60,6 @@ class Posture:
 
     Attributes
     ----------
-    left, right : Arm
     lean : (pelvis, waist, chest)
         Forward tilt of each.
     twist : float
@@ -274,7 +273,7 @@ def _walking(person: Person, path: Path, steps: int, time: float) -> JointState:
     ankles, feet = [], []
     for side in (0, 1):
         before, after = _plants(step, side, steps)
-        moving = _smooth(swing) if after > before else 0.0
+        moving = minimum_jerk(swing) if after > before else 0.0
         distance = stride * (before + (after - before) * moving)
         lift = _LIFT * np.sin(np.pi * swing) ** 2 if after > before else 0.0
         pitch = -28.0 * np.sin(2 * np.pi * swing) * (0.7 if after > before else 0.0)
@@ -314,10 +313,6 @@ def _foot(
 def _swinging(share: float) -> Arm:
     out, forward, up = HANGING.wrist
     return Arm((out, forward + 0.38 * share, up + 0.10 * abs(share)), (0.35, -1.0, -0.1), bend=4.0)
-
-
-def _smooth(t: float) -> float:
-    return t * t * t * (t * (6 * t - 15) + 10)
 
 
 def _eased(t: float, ramp: float) -> float:

@@ -109,7 +109,6 @@ class Sensor:
     ----------
     response : (c, 3) float64
         Channels (grey, or blue, green, red) from red, green, blue of the light.
-    gain : float
     blur, noise : float
         Standard deviations in pixels and grey levels.
     stream : (int, int)

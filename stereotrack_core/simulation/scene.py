@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
+from itertools import cycle
 
 import numpy as np
 
@@ -12,14 +13,13 @@ from stereotrack_core.arrays import FloatArray, ImageArray
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.simulation.actor import Actor, actor
 from stereotrack_core.simulation.materials import noise_lattice
-from stereotrack_core.simulation.motions import Chain, chain
 from stereotrack_core.simulation.options import SceneOptions
 from stereotrack_core.simulation.people import PEOPLE, Person
 from stereotrack_core.simulation.postures import line_path, walk
 from stereotrack_core.simulation.render import CameraRenderer, Posed
 from stereotrack_core.simulation.rig import sensor, stereo_rig
 from stereotrack_core.simulation.room import room
-from stereotrack_core.simulation.schedule import Part, scheduled
+from stereotrack_core.simulation.schedule import Chain, Part, chain, scheduled
 from stereotrack_core.simulation.skeleton import JointState, landmarks, posed_bones
 
 _WAYS = (((-3.9, -2.2), (3.3, -2.4)), ((3.3, 2.3), (-3.0, 2.4)))
@@ -27,58 +27,33 @@ _WAYS = (((-3.9, -2.2), (3.3, -2.4)), ((3.3, 2.3), (-3.0, 2.4)))
 _PAUSE_SECONDS, _WALK_SECONDS = 2.0, 6.5
 
 
-@dataclass(frozen=True, eq=False)
-class Passer:
-    """A second person.
-
-    Attributes
-    ----------
-    actor : Actor
-    states : tuple of JointState or None
-        One for each frame; None while away.
-    """
-
-    actor: Actor
-    states: tuple[JointState | None, ...]
-
-    def state(self, frame: int) -> JointState | None:
-        """Joints in a frame, or None while away."""
-        return self.states[frame]
-
-
-def passer_by(main: Person, options: SceneOptions, frames: int) -> Passer:
-    """Another person than `main`, who walks past, is away, and comes back elsewhere."""
+def _passer_by(
+    main: Person, options: SceneOptions, frames: int
+) -> tuple[Actor, Sequence[JointState | None]]:
+    """Another person than `main`, who walks past, is away (None), and comes back elsewhere."""
     names = list(PEOPLE)
     other = PEOPLE[names[(names.index(main.name) + 1) % len(names)]]
     pause = round(_PAUSE_SECONDS * options.fps / options.pace)
     count = max(2, round(_WALK_SECONDS * options.fps / options.pace))
     states: list[JointState | None] = []
-    trip = 0
-    while len(states) < frames:
+    for start, end in cycle(_WAYS):
         states += [None] * pause
-        start, end = _WAYS[trip % len(_WAYS)]
         states += walk(other, line_path(np.array(start), np.array(end)), count)
-        trip += 1
-    return Passer(actor(other, "striped"), tuple(states[:frames]))
+        if len(states) >= frames:
+            break
+    return actor(other, "striped"), states
 
 
 @dataclass(frozen=True, eq=False)
 class Scene:
     """A person in a room, ready to be drawn.
 
-    Attributes
-    ----------
-    actor : Actor
-    chain : Chain
-    passer : Passer or None
-        Somebody in the background.
-    cameras : mapping from camera name to Camera
-    renderers : mapping from camera name to CameraRenderer
+    `passer` is somebody in the background, with the joints in each frame, None while away.
     """
 
     actor: Actor
     chain: Chain
-    passer: Passer | None
+    passer: tuple[Actor, Sequence[JointState | None]] | None
     cameras: Mapping[str, Camera]
     renderers: Mapping[str, CameraRenderer]
 
@@ -86,9 +61,10 @@ class Scene:
         """Everybody in a frame, posed, and the landmarks (9, 3) of the one who matters."""
         bones = posed_bones(self.actor.person, self.chain.states[frame])
         people = [Posed(self.actor, *self.actor.posed(bones))]
-        if self.passer is not None and (state := self.passer.state(frame)) is not None:
-            other = self.passer.actor
-            people.append(Posed(other, *other.posed(posed_bones(other.person, state))))
+        if self.passer is not None:
+            other, states = self.passer
+            if (state := states[frame]) is not None:
+                people.append(Posed(other, *other.posed(posed_bones(other.person, state))))
         return people, landmarks(self.actor.person, bones)
 
     def picture(self, camera: str, people: Sequence[Posed], frame: int) -> ImageArray:
@@ -124,6 +100,6 @@ def build_scene(
             person, motions, frames,
             fps=options.fps, pace=options.pace, t_pose_first=options.t_pose_first,
         )  # fmt: skip
-    passer = passer_by(person, options, frames) if options.second_person else None
+    passer = _passer_by(person, options, frames) if options.second_person else None
     dressed = actor(person, options.clothes)
     return Scene(dressed, moves, passer, cameras, dict(zip(cameras, drawn, strict=True)))

@@ -181,6 +181,14 @@ def between(a: JointState, b: JointState, share: float) -> JointState:
     return moved(a, share * difference(a, b))
 
 
+def minimum_jerk(t: float) -> float:
+    """Share of the way at the share `t` of the time.
+
+    Flash and Hogan 1985, doi:10.1523/JNEUROSCI.05-07-01688.1985.
+    """
+    return t * t * t * (t * (6 * t - 15) + 10)
+
+
 @cache
 def rest_joints(person: Person) -> FloatArray:
     """Where each bone begins at rest: (len(BONES), 3) metres, read-only."""
@@ -231,7 +239,6 @@ def clavicle_rotation(side: int, upper_arm_in_chest: FloatArray, girdle: FloatAr
 
     Parameters
     ----------
-    side : int
     upper_arm_in_chest : (3,) unit vector
         The girdle follows it by up to 10 degrees up and 9 forward.
     girdle : (2,) radians

@@ -46,9 +46,6 @@ class ThesisRecording:
     ----------
     name : str
         Of the recording, and of its person.
-    frames : int
-    parts : tuple of Part
-    options : SceneOptions
     """
 
     name: str
