@@ -69,28 +69,11 @@ HELP = Command(
     run=_help,
 )
 
-COMMANDS: tuple[Command, ...] = (
-    workbench.COMMAND,
-    demo.COMMAND,
-    simulate.COMMAND,
-    info.COMMAND,
-    cloud.COMMAND,
-    proportions.COMMAND,
-    track.COMMAND,
-    evaluate.COMMAND,
-    compare.COMMAND,
-    angles.COMMAND,
-    episodes.COMMAND,
-    sweep.COMMAND,
-    fit.COMMAND,
-    import_labels.COMMAND,
-    export.COMMAND,
-    benchmark.COMMAND,
-    report.COMMAND,
-    reproduce.COMMAND,
-    bench.COMMAND,
-    HELP,
+_MODULES = (
+    *(workbench, demo, simulate, info, cloud, proportions, track, evaluate, compare, angles),
+    *(episodes, sweep, fit, import_labels, export, benchmark, report, reproduce, bench),
 )
+COMMANDS: tuple[Command, ...] = (*(module.COMMAND for module in _MODULES), HELP)
 
 
 def command_list() -> str:

@@ -80,15 +80,6 @@ def angles_of_rotation(rotation: FloatArray) -> FloatArray:
     return np.stack([alpha, beta, gamma], axis=-1)
 
 
-def printed_from_active(angles: FloatArray) -> FloatArray:
-    """Angles (..., 3) with which the thesis's printed chain gives the active rotation.
-
-    The conversion is its own inverse.
-    """
-    result: FloatArray = angles * np.array([-1.0, 1.0, -1.0])
-    return result
-
-
 def joint_rotation(part: int, alpha: FloatArray, beta: FloatArray) -> FloatArray:
     """parent_from_part (..., 3, 3) of a limb; left limbs mirror right ones (M R M)."""
     own = euler_rotation(alpha, beta, np.zeros_like(alpha))

@@ -139,9 +139,7 @@ class SurfacePoints:
     normals: FloatArray
 
     def __getitem__(self, index: BoolArray | IntArray | slice) -> SurfacePoints:
-        return SurfacePoints(
-            self.part[index], self.cone[index], self.points[index], self.normals[index]
-        )
+        return SurfacePoints(*(values[index] for values in vars(self).values()))
 
     def __len__(self) -> int:
         return len(self.part)
@@ -252,10 +250,6 @@ def _regular(
     return kept[np.linspace(0, len(kept) - 1, min(count, len(kept))).round().astype(np.int64)]
 
 
-def _joined(a: SurfacePoints, b: SurfacePoints) -> SurfacePoints:
-    return SurfacePoints(
-        np.concatenate([a.part, b.part]),
-        np.concatenate([a.cone, b.cone]),
-        np.concatenate([a.points, b.points]),
-        np.concatenate([a.normals, b.normals]),
-    )
+def _joined(*parts: SurfacePoints) -> SurfacePoints:
+    values = zip(*(vars(part).values() for part in parts), strict=True)
+    return SurfacePoints(*map(np.concatenate, values))

@@ -6,11 +6,10 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from typing import Protocol, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 
-from stereotrack_core.arrays import ImageArray
 from stereotrack_core.depth.background import BackgroundModel
 from stereotrack_core.depth.cloud import Cloud, DepthGeometry
 from stereotrack_core.depth.colours import ColourCalibration
@@ -18,9 +17,9 @@ from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.points import inliers
 from stereotrack_core.depth.rectify import Rectification, depth_rectification, stereo_rectification
 from stereotrack_core.depth.sources import DepthSource, StereoSource
-from stereotrack_core.depth.view_chain import Stopwatch, ViewChain, ViewResult, summed
+from stereotrack_core.depth.view_chain import Stopwatch, ViewChain, ViewResult
 from stereotrack_core.recording.description import Recording, View
-from stereotrack_core.recording.reader import FrameSet, ViewImages
+from stereotrack_core.recording.reader import FrameReader, FrameSet, ViewImages
 from stereotrack_core.recording.selection import usable_views
 
 _CALIBRATION_FRAMES = 6
@@ -28,16 +27,6 @@ _CALIBRATION_FRAMES = 6
 
 SourceMaker: TypeAlias = Callable[[Recording, View, DepthParameters], StereoSource | DepthSource]
 """Where a view's disparities come from; see :func:`source_of`."""
-
-
-class Pictures(Protocol):
-    """Where images come from; see :class:`FrameReader`."""
-
-    def frame_set(self, k: int) -> FrameSet:
-        """All images of one instant."""
-
-    def background(self, view: str) -> tuple[ImageArray | None, ImageArray] | None:
-        """The empty scene as (left or None, image), or None where there is none."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,7 +116,7 @@ class DepthChain:
         """End the threads."""
         self._pool.shutdown()
 
-    def learn_background(self, reader: Pictures, frames: range) -> None:
+    def learn_background(self, reader: FrameReader, frames: range) -> None:
         """Learn what every view shows when nobody is there.
 
         Images of the empty scene give it at once; else it comes from frames spread evenly
@@ -149,7 +138,7 @@ class DepthChain:
         if self._colour and len(self._chains) > 1:
             self._calibrate_colours(reader, frames)
 
-    def take_background(self, other: DepthChain, reader: Pictures, frames: range) -> None:
+    def take_background(self, other: DepthChain, reader: FrameReader, frames: range) -> None:
         """Know the empty scene as another chain of the same views has learned it.
 
         Parameters
@@ -170,7 +159,7 @@ class DepthChain:
         return any(chain.background.learns for chain in self._chains)
 
     def _learn_from_frames(
-        self, chains: Sequence[ViewChain], reader: Pictures, frames: range
+        self, chains: Sequence[ViewChain], reader: FrameReader, frames: range
     ) -> None:
         count = min(self.parameters.background_samples, len(frames))
         sampled = [frames[i] for i in np.unique(np.linspace(0, len(frames) - 1, count).astype(int))]
@@ -179,7 +168,7 @@ class DepthChain:
         for _ in self._pool.map(ViewChain.learn_frames, chains, seen):
             pass  # the loop raises what a thread raised
 
-    def _calibrate_colours(self, reader: Pictures, frames: range) -> None:
+    def _calibrate_colours(self, reader: FrameReader, frames: range) -> None:
         """Learn how each view sees colours from what several views see."""
         if self.learns:
             return
@@ -204,8 +193,11 @@ class DepthChain:
         results = {chain.name: r for chain, r in zip(present, measured, strict=True)}
         problems |= {name: result.problem for name, result in results.items() if result.problem}
         watch.lap("views")
-        seconds = summed([r.seconds for r in results.values()]) | watch.seconds
-        return MeasuredViews(frame_set.index, results, problems, seconds)
+        seconds: dict[str, float] = {}
+        for result in results.values():
+            for stage, value in result.seconds.items():
+                seconds[stage] = seconds.get(stage, 0.0) + value
+        return MeasuredViews(frame_set.index, results, problems, {**seconds, **watch.seconds})
 
     def fused(self, seen: MeasuredViews) -> Cloud:
         """Put the views' points together, and drop outliers (3.1)."""

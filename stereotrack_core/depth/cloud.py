@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import TypeAlias
 
 import cv2
 import numpy as np
@@ -12,6 +13,8 @@ import numpy as np
 from stereotrack_core.arrays import BoolArray, Float32Array, FloatArray, ImageArray, IntArray
 from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.recording.detections import Detection
+
+PixelArray: TypeAlias = FloatArray | IntArray
 
 _DEPTH_CAMERA_SCALE = 75.0
 """Focal length times base line (pixels, metres) of the stereo camera whose uncertainty of range
@@ -56,6 +59,18 @@ class DepthGeometry:
         A depth camera is taken to be as uncertain of its ranges as a usual stereo camera.
         """
         return self.focal * self.baseline if self.baseline > 0 else _DEPTH_CAMERA_SCALE
+
+    def project(self, points: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Columns, rows and ranges z of points (N, 3), world; without sense where z <= 0."""
+        x, y, z = self.world_from_depth.inverse().apply(points).T
+        return self.focal * x / z + self.c_x, self.focal * y / z + self.c_y, z
+
+    def points(
+        self, u: FloatArray | IntArray, v: FloatArray | IntArray, z: FloatArray
+    ) -> FloatArray:
+        """Points (N, 3), world, metres, of pixels (u, v) with their ranges z, (2.2) and (2.3)."""
+        x, y = (u - self.c_x) / self.focal * z, (v - self.c_y) / self.focal * z
+        return self.world_from_depth.apply(np.stack([x, y, z], axis=1))
 
 
 @dataclass(frozen=True, eq=False)
@@ -213,11 +228,10 @@ def contradicted_share(cloud: Cloud) -> float:
 def _seen_through(depth: ViewDepth, points: FloatArray) -> float | None:
     """Share of other views' points (N, 3) behind which a view sees the background."""
     geometry = depth.geometry
-    x, y, z = geometry.world_from_depth.inverse().apply(points).T
+    with np.errstate(divide="ignore", invalid="ignore"):
+        u, v, z = geometry.project(points)
     ahead = z > 0.0
-    x, y, z = x[ahead], y[ahead], z[ahead]
-    column = np.rint(geometry.focal * x / z + geometry.c_x)
-    row = np.rint(geometry.focal * y / z + geometry.c_y)
+    column, row, z = np.rint(u[ahead]), np.rint(v[ahead]), z[ahead]
     inside = (column >= 0) & (column < geometry.width) & (row >= 0) & (row < geometry.height)
     pixel = row[inside].astype(np.int64), column[inside].astype(np.int64)
     margin = max(1, round(_HALO * geometry.width / _WIDTH))

@@ -123,8 +123,7 @@ def _places_and_colours(depth: ViewDepth, picture: ImageArray) -> tuple[FloatArr
     z = depth.range_z[rows, columns].astype(np.float64)
     known = z < _FARTHEST
     z, u, v = z[known], columns[known], rows[known]
-    local = np.stack([(u - g.c_x) / g.focal * z, (v - g.c_y) / g.focal * z, z], axis=1)
-    return g.world_from_depth.apply(local), colours_at(picture, np.stack([u, v], axis=1))
+    return g.points(u, v, z), colours_at(picture, np.stack([u, v], axis=1))
 
 
 def fitted_gains(views: int, pairs: Sequence[ColourPairs]) -> FloatArray:

@@ -60,11 +60,10 @@ class Region:
 def region_of_points(geometry: DepthGeometry, corners_world: FloatArray) -> Region:
     """Where a convex body with these corners can appear; the whole image if it is too near."""
     whole = Region.whole(geometry.width, geometry.height)
-    x, y, z = geometry.world_from_depth.inverse().apply(corners_world).T
+    with np.errstate(divide="ignore", invalid="ignore"):
+        u, v, z = geometry.project(corners_world)
     if z.min() < 0.1:
         return whole
-    u = geometry.focal * x / z + geometry.c_x
-    v = geometry.focal * y / z + geometry.c_y
     seen = Region(
         int(np.floor(u.min())), int(np.floor(v.min())), int(u.max()) + 2, int(v.max()) + 2
     )

@@ -71,20 +71,6 @@ def thinned_pixels(chosen: BoolArray, step: int, origin: tuple[int, int]) -> Int
     return pixels
 
 
-def world_points(geometry: DepthGeometry, range_z: FloatArray, pixels: IntArray) -> FloatArray:
-    """Points (N, 3), world, metres, of pixels with their ranges, (2.2) and (2.3).
-
-    Parameters
-    ----------
-    range_z : (N,) float64, metres
-    pixels : (N, 2) int64
-        Column and row in the view's depth image.
-    """
-    x = (pixels[:, 0] - geometry.c_x) / geometry.focal * range_z
-    y = (pixels[:, 1] - geometry.c_y) / geometry.focal * range_z
-    return geometry.world_from_depth.apply(np.stack([x, y, range_z], axis=1))
-
-
 _MOST_CELLS = 160  # along one axis; a small distance is searched in larger cells
 
 

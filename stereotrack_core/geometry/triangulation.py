@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
 from itertools import combinations
 
@@ -135,13 +135,7 @@ class Sightings:
     def without(self, view: int) -> Sightings:
         """All but one of them."""
         kept = np.arange(len(self.sigma)) != view
-        return Sightings(
-            self.rotation[kept],
-            self.translation[kept],
-            self.place[kept],
-            self.raw_from_place[kept],
-            self.sigma[kept],
-        )
+        return Sightings(*(getattr(self, field.name)[kept] for field in fields(self)))
 
     @cached_property
     def rays(self) -> tuple[FloatArray, FloatArray]:

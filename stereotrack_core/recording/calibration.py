@@ -149,18 +149,13 @@ def _matrix(table: Table) -> FloatArray | None:
     matrix = _numbers(table, "matrix", (3, 3), "three rows of three numbers in pixels")
     if matrix is None:
         return None
-    upright = np.allclose(matrix[2], (0, 0, 1)) and matrix[1, 0] == 0
-    if not upright and np.allclose(matrix[:, 2], (0, 0, 1)) and matrix[0, 1] == 0:
+    if not (np.allclose(matrix[2], (0, 0, 1)) and matrix[1, 0] == 0):
+        transposed = np.allclose(matrix[:, 2], (0, 0, 1)) and matrix[0, 1] == 0
         table.complain(
             "matrix",
-            "the matrix is transposed: the principal point is in its last row",
-            "Write [[fx, 0, cx], [0, fy, cy], [0, 0, 1]].",
-        )
-        return None
-    if not upright:
-        table.complain(
-            "matrix",
-            "the last row is not 0, 0, 1 or there is a number below fx",
+            "the matrix is transposed: the principal point is in its last row"
+            if transposed
+            else "the last row is not 0, 0, 1 or there is a number below fx",
             "Write [[fx, 0, cx], [0, fy, cy], [0, 0, 1]].",
         )
         return None
