@@ -58,28 +58,17 @@ class Asker:
 
 
 class Lost(Exception):
-    """A process has ended by itself in the middle of a task.
-
-    Parameters
-    ----------
-    code : int or None
-        How it ended, as :attr:`multiprocessing.Process.exitcode`.
-    """
+    """A process has ended by itself, with an exit code, in the middle of a task."""
 
     def __init__(self, code: int | None) -> None:
         super().__init__(f"the tracking process ended unexpectedly (exit code {code})")
 
 
 class WorkerProcess:
-    """A process that waits for tasks.
+    """A process that waits for tasks, one of `count` that share the machine's cores.
 
-    Parameters
-    ----------
-    do : callable
-        What it does with a task: a function of a module, called with the task and an
-        :class:`Asker`. What it raises is told as a word.
-    count : int
-        Processes that share the machine's cores.
+    `do` is what it does with a task: a function of a module, called with the task and an
+    :class:`Asker`. What it raises is told as a word.
     """
 
     def __init__(self, do: Callable[[Any, Asker], None], count: int) -> None:
@@ -232,14 +221,9 @@ class Desk(Protocol):
 
 
 class Pool:
-    """Processes that are started when there is work for them, and live until they are ended.
+    """`count` processes that are started when there is work, and live until they are ended.
 
-    Parameters
-    ----------
-    do : callable
-        See :class:`WorkerProcess`.
-    count : int
-        Processes.
+    For `do` see :class:`WorkerProcess`.
     """
 
     def __init__(self, do: Callable[[Any, Asker], None], count: int) -> None:

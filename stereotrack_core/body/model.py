@@ -214,14 +214,7 @@ class BodyModel:
 
 @dataclass(frozen=True, eq=False)
 class PlacedCones:
-    """The cones of a body in one pose: p_world = rotations p_cone + origins.
-
-    Attributes
-    ----------
-    rotations : (C, 3, 3) float64
-        world_from_cone.
-    origins : (C, 3) float64, world, metres
-    """
+    """The cones of a body in one pose: p_world = rotations p_cone + origins, world, metres."""
 
     rotations: FloatArray
     origins: FloatArray

@@ -47,16 +47,10 @@ def inside_other_cone(points: FloatArray, own: IntArray, placed: PlacedCones) ->
 def visible(
     points: FloatArray, normals: FloatArray, cameras: FloatArray, placed: PlacedCones
 ) -> BoolArray:
-    """Which surface points (N,) at least one camera sees.
+    """Which surface points (N,) at least one camera sees, all in the world.
 
-    A point is seen when its surface faces the camera and the segment to the camera meets no cone.
-
-    Parameters
-    ----------
-    points, normals : (N, 3) float64, world
-        Points on the surface and outward normals there.
-    cameras : (V, 3) float64, world
-        Optical centres.
+    `cameras` (V, 3) are optical centres, `normals` (N, 3) point outwards. A point is seen when its
+    surface faces the camera and the segment to the camera meets no cone.
     """
     seen: BoolArray = np.zeros(len(points), dtype=np.bool_)
     for camera in cameras:
@@ -121,17 +115,7 @@ _ROUNDS = 12
 
 @dataclass(frozen=True, eq=False)
 class SurfacePoints:
-    """Points fixed to parts of the body.
-
-    Attributes
-    ----------
-    part : (N,) int64
-    cone : (N,) int64
-    points : (N, 3) float64, metres
-        In the frame of the part.
-    normals : (N, 3) float64
-        Outward unit normals in the frame of the part.
-    """
+    """Points (N, 3), metres, with outward unit normals, in the frames of their parts."""
 
     part: IntArray
     cone: IntArray
@@ -148,15 +132,10 @@ class SurfacePoints:
 def points_on_cones(
     cones: Cones, cone: IntArray, h: FloatArray, alpha: FloatArray
 ) -> SurfacePoints:
-    """Points on the sides of cones, p(h, alpha) of section 3.2.2, in the parts' frames.
+    """Points on the sides of cones (N,), p(h, alpha) of section 3.2.2, in the parts' frames.
 
-    Parameters
-    ----------
-    cone : (N,) int64
-        Index of each point's cone.
-    h : (N,) float64
-        Height over the base as a share of the cone's height, 0 to 1.
-    alpha : (N,) float64, radians
+    The height h (N,) over the base is a share of the cone's height, 0 to 1; alpha (N,) is in
+    radians.
     """
     r1, r2, height, flat = (
         values[cone] for values in (cones.r1, cones.r2, cones.height, cones.flatness)

@@ -33,13 +33,8 @@ SourceMaker: TypeAlias = Callable[[Recording, View, DepthParameters], StereoSour
 class MeasuredViews:
     """What all views have measured at one instant, before it is fused.
 
-    Attributes
-    ----------
-    results : mapping from view name to ViewResult
-        Views without images are absent.
-    problems : mapping from view name to str
-        See :class:`Cloud`.
-    seconds : mapping from stage name to seconds
+    Views without images are absent from `results`; `problems` and `seconds` are those of the
+    :class:`Cloud`.
     """
 
     frame: int

@@ -37,15 +37,7 @@ _DARKEST, _BRIGHTEST = 15.0, 245.0
 
 @dataclass(frozen=True, eq=False)
 class ColourPairs:
-    """Colours that two views give to the same places.
-
-    Attributes
-    ----------
-    a, b : int
-        Views.
-    of_a, of_b : (M, 3) float64
-        BGR from 0 to 255.
-    """
+    """Colours (M, 3), BGR from 0 to 255, that views `a` and `b` give to the same places."""
 
     a: int
     b: int

@@ -71,17 +71,11 @@ def region_of_points(geometry: DepthGeometry, corners_world: FloatArray) -> Regi
 
 
 def changed_region(image: ImageArray, empty: ImageArray, margin: int) -> Region:
-    """Bounding box of what differs from the picture of the empty scene.
+    """Bounding box, with a margin in pixels, of what differs from the picture of the empty scene.
 
-    A common change of brightness does not count. Where nearly everything has changed, or
-    nothing, the whole image is returned: then the comparison proves nothing.
-
-    Parameters
-    ----------
-    image, empty : (H, W) uint8
-        Rectified grey images.
-    margin : int
-        Pixels around the box.
+    Of rectified grey images (H, W). A common change of brightness does not count. Where nearly
+    everything has changed, or nothing, the whole image is returned: then the comparison proves
+    nothing.
     """
     height, width = image.shape
     whole = Region.whole(width, height)

@@ -54,15 +54,10 @@ def range_of_disparity(geometry: DepthGeometry, disparity: Float32Array) -> Floa
 
 
 def thinned_pixels(chosen: BoolArray, step: int, origin: tuple[int, int]) -> IntArray:
-    """Columns and rows (N, 2) of the chosen pixels on every `step`-th row and column.
+    """Columns and rows (N, 2) of the chosen pixels (h, w) on every `step`-th row and column.
 
-    The same rows and columns of the image whatever the region is.
-
-    Parameters
-    ----------
-    chosen : (h, w) bool
-    origin : (int, int)
-        Column and row of the array's first pixel in the view's depth image.
+    The same rows and columns of the image whatever the region is, whose first pixel stands at
+    column and row `origin` of the view's depth image.
     """
     left, top = ((step // 2 - start) % step for start in origin)
     rows, columns = np.nonzero(chosen[top::step, left::step])

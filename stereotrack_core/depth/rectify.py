@@ -24,15 +24,9 @@ _SMALLEST_SCALE, _LARGEST_SCALE = 1.25, 2.0  # less only blurs, more shows nothi
 class PixelMap:
     """From where in the raw image each pixel of the rectified one is taken.
 
-    Attributes
-    ----------
-    positions : (H, W, 2) int16
-    fractions : (H, W) uint16
-        Fixed-point form of ``cv2.convertMaps``: resolves 1/32 px and remaps quickest.
-    nearest : (H, W, 2) int16
-        The nearest raw pixel.
-    outside : (H, W) bool
-        Where the raw image shows nothing.
+    `positions` (H, W, 2) and `fractions` (H, W) are the fixed-point form of ``cv2.convertMaps``,
+    which resolves 1/32 px and remaps quickest; `nearest` (H, W, 2) is the nearest raw pixel,
+    `outside` (H, W) where the raw image shows nothing.
     """
 
     positions: NDArray[np.int16]

@@ -49,15 +49,9 @@ _NO_STEPS = int(np.iinfo(np.int16).min)
 class ViewResult:
     """What one view measured at one instant.
 
-    Attributes
-    ----------
-    problem : str
-        Why `depth` is None, or what is suspicious; empty if nothing is.
-    points : (N, 3) float64, world, metres
-    pixels : (N, 2) int64
-    seconds : mapping from stage to seconds
-    counts : PointCounts
-        As far as one view goes: outliers are told apart when the views are fused.
+    `problem` says why `depth` is None, or what is suspicious; empty if nothing is. `points` (N, 3)
+    are in the world, metres, of `pixels` (N, 2); `counts` go as far as one view does: outliers are
+    told apart when the views are fused.
     """
 
     depth: ViewDepth | None

@@ -145,21 +145,10 @@ def pixel_jacobian(camera: Camera, points_world: FloatArray) -> FloatArray:
 def nearest_on_ray(
     camera: Camera, pixel: FloatArray, origin: FloatArray, direction: FloatArray, start: float
 ) -> FloatArray:
-    """Point (3,) of a ray whose picture is nearest to a pixel, looked for from a distance.
+    """Point (3,) of another camera's ray whose picture is nearest to a raw pixel; NaN if unseen.
 
-    Parameters
-    ----------
-    pixel : (2,) float64
-        Raw pixels.
-    origin, direction : (3,) float64, world, metres
-        The ray of another camera.
-    start : float
-        Metres along it.
-
-    Returns
-    -------
-    (3,) float64
-        NaN where the camera does not see the ray there.
+    The ray starts at `origin` (3,) and runs along `direction` (3,), world, metres; the point is
+    looked for from `start` metres on.
     """
     distance = start
     ahead = np.array([0.0, _STEP, -_STEP])[:, None] * direction

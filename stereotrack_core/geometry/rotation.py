@@ -7,16 +7,9 @@ from stereotrack_core.arrays import FloatArray
 
 
 def rotation_from_vector(vector: FloatArray) -> FloatArray:
-    """Rotation matrix of a rotation vector (Rodrigues), right-handed and active.
+    """Rotation matrices (..., 3, 3) of rotation vectors (..., 3) (Rodrigues).
 
-    Parameters
-    ----------
-    vector : (..., 3) float64
-        Axis times angle in radians.
-
-    Returns
-    -------
-    (..., 3, 3) float64
+    Right-handed and active; a rotation vector is the axis times the angle in radians.
     """
     v = np.asarray(vector, dtype=np.float64)
     squared = np.einsum("...i,...i->...", v, v)

@@ -63,18 +63,10 @@ def nearest_to_rays(
 
 
 def covariance_of_rays(directions: FloatArray, weight: FloatArray) -> FloatArray:
-    """Covariances (..., 3, 3) of the points that :func:`nearest_to_rays` gives.
+    """Covariances (..., 3, 3) of the points of :func:`nearest_to_rays`.
 
-    Parameters
-    ----------
-    directions : (..., V, 3) float64
-    weight : (..., V) float64
-        One over the variance of a ray at the point, across its direction.
-
-    Returns
-    -------
-    (..., 3, 3) float64
-        Infinite where the rays do not place a point.
+    Infinite where the rays do not place a point. The weights (..., V) are one over the variance of
+    a ray at the point, across its direction (..., V, 3).
     """
     matrix = _across(directions, weight).sum(axis=-3)
     solvable = np.linalg.cond(matrix) < _SINGULAR
@@ -167,15 +159,10 @@ class Sightings:
 
 @dataclass(frozen=True, eq=False)
 class SeenPoint:
-    """A point and how well it is known.
+    """A point (3,), world, metres, and how well it is known.
 
-    Attributes
-    ----------
-    world : (3,) float64, metres
-    covariance : (3, 3) float64, square metres
-        From the sigmas; larger where the sightings contradict each other more than these say.
-    outlier : (V,) bool
-        Sightings that fit none of the others.
+    `covariance` (3, 3), square metres, follows from the sigmas and is larger where the sightings
+    contradict each other more than these say; `outlier` (V,) are those that fit none of the others.
     """
 
     world: FloatArray

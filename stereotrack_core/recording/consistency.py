@@ -41,16 +41,9 @@ CAP_PX = 15.0
 
 @dataclass(frozen=True, eq=False)
 class Observations:
-    """Pixels of points in views over frames.
+    """Pixels (V, F, L, 2) of points in views over contiguous frames (F,); NaN where not seen.
 
-    Attributes
-    ----------
-    frame : (F,) int64
-        Contiguous.
-    pixels : (V, F, L, 2) float64
-        NaN where not seen.
-    mirror : tuple of int
-        For each of the L points the one of the other side, or itself.
+    `mirror` names for each of the L points the one of the other side, or itself.
     """
 
     views: tuple[str, ...]

@@ -50,14 +50,9 @@ class Detection:
 
 
 class Detections:
-    """Detections in the order of their times.
+    """Detections in the order of their times; those of the same time stay in theirs.
 
-    Parameters
-    ----------
-    detections : iterable of Detection
-        In any order; those of the same time stay in theirs.
-    source : str
-        File that they come from; empty where there is none.
+    `source` is the file that they come from; empty where there is none.
     """
 
     def __init__(self, detections: Iterable[Detection] = (), source: str = "") -> None:

@@ -81,14 +81,7 @@ class Key:
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """A named motion at pace 1.
-
-    Attributes
-    ----------
-    seconds : float
-    states : callable
-        Person and number of frames to the states of those frames.
-    """
+    """A named motion at pace 1; `states` gives those of a person in a number of frames."""
 
     seconds: float
     states: Callable[[Person, int], list[JointState]]

@@ -94,15 +94,10 @@ class Posture:
 
 @dataclass(frozen=True, eq=False)
 class Stand:
-    """Where and in which direction somebody stands.
+    """Where, (2,) world, metres, and in which direction somebody stands.
 
-    Attributes
-    ----------
-    place : (2,) world, metres
-    heading : float
-        Radians to the left of north.
-    ankles : (2, 3) world, metres, or None
-        Where the ankles are; None: beside each other.
+    `heading` is in radians to the left of north; `ankles` (2, 3), world, metres, are beside each
+    other where they are not given.
     """
 
     place: FloatArray = field(default_factory=lambda: np.zeros(2))
@@ -215,14 +210,10 @@ _LIFT = 0.085
 
 @dataclass(frozen=True, eq=False)
 class Path:
-    """A way on the floor.
+    """A way on the floor, `length` metres long.
 
-    Attributes
-    ----------
-    at : callable
-        Distance gone in metres to (2,) world and the heading in radians left of north.
-    length : float
-        Metres.
+    `at` says after how many metres somebody is where, (2,) world, with which heading in radians
+    left of north.
     """
 
     at: Callable[[float], tuple[FloatArray, float]]

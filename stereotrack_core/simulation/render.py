@@ -35,12 +35,8 @@ class Posed:
 class Seen:
     """Truth of a picture's pixels (their upper left samples).
 
-    Attributes
-    ----------
-    depth : (H, W) float32
-        Metres along the camera's z.
-    stuff : (H, W) int8
-        Row of a person's materials (skin, hair, shirt ...); -1 for the room.
+    `depth` (H, W) is in metres along the camera's z; `stuff` (H, W) is the row of a person's
+    materials (skin, hair, shirt ...), -1 for the room.
     """
 
     depth: Float32Array

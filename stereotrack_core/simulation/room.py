@@ -33,15 +33,7 @@ _NUMBER = {name: number for number, name in enumerate(_MATERIALS)}
 
 @dataclass(frozen=True, eq=False)
 class Things:
-    """Triangles that stand still.
-
-    Attributes
-    ----------
-    vertices, normals : (V, 3) float64, world
-    triangles : (T, 3) int64
-    stuff : (T,) int64
-        Row of :data:`ROOM_MATERIALS`.
-    """
+    """Triangles (T, 3) that stand still; `stuff` (T,) are rows of :data:`ROOM_MATERIALS`."""
 
     vertices: FloatArray
     normals: FloatArray

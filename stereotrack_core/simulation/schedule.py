@@ -19,16 +19,9 @@ _BLEND_SECONDS = 0.8
 
 @dataclass(frozen=True)
 class Part:
-    """A motion that begins at a frame and takes so many.
+    """A motion that begins at a frame and takes so many; the fewer, the faster.
 
-    Attributes
-    ----------
-    name : str
-        Of the segment.
-    motion : str
-        A name of ``MOTIONS``.
-    first, frames : int
-        The fewer frames, the faster the motion.
+    `name` is that of its segment, `motion` one of ``MOTIONS``.
     """
 
     name: str
@@ -100,18 +93,10 @@ def _joined(person: Person, parts: Sequence[Part], frames: int) -> Chain:
 def filled(
     fixed: Sequence[Part], fillers: Sequence[tuple[str, int]], until: int, blend: int
 ) -> tuple[Part, ...]:
-    """Put fillers into the gaps between fixed parts, in turn.
+    """Put fillers into the gaps between fixed parts, which are in their order, up to frame `until`.
 
-    Parameters
-    ----------
-    fixed : sequence of Part
-        In their order.
-    fillers : sequence of (motion, frames)
-        Each takes about so many frames: those of one gap are stretched alike until they fill it.
-    until : int
-        Frame up to which gaps are filled.
-    blend : int
-        Frames before every part to go over to it.
+    Fillers (motion, frames) come in turn and take about so many frames: those of one gap are
+    stretched alike until they fill it. Before every part are `blend` frames to go over to it.
     """
     turn = cycle(fillers)
     parts: list[Part] = []
