@@ -50,13 +50,9 @@ def replacing(path: Path, is_whole: Check | None = None) -> Iterator[Path]:
     """Give a temporary path in the same folder that becomes `path` when the block succeeds.
 
     A block that fails leaves what stood at `path` before. The temporary file has the suffix of
-    `path`, for libraries that look at it. Raises InputError where the folder does not exist or
-    cannot be written to, or the file is not whole.
-
-    Parameters
-    ----------
-    is_whole : callable, optional
-        Looks at the temporary file. Only SQLite, which looks itself, can do without.
+    `path`, for libraries that look at it; `is_whole` looks at it at the end. Only SQLite, which
+    looks itself, can do without. Raises InputError where the folder does not exist or cannot be
+    written to, or the file is not whole.
     """
     path = Path(path)
     if path.is_dir():

@@ -16,16 +16,12 @@ _SHARE_OF_MACHINE = 0.2
 
 
 class Memory:
-    """Keeps results until the limit is reached; may be used by several threads.
+    """Keeps results until a limit in bytes is reached; may be used by several threads.
 
     Where there is no room, what was not used for longest goes first, and nothing that is held. If
     everything is held, newcomers are not kept: a stretch that is too long keeps its first frames,
-    which is better than losing each one before it is used again.
-
-    Parameters
-    ----------
-    limit : int, optional
-        Bytes; a fifth of the machine's memory, and at most 1 GiB, where not given.
+    which is better than losing each one before it is used again. Without a `limit` it is a fifth of
+    the machine's memory, and at most 1 GiB.
     """
 
     def __init__(self, limit: int | None = None) -> None:

@@ -108,13 +108,8 @@ def parser() -> ArgumentParser:
 def main(argv: Sequence[str] | None = None, *, window: Window | None = None) -> int:
     """Run one command; return the exit status: 0 done, 2 wrong input, 1 everything else.
 
-    Parameters
-    ----------
-    argv : sequence of str, optional
-        The arguments; by default those of the process.
-    window : Window, optional
-        The workbench, which the core itself does not know; without it, commands that need it
-        say so.
+    Without `argv` the arguments are those of the process. The core itself does not know the
+    workbench; without a `window` commands that need it say so.
     """
     arguments = list(sys.argv[1:] if argv is None else argv)
     try:

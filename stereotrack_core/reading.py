@@ -56,15 +56,10 @@ _OF_DECODERS = (
 
 
 def open_file(path: Path, at_most: int | None = None) -> BinaryIO:
-    """Open a regular file for reading; never waits, as a named pipe would.
+    """Open a regular file of at most so many bytes for reading; never waits, as a named pipe would.
 
     Raises InputError where there is no such file, it is no regular one, too large, or may not be
     read.
-
-    Parameters
-    ----------
-    at_most : int, optional
-        Bytes that such a file may have.
     """
     flags = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
     with decoding(path, "the file cannot be read", _AGAIN):
@@ -83,12 +78,7 @@ def open_file(path: Path, at_most: int | None = None) -> BinaryIO:
 def check_file(path: Path, where: str = "") -> None:
     """Refuse what is no regular file, for libraries that open files themselves.
 
-    Raises InputError where there is no such file, or it is no regular one.
-
-    Parameters
-    ----------
-    where : str, optional
-        What names the file, for the message; by default its path.
+    Raises InputError where there is no such file, or it is no regular one; `where` names it there.
     """
     with decoding(where or path, "the file cannot be read", _AGAIN):
         _check_kind(where or path, os.stat(path))
@@ -135,17 +125,8 @@ def parsed_json(text: str | bytes, where: str, remedy: str = _WRITE_AGAIN) -> An
 def decoding(where: Path | str, what: str, remedy: str) -> Iterator[None]:
     """Say in a sentence what a decoder raises about a file; for decoding alone, not for its use.
 
-    Parameters
-    ----------
-    where : Path or str
-        The file, or where in it.
-    what : str
-        What is wrong with it, as a clause; the error's own words are added where they help.
-
-    Raises
-    ------
-    InputError
-        In place of every error that a decoder raises.
+    Raises InputError in place of every error that a decoder raises: about the file, or a place in
+    it, `where`, with `what` is wrong as a clause; the error's own words are added where they help.
     """
     try:
         yield

@@ -96,13 +96,9 @@ class WorkerProcess:
     def words(self) -> Iterator[Any]:
         """What it has told since it was last listened to.
 
-        Numbers are frames done, exceptions what a task failed of, all else is what the task
-        tells. After the task's last word it is no longer busy.
-
-        Raises
-        ------
-        Lost
-            Where it has ended; it must be ended nevertheless.
+        Numbers are frames done, exceptions what a task failed of, all else is what the task tells.
+        After the task's last word it is no longer busy. Raises :class:`Lost` where it has ended; it
+        must be ended nevertheless.
         """
         try:
             while self.pipe.poll():
@@ -235,10 +231,7 @@ class Pool:
     def work(self, desk: Desk) -> None:
         """Do tasks until there are none.
 
-        Raises
-        ------
-        Cancelled
-            Where the desk wants to stop; all processes are ended then.
+        Raises :class:`Cancelled` where the desk wants to stop; all processes are ended then.
         """
         while True:
             self._hand_out(desk)

@@ -111,11 +111,11 @@ def body_cones(proportions: Proportions, parameters: BodyParameters) -> Cones:
         row[:] = [getattr(margins, name) for name in pair]
     sizes = ("r1", "r2", "height", "flatness", "round_base", "round_end")
     return Cones(
-        np.array([row.part for row in rows], dtype=np.int64),
-        np.stack([_turned_to(np.array(row.axis)) for row in rows]),
-        np.array([row.origin for row in rows]),
-        *(np.array([getattr(row, name) for row in rows]) for name in sizes),
-        outline,
+        part=np.array([row.part for row in rows], dtype=np.int64),
+        rotations=np.stack([_turned_to(np.array(row.axis)) for row in rows]),
+        origins=np.array([row.origin for row in rows]),
+        **{name: np.array([getattr(row, name) for row in rows]) for name in sizes},
+        outline=outline,
     )
 
 

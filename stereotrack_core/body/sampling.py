@@ -24,14 +24,7 @@ def to_cone_frames(points: FloatArray, placed: PlacedCones) -> FloatArray:
 
 
 def inside_other_cone(points: FloatArray, own: IntArray, placed: PlacedCones) -> BoolArray:
-    """Which points (N,) lie inside a cone that is not their own.
-
-    Parameters
-    ----------
-    points : (N, 3) float64, world
-    own : (N,) int64
-        Index of the cone that each point was sampled from.
-    """
+    """Which points (N, 3), world, lie inside another cone than their own, an index (N,)."""
     cones = placed.cones
     local = to_cone_frames(points, placed)
     z = local[..., 2]
@@ -180,21 +173,10 @@ def visible_points(
 ) -> SurfacePoints:
     """Sample the surface, without points inside another cone and points that no camera sees.
 
-    The operator G of (3.4).
-
-    Parameters
-    ----------
-    frames : PartFrames
-        Of one pose.
-    cameras : (V, 3) float64, world
-        Optical centres of the views.
-    count : int
-        Number of points that shall remain; fewer come back when hardly anything is visible.
-    rng : Generator or None
-        Draws at random; None takes the fixed pattern.
-    watch : callable, optional
-        Is told of each draw: the candidates, which of them are inside another cone, and which of
-        the others are seen.
+    The operator G of (3.4), for one pose. `cameras` (V, 3), world, are the views' optical centres;
+    `count` points shall remain; fewer come back when hardly anything is visible. `rng` draws at
+    random; None takes the fixed pattern. `watch` is told of each draw: the candidates, which of
+    them are inside another cone, and which of the others are seen.
     """
     placed = placed_cones(body, frames)
 

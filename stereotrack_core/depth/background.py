@@ -54,19 +54,11 @@ def empty_scene_model(disparity: Float32Array) -> BackgroundModel:
 def averaged(
     model: BackgroundModel | None, disparity: Float32Array, rate: float, validity_rate: float
 ) -> BackgroundModel:
-    """One step of the exponential averages of 3.1.1.
+    """One step of the exponential averages of 3.1.1; `model` is None before the first image.
 
-    d_M = (1 - alpha_d) d_M + alpha_d d where d is valid, unchanged elsewhere;
-    g_M = (1 - alpha_g) g_M + alpha_g g with g = 1 where d is valid, else 0. The first
-    disparity that a pixel shows is taken as it is.
-
-    Parameters
-    ----------
-    model : BackgroundModel or None
-        None before the first image.
-    disparity : (H, W) float32, pixels, NaN where invalid
-    rate, validity_rate : float
-        alpha_d, alpha_g.
+    d_M = (1 - alpha_d) d_M + alpha_d d where d (H, W), in pixels, is valid (not NaN), unchanged
+    elsewhere; g_M = (1 - alpha_g) g_M + alpha_g g with g = 1 where d is valid, else 0. The first
+    disparity that a pixel shows is taken as it is. The rates are alpha_d and alpha_g.
     """
     if model is None:
         return empty_scene_model(disparity)
@@ -81,11 +73,8 @@ def averaged(
 def percentile_model(disparities: Sequence[Float32Array], percentile: float) -> BackgroundModel:
     """A low percentile of each pixel's disparities: the background is behind whoever passes.
 
-    Parameters
-    ----------
-    disparities : sequence of (H, W) float32, pixels, NaN where invalid
-    percentile : float
-        0 to 100, among the valid disparities of a pixel; the nearest rank below.
+    Disparities (H, W) are in pixels, NaN where invalid; the percentile, 0 to 100, is taken among
+    the valid ones of a pixel, as the nearest rank below.
     """
     stack = np.stack(disparities, axis=-1)  # sorting is much quicker along the last axis
     stack.sort(axis=-1)  # NaN comes last
@@ -110,17 +99,11 @@ _SMALL_HOLE = 60
 
 
 def sharp_outline(picture: ImageArray, empty: ImageArray, foreground: BoolArray) -> BoolArray:
-    """Where the picture is not the empty scene's, with edges at half their height.
+    """Where the picture is not the empty scene's (H, W), with edges at half their height.
 
     A fixed threshold would put the edge of a strong difference a pixel or two too far outside,
-    because lenses blur. Where stereo sees something well inside its own edge, that counts too.
-
-    Parameters
-    ----------
-    picture, empty : (H, W) uint8
-        Now, and without anybody.
-    foreground : (H, W) bool
-        What the disparities say; block matching widens it by up to half its window.
+    because lenses blur. Where stereo sees something well inside its own edge, that counts too:
+    `foreground` is what the disparities say; block matching widens it by up to half its window.
     """
     difference = cv2.absdiff(
         cv2.GaussianBlur(picture, (3, 3), 0), cv2.GaussianBlur(empty, (3, 3), 0)

@@ -136,12 +136,8 @@ class DepthChain:
     def take_background(self, other: DepthChain, reader: FrameReader, frames: range) -> None:
         """Know the empty scene as another chain of the same views has learned it.
 
-        Parameters
-        ----------
-        other : DepthChain
-            With the same parameters of matching and of learning the background.
-        reader, frames
-            As the other one has learned from them; colours are calibrated with them anew.
+        `other` has the same parameters of matching and of learning the background, and has learned
+        from these frames; colours are calibrated with them anew.
         """
         for own, learned in zip(self._chains, other._chains, strict=True):
             own.background.take_over(learned.background)

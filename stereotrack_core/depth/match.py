@@ -123,10 +123,7 @@ class DisparityRange:
 class Matcher:
     """StereoBM or StereoSGBM for one view; not to be used by two threads at once.
 
-    Attributes
-    ----------
-    bias : float, pixels
-        By how much the matcher's disparities are too large on average.
+    Its disparities are by `bias` pixels too large on average.
     """
 
     def __init__(self, parameters: DepthParameters, disparities: DisparityRange) -> None:
@@ -140,21 +137,11 @@ class Matcher:
     def __call__(
         self, left: ImageArray, right: ImageArray, region: Region | None = None
     ) -> DisparityArray:
-        """Disparities of the right image's pixels.
+        """Disparities (h, w), sixteenths of a pixel, of a region of the right image, or of all of it.
 
-        The left image shows at column u + d what the right one shows at u. OpenCV refers to
-        the left image; seen in a mirror, the right image is a left one.
-
-        Parameters
-        ----------
-        left, right : (H, W) uint8, rectified
-        region : Region, optional
-            Part of the right image that is wanted; all of it where it is not given.
-
-        Returns
-        -------
-        (h, w) int16, sixteenths of a pixel
-            Of the region; ``disparities.invalid`` where there is none.
+        The rectified left image (H, W) shows at column u + d what the right one shows at u. OpenCV
+        refers to the left image; seen in a mirror, the right image is a left one.
+        ``disparities.invalid`` where there is none.
         """
         height, width = right.shape
         region = region or Region.whole(width, height)

@@ -57,10 +57,7 @@ class PixelMap:
 class Rectification:
     """How a view's images become rectified ones; a map is None where nothing changes.
 
-    Attributes
-    ----------
-    geometry : DepthGeometry
-        Of the rectified right image.
+    The geometry is that of the rectified right image.
     """
 
     geometry: DepthGeometry
@@ -80,17 +77,10 @@ def stereo_rectification(
 
     The rectified x axis is the base line, the z axis lies as near as it can to both optical axes.
     Each image keeps its own principal point, chosen so that the image's centre stays where it is;
-    the difference of the two becomes ``disparity_offset``. Raises InputError for left and right
-    exchanged, one above the other, without a base line, axes that diverge, or images of different
-    size.
-
-    Parameters
-    ----------
-    least_focal : float, pixels
-        Pictures of clearly wider lenses are enlarged to this focal length, at most to twice
-        their size.
-    where : str
-        Name of the view for messages.
+    the difference of the two becomes ``disparity_offset``. Pictures of clearly wider lenses are
+    enlarged to `least_focal` pixels, at most to twice their size. Raises InputError, which names
+    the view `where`, for left and right exchanged, one above the other, without a base line, axes
+    that diverge, or images of different size.
     """
     _check_pair(left, right, where)
     rectified_from_world = _common_rotation(left, right)

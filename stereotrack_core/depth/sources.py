@@ -88,13 +88,7 @@ class StereoSource:
         self._outside = _windows_outside(rectification, parameters.match_window)
 
     def open(self, images: ViewImages) -> StereoFrame:
-        """Low-pass and rectify.
-
-        Raises
-        ------
-        NoDepth
-            For a dark or missing image.
-        """
+        """Low-pass and rectify; raises :class:`NoDepth` for a dark or missing image."""
         if images.left is None:
             raise NoDepth("its left image is missing")
         left, right = grey(images.left), grey(images.image)
@@ -127,13 +121,7 @@ class DepthSource:
         self._scale = np.float32(self.geometry.focal * _NOMINAL_BASELINE)
 
     def open(self, images: ViewImages) -> DepthFrame:
-        """Resample if the lens distorts, and invert.
-
-        Raises
-        ------
-        NoDepth
-            For a missing image.
-        """
+        """Resample if the lens distorts, and invert; raises :class:`NoDepth` without an image."""
         if images.depth is None:
             raise NoDepth("its depth image is missing")
         depth = images.depth if self._map is None else self._map.apply_nearest(images.depth)

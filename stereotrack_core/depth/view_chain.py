@@ -80,10 +80,7 @@ def _middle(points: FloatArray, inside: int) -> tuple[float, float, float] | Non
 class ViewChain:
     """Depth, foreground and points of one view; not to be used by two threads at once.
 
-    Parameters
-    ----------
-    colour : bool
-        Whether to keep the picture's colours, where it has any.
+    Keeps the picture's colours, where it has any and `colour` asks for them.
     """
 
     def __init__(
@@ -103,13 +100,7 @@ class ViewChain:
         self._volume_region = region_of_points(source.geometry, self._volume.corners())
 
     def learn_empty_scene(self, images: ViewImages) -> bool:
-        """Take the model from the empty scene; nothing is learned afterwards.
-
-        Returns
-        -------
-        bool
-            False where the images show nothing that can be matched.
-        """
+        """Take the model from the empty scene, for good; False where nothing can be matched."""
         try:
             frame = self.source.open(images)
         except NoDepth:
@@ -171,7 +162,7 @@ class ViewChain:
             watch.lap("subpixel")
         ranges = self.source.ranges(disparity)
         range_z = ranges[pixels[:, 1] - region.top, pixels[:, 0] - region.left]
-        points = self.source.geometry.points(*pixels.T, range_z.astype(np.float64))
+        points = self.source.geometry.points(pixels[:, 0], pixels[:, 1], range_z.astype(np.float64))
         inside = self._volume.contains(points)
         kept = points[inside]
         depth = self._view_depth(disparity, ranges, chosen, silhouette, outline, region)

@@ -174,12 +174,8 @@ def point_of_sightings(sightings: Sightings) -> SeenPoint | None:
     """The point by least squares with Tukey's weights (1 - (r / 8 sigma)^2)^2.
 
     The rays of every pair of cameras give a candidate; it is looked for from the one that
-    contradicts the others least.
-
-    Returns
-    -------
-    SeenPoint or None
-        None with fewer than two sightings, or where the rays do not meet in front of two cameras.
+    contradicts the others least. None with fewer than two sightings, or where the rays do not meet
+    in front of two cameras.
     """
     world = _best_candidate(sightings)
     if world is None:

@@ -74,13 +74,8 @@ def read_rows(
     """Line number and cells by column of every row that is not empty.
 
     Columns may stand in any order; further columns are ignored. Raises InputError when the file is
-    missing or unreadable, or a column is missing; where there is no list of complaints, also when a
-    row is too short or too long.
-
-    Parameters
-    ----------
-    complaints : list of InputError, optional
-        What is wrong about single rows is appended, and these rows are left out.
+    missing or unreadable, or a column is missing. What is wrong about single rows is appended to
+    `complaints`, and these rows are left out; without such a list it is raised as well.
     """
     lines = read_cells(path)
     header = lines[0] if lines else []

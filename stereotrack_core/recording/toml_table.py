@@ -41,12 +41,8 @@ def load_toml(path: Path) -> dict[str, Any]:
 class Table:
     """A TOML table that collects complaints instead of stopping at the first.
 
-    Attributes
-    ----------
-    where : str
-        File and section, as the user knows it.
-    complaints : list of InputError
-        Shared by all tables of one reading; what is wrong is appended.
+    `where` is file and section, as the user knows it. All tables of one reading share `complaints`;
+    what is wrong is appended.
     """
 
     values: Mapping[str, Any]

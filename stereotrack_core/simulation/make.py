@@ -194,12 +194,8 @@ def make_demo(
 ) -> None:
     """Render the demo recording: four views, T pose, crossed arms, pointing.
 
-    Raises
-    ------
-    InputError
-        Where its folder cannot be made.
-    Cancelled
-        Nothing is left behind.
+    Raises InputError where its folder cannot be made, Cancelled when stopped; then nothing is left
+    behind.
     """
     try:
         places.recording.parent.mkdir(parents=True, exist_ok=True)

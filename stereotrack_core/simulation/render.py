@@ -44,14 +44,9 @@ class Seen:
 
 
 class CameraRenderer:
-    """Draws what one camera sees.
+    """Draws what one camera sees: things that stand still, and people.
 
-    Parameters
-    ----------
-    things : Things
-        What stands still.
-    lattice : (64, 64, 64) float32
-        Noise of the textures.
+    `lattice` (64, 64, 64) is the noise of the textures.
     """
 
     def __init__(

@@ -40,13 +40,7 @@ _T_POSE = Part("t-pose", "t-pose", 0, 12)
 
 @dataclass(frozen=True)
 class ThesisRecording:
-    """One recording to be made.
-
-    Attributes
-    ----------
-    name : str
-        Of the recording, and of its person.
-    """
+    """One recording to be made, named like its person."""
 
     name: str
     frames: int
