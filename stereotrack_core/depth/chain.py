@@ -6,10 +6,11 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from typing import TypeAlias
+from typing import Protocol, TypeAlias
 
 import numpy as np
 
+from stereotrack_core.arrays import ImageArray
 from stereotrack_core.depth.background import BackgroundModel
 from stereotrack_core.depth.cloud import Cloud, DepthGeometry
 from stereotrack_core.depth.colours import ColourCalibration
@@ -19,7 +20,7 @@ from stereotrack_core.depth.rectify import Rectification, depth_rectification, s
 from stereotrack_core.depth.sources import DepthSource, StereoSource
 from stereotrack_core.depth.view_chain import Stopwatch, ViewChain, ViewResult
 from stereotrack_core.recording.description import Recording, View
-from stereotrack_core.recording.reader import FrameReader, FrameSet, ViewImages
+from stereotrack_core.recording.reader import FrameSet, ViewImages
 from stereotrack_core.recording.selection import usable_views
 
 _CALIBRATION_FRAMES = 6
@@ -27,6 +28,16 @@ _CALIBRATION_FRAMES = 6
 
 SourceMaker: TypeAlias = Callable[[Recording, View, DepthParameters], StereoSource | DepthSource]
 """Where a view's disparities come from; see :func:`source_of`."""
+
+
+class Pictures(Protocol):
+    """Where images come from; see :class:`FrameReader`."""
+
+    def frame_set(self, k: int) -> FrameSet:
+        """All images of one instant."""
+
+    def background(self, view: str) -> tuple[ImageArray | None, ImageArray] | None:
+        """The empty scene as (left or None, image), or None where there is none."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,7 +122,7 @@ class DepthChain:
         """End the threads."""
         self._pool.shutdown()
 
-    def learn_background(self, reader: FrameReader, frames: range) -> None:
+    def learn_background(self, reader: Pictures, frames: range) -> None:
         """Learn what every view shows when nobody is there.
 
         Images of the empty scene give it at once; else it comes from frames spread evenly
@@ -133,7 +144,7 @@ class DepthChain:
         if self._colour and len(self._chains) > 1:
             self._calibrate_colours(reader, frames)
 
-    def take_background(self, other: DepthChain, reader: FrameReader, frames: range) -> None:
+    def take_background(self, other: DepthChain, reader: Pictures, frames: range) -> None:
         """Know the empty scene as another chain of the same views has learned it.
 
         `other` has the same parameters of matching and of learning the background, and has learned
@@ -150,7 +161,7 @@ class DepthChain:
         return any(chain.background.learns for chain in self._chains)
 
     def _learn_from_frames(
-        self, chains: Sequence[ViewChain], reader: FrameReader, frames: range
+        self, chains: Sequence[ViewChain], reader: Pictures, frames: range
     ) -> None:
         count = min(self.parameters.background_samples, len(frames))
         sampled = [frames[i] for i in np.unique(np.linspace(0, len(frames) - 1, count).astype(int))]
@@ -159,7 +170,7 @@ class DepthChain:
         for _ in self._pool.map(ViewChain.learn_frames, chains, seen):
             pass  # the loop raises what a thread raised
 
-    def _calibrate_colours(self, reader: FrameReader, frames: range) -> None:
+    def _calibrate_colours(self, reader: Pictures, frames: range) -> None:
         """Learn how each view sees colours from what several views see."""
         if self.learns:
             return

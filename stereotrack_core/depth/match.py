@@ -137,7 +137,7 @@ class Matcher:
     def __call__(
         self, left: ImageArray, right: ImageArray, region: Region | None = None
     ) -> DisparityArray:
-        """Disparities (h, w), sixteenths of a pixel, of a region of the right image, or of all of it.
+        """Disparities (h, w), sixteenths of a pixel, of a region of the right image or all of it.
 
         The rectified left image (H, W) shows at column u + d what the right one shows at u. OpenCV
         refers to the left image; seen in a mirror, the right image is a left one.
