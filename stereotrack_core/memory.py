@@ -29,7 +29,7 @@ class Memory:
         self.bytes = 0
         self._lock = threading.Lock()
         self._kept: OrderedDict[Hashable, tuple[Any, int]] = OrderedDict()
-        self._held: Callable[[Any], bool] = _nothing
+        self._held: Callable[[Any], bool] = lambda _key: False
 
     def __len__(self) -> int:
         return len(self._kept)
@@ -95,7 +95,3 @@ def bytes_of(value: object) -> int:
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         return sum(bytes_of(getattr(value, f.name)) for f in dataclasses.fields(value))
     return 0
-
-
-def _nothing(_key: Any) -> bool:
-    return False

@@ -125,7 +125,8 @@ def main(argv: Sequence[str] | None = None, *, window: Window | None = None) -> 
     except SystemExit as end:  # argparse, after --help or --version
         return end.code if isinstance(end.code, int) else OK
     except InputError as error:
-        say(_sentence(str(error)))
+        text = str(error)
+        say(f"{PROGRAM}: {text}" if text.endswith((".", "!", "?")) else f"{PROGRAM}: {text}.")
         return WRONG_INPUT
     except (Cancelled, KeyboardInterrupt):
         say("Stopped.")
@@ -169,7 +170,3 @@ def _unexpected(error: Exception, *, debug: bool) -> int:
         "command with --debug for details."
     )
     return FAILED
-
-
-def _sentence(text: str) -> str:
-    return f"{PROGRAM}: {text}" if text.endswith((".", "!", "?")) else f"{PROGRAM}: {text}."

@@ -148,7 +148,8 @@ class ViewBackground:
         if self._p.background_mode == "percentile":
             self._set(percentile_model(disparities, self._p.background_percentile))
             if pictures:
-                self._picture = _median_picture(pictures)
+                stack = np.sort(np.stack(pictures, axis=-1), axis=-1)
+                self._picture = np.ascontiguousarray(stack[..., len(pictures) // 2])
         elif self._p.background_mode == "average":
             whole = Region.whole(self._source.geometry.width, self._source.geometry.height)
             for disparity in disparities:
@@ -229,9 +230,3 @@ class ViewBackground:
         if self._picture is None:
             return None
         return sharp_outline(picture[region.slices], self._picture[region.slices], foreground)
-
-
-def _median_picture(pictures: Sequence[ImageArray]) -> ImageArray:
-    stack = np.stack(pictures, axis=-1)
-    stack.sort(axis=-1)
-    return np.ascontiguousarray(stack[..., len(pictures) // 2])

@@ -8,7 +8,7 @@ from typing import Protocol
 import cv2
 import numpy as np
 
-from stereotrack_core.arrays import BoolArray, Float32Array, FloatArray, ImageArray, IntArray
+from stereotrack_core.arrays import BoolArray, Float32Array, ImageArray, IntArray
 from stereotrack_core.depth.cloud import DepthGeometry
 from stereotrack_core.depth.match import STEPS, DisparityRange, Matcher, Region
 from stereotrack_core.depth.parameters import DepthParameters
@@ -58,9 +58,17 @@ class StereoFrame:
             disparity[self.outside[region.slices]] = np.nan
         return disparity
 
-    def aligned(self, person: BoolArray, pixels: IntArray, disparity: FloatArray) -> FloatArray:
-        """Disparities (N,) of some pixels, refined; see :func:`refined_disparity`."""
-        return refined_disparity(self.left, self.picture, person, pixels, disparity, self.window)
+    def align(
+        self, disparity: Float32Array, person: BoolArray, pixels: IntArray, region: Region
+    ) -> None:
+        """Refine a region's disparities at some pixels, in place; see :func:`refined_disparity`."""
+        whole = np.zeros(self.picture.shape, dtype=bool)
+        whole[region.slices] = person
+        place = pixels[:, 1] - region.top, pixels[:, 0] - region.left
+        found = disparity[place].astype(np.float64)
+        disparity[place] = refined_disparity(
+            self.left, self.picture, whole, pixels, found, self.window
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,8 +102,8 @@ class StereoSource:
         left, right = grey(images.left), grey(images.image)
         refuse_dark(left, "left image")
         refuse_dark(right, "right image")
-        if self._low_pass > 0:
-            left, right = low_pass(left, self._low_pass), low_pass(right, self._low_pass)
+        if self._low_pass > 0:  # 2.1.3
+            left, right = (cv2.GaussianBlur(i, (0, 0), self._low_pass) for i in (left, right))
         if (left_map := self._rectification.left_map) is not None:
             left = left_map.apply(left)
         if (image_map := self._rectification.image_map) is not None:
@@ -171,12 +179,8 @@ def disparity_range(geometry: DepthGeometry, p: DepthParameters) -> DisparityRan
     minimum = int(np.floor(lowest + geometry.disparity_offset))
     maximum = int(np.ceil(highest + geometry.disparity_offset))
     count = max(maximum - minimum + 1, 1)
-    count = min(-(-count // 16) * 16, _largest_count(geometry.width, minimum))
-    return DisparityRange(minimum, count)
-
-
-def _largest_count(width: int, minimum: int) -> int:
-    return max((width - abs(minimum) - 1) // 16 * 16 - 16, 16)
+    most = max((geometry.width - abs(minimum) - 1) // 16 * 16 - 16, 16)
+    return DisparityRange(minimum, min(-(-count // 16) * 16, most))
 
 
 def grey(image: ImageArray) -> ImageArray:
@@ -184,11 +188,6 @@ def grey(image: ImageArray) -> ImageArray:
     if image.ndim == 2:
         return image
     return cv2.cvtColor(image, cv2.COLOR_BGR2GRAY).astype(np.uint8, copy=False)
-
-
-def low_pass(image: ImageArray, sigma: float) -> ImageArray:
-    """Gaussian low-pass (2.1.3)."""
-    return cv2.GaussianBlur(image, (0, 0), sigma).astype(np.uint8, copy=False)
 
 
 def refuse_dark(image: ImageArray, name: str) -> None:

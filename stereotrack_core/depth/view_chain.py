@@ -158,7 +158,7 @@ class ViewChain:
             shown = chosen & outline
         pixels = thinned_pixels(shown, self._p.pixel_step, (region.left, region.top))
         if self._p.subpixel == "aligned" and isinstance(frame, StereoFrame):
-            self._align(frame, disparity, chosen if outline is None else outline, pixels, region)
+            frame.align(disparity, chosen if outline is None else outline, pixels, region)
             watch.lap("subpixel")
         ranges = self.source.ranges(disparity)
         range_z = ranges[pixels[:, 1] - region.top, pixels[:, 0] - region.left]
@@ -201,20 +201,6 @@ class ViewChain:
             if p.outlines:
                 outline = background.outline(picture, chosen, region)
         return chosen, silhouette, outline
-
-    def _align(
-        self,
-        frame: StereoFrame,
-        disparity: Float32Array,
-        person: BoolArray,
-        pixels: IntArray,
-        region: Region,
-    ) -> None:
-        """Refine the disparities of some pixels, in place."""
-        whole = _placed(person, region, frame.picture.shape)
-        columns, rows = pixels[:, 0] - region.left, pixels[:, 1] - region.top
-        found = disparity[rows, columns].astype(np.float64)
-        disparity[rows, columns] = frame.aligned(whole, pixels, found)
 
     def _view_depth(
         self,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Mapping, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -59,6 +59,9 @@ class FrameSet:
     views: Mapping[str, ViewImages]
     problems: Mapping[str, str] = field(default_factory=dict)
 
+
+KINDS: dict[str, PictureKind] = {"depth": "depth", "mask": "grey"}
+"""Of streams that are no images, by their key in ``recording.toml``."""
 
 MASK_THRESHOLD = 127
 READ_AHEAD_THREADS = 4
@@ -149,7 +152,7 @@ class FrameReader:
 
     def _open_view(self, view: View) -> None:
         for key, stream in view.streams().items():
-            kind = self._kind(key)
+            kind = KINDS.get(key, self._image_kind)
             where = f"{self.recording.folder / 'recording.toml'}, view {view.name}, {key}.frames"
             source = open_stream(self.recording.folder, stream.frames, kind, where)
             shift = stream.first_frame + round(stream.time_offset * self.recording.fps)
@@ -157,10 +160,6 @@ class FrameReader:
             camera = self.recording.cameras[stream.camera or view.image.camera]
             shape = camera.height, camera.width
             self._streams[view.name, key] = OpenStream(name, stream, source, shift, shape)
-
-    def _kind(self, key: str) -> PictureKind:
-        kinds: dict[str, PictureKind] = {"depth": "depth", "mask": "grey"}
-        return kinds.get(key, self._image_kind)
 
     @property
     def frame_count(self) -> int:
@@ -202,10 +201,13 @@ class FrameReader:
         views: dict[str, ViewImages] = {}
         problems: dict[str, str] = {}
         for view in self.views:
+            places = {key: (view.name, key) for key in view.streams()}
             try:
                 pictures = {
-                    key: self._finished(futures.get((view.name, key)), (view.name, key), k)
-                    for key in view.streams()
+                    key: futures[place].result()
+                    if place in futures
+                    else self._picture(self._streams[place], k)
+                    for key, place in places.items()
                 }
                 views[view.name] = _view_images(view, pictures)
             except DamagedFrame as problem:
@@ -226,11 +228,6 @@ class FrameReader:
                 where=self.recording.name,
                 remedy=f"The frames are numbered 0 to {self.frame_count - 1}.",
             )
-
-    def _finished(
-        self, future: Future[NDArray[Any]] | None, place: tuple[str, str], k: int
-    ) -> NDArray[Any]:
-        return self._picture(self._streams[place], k) if future is None else future.result()
 
     def _picture(self, opened: OpenStream, k: int) -> NDArray[Any]:
         """Picture of the recording's frame k, from the cache or decoded."""

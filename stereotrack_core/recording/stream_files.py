@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 from pathlib import Path, PureWindowsPath
-from typing import Any
 
 import av
 import numpy as np
-from numpy.typing import NDArray
 
 from stereotrack_core.arrays import ImageArray
 from stereotrack_core.errors import InputError
@@ -184,7 +182,7 @@ def _picture(folder: Path, view: View, stream: Stream, key: str, kind: PictureKi
         source = open_stream(folder, file, kind, where)
         try:
             numbers = np.unique(np.linspace(0, source.count() - 1, FRAMES_OF_A_VIDEO).astype(int))
-            pictures = [source.read(int(n), _forget) for n in numbers if n >= 0]
+            pictures = [source.read(int(n), lambda _n, _picture: None) for n in numbers if n >= 0]
         finally:
             source.close()
     except DamagedFrame as problem:
@@ -195,7 +193,3 @@ def _picture(folder: Path, view: View, stream: Stream, key: str, kind: PictureKi
         raise InputError("it contains no image", where=where, remedy="Remove the key.")
     median: ImageArray = np.median(pictures, axis=0).round().astype(np.uint8)
     return median
-
-
-def _forget(number: int, picture: NDArray[Any]) -> None:
-    """Pictures on the way are not needed."""

@@ -308,10 +308,9 @@ class VideoStream:
         if self._at is None or self._at >= time:
             return False
         keys = self._times.key_times(time)
-        return not keys or keys[-1] <= self._at or self._is_next(time)
-
-    def _is_next(self, time: int) -> bool:
-        here, there = self._times.frame_at(self._at or 0), self._times.frame_at(time)
+        if not keys or keys[-1] <= self._at:
+            return True
+        here, there = self._times.frame_at(self._at), self._times.frame_at(time)
         return here is not None and there == here + 1
 
     def _start_at(self, key: int | None) -> bool:
@@ -355,13 +354,10 @@ class VideoStream:
         else:
             self._at = None if self._at is None else NEVER
         for frame in passed:
-            self._keep(frame, keep)
+            number = self._times.frame_at(frame.pts)
+            if number is not None and self._is_sound(frame, frame.pts):
+                keep(number, picture_of(frame, self._kind))
         return wanted
-
-    def _keep(self, frame: Any, keep: Keep) -> None:
-        number = self._times.frame_at(frame.pts)
-        if number is not None and self._is_sound(frame, frame.pts):
-            keep(number, picture_of(frame, self._kind))
 
     def _decode(self) -> Iterator[Any]:
         """Pictures from here on; a damaged packet spoils what follows up to the next key frame.

@@ -246,14 +246,9 @@ def _reach() -> Motion:
     )  # fmt: skip
 
 
-def _walk() -> Motion:
-    path = circle_path(np.zeros(2), 0.0, 0.45)
-    return Motion(5.0, lambda person, frames: walk(person, path, frames))
-
-
-def _leave_and_return() -> Motion:
-    path = circle_path(np.zeros(2), 0.0, 1.7)
-    return Motion(9.5, lambda person, frames: walk(person, path, frames))
+def _round(seconds: float, radius: float) -> Motion:
+    path = circle_path(np.zeros(2), 0.0, radius)
+    return Motion(seconds, lambda person, frames: walk(person, path, frames))
 
 
 MOTIONS: dict[str, Motion] = {
@@ -264,9 +259,9 @@ MOTIONS: dict[str, Motion] = {
     "cross-arms": _cross_arms(),
     "hold-arms-crossed": _hold_arms_crossed(),
     "arms-at-sides": _arms_at_sides(),
-    "walk": _walk(),
+    "walk": _round(5.0, 0.45),
     "point": _point(),
-    "leave-and-return": _leave_and_return(),
+    "leave-and-return": _round(9.5, 1.7),
     "shrug": _shrug(),
     "reach": _reach(),
 }

@@ -115,7 +115,10 @@ def state_of(person: Person, posture: Posture, stand: Stand | None = None) -> Jo
     where = stand or Stand()
     rest = rest_joints(person)
     facing = rotation_from_vector(np.array([0.0, 0.0, where.heading]))
-    ankles = where.ankles if where.ankles is not None else _standing(rest, facing, where)
+    ankles = where.ankles
+    if ankles is None:
+        beside = rest[[BONE["foot_left"], BONE["foot_right"]]]
+        ankles = beside @ facing.T + np.array([*where.place, 0.0])
     shift = np.array([posture.sway, -posture.back, -posture.drop]) * person.leg
     position = np.array([*where.place, rest[0, 2]]) + facing @ shift
     identity = np.tile(np.eye(3), (2, 1, 1))
@@ -143,7 +146,8 @@ def with_arms(person: Person, state: JointState, left: Arm, right: Arm) -> Joint
         rotation, flexion = _reach(person, side, wrist, np.asarray(arm.elbow) * mirror, own)
         rotations.append(rotation)
         flexions.append(flexion)
-        hands.append(_hand(side, arm))
+        towards_palm = turn_about((0.0, SIGN[side], 0.0), arm.bend)
+        hands.append(towards_palm @ turn_about((0.0, 0.0, SIGN[side]), arm.turn))
     return replace(
         state, arms=np.array(rotations), elbows=np.array(flexions), hands=np.array(hands)
     )
@@ -175,11 +179,6 @@ def _shoulder(person: Person, side: int, own: FloatArray) -> FloatArray:
     return result
 
 
-def _hand(side: int, arm: Arm) -> FloatArray:
-    s = SIGN[side]
-    return turn_about((0.0, s, 0.0), arm.bend) @ turn_about((0.0, 0.0, s), arm.turn)
-
-
 def _trunk(posture: Posture, facing: FloatArray) -> FloatArray:
     pelvis, waist, chest = posture.lean
     forward = (-1.0, 0.0, 0.0)
@@ -195,13 +194,6 @@ def _trunk(posture: Posture, facing: FloatArray) -> FloatArray:
             gaze,
         ]
     )
-
-
-def _standing(rest: FloatArray, facing: FloatArray, where: Stand) -> FloatArray:
-    ankles = rest[[BONE["foot_left"], BONE["foot_right"]]]
-    place = np.array([*where.place, 0.0])
-    result: FloatArray = ankles @ facing.T + place
-    return result
 
 
 _STRIDE = 0.62

@@ -83,7 +83,9 @@ def _joined(person: Person, parts: Sequence[Part], frames: int) -> Chain:
     states: list[JointState] = []
     for part in parts:
         own = MOTIONS[part.motion].states(person, part.frames)
-        states += _towards(states[-1] if states else own[0], own[0], part.first - len(states))
+        before, count = states[-1] if states else own[0], part.first - len(states)
+        shares = (minimum_jerk((k + 1) / (count + 1)) for k in range(count))
+        states += [between(before, own[0], share) for share in shares]
         states += own
     states += [states[-1]] * (frames - len(states))
     segments = [Segment(p.name, p.first, min(p.end, frames)) for p in parts if p.first < frames]
@@ -127,10 +129,6 @@ def _gap_filled(at: int, end: int, turn: Iterator[tuple[str, int]], blend: int) 
         length = max(2, int(frames * scale))
         yield Part(motion, motion, at + blend, length)
         at += blend + length
-
-
-def _towards(a: JointState, b: JointState, count: int) -> list[JointState]:
-    return [between(a, b, minimum_jerk((k + 1) / (count + 1))) for k in range(count)]
 
 
 def _check(parts: Sequence[Part], frames: int) -> None:
