@@ -69,11 +69,6 @@ class Skeleton:
     lengths: FloatArray
     proportions: Proportions
 
-    @property
-    def parents(self) -> IntArray:
-        """Parent of each part (P,), -1 for the torso."""
-        return np.array(PARENTS, dtype=np.int64)
-
 
 def skeleton(proportions: Proportions) -> Skeleton:
     """Skeleton of a person with these proportions."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TypeAlias
 
 import cv2
 import numpy as np
@@ -13,8 +12,6 @@ import numpy as np
 from stereotrack_core.arrays import BoolArray, Float32Array, FloatArray, ImageArray, IntArray
 from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.recording.detections import Detection
-
-PixelArray: TypeAlias = FloatArray | IntArray
 
 _DEPTH_CAMERA_SCALE = 75.0
 """Focal length times base line (pixels, metres) of the stereo camera whose uncertainty of range
