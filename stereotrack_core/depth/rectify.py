@@ -64,6 +64,10 @@ class Rectification:
     left_map: PixelMap | None
     image_map: PixelMap | None
 
+    def rectified(self, image: ImageArray) -> ImageArray:
+        """The reference picture where the disparities or depths are, in its colours."""
+        return image if self.image_map is None else self.image_map.apply(image)
+
     @property
     def is_identity(self) -> bool:
         """Whether the images were rectified already."""

@@ -88,7 +88,7 @@ class StereoSource:
 
     def __init__(self, rectification: Rectification, parameters: DepthParameters) -> None:
         self.geometry = rectification.geometry
-        self._rectification = rectification
+        self.rectification = rectification
         self._low_pass = parameters.low_pass
         self._window = parameters.match_window | 1
         self.disparity_range = disparity_range(self.geometry, parameters)
@@ -104,16 +104,10 @@ class StereoSource:
         refuse_dark(right, "right image")
         if self._low_pass > 0:  # 2.1.3
             left, right = (cv2.GaussianBlur(i, (0, 0), self._low_pass) for i in (left, right))
-        if (left_map := self._rectification.left_map) is not None:
+        if (left_map := self.rectification.left_map) is not None:
             left = left_map.apply(left)
-        if (image_map := self._rectification.image_map) is not None:
-            right = image_map.apply(right)
+        right = self.rectification.rectified(right)
         return StereoFrame(left, right, self._outside, self._matcher, self._window)
-
-    def rectified(self, image: ImageArray) -> ImageArray:
-        """The reference picture where the disparities are, in its colours."""
-        image_map = self._rectification.image_map
-        return image if image_map is None else image_map.apply(image)
 
     def ranges(self, disparity: Float32Array) -> Float32Array:
         """Range z = f b / (d - offset), metres."""
@@ -125,6 +119,7 @@ class DepthSource:
 
     def __init__(self, rectification: Rectification) -> None:
         self.geometry = rectification.geometry
+        self.rectification = rectification
         self._map = rectification.image_map
         self._scale = np.float32(self.geometry.focal * _NOMINAL_BASELINE)
 
@@ -137,10 +132,6 @@ class DepthSource:
             inverse = self._scale / depth
         inverse[~(depth > 0)] = np.nan
         return DepthFrame(inverse)
-
-    def rectified(self, image: ImageArray) -> ImageArray:
-        """The picture where the depths are, in its colours."""
-        return image if self._map is None else self._map.apply(image)
 
     def ranges(self, disparity: Float32Array) -> Float32Array:
         """Range z, metres, of inverse depth."""

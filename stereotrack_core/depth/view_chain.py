@@ -168,7 +168,7 @@ class ViewChain:
         depth = self._view_depth(disparity, ranges, chosen, silhouette, outline, region)
         watch.lap("points")
         if self._colour and images.image.ndim == 3:
-            depth = replace(depth, picture=self.source.rectified(images.image))
+            depth = replace(depth, picture=self.source.rectification.rectified(images.image))
             watch.lap("colours")
         person, middle = int(np.count_nonzero(chosen)), _middle(points, len(kept))
         counts = PointCounts(measured, person, len(pixels), len(kept), middle=middle)
