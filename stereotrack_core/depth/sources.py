@@ -103,7 +103,10 @@ class StereoSource:
         refuse_dark(left, "left image")
         refuse_dark(right, "right image")
         if self._low_pass > 0:  # 2.1.3
-            left, right = (cv2.GaussianBlur(i, (0, 0), self._low_pass) for i in (left, right))
+            left, right = (
+                cv2.GaussianBlur(image, (0, 0), self._low_pass).astype(np.uint8, copy=False)
+                for image in (left, right)
+            )
         if (left_map := self.rectification.left_map) is not None:
             left = left_map.apply(left)
         right = self.rectification.rectified(right)
