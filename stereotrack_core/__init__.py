@@ -20,21 +20,22 @@ import importlib
 import os
 from typing import TYPE_CHECKING, Any
 
-from stereotrack_core.version import __version__
+from stereotrack_core.version import __version__ as __version__
 
 if TYPE_CHECKING:
-    from stereotrack_core.annotation.fit.fit import fit_reference
-    from stereotrack_core.depth.chain import DepthChain
-    from stereotrack_core.evaluation.episodes.find import failures
-    from stereotrack_core.evaluation.summary import evaluate
-    from stereotrack_core.interop.labels import read_clicks
-    from stereotrack_core.interop.run_file import read_run, write_run
-    from stereotrack_core.project.project import Project
-    from stereotrack_core.recording.folder import open_recording
-    from stereotrack_core.simulation.make import simulate
-    from stereotrack_core.tracking.presets import preset
-    from stereotrack_core.tracking.run import track
-    from stereotrack_core.tracking.run_spec import RunSpec
+    from stereotrack_core.annotation.fit.fit import fit_reference as fit_reference
+    from stereotrack_core.depth.chain import DepthChain as DepthChain
+    from stereotrack_core.evaluation.episodes.find import failures as failures
+    from stereotrack_core.evaluation.summary import evaluate as evaluate
+    from stereotrack_core.interop.labels import read_clicks as read_clicks
+    from stereotrack_core.interop.run_file import read_run as read_run
+    from stereotrack_core.interop.run_file import write_run as write_run
+    from stereotrack_core.project.project import Project as Project
+    from stereotrack_core.recording.folder import open_recording as open_recording
+    from stereotrack_core.simulation.make import simulate as simulate
+    from stereotrack_core.tracking.presets import preset as preset
+    from stereotrack_core.tracking.run import track as track
+    from stereotrack_core.tracking.run_spec import RunSpec as RunSpec
 
 # OpenCV reads these once, when it is loaded. A small file may unfold into any number of pixels, and
 # what is wrong with a picture is told in our own words.
@@ -57,22 +58,7 @@ _HOMES = {
     "write_run": "interop.run_file",
 }
 
-__all__ = [
-    "DepthChain",
-    "Project",
-    "RunSpec",
-    "__version__",
-    "evaluate",
-    "failures",
-    "fit_reference",
-    "open_recording",
-    "preset",
-    "read_clicks",
-    "read_run",
-    "simulate",
-    "track",
-    "write_run",
-]
+__all__ = ["__version__", *_HOMES]
 
 
 def __getattr__(name: str) -> Any:

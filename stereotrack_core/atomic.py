@@ -27,10 +27,7 @@ that it is not."""
 def write_file(path: Path, content: str | bytes) -> None:
     """Write bytes, or a text as UTF-8; a write that fails leaves what stood there before.
 
-    Raises
-    ------
-    InputError
-        Where the file cannot be written.
+    Raises InputError where the file cannot be written.
     """
     write_files({path: content})
 
@@ -38,10 +35,7 @@ def write_file(path: Path, content: str | bytes) -> None:
 def write_files(contents: Mapping[Path, str | bytes]) -> None:
     """Write files that belong together: where one of them cannot be written, all stay as they were.
 
-    Raises
-    ------
-    InputError
-        Where one of them cannot be written.
+    Raises InputError where one of them cannot be written.
     """
     with ExitStack() as pending:
         for path, content in contents.items():
@@ -55,19 +49,10 @@ def write_files(contents: Mapping[Path, str | bytes]) -> None:
 def replacing(path: Path, is_whole: Check | None = None) -> Iterator[Path]:
     """Give a temporary path in the same folder that becomes `path` when the block succeeds.
 
-    A block that fails leaves what stood at `path` before. The temporary file has the suffix
-    of `path`, for libraries that look at it.
-
-    Parameters
-    ----------
-    path : Path
-    is_whole : callable, optional
-        Looks at the temporary file. Only SQLite, which looks itself, can do without.
-
-    Raises
-    ------
-    InputError
-        Where the folder does not exist or cannot be written to, or the file is not whole.
+    A block that fails leaves what stood at `path` before. The temporary file has the suffix of
+    `path`, for libraries that look at it; `is_whole` looks at it at the end. Only SQLite, which
+    looks itself, can do without. Raises InputError where the folder does not exist or cannot be
+    written to, or the file is not whole.
     """
     path = Path(path)
     if path.is_dir():
@@ -101,12 +86,8 @@ def filling(folder: Path) -> Iterator[Path]:
     """Give a hidden folder; what is in it is in `folder` when the block succeeds.
 
     A block that fails leaves `folder` as it was, or absent. What has the name of a new file is
-    replaced, everything else in `folder` stays.
-
-    Raises
-    ------
-    InputError
-        Where nothing can be written there.
+    replaced, everything else in `folder` stays. Raises InputError where nothing can be written
+    there.
     """
     target = Path(folder).resolve()
     there = target.is_dir()  # then perhaps a drive of its own, and nothing may be made beside it

@@ -16,13 +16,9 @@ class OneBlasThread:
 
     Matrices of some tens of columns gain nothing from a second thread and lose much on a busy
     machine; and the last bits of a sum depend on how many threads made it. The number of threads
-    belongs to the process, so holders that overlap have to be counted: were each to restore what
-    it found, the first to leave would give the threads back under the feet of the others.
-
-    Parameters
-    ----------
-    limit : callable, optional
-        Sets the limit and returns an object whose ``restore_original_limits`` takes it away.
+    belongs to the process, so holders that overlap have to be counted: were each to restore what it
+    found, the first to leave would give the threads back under the feet of the others. `limit` sets
+    the limit and returns an object whose ``restore_original_limits`` takes it away.
     """
 
     def __init__(self, limit: Callable[[], Any] | None = None) -> None:

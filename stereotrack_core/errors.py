@@ -24,17 +24,9 @@ _NOT_IN_A_LINE = re.compile(f"[\t\n{_CONTROL}]")
 class InputError(Exception):
     """Something that the user gave us is wrong.
 
-    Parameters
-    ----------
-    what : str
-        What is wrong, as a clause without a full stop.
-    where : str, optional
-        File and key, or option, in which it is wrong.
-    remedy : str, optional
-        What would be right.
-
-    All three may quote files: control characters are spelled out, and the middle of what is very
-    long is left out.
+    `what` is wrong, as a clause without a full stop, is in the file and key or the option `where`,
+    and `remedy` would be right. All three may quote files: control characters are spelled out, and
+    the middle of what is very long is left out.
     """
 
     def __init__(self, what: str, *, where: str = "", remedy: str = "") -> None:
@@ -90,17 +82,10 @@ Severity: TypeAlias = Literal["error", "warning", "note"]
 
 @dataclass(frozen=True)
 class Finding:
-    """Something about a recording that is wrong (error), doubtful (warning) or good to know.
+    """Something about a recording that is wrong (error), doubtful (warning) or good to know (note).
 
-    Attributes
-    ----------
-    severity : {"error", "warning", "note"}
-    where : str
-        File and key, view or camera.
-    what : str
-        What is found, as a clause without a full stop.
-    remedy : str
-        What to do about it, as a sentence.
+    `where` is a file and key, a view or camera; `what` a clause without a full stop; `remedy` a
+    sentence.
     """
 
     severity: Severity

@@ -22,10 +22,7 @@ _BEYOND = 2**40
 def take_lock(file: IO[bytes]) -> bool:
     """Lock an open file until it is closed; False on a drive that knows no locks.
 
-    Raises
-    ------
-    BlockingIOError
-        When another program has the lock.
+    Raises BlockingIOError when another program has the lock.
     """
     try:
         if sys.platform == "win32":

@@ -16,16 +16,12 @@ _SHARE_OF_MACHINE = 0.2
 
 
 class Memory:
-    """Keeps results until the limit is reached; may be used by several threads.
+    """Keeps results until a limit in bytes is reached; may be used by several threads.
 
     Where there is no room, what was not used for longest goes first, and nothing that is held. If
     everything is held, newcomers are not kept: a stretch that is too long keeps its first frames,
-    which is better than losing each one before it is used again.
-
-    Parameters
-    ----------
-    limit : int, optional
-        Bytes; a fifth of the machine's memory, and at most 1 GiB, where not given.
+    which is better than losing each one before it is used again. Without a `limit` it is a fifth of
+    the machine's memory, and at most 1 GiB.
     """
 
     def __init__(self, limit: int | None = None) -> None:
@@ -33,7 +29,7 @@ class Memory:
         self.bytes = 0
         self._lock = threading.Lock()
         self._kept: OrderedDict[Hashable, tuple[Any, int]] = OrderedDict()
-        self._held: Callable[[Any], bool] = _nothing
+        self._held: Callable[[Any], bool] = lambda _key: False
 
     def __len__(self) -> int:
         return len(self._kept)
@@ -99,7 +95,3 @@ def bytes_of(value: object) -> int:
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         return sum(bytes_of(getattr(value, f.name)) for f in dataclasses.fields(value))
     return 0
-
-
-def _nothing(_key: Any) -> bool:
-    return False

@@ -37,10 +37,7 @@ _WORDS = {str: "a text", bool: "true or false", int: "a whole number", float: "a
 def checked_tree(content: Any, where: str) -> None:
     """Refuse what nobody writes: nesting and whole numbers without end, halves of letters.
 
-    Raises
-    ------
-    InputError
-        It names the key.
+    Raises InputError, which names the key.
     """
     waiting: list[tuple[Any, tuple[Any, ...]]] = [] if _is_sound(content) else [(content, ())]
     while waiting:
@@ -73,10 +70,7 @@ def checked_tree(content: Any, where: str) -> None:
 def check_kind(content: Any, kind: Kind, where: str, remedy: str) -> None:
     """Refuse plain data that are of another kind than they shall be.
 
-    Raises
-    ------
-    InputError
-        It names the key.
+    Raises InputError, which names the key.
     """
     for place, value, wanted in _wrong(content, kind, ()):
         raise InputError(

@@ -69,28 +69,11 @@ HELP = Command(
     run=_help,
 )
 
-COMMANDS: tuple[Command, ...] = (
-    workbench.COMMAND,
-    demo.COMMAND,
-    simulate.COMMAND,
-    info.COMMAND,
-    cloud.COMMAND,
-    proportions.COMMAND,
-    track.COMMAND,
-    evaluate.COMMAND,
-    compare.COMMAND,
-    angles.COMMAND,
-    episodes.COMMAND,
-    sweep.COMMAND,
-    fit.COMMAND,
-    import_labels.COMMAND,
-    export.COMMAND,
-    benchmark.COMMAND,
-    report.COMMAND,
-    reproduce.COMMAND,
-    bench.COMMAND,
-    HELP,
+_MODULES = (
+    *(workbench, demo, simulate, info, cloud, proportions, track, evaluate, compare, angles),
+    *(episodes, sweep, fit, import_labels, export, benchmark, report, reproduce, bench),
 )
+COMMANDS: tuple[Command, ...] = (*(module.COMMAND for module in _MODULES), HELP)
 
 
 def command_list() -> str:
@@ -125,13 +108,8 @@ def parser() -> ArgumentParser:
 def main(argv: Sequence[str] | None = None, *, window: Window | None = None) -> int:
     """Run one command; return the exit status: 0 done, 2 wrong input, 1 everything else.
 
-    Parameters
-    ----------
-    argv : sequence of str, optional
-        The arguments; by default those of the process.
-    window : Window, optional
-        The workbench, which the core itself does not know; without it, commands that need it
-        say so.
+    Without `argv` the arguments are those of the process. The core itself does not know the
+    workbench; without a `window` commands that need it say so.
     """
     arguments = list(sys.argv[1:] if argv is None else argv)
     try:
@@ -147,7 +125,8 @@ def main(argv: Sequence[str] | None = None, *, window: Window | None = None) -> 
     except SystemExit as end:  # argparse, after --help or --version
         return end.code if isinstance(end.code, int) else OK
     except InputError as error:
-        say(_sentence(str(error)))
+        text = str(error)
+        say(f"{PROGRAM}: {text}" if text.endswith((".", "!", "?")) else f"{PROGRAM}: {text}.")
         return WRONG_INPUT
     except (Cancelled, KeyboardInterrupt):
         say("Stopped.")
@@ -191,7 +170,3 @@ def _unexpected(error: Exception, *, debug: bool) -> int:
         "command with --debug for details."
     )
     return FAILED
-
-
-def _sentence(text: str) -> str:
-    return f"{PROGRAM}: {text}" if text.endswith((".", "!", "?")) else f"{PROGRAM}: {text}."

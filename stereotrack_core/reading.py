@@ -56,18 +56,10 @@ _OF_DECODERS = (
 
 
 def open_file(path: Path, at_most: int | None = None) -> BinaryIO:
-    """Open a regular file for reading; never waits, as a named pipe would.
+    """Open a regular file of at most so many bytes for reading; never waits, as a named pipe would.
 
-    Parameters
-    ----------
-    path : Path
-    at_most : int, optional
-        Bytes that such a file may have.
-
-    Raises
-    ------
-    InputError
-        Where there is no such file, it is no regular one, too large, or may not be read.
+    Raises InputError where there is no such file, it is no regular one, too large, or may not be
+    read.
     """
     flags = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
     with decoding(path, "the file cannot be read", _AGAIN):
@@ -86,29 +78,14 @@ def open_file(path: Path, at_most: int | None = None) -> BinaryIO:
 def check_file(path: Path, where: str = "") -> None:
     """Refuse what is no regular file, for libraries that open files themselves.
 
-    Parameters
-    ----------
-    path : Path
-    where : str, optional
-        What names the file, for the message; by default its path.
-
-    Raises
-    ------
-    InputError
-        Where there is no such file, or it is no regular one.
+    Raises InputError where there is no such file, or it is no regular one; `where` names it there.
     """
     with decoding(where or path, "the file cannot be read", _AGAIN):
         _check_kind(where or path, os.stat(path))
 
 
 def read_bytes(path: Path, at_most: int) -> bytes:
-    """Content of a regular file.
-
-    Raises
-    ------
-    InputError
-        See :func:`open_file`.
-    """
+    """Content of a regular file; raises InputError: see :func:`open_file`."""
     with open_file(path, at_most) as file, decoding(path, "the file cannot be read", _AGAIN):
         content = file.read(at_most + 1)
     _check_size(path, len(content), at_most)
@@ -118,10 +95,7 @@ def read_bytes(path: Path, at_most: int) -> bytes:
 def read_text(path: Path, at_most: int = SETTINGS_BYTES) -> str:
     """Content of a regular UTF-8 file.
 
-    Raises
-    ------
-    InputError
-        See :func:`open_file`; also where it is no text.
+    Raises InputError: see :func:`open_file`; also where it is no text.
     """
     content = read_bytes(path, at_most)
     with decoding(path, "the file cannot be read", "It must be a UTF-8 text file."):
@@ -131,10 +105,7 @@ def read_text(path: Path, at_most: int = SETTINGS_BYTES) -> str:
 def read_json(path: Path, at_most: int = SETTINGS_BYTES, remedy: str = _WRITE_AGAIN) -> Any:
     """Content of a JSON file.
 
-    Raises
-    ------
-    InputError
-        See :func:`read_text`; also where it is not JSON.
+    Raises InputError: see :func:`read_text`; also where it is not JSON.
     """
     return parsed_json(read_text(path, at_most), str(path), remedy)
 
@@ -142,10 +113,7 @@ def read_json(path: Path, at_most: int = SETTINGS_BYTES, remedy: str = _WRITE_AG
 def parsed_json(text: str | bytes, where: str, remedy: str = _WRITE_AGAIN) -> Any:
     """What JSON text says.
 
-    Raises
-    ------
-    InputError
-        Where it is none, too deep, or holds a number that no file of ours does.
+    Raises InputError where it is none, too deep, or holds a number that no file of ours does.
     """
     with decoding(where, "this is not valid JSON", remedy):
         content = json.loads(text)
@@ -157,18 +125,8 @@ def parsed_json(text: str | bytes, where: str, remedy: str = _WRITE_AGAIN) -> An
 def decoding(where: Path | str, what: str, remedy: str) -> Iterator[None]:
     """Say in a sentence what a decoder raises about a file; for decoding alone, not for its use.
 
-    Parameters
-    ----------
-    where : Path or str
-        The file, or where in it.
-    what : str
-        What is wrong with it, as a clause; the error's own words are added where they help.
-    remedy : str
-
-    Raises
-    ------
-    InputError
-        In place of every error that a decoder raises.
+    Raises InputError in place of every error that a decoder raises: about the file, or a place in
+    it, `where`, with `what` is wrong as a clause; the error's own words are added where they help.
     """
     try:
         yield

@@ -17,15 +17,9 @@ if TYPE_CHECKING:
 class DemoTracking:
     """The demo, to be tracked in the window.
 
-    Attributes
-    ----------
-    folder : Path or None
-        Where recording and run are kept; None: the program's own data folder.
-    preset : str
-    settings : Settings
-    on_tracked : callable
-        Told the recording, the landmarks that were found, the frames per second and where the run
-        is kept, where it is.
+    Recording and run are kept in `folder`, or in the program's own data folder. `on_tracked` is
+    told the recording, the landmarks that were found, the frames per second and where the run is
+    kept, where it is.
     """
 
     folder: Path | None
@@ -38,19 +32,9 @@ class DemoTracking:
 class Opening:
     """What the window begins with; nothing of it: the welcome page.
 
-    Attributes
-    ----------
-    path : Path or None
-        Recording folder or project file.
-    frame : int
-        Frame to show first; of a demo when it has been tracked.
-    workspace : str or None
-        None: as it was left.
-    run : Path or None
-        A run to show.
-    demo : DemoTracking or None
-    picture : Path or None
-        The window is saved as a picture when everything is painted, and closed.
+    `path` is a recording folder or project file, `frame` the one to show first (of a demo when it
+    has been tracked), `workspace` None where it is as it was left, `run` one to show. With
+    `picture` the window is saved as a picture when everything is painted, and closed.
     """
 
     path: Path | None = None
@@ -65,13 +49,9 @@ class Opening:
 class Window:
     """The window, as the program knows it.
 
-    Attributes
-    ----------
-    package : str
-        Name of its package, of which some modules run in processes of their own.
-    show : callable
-        Shows the window until it is closed. It is given what to begin with and what tells the
-        person a sentence, and returns whether all went well.
+    Some modules of `package` run in processes of their own. `show` shows the window until it is
+    closed: it is given what to begin with and what tells the person a sentence, and returns whether
+    all went well.
     """
 
     package: str

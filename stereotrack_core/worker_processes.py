@@ -104,28 +104,17 @@ def call(task: Callable[[Asker], None], asker: Asker) -> None:
 
 
 class Lost(Exception):
-    """A process has ended by itself in the middle of a task.
-
-    Parameters
-    ----------
-    code : int or None
-        How it ended, as :attr:`multiprocessing.Process.exitcode`.
-    """
+    """A process has ended by itself, with an exit code, in the middle of a task."""
 
     def __init__(self, code: int | None) -> None:
         super().__init__(f"the tracking process ended unexpectedly (exit code {code})")
 
 
 class WorkerProcess:
-    """A process that waits for tasks.
+    """A process that waits for tasks, one of `count` that share the machine's cores.
 
-    Parameters
-    ----------
-    do : callable
-        What it does with a task: a function of a module, called with the task and an
-        :class:`Asker`. What it raises is told as a word.
-    count : int
-        Processes that share the machine's cores.
+    `do` is what it does with a task: a function of a module, called with the task and an
+    :class:`Asker`. What it raises is told as a word.
     """
 
     def __init__(self, do: Callable[[Any, Asker], None], count: int) -> None:
@@ -173,13 +162,9 @@ class WorkerProcess:
     def words(self) -> Iterator[Any]:
         """What it has told since it was last listened to.
 
-        Numbers are frames done, exceptions what a task failed of, all else is what the task
-        tells. After the task's last word it is no longer busy.
-
-        Raises
-        ------
-        Lost
-            Where it has ended; it must be ended nevertheless.
+        Numbers are frames done, exceptions what a task failed of, all else is what the task tells.
+        After the task's last word it is no longer busy. Raises :class:`Lost` where it has ended; it
+        must be ended nevertheless.
         """
         try:
             while self.pipe.poll():
@@ -298,14 +283,9 @@ class Desk(Protocol):
 
 
 class Pool:
-    """Processes that are started when there is work for them, and live until they are ended.
+    """`count` processes that are started when there is work, and live until they are ended.
 
-    Parameters
-    ----------
-    do : callable
-        See :class:`WorkerProcess`.
-    count : int
-        Processes.
+    For `do` see :class:`WorkerProcess`.
     """
 
     def __init__(self, do: Callable[[Any, Asker], None], count: int) -> None:
@@ -317,10 +297,7 @@ class Pool:
     def work(self, desk: Desk) -> None:
         """Do tasks until there are none.
 
-        Raises
-        ------
-        Cancelled
-            Where the desk wants to stop; all processes are ended then.
+        Raises :class:`Cancelled` where the desk wants to stop; all processes are ended then.
         """
         while True:
             self._hand_out(desk)

@@ -64,8 +64,7 @@ def euler_rotation(alpha: FloatArray, beta: FloatArray, gamma: FloatArray) -> Fl
         [sg * cb, sg * sb * sa + cg * ca, sg * sb * ca - cg * sa],
         [-sb + 0 * sg * sa, cb * sa + 0 * sg, cb * ca + 0 * sg],
     ]
-    result: FloatArray = np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
-    return result
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
 
 
 def angles_of_rotation(rotation: FloatArray) -> FloatArray:
@@ -79,15 +78,6 @@ def angles_of_rotation(rotation: FloatArray) -> FloatArray:
         sine * r[..., 0, 2] - cosine * r[..., 1, 2], cosine * r[..., 1, 1] - sine * r[..., 0, 1]
     )
     return np.stack([alpha, beta, gamma], axis=-1)
-
-
-def printed_from_active(angles: FloatArray) -> FloatArray:
-    """Angles (..., 3) with which the thesis's printed chain gives the active rotation.
-
-    The conversion is its own inverse.
-    """
-    result: FloatArray = angles * np.array([-1.0, 1.0, -1.0])
-    return result
 
 
 def joint_rotation(part: int, alpha: FloatArray, beta: FloatArray) -> FloatArray:

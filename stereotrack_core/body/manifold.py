@@ -26,26 +26,9 @@ def error_names(joints: tuple[int, ...]) -> tuple[str, ...]:
 
 
 def displaced(pose: Pose, delta: FloatArray, joints: tuple[int, ...]) -> Pose:
-    """Displace a pose by error states.
+    """Displace one pose by error states (..., 6 + 2 J), in metres and radians, of these joints.
 
-    Parameters
-    ----------
-    pose : Pose
-        One pose.
-    delta : (..., 6 + 2 J) float64
-        Metres and radians.
-    joints : tuple of int
-        Parts whose joints are in the state.
-
-    Returns
-    -------
-    Pose
-        Stacked as `delta` is.
-
-    Raises
-    ------
-    ValueError
-        Where `delta` is of other joints.
+    The poses are stacked as `delta` is. Raises ValueError where that is of other joints.
     """
     if delta.shape[-1] != 6 + 2 * len(joints):
         raise ValueError(f"{delta.shape[-1]} numbers do not displace {len(joints)} joints")
@@ -88,14 +71,10 @@ _CARRIERS = np.array(CARRIERS, dtype=np.int64)
 
 @dataclass(frozen=True, eq=False)
 class Columns:
-    """Where each part's joint stands in the error state (see :mod:`body.manifold`).
+    """Where each part's joint stands in the error state of dimension n = 6 + 2 J.
 
-    Attributes
-    ----------
-    n : int
-        Dimension of the error state: 6 + 2 J.
-    first : (P,) int64
-        First of a part's two columns; -1 for parts whose joints are not in the state.
+    `first` (P,) is the first of a part's two columns; -1 for parts whose joints are not in the
+    state.
     """
 
     n: int
@@ -116,19 +95,11 @@ def point_jacobian(
     frames: PartFrames,
     columns: Columns,
 ) -> FloatArray:
-    """Derivatives (m, n) of n . p(x) for points that move rigidly with their parts.
+    """Derivatives (m, n) of n . p(x) for points that move rigidly with their parts, in one pose.
 
-    The torso turns about its origin by a left rotation vector, a limb about the x and y axes of
-    its own frame: a turn about an axis a through o moves n . p by a . ((p - o) x n). What carries
-    a limb's joint moves the limb as it moves the joint.
-
-    Parameters
-    ----------
-    points, directions : (m, 3) float64, world
-    part : (m,) int64
-    frames : PartFrames
-        Of one pose.
-    columns : Columns
+    Points and directions are (m, 3), world. The torso turns about its origin by a left rotation
+    vector, a limb about the x and y axes of its own frame: a turn about an axis a through o moves n
+    . p by a . ((p - o) x n). What carries a limb's joint moves the limb as it moves the joint.
     """
     J = np.zeros((len(points), columns.n))
     _fill(
@@ -148,20 +119,9 @@ def point_jacobian(
 def points_along(
     points: FloatArray, directions: FloatArray, part: IntArray, frames: PartFrames
 ) -> FloatArray:
-    """Places n . p(x) of points on fixed directions, for stacked poses.
+    """Places n . p(x) (S, m) in metres of points on fixed directions, for S stacked poses.
 
-    Parameters
-    ----------
-    points : (m, 3) float64
-        In the frames of their parts.
-    directions : (m, 3) float64, world
-    part : (m,) int64
-    frames : PartFrames
-        Of S poses.
-
-    Returns
-    -------
-    (S, m) float64, metres
+    Points (m, 3) are in the frames of their parts, directions (m, 3) in the world.
     """
     along = np.empty((len(frames.origins), len(part)))
     _project(

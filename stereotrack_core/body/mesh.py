@@ -14,17 +14,10 @@ from stereotrack_core.body.skeleton import PARTS, limb_of_part
 
 @dataclass(frozen=True, eq=False)
 class PartMesh:
-    """One cone as triangles.
+    """One cone as triangles of vertices (V, 3), world, metres; counter-clockwise from outside.
 
-    Attributes
-    ----------
-    limb : str
-        Name of the limb that it counts for, one of ``LIMBS``, or of a part of the legs.
-    part : int
-        Index into ``PARTS`` of the part that it is fixed to.
-    vertices : (V, 3) float64, world, metres
-    triangles : (T, 3) int64
-        Counter-clockwise seen from outside.
+    `limb` is the one of ``LIMBS`` that it counts for, or names a part of the legs; `part` is the
+    index in ``PARTS`` of the part that it is fixed to.
     """
 
     limb: str

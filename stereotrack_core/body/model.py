@@ -105,25 +105,18 @@ def body_cones(proportions: Proportions, parameters: BodyParameters) -> Cones:
     rows = [*_trunk(proportions, parameters), *_arms(proportions, parameters)]
     if parameters.legs:
         rows += _legs(proportions, parameters)
+    margins = BodyShape.of(parameters)
+    outline = np.zeros((len(rows), 2))
+    for row, pair in zip(outline, OUTLINE_NAMES, strict=False):
+        row[:] = [getattr(margins, name) for name in pair]
+    sizes = ("r1", "r2", "height", "flatness", "round_base", "round_end")
     return Cones(
         part=np.array([row.part for row in rows], dtype=np.int64),
         rotations=np.stack([_turned_to(np.array(row.axis)) for row in rows]),
         origins=np.array([row.origin for row in rows]),
-        r1=np.array([row.r1 for row in rows]),
-        r2=np.array([row.r2 for row in rows]),
-        height=np.array([row.height for row in rows]),
-        flatness=np.array([row.flatness for row in rows]),
-        round_base=np.array([row.round_base for row in rows]),
-        round_end=np.array([row.round_end for row in rows]),
-        outline=_outline(BodyShape.of(parameters), len(rows)),
+        **{name: np.array([getattr(row, name) for row in rows]) for name in sizes},
+        outline=outline,
     )
-
-
-def _outline(margins: BodyShape, count: int) -> FloatArray:
-    outline = np.zeros((count, 2))
-    known = [[getattr(margins, name) for name in pair] for pair in OUTLINE_NAMES]
-    outline[: len(known)] = known
-    return outline
 
 
 def _turned_to(axis: FloatArray) -> FloatArray:
@@ -188,15 +181,11 @@ def _legs(p: Proportions, b: BodyParameters) -> list[_Cone]:
     k = p.scale * b.leg_radius_factor
     # A leg hangs with its y axis to the back.
     front = (0.0, -b.leg_forward, 0.0)
-    rows = [
-        _Cone(part, 0.09 * k, 0.062 * k, p.thigh_length, origin=front)
-        for part in (LEFT_THIGH, RIGHT_THIGH)
-    ]
-    rows += [
-        _Cone(part, 0.06 * k, 0.05 * k, p.shank_length, origin=front)
-        for part in (LEFT_SHANK, RIGHT_SHANK)
-    ]
-    return rows
+    parts = (
+        *((part, 0.09, 0.062, p.thigh_length) for part in (LEFT_THIGH, RIGHT_THIGH)),
+        *((part, 0.06, 0.05, p.shank_length) for part in (LEFT_SHANK, RIGHT_SHANK)),
+    )
+    return [_Cone(part, r1 * k, r2 * k, height, origin=front) for part, r1, r2, height in parts]
 
 
 @dataclass(frozen=True, eq=False)
@@ -225,15 +214,7 @@ class BodyModel:
 
 @dataclass(frozen=True, eq=False)
 class PlacedCones:
-    """The cones of a body in one pose: p_world = rotations p_cone + origins.
-
-    Attributes
-    ----------
-    rotations : (C, 3, 3) float64
-        world_from_cone.
-    origins : (C, 3) float64, world, metres
-    cones : Cones
-    """
+    """The cones of a body in one pose: p_world = rotations p_cone + origins, world, metres."""
 
     rotations: FloatArray
     origins: FloatArray
@@ -280,5 +261,4 @@ def landmarks_of_frames(body: BodyModel, frames: PartFrames) -> FloatArray:
 
 
 def _along(frames: PartFrames, part: int, length: float) -> FloatArray:
-    result: FloatArray = frames.origins[..., part, :] + length * frames.rotations[..., part, :, 2]
-    return result
+    return frames.origins[..., part, :] + length * frames.rotations[..., part, :, 2]

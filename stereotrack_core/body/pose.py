@@ -108,17 +108,9 @@ def turn_towards(rotation: Any, direction: Any, result: Any) -> None:
 
 @numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
 def displace(rotations: Any, joints: Any, delta: Any, result: Any) -> None:
-    """Turn the parts of one pose by S error states.
+    """Turn the parts of one pose (P, 3, 3) by error states (S, 6 + 2 J) of its joints (J,).
 
-    Parameters
-    ----------
-    rotations : (P, 3, 3) float64
-        Of the pose.
-    joints : (J,) int64
-        Parts whose joints are in the state.
-    delta : (S, 6 + 2 J) float64
-    result : (S, P, 3, 3) float64
-        Filled in.
+    Fills the result (S, P, 3, 3).
     """
     turn = np.empty((3, 3))
     for s in range(delta.shape[0]):
@@ -255,12 +247,8 @@ def part_frames(skeleton: Skeleton, pose: Pose) -> PartFrames:
 def hanging_pose(position: FloatArray, torso: FloatArray | None = None) -> Pose:
     """All joint angles zero: arms hang, elbows are straight, the head is upright.
 
-    Parameters
-    ----------
-    position : (3,) float64, world, metres
-        Hip midpoint.
-    torso : (3, 3) float64, optional
-        world_from_torso; facing north when not given (the torso's axes are then the world's).
+    The hip midpoint is at `position` (3,), world, metres; `torso` is world_from_torso, facing north
+    when not given (the torso's axes are then the world's).
     """
     rotations = REST.copy()
     if torso is not None:
@@ -287,18 +275,10 @@ def orthonormal(pose: Pose) -> Pose:
 
 
 def rotation_towards(rotation: FloatArray, direction: FloatArray) -> FloatArray:
-    """Turn `rotation` by the smallest angle so that its z axis points along `direction`.
+    """Turn rotations (..., 3, 3) by the smallest angle so that their z axes point along directions.
 
-    Parameters
-    ----------
-    rotation : (..., 3, 3) float64
-    direction : (..., 3) float64
-        Unit vectors, in the frame that `rotation` leads to. Opposite to the present axis the
-        turn is made about the rotation's own x axis.
-
-    Returns
-    -------
-    (..., 3, 3) float64
+    These (..., 3) are unit vectors in the frame that the rotation leads to. Opposite to the present
+    axis the turn is made about the rotation's own x axis.
     """
     lead = np.broadcast_shapes(rotation.shape[:-2], direction.shape[:-1])
     stack = np.ascontiguousarray(np.broadcast_to(rotation, (*lead, 3, 3))).reshape(-1, 3, 3)

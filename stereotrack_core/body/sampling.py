@@ -24,15 +24,7 @@ def to_cone_frames(points: FloatArray, placed: PlacedCones) -> FloatArray:
 
 
 def inside_other_cone(points: FloatArray, own: IntArray, placed: PlacedCones) -> BoolArray:
-    """Which points (N,) lie inside a cone that is not their own.
-
-    Parameters
-    ----------
-    points : (N, 3) float64, world
-    own : (N,) int64
-        Index of the cone that each point was sampled from.
-    placed : PlacedCones
-    """
+    """Which points (N, 3), world, lie inside another cone than their own, an index (N,)."""
     cones = placed.cones
     local = to_cone_frames(points, placed)
     z = local[..., 2]
@@ -48,17 +40,10 @@ def inside_other_cone(points: FloatArray, own: IntArray, placed: PlacedCones) ->
 def visible(
     points: FloatArray, normals: FloatArray, cameras: FloatArray, placed: PlacedCones
 ) -> BoolArray:
-    """Which surface points (N,) at least one camera sees.
+    """Which surface points (N,) at least one camera sees, all in the world.
 
-    A point is seen when its surface faces the camera and the segment to the camera meets no cone.
-
-    Parameters
-    ----------
-    points, normals : (N, 3) float64, world
-        Points on the surface and outward normals there.
-    cameras : (V, 3) float64, world
-        Optical centres.
-    placed : PlacedCones
+    `cameras` (V, 3) are optical centres, `normals` (N, 3) point outwards. A point is seen when its
+    surface faces the camera and the segment to the camera meets no cone.
     """
     seen: BoolArray = np.zeros(len(points), dtype=np.bool_)
     for camera in cameras:
@@ -123,17 +108,7 @@ _ROUNDS = 12
 
 @dataclass(frozen=True, eq=False)
 class SurfacePoints:
-    """Points fixed to parts of the body.
-
-    Attributes
-    ----------
-    part : (N,) int64
-    cone : (N,) int64
-    points : (N, 3) float64, metres
-        In the frame of the part.
-    normals : (N, 3) float64
-        Outward unit normals in the frame of the part.
-    """
+    """Points (N, 3), metres, with outward unit normals, in the frames of their parts."""
 
     part: IntArray
     cone: IntArray
@@ -141,9 +116,7 @@ class SurfacePoints:
     normals: FloatArray
 
     def __getitem__(self, index: BoolArray | IntArray | slice) -> SurfacePoints:
-        return SurfacePoints(
-            self.part[index], self.cone[index], self.points[index], self.normals[index]
-        )
+        return SurfacePoints(*(values[index] for values in vars(self).values()))
 
     def __len__(self) -> int:
         return len(self.part)
@@ -152,16 +125,10 @@ class SurfacePoints:
 def points_on_cones(
     cones: Cones, cone: IntArray, h: FloatArray, alpha: FloatArray
 ) -> SurfacePoints:
-    """Points on the sides of cones, p(h, alpha) of section 3.2.2, in the parts' frames.
+    """Points on the sides of cones (N,), p(h, alpha) of section 3.2.2, in the parts' frames.
 
-    Parameters
-    ----------
-    cones : Cones
-    cone : (N,) int64
-        Index of each point's cone.
-    h : (N,) float64
-        Height over the base as a share of the cone's height, 0 to 1.
-    alpha : (N,) float64, radians
+    The height h (N,) over the base is a share of the cone's height, 0 to 1; alpha (N,) is in
+    radians.
     """
     r1, r2, height, flat = (
         values[cone] for values in (cones.r1, cones.r2, cones.height, cones.flatness)
@@ -206,22 +173,10 @@ def visible_points(
 ) -> SurfacePoints:
     """Sample the surface, without points inside another cone and points that no camera sees.
 
-    The operator G of (3.4).
-
-    Parameters
-    ----------
-    body : BodyModel
-    frames : PartFrames
-        Of one pose.
-    cameras : (V, 3) float64, world
-        Optical centres of the views.
-    count : int
-        Number of points that shall remain; fewer come back when hardly anything is visible.
-    rng : Generator or None
-        Draws at random; None takes the fixed pattern.
-    watch : callable, optional
-        Is told of each draw: the candidates, which of them are inside another cone, and which of
-        the others are seen.
+    The operator G of (3.4), for one pose. `cameras` (V, 3), world, are the views' optical centres;
+    `count` points shall remain; fewer come back when hardly anything is visible. `rng` draws at
+    random; None takes the fixed pattern. `watch` is told of each draw: the candidates, which of
+    them are inside another cone, and which of the others are seen.
     """
     placed = placed_cones(body, frames)
 
@@ -256,10 +211,6 @@ def _regular(
     return kept[np.linspace(0, len(kept) - 1, min(count, len(kept))).round().astype(np.int64)]
 
 
-def _joined(a: SurfacePoints, b: SurfacePoints) -> SurfacePoints:
-    return SurfacePoints(
-        np.concatenate([a.part, b.part]),
-        np.concatenate([a.cone, b.cone]),
-        np.concatenate([a.points, b.points]),
-        np.concatenate([a.normals, b.normals]),
-    )
+def _joined(*parts: SurfacePoints) -> SurfacePoints:
+    values = zip(*(vars(part).values() for part in parts), strict=True)
+    return SurfacePoints(*map(np.concatenate, values))

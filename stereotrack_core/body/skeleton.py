@@ -63,17 +63,11 @@ class Skeleton:
         rest, from where the clavicles carry them away.
     lengths : (P,) float64, metres
         From a part's joint along its z axis to the next joint, or to the hand's or head's landmark.
-    proportions : Proportions
     """
 
     joints: FloatArray
     lengths: FloatArray
     proportions: Proportions
-
-    @property
-    def parents(self) -> IntArray:
-        """Parent of each part (P,), -1 for the torso."""
-        return np.array(PARENTS, dtype=np.int64)
 
 
 def skeleton(proportions: Proportions) -> Skeleton:

@@ -90,7 +90,6 @@ def nearest_on_surface(
     Parameters
     ----------
     points : (N, 3) float64, world
-    placed : PlacedCones
     reach : float, metres
         Data farther than this from every cone belong to none.
     penalty : (N, C) float64, metres, optional

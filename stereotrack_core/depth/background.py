@@ -49,8 +49,7 @@ class BackgroundModel:
 
 def foreground(disparity: Float32Array, limit: Float32Array) -> BoolArray:
     """Equation (3.3): true where the disparity is valid (not NaN) and above the limit."""
-    result: BoolArray = disparity > limit
-    return result
+    return disparity > limit
 
 
 def empty_scene_model(disparity: Float32Array) -> BackgroundModel:
@@ -62,19 +61,11 @@ def empty_scene_model(disparity: Float32Array) -> BackgroundModel:
 def averaged(
     model: BackgroundModel | None, disparity: Float32Array, rate: float, validity_rate: float
 ) -> BackgroundModel:
-    """One step of the exponential averages of 3.1.1.
+    """One step of the exponential averages of 3.1.1; `model` is None before the first image.
 
-    d_M = (1 - alpha_d) d_M + alpha_d d where d is valid, unchanged elsewhere;
-    g_M = (1 - alpha_g) g_M + alpha_g g with g = 1 where d is valid, else 0. The first
-    disparity that a pixel shows is taken as it is.
-
-    Parameters
-    ----------
-    model : BackgroundModel or None
-        None before the first image.
-    disparity : (H, W) float32, pixels, NaN where invalid
-    rate, validity_rate : float
-        alpha_d, alpha_g.
+    d_M = (1 - alpha_d) d_M + alpha_d d where d (H, W), in pixels, is valid (not NaN), unchanged
+    elsewhere; g_M = (1 - alpha_g) g_M + alpha_g g with g = 1 where d is valid, else 0. The first
+    disparity that a pixel shows is taken as it is. The rates are alpha_d and alpha_g.
     """
     if model is None:
         return empty_scene_model(disparity)
@@ -89,11 +80,8 @@ def averaged(
 def percentile_model(disparities: Sequence[Float32Array], percentile: float) -> BackgroundModel:
     """A low percentile of each pixel's disparities: the background is behind whoever passes.
 
-    Parameters
-    ----------
-    disparities : sequence of (H, W) float32, pixels, NaN where invalid
-    percentile : float
-        0 to 100, among the valid disparities of a pixel; the nearest rank below.
+    Disparities (H, W) are in pixels, NaN where invalid; the percentile, 0 to 100, is taken among
+    the valid ones of a pixel, as the nearest rank below.
     """
     stack = np.stack(disparities, axis=-1)  # sorting is much quicker along the last axis
     stack.sort(axis=-1)  # NaN comes last
@@ -118,17 +106,11 @@ _SMALL_HOLE = 60
 
 
 def sharp_outline(picture: ImageArray, empty: ImageArray, foreground: BoolArray) -> BoolArray:
-    """Where the picture is not the empty scene's, with edges at half their height.
+    """Where the picture is not the empty scene's (H, W), with edges at half their height.
 
     A fixed threshold would put the edge of a strong difference a pixel or two too far outside,
-    because lenses blur. Where stereo sees something well inside its own edge, that counts too.
-
-    Parameters
-    ----------
-    picture, empty : (H, W) uint8
-        Now, and without anybody.
-    foreground : (H, W) bool
-        What the disparities say; block matching widens it by up to half its window.
+    because lenses blur. Where stereo sees something well inside its own edge, that counts too:
+    `foreground` is what the disparities say; block matching widens it by up to half its window.
     """
     difference = cv2.absdiff(
         cv2.GaussianBlur(picture, (3, 3), 0), cv2.GaussianBlur(empty, (3, 3), 0)
@@ -141,21 +123,14 @@ def sharp_outline(picture: ImageArray, empty: ImageArray, foreground: BoolArray)
     hole = stats[:, cv2.CC_STAT_AREA] < _SMALL_HOLE
     hole[0] = False
     closed[hole[labels]] = 1
-    result: BoolArray = cv2.morphologyEx(closed, cv2.MORPH_OPEN, _OPENED).astype(bool)
-    return result
+    return cv2.morphologyEx(closed, cv2.MORPH_OPEN, _OPENED).astype(bool)
 
 
 _REGION_MARGIN = 16  # px beyond the matcher's window
 
 
 class ViewBackground:
-    """Background model of one view, and the empty scene's picture where there is one.
-
-    Parameters
-    ----------
-    source : StereoSource or DepthSource
-    parameters : DepthParameters
-    """
+    """Background model of one view, and the empty scene's picture where there is one."""
 
     def __init__(self, source: StereoSource | DepthSource, parameters: DepthParameters) -> None:
         self.model: BackgroundModel | None = None
@@ -180,7 +155,8 @@ class ViewBackground:
         if self._p.background_mode == "percentile":
             self._set(percentile_model(disparities, self._p.background_percentile))
             if pictures:
-                self._picture = _median_picture(pictures)
+                stack = np.sort(np.stack(pictures, axis=-1), axis=-1)
+                self._picture = np.ascontiguousarray(stack[..., len(pictures) // 2])
         elif self._p.background_mode == "average":
             whole = Region.whole(self._source.geometry.width, self._source.geometry.height)
             for disparity in disparities:
@@ -212,8 +188,7 @@ class ViewBackground:
     def foreground(self, disparity: Float32Array, region: Region) -> BoolArray:
         """Equation (3.3) in a region; whatever is valid where there is no model."""
         if self._limit is None:
-            valid: BoolArray = np.isfinite(disparity)
-            return valid
+            return np.isfinite(disparity)
         return foreground(disparity, self._limit[region.slices])
 
     def outside(self) -> tuple[Float32Array, Float32Array]:
@@ -253,8 +228,7 @@ class ViewBackground:
         size = (self._p.match_window // 2) | 1
         kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
         closed = cv2.morphologyEx(differs, cv2.MORPH_CLOSE, kernel)
-        result: BoolArray = closed.astype(bool)
-        return result
+        return closed.astype(bool)
 
     def outline(
         self, picture: ImageArray, foreground: BoolArray, region: Region
@@ -263,10 +237,3 @@ class ViewBackground:
         if self._picture is None:
             return None
         return sharp_outline(picture[region.slices], self._picture[region.slices], foreground)
-
-
-def _median_picture(pictures: Sequence[ImageArray]) -> ImageArray:
-    stack = np.stack(pictures, axis=-1)
-    stack.sort(axis=-1)
-    median: ImageArray = np.ascontiguousarray(stack[..., len(pictures) // 2])
-    return median

@@ -19,7 +19,7 @@ from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.points import inliers
 from stereotrack_core.depth.rectify import Rectification, depth_rectification, stereo_rectification
 from stereotrack_core.depth.sources import DepthSource, StereoSource
-from stereotrack_core.depth.view_chain import Stopwatch, ViewChain, ViewResult, summed
+from stereotrack_core.depth.view_chain import Stopwatch, ViewChain, ViewResult
 from stereotrack_core.recording.description import Recording, View
 from stereotrack_core.recording.reader import FrameSet, ViewImages
 from stereotrack_core.recording.selection import usable_views
@@ -48,14 +48,8 @@ class Pictures(Protocol):
 class MeasuredViews:
     """What all views have measured at one instant, before it is fused.
 
-    Attributes
-    ----------
-    frame : int
-    results : mapping from view name to ViewResult
-        Views without images are absent.
-    problems : mapping from view name to str
-        See :class:`Cloud`.
-    seconds : mapping from stage name to seconds
+    Views without images are absent from `results`; `problems` and `seconds` are those of the
+    :class:`Cloud`.
     """
 
     frame: int
@@ -67,25 +61,19 @@ class MeasuredViews:
 class DepthChain:
     """Rectify, match, subtract the background, fuse the views and drop outliers.
 
-    Views are processed in parallel. The cloud depends on the images alone, except in
-    background mode ``average`` without images of the empty scene: there the model goes on
-    learning, and frames have to come in order. Not to be used by two threads at once.
+    Views are processed in parallel. The cloud depends on the images alone, except in background
+    mode ``average`` without images of the empty scene: there the model goes on learning, and frames
+    have to come in order. Not to be used by two threads at once. Raises InputError for unknown
+    views, views without depth, and stereo cameras that cannot be rectified.
 
     Parameters
     ----------
-    recording : Recording
-    parameters : DepthParameters
     views : sequence of str, optional
         Names of the views to use; all stereo and depth views where it is not given.
     colour : bool
         Whether points get colours, where the pictures have any (:mod:`colours`).
     sources : callable, optional
         Makes the views' sources, for those who keep what they give.
-
-    Raises
-    ------
-    InputError
-        For unknown views, views without depth, and stereo cameras that cannot be rectified.
 
     Examples
     --------
@@ -167,12 +155,8 @@ class DepthChain:
     def take_background(self, other: DepthChain, reader: Pictures, frames: range) -> None:
         """Know the empty scene as another chain of the same views has learned it.
 
-        Parameters
-        ----------
-        other : DepthChain
-            With the same parameters of matching and of learning the background.
-        reader, frames
-            As the other one has learned from them; colours are calibrated with them anew.
+        `other` has the same parameters of matching and of learning the background, and has learned
+        from these frames; colours are calibrated with them anew.
         """
         for own, learned in zip(self._chains, other._chains, strict=True):
             own.background.take_over(learned.background)
@@ -226,8 +210,11 @@ class DepthChain:
         results = {chain.name: r for chain, r in zip(present, measured, strict=True)}
         problems |= {name: result.problem for name, result in results.items() if result.problem}
         watch.lap("views")
-        seconds = summed([r.seconds for r in results.values()]) | watch.seconds
-        return MeasuredViews(frame_set.index, results, problems, seconds)
+        seconds: dict[str, float] = {}
+        for result in results.values():
+            for stage, value in result.seconds.items():
+                seconds[stage] = seconds.get(stage, 0.0) + value
+        return MeasuredViews(frame_set.index, results, problems, {**seconds, **watch.seconds})
 
     def fused(self, seen: MeasuredViews) -> Cloud:
         """Put the views' points together, and drop outliers (3.1)."""

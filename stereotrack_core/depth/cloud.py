@@ -36,7 +36,6 @@ class DepthGeometry:
     c_x, c_y : float, pixels
     baseline : float, metres
     disparity_offset : float, pixels
-    width, height : int
     world_from_depth : RigidTransform
         Place of the rectified camera in the world.
     """
@@ -58,6 +57,18 @@ class DepthGeometry:
         """
         return self.focal * self.baseline if self.baseline > 0 else _DEPTH_CAMERA_SCALE
 
+    def project(self, points: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Columns, rows and ranges z of points (N, 3), world; without sense where z <= 0."""
+        x, y, z = self.world_from_depth.inverse().apply(points).T
+        return self.focal * x / z + self.c_x, self.focal * y / z + self.c_y, z
+
+    def points(
+        self, u: FloatArray | IntArray, v: FloatArray | IntArray, z: FloatArray
+    ) -> FloatArray:
+        """Points (N, 3), world, metres, of pixels (u, v) with their ranges z, (2.2) and (2.3)."""
+        x, y = (u - self.c_x) / self.focal * z, (v - self.c_y) / self.focal * z
+        return self.world_from_depth.apply(np.stack([x, y, z], axis=1))
+
 
 @dataclass(frozen=True, eq=False)
 class ViewDepth:
@@ -65,7 +76,6 @@ class ViewDepth:
 
     Attributes
     ----------
-    geometry : DepthGeometry
     disparity : (H, W) float32, pixels, or None
         NaN where invalid; None for depth views.
     range_z : (H, W) float32, metres
@@ -135,14 +145,12 @@ class Cloud:
 
     Attributes
     ----------
-    frame : int
     points : (N, 3) float64, world, metres
         Inside the working volume, outliers removed.
     view : (N,) int64
         Index into `view_names`.
     pixels : (N, 2) int64
         Column and row in the view's rectified depth image.
-    view_names : tuple of str
     depths : mapping from view name to ViewDepth
         Views without a measurement at this instant are absent.
     problems : mapping from view name to str
@@ -217,11 +225,10 @@ def contradicted_share(cloud: Cloud) -> float:
 def _seen_through(depth: ViewDepth, points: FloatArray) -> float | None:
     """Share of other views' points (N, 3) behind which a view sees the background."""
     geometry = depth.geometry
-    x, y, z = geometry.world_from_depth.inverse().apply(points).T
+    with np.errstate(divide="ignore", invalid="ignore"):
+        u, v, z = geometry.project(points)
     ahead = z > 0.0
-    x, y, z = x[ahead], y[ahead], z[ahead]
-    column = np.rint(geometry.focal * x / z + geometry.c_x)
-    row = np.rint(geometry.focal * y / z + geometry.c_y)
+    column, row, z = np.rint(u[ahead]), np.rint(v[ahead]), z[ahead]
     inside = (column >= 0) & (column < geometry.width) & (row >= 0) & (row < geometry.height)
     pixel = row[inside].astype(np.int64), column[inside].astype(np.int64)
     margin = max(1, round(_HALO * geometry.width / _WIDTH))

@@ -37,15 +37,7 @@ _DARKEST, _BRIGHTEST = 15.0, 245.0
 
 @dataclass(frozen=True, eq=False)
 class ColourPairs:
-    """Colours that two views give to the same places.
-
-    Attributes
-    ----------
-    a, b : int
-        Views.
-    of_a, of_b : (M, 3) float64
-        BGR from 0 to 255.
-    """
+    """Colours (M, 3), BGR from 0 to 255, that views `a` and `b` give to the same places."""
 
     a: int
     b: int
@@ -59,7 +51,6 @@ class ColourCalibration:
 
     Attributes
     ----------
-    views : tuple of str
     gains : (V, 3) float64
         c_first = gains[v] c_v, for each channel.
     """
@@ -96,8 +87,7 @@ class ColourCalibration:
 def colours_at(picture: ImageArray, pixels: IntArray) -> FloatArray:
     """Colours (N, 3) of a picture (H, W, 3) at pixels (N, 2), over 3 x 3 of its pixels."""
     smooth = cv2.blur(picture, (3, 3))
-    result: FloatArray = smooth[pixels[:, 1], pixels[:, 0]].astype(np.float64)
-    return result
+    return smooth[pixels[:, 1], pixels[:, 0]].astype(np.float64)
 
 
 def shared_colours(views: Sequence[str], depths: Mapping[str, ViewDepth]) -> list[ColourPairs]:
@@ -125,8 +115,7 @@ def _places_and_colours(depth: ViewDepth, picture: ImageArray) -> tuple[FloatArr
     z = depth.range_z[rows, columns].astype(np.float64)
     known = z < _FARTHEST
     z, u, v = z[known], columns[known], rows[known]
-    local = np.stack([(u - g.c_x) / g.focal * z, (v - g.c_y) / g.focal * z, z], axis=1)
-    return g.world_from_depth.apply(local), colours_at(picture, np.stack([u, v], axis=1))
+    return g.points(u, v, z), colours_at(picture, np.stack([u, v], axis=1))
 
 
 def fitted_gains(views: int, pairs: Sequence[ColourPairs]) -> FloatArray:

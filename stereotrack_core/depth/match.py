@@ -60,11 +60,10 @@ class Region:
 def region_of_points(geometry: DepthGeometry, corners_world: FloatArray) -> Region:
     """Where a convex body with these corners can appear; the whole image if it is too near."""
     whole = Region.whole(geometry.width, geometry.height)
-    x, y, z = geometry.world_from_depth.inverse().apply(corners_world).T
+    with np.errstate(divide="ignore", invalid="ignore"):
+        u, v, z = geometry.project(corners_world)
     if z.min() < 0.1:
         return whole
-    u = geometry.focal * x / z + geometry.c_x
-    v = geometry.focal * y / z + geometry.c_y
     seen = Region(
         int(np.floor(u.min())), int(np.floor(v.min())), int(u.max()) + 2, int(v.max()) + 2
     )
@@ -72,17 +71,11 @@ def region_of_points(geometry: DepthGeometry, corners_world: FloatArray) -> Regi
 
 
 def changed_region(image: ImageArray, empty: ImageArray, margin: int) -> Region:
-    """Bounding box of what differs from the picture of the empty scene.
+    """Bounding box, with a margin in pixels, of what differs from the picture of the empty scene.
 
-    A common change of brightness does not count. Where nearly everything has changed, or
-    nothing, the whole image is returned: then the comparison proves nothing.
-
-    Parameters
-    ----------
-    image, empty : (H, W) uint8
-        Rectified grey images.
-    margin : int
-        Pixels around the box.
+    Of rectified grey images (H, W). A common change of brightness does not count. Where nearly
+    everything has changed, or nothing, the whole image is returned: then the comparison proves
+    nothing.
     """
     height, width = image.shape
     whole = Region.whole(width, height)
@@ -134,15 +127,7 @@ class DisparityRange:
 class Matcher:
     """StereoBM or StereoSGBM for one view; not to be used by two threads at once.
 
-    Parameters
-    ----------
-    parameters : DepthParameters
-    disparities : DisparityRange
-
-    Attributes
-    ----------
-    bias : float, pixels
-        By how much the matcher's disparities are too large on average.
+    Its disparities are by `bias` pixels too large on average.
     """
 
     def __init__(self, parameters: DepthParameters, disparities: DisparityRange) -> None:
@@ -156,21 +141,11 @@ class Matcher:
     def __call__(
         self, left: ImageArray, right: ImageArray, region: Region | None = None
     ) -> DisparityArray:
-        """Disparities of the right image's pixels.
+        """Disparities (h, w), sixteenths of a pixel, of a region of the right image or all of it.
 
-        The left image shows at column u + d what the right one shows at u. OpenCV refers to
-        the left image; seen in a mirror, the right image is a left one.
-
-        Parameters
-        ----------
-        left, right : (H, W) uint8, rectified
-        region : Region, optional
-            Part of the right image that is wanted; all of it where it is not given.
-
-        Returns
-        -------
-        (h, w) int16, sixteenths of a pixel
-            Of the region; ``disparities.invalid`` where there is none.
+        The rectified left image (H, W) shows at column u + d what the right one shows at u. OpenCV
+        refers to the left image; seen in a mirror, the right image is a left one.
+        ``disparities.invalid`` where there is none.
         """
         height, width = right.shape
         region = region or Region.whole(width, height)
@@ -226,10 +201,9 @@ def _cut(image: ImageArray, crop: Region) -> ImageArray:
 
 def edge_image(image: ImageArray) -> ImageArray:
     """Horizontal derivative around grey 128, which does not depend on the image's brightness."""
-    edges: ImageArray = cv2.Sobel(image, cv2.CV_8U, 1, 0, ksize=3, scale=0.5, delta=128).astype(
+    return cv2.Sobel(image, cv2.CV_8U, 1, 0, ksize=3, scale=0.5, delta=128).astype(
         np.uint8, copy=False
     )
-    return edges
 
 
 def _odd(window: int) -> int:

@@ -24,15 +24,9 @@ _SMALLEST_SCALE, _LARGEST_SCALE = 1.25, 2.0  # less only blurs, more shows nothi
 class PixelMap:
     """From where in the raw image each pixel of the rectified one is taken.
 
-    Attributes
-    ----------
-    positions : (H, W, 2) int16
-    fractions : (H, W) uint16
-        Fixed-point form of ``cv2.convertMaps``: resolves 1/32 px and remaps quickest.
-    nearest : (H, W, 2) int16
-        The nearest raw pixel.
-    outside : (H, W) bool
-        Where the raw image shows nothing.
+    `positions` (H, W, 2) and `fractions` (H, W) are the fixed-point form of ``cv2.convertMaps``,
+    which resolves 1/32 px and remaps quickest; `nearest` (H, W, 2) is the nearest raw pixel,
+    `outside` (H, W) where the raw image shows nothing.
     """
 
     positions: NDArray[np.int16]
@@ -63,16 +57,16 @@ class PixelMap:
 class Rectification:
     """How a view's images become rectified ones; a map is None where nothing changes.
 
-    Attributes
-    ----------
-    geometry : DepthGeometry
-        Of the rectified right image.
-    left_map, image_map : PixelMap or None
+    The geometry is that of the rectified right image.
     """
 
     geometry: DepthGeometry
     left_map: PixelMap | None
     image_map: PixelMap | None
+
+    def rectified(self, image: ImageArray) -> ImageArray:
+        """The reference picture where the disparities or depths are, in its colours."""
+        return image if self.image_map is None else self.image_map.apply(image)
 
     @property
     def is_identity(self) -> bool:
@@ -85,24 +79,12 @@ def stereo_rectification(
 ) -> Rectification:
     """Rectify a stereo camera from its calibration, with the right image as reference.
 
-    The rectified x axis is the base line, the z axis lies as near as it can to both optical
-    axes. Each image keeps its own principal point, chosen so that the image's centre stays
-    where it is; the difference of the two becomes ``disparity_offset``.
-
-    Parameters
-    ----------
-    left, right : Camera
-    least_focal : float, pixels
-        Pictures of clearly wider lenses are enlarged to this focal length, at most to twice
-        their size.
-    where : str
-        Name of the view for messages.
-
-    Raises
-    ------
-    InputError
-        For left and right exchanged, one above the other, without a base line, axes that
-        diverge, or images of different size.
+    The rectified x axis is the base line, the z axis lies as near as it can to both optical axes.
+    Each image keeps its own principal point, chosen so that the image's centre stays where it is;
+    the difference of the two becomes ``disparity_offset``. Pictures of clearly wider lenses are
+    enlarged to `least_focal` pixels, at most to twice their size. Raises InputError, which names
+    the view `where`, for left and right exchanged, one above the other, without a base line, axes
+    that diverge, or images of different size.
     """
     _check_pair(left, right, where)
     rectified_from_world = _common_rotation(left, right)
@@ -198,8 +180,7 @@ def _common_rotation(left: Camera, right: Camera) -> FloatArray:
     z = left.camera_from_world.rotation[2] + right.camera_from_world.rotation[2]
     y = np.cross(z, x)
     y /= np.linalg.norm(y)
-    rotation: FloatArray = np.stack([x, y, np.cross(x, y)])
-    return rotation
+    return np.stack([x, y, np.cross(x, y)])
 
 
 def _matrices_as_they_are(left: Camera, right: Camera) -> tuple[FloatArray, FloatArray]:
@@ -223,16 +204,14 @@ def _matrices(
 
 
 def _matrix(focal: float, c_x: float, c_y: float) -> FloatArray:
-    matrix: FloatArray = np.array([[focal, 0.0, c_x], [0.0, focal, c_y], [0.0, 0.0, 1.0]])
-    return matrix
+    return np.array([[focal, 0.0, c_x], [0.0, focal, c_y], [0.0, 0.0, 1.0]])
 
 
 def _enlarged(matrix: FloatArray, scale: float) -> FloatArray:
     """Intrinsics of a picture that is enlarged about its outer corner; pixels count centres."""
     half = 0.5 * scale - 0.5
     change = np.array([[scale, 0.0, half], [0.0, scale, half], [0.0, 0.0, 1.0]])
-    result: FloatArray = change @ matrix
-    return result
+    return change @ matrix
 
 
 def _geometry(
@@ -258,8 +237,7 @@ def _geometry(
 def _grid(camera: Camera, count: int) -> FloatArray:
     columns = np.linspace(0, camera.width - 1, count)
     rows = np.linspace(0, camera.height - 1, count)
-    grid: FloatArray = np.stack(np.meshgrid(columns, rows), axis=-1)
-    return grid
+    return np.stack(np.meshgrid(columns, rows), axis=-1)
 
 
 def _raw_pixels(
@@ -269,8 +247,7 @@ def _raw_pixels(
     x = (pixels[..., 0] - matrix[0, 2]) / matrix[0, 0]
     y = (pixels[..., 1] - matrix[1, 2]) / matrix[1, 1]
     directions = np.stack([x, y, np.ones_like(x)], axis=-1) @ rectified_from_world
-    raw: FloatArray = camera.project(camera.position_world + directions)
-    return raw
+    return camera.project(camera.position_world + directions)
 
 
 def _pixel_map(

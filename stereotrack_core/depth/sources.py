@@ -8,7 +8,7 @@ from typing import Protocol
 import cv2
 import numpy as np
 
-from stereotrack_core.arrays import BoolArray, Float32Array, FloatArray, ImageArray, IntArray
+from stereotrack_core.arrays import BoolArray, Float32Array, ImageArray, IntArray
 from stereotrack_core.depth.cloud import DepthGeometry
 from stereotrack_core.depth.match import STEPS, DisparityRange, Matcher, Region
 from stereotrack_core.depth.parameters import DepthParameters
@@ -58,9 +58,17 @@ class StereoFrame:
             disparity[self.outside[region.slices]] = np.nan
         return disparity
 
-    def aligned(self, person: BoolArray, pixels: IntArray, disparity: FloatArray) -> FloatArray:
-        """Disparities (N,) of some pixels, refined; see :func:`refined_disparity`."""
-        return refined_disparity(self.left, self.picture, person, pixels, disparity, self.window)
+    def align(
+        self, disparity: Float32Array, person: BoolArray, pixels: IntArray, region: Region
+    ) -> None:
+        """Refine a region's disparities at some pixels, in place; see :func:`refined_disparity`."""
+        whole = np.zeros(self.picture.shape, dtype=bool)
+        whole[region.slices] = person
+        place = pixels[:, 1] - region.top, pixels[:, 0] - region.left
+        found = disparity[place].astype(np.float64)
+        disparity[place] = refined_disparity(
+            self.left, self.picture, whole, pixels, found, self.window
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,17 +84,11 @@ class DepthFrame:
 
 
 class StereoSource:
-    """Rectifies and matches a stereo pair.
-
-    Parameters
-    ----------
-    rectification : Rectification
-    parameters : DepthParameters
-    """
+    """Rectifies and matches a stereo pair."""
 
     def __init__(self, rectification: Rectification, parameters: DepthParameters) -> None:
         self.geometry = rectification.geometry
-        self._rectification = rectification
+        self.rectification = rectification
         self._low_pass = parameters.low_pass
         self._window = parameters.match_window | 1
         self.disparity_range = disparity_range(self.geometry, parameters)
@@ -94,30 +96,21 @@ class StereoSource:
         self._outside = _windows_outside(rectification, parameters.match_window)
 
     def open(self, images: ViewImages) -> StereoFrame:
-        """Low-pass and rectify.
-
-        Raises
-        ------
-        NoDepth
-            For a dark or missing image.
-        """
+        """Low-pass and rectify; raises :class:`NoDepth` for a dark or missing image."""
         if images.left is None:
             raise NoDepth("its left image is missing")
         left, right = grey(images.left), grey(images.image)
         refuse_dark(left, "left image")
         refuse_dark(right, "right image")
-        if self._low_pass > 0:
-            left, right = low_pass(left, self._low_pass), low_pass(right, self._low_pass)
-        if (left_map := self._rectification.left_map) is not None:
+        if self._low_pass > 0:  # 2.1.3
+            left, right = (
+                cv2.GaussianBlur(image, (0, 0), self._low_pass).astype(np.uint8, copy=False)
+                for image in (left, right)
+            )
+        if (left_map := self.rectification.left_map) is not None:
             left = left_map.apply(left)
-        if (image_map := self._rectification.image_map) is not None:
-            right = image_map.apply(right)
+        right = self.rectification.rectified(right)
         return StereoFrame(left, right, self._outside, self._matcher, self._window)
-
-    def rectified(self, image: ImageArray) -> ImageArray:
-        """The reference picture where the disparities are, in its colours."""
-        image_map = self._rectification.image_map
-        return image if image_map is None else image_map.apply(image)
 
     def ranges(self, disparity: Float32Array) -> Float32Array:
         """Range z = f b / (d - offset), metres."""
@@ -129,17 +122,12 @@ class DepthSource:
 
     def __init__(self, rectification: Rectification) -> None:
         self.geometry = rectification.geometry
+        self.rectification = rectification
         self._map = rectification.image_map
         self._scale = np.float32(self.geometry.focal * _NOMINAL_BASELINE)
 
     def open(self, images: ViewImages) -> DepthFrame:
-        """Resample if the lens distorts, and invert.
-
-        Raises
-        ------
-        NoDepth
-            For a missing image.
-        """
+        """Resample if the lens distorts, and invert; raises :class:`NoDepth` without an image."""
         if images.depth is None:
             raise NoDepth("its depth image is missing")
         depth = images.depth if self._map is None else self._map.apply_nearest(images.depth)
@@ -148,14 +136,9 @@ class DepthSource:
         inverse[~(depth > 0)] = np.nan
         return DepthFrame(inverse)
 
-    def rectified(self, image: ImageArray) -> ImageArray:
-        """The picture where the depths are, in its colours."""
-        return image if self._map is None else self._map.apply(image)
-
     def ranges(self, disparity: Float32Array) -> Float32Array:
         """Range z, metres, of inverse depth."""
-        result: Float32Array = self._scale / disparity
-        return result
+        return self._scale / disparity
 
     def person_mask(self, images: ViewImages) -> BoolArray | None:
         """Rectified mask (H, W) of the person, or None."""
@@ -171,8 +154,7 @@ def _windows_outside(rectification: Rectification, window: int) -> BoolArray | N
     outside = rectification.image_map.outside.astype(np.uint8)
     side = window + 4  # bilinear resampling and the derivative reach one pixel farther each
     reached = cv2.dilate(outside, np.ones((side, side), dtype=np.uint8))
-    result: BoolArray = reached.astype(bool)
-    return result
+    return reached.astype(bool)
 
 
 def disparity_range(geometry: DepthGeometry, p: DepthParameters) -> DisparityRange:
@@ -191,26 +173,15 @@ def disparity_range(geometry: DepthGeometry, p: DepthParameters) -> DisparityRan
     minimum = int(np.floor(lowest + geometry.disparity_offset))
     maximum = int(np.ceil(highest + geometry.disparity_offset))
     count = max(maximum - minimum + 1, 1)
-    count = min(-(-count // 16) * 16, _largest_count(geometry.width, minimum))
-    return DisparityRange(minimum, count)
-
-
-def _largest_count(width: int, minimum: int) -> int:
-    return max((width - abs(minimum) - 1) // 16 * 16 - 16, 16)
+    most = max((geometry.width - abs(minimum) - 1) // 16 * 16 - 16, 16)
+    return DisparityRange(minimum, min(-(-count // 16) * 16, most))
 
 
 def grey(image: ImageArray) -> ImageArray:
     """Grey image (H, W) of a grey or BGR one."""
     if image.ndim == 2:
         return image
-    result: ImageArray = cv2.cvtColor(image, cv2.COLOR_BGR2GRAY).astype(np.uint8, copy=False)
-    return result
-
-
-def low_pass(image: ImageArray, sigma: float) -> ImageArray:
-    """Gaussian low-pass (2.1.3)."""
-    result: ImageArray = cv2.GaussianBlur(image, (0, 0), sigma).astype(np.uint8, copy=False)
-    return result
+    return cv2.cvtColor(image, cv2.COLOR_BGR2GRAY).astype(np.uint8, copy=False)
 
 
 def refuse_dark(image: ImageArray, name: str) -> None:

@@ -14,7 +14,7 @@ from stereotrack_core.depth.background import ViewBackground
 from stereotrack_core.depth.cloud import PointCounts, ViewDepth
 from stereotrack_core.depth.match import STEPS, Region, region_of_points
 from stereotrack_core.depth.parameters import DepthParameters
-from stereotrack_core.depth.points import Volume, thinned_pixels, world_points
+from stereotrack_core.depth.points import Volume, thinned_pixels
 from stereotrack_core.depth.sources import (
     DepthSource,
     NoDepth,
@@ -39,15 +39,6 @@ class Stopwatch:
         self._since = now
 
 
-def summed(watches: Iterable[Mapping[str, float]]) -> dict[str, float]:
-    """Seconds per stage over several stopwatches."""
-    total: dict[str, float] = {}
-    for seconds in watches:
-        for stage, value in seconds.items():
-            total[stage] = total.get(stage, 0.0) + value
-    return total
-
-
 _SPECKLE_RANGE = 1.0
 """Pixels of disparity by which neighbours of one patch differ at most."""
 
@@ -61,16 +52,9 @@ _NO_STEPS = int(np.iinfo(np.int16).min)
 class ViewResult:
     """What one view measured at one instant.
 
-    Attributes
-    ----------
-    depth : ViewDepth or None
-    problem : str
-        Why `depth` is None, or what is suspicious; empty if nothing is.
-    points : (N, 3) float64, world, metres
-    pixels : (N, 2) int64
-    seconds : mapping from stage to seconds
-    counts : PointCounts
-        As far as one view goes: outliers are told apart when the views are fused.
+    `problem` says why `depth` is None, or what is suspicious; empty if nothing is. `points` (N, 3)
+    are in the world, metres, of `pixels` (N, 2); `counts` go as far as one view does: outliers are
+    told apart when the views are fused.
     """
 
     depth: ViewDepth | None
@@ -79,25 +63,6 @@ class ViewResult:
     pixels: IntArray
     seconds: Mapping[str, float]
     counts: PointCounts = field(default_factory=PointCounts)
-
-
-@dataclass(frozen=True, eq=False)
-class Seen:
-    """What the picture alone says about the person.
-
-    Attributes
-    ----------
-    silhouette, outline : (H, W) bool or None
-        See :class:`ViewDepth`.
-    """
-
-    silhouette: BoolArray | None
-    outline: BoolArray | None
-
-    def placed(self, region: Region, shape: tuple[int, int]) -> Seen:
-        """Images of full size with nothing around the region."""
-        images = self.silhouette, self.outline
-        return Seen(*(None if i is None else _placed(i, region, shape) for i in images))
 
 
 def _placed(image: BoolArray, region: Region, shape: tuple[int, int]) -> BoolArray:
@@ -118,13 +83,7 @@ def _middle(points: FloatArray, inside: int) -> tuple[float, float, float] | Non
 class ViewChain:
     """Depth, foreground and points of one view; not to be used by two threads at once.
 
-    Parameters
-    ----------
-    name : str
-    source : StereoSource or DepthSource
-    parameters : DepthParameters
-    colour : bool
-        Whether to keep the picture's colours, where it has any.
+    Keeps the picture's colours, where it has any and `colour` asks for them.
     """
 
     def __init__(
@@ -144,13 +103,7 @@ class ViewChain:
         self._volume_region = region_of_points(source.geometry, self._volume.corners())
 
     def learn_empty_scene(self, images: ViewImages) -> bool:
-        """Take the model from the empty scene; nothing is learned afterwards.
-
-        Returns
-        -------
-        bool
-            False where the images show nothing that can be matched.
-        """
+        """Take the model from the empty scene, for good; False where nothing can be matched."""
         try:
             frame = self.source.open(images)
         except NoDepth:
@@ -197,129 +150,82 @@ class ViewChain:
         measured = int(np.count_nonzero(np.isfinite(disparity)))
         if not measured:
             return self._without_depth("no pixel has a valid disparity", watch)
-        chosen = self._foreground(images, frame, disparity, region)
-        silhouette = self._silhouette(frame, region)
+        chosen, silhouette, outline = self._person(images, frame, disparity, region)
         if silhouette is not None:
             disparity[silhouette & ~chosen] = np.nan
-        outline = self._outline(images, frame, chosen, region)
         watch.lap("background")
         self._drop_patches(disparity, chosen)
         watch.lap("patches")
-        seen = Seen(silhouette, outline)
-        pixels = self._pixels(chosen, seen, region)
+        shown = chosen
+        if self._p.halo_trim == "outline" and outline is not None:
+            shown = chosen & outline
+        pixels = thinned_pixels(shown, self._p.pixel_step, (region.left, region.top))
         if self._p.subpixel == "aligned" and isinstance(frame, StereoFrame):
-            self._align(frame, disparity, chosen if outline is None else outline, pixels, region)
+            frame.align(disparity, chosen if outline is None else outline, pixels, region)
             watch.lap("subpixel")
-        counts = PointCounts(measured, int(np.count_nonzero(chosen)), len(pixels))
-        result = self._result(disparity, chosen, pixels, seen, region, counts, watch)
-        return self._with_picture(result, images, watch) if self._colour else result
-
-    def _with_picture(self, result: ViewResult, images: ViewImages, watch: Stopwatch) -> ViewResult:
-        if images.image.ndim < 3 or result.depth is None:
-            return result
-        picture = self.source.rectified(images.image)
-        watch.lap("colours")
-        depth = replace(result.depth, picture=picture)
-        return replace(result, depth=depth, seconds=watch.seconds)
-
-    def _pixels(self, chosen: BoolArray, seen: Seen, region: Region) -> IntArray:
-        """Pixels (N, 2) of the view's depth image that become points."""
-        if self._p.halo_trim == "outline" and seen.outline is not None:
-            chosen = chosen & seen.outline
-        return thinned_pixels(chosen, self._p.pixel_step, (region.left, region.top))
-
-    def _align(
-        self,
-        frame: StereoFrame,
-        disparity: Float32Array,
-        person: BoolArray,
-        pixels: IntArray,
-        region: Region,
-    ) -> None:
-        """Refine the disparities of some pixels, in place."""
-        whole = _placed(person, region, frame.picture.shape)
-        columns, rows = pixels[:, 0] - region.left, pixels[:, 1] - region.top
-        found = disparity[rows, columns].astype(np.float64)
-        disparity[rows, columns] = frame.aligned(whole, pixels, found)
-
-    def _result(
-        self,
-        disparity: Float32Array,
-        chosen: BoolArray,
-        pixels: IntArray,
-        seen: Seen,
-        region: Region,
-        counts: PointCounts,
-        watch: Stopwatch,
-    ) -> ViewResult:
-        geometry = self.source.geometry
         ranges = self.source.ranges(disparity)
         range_z = ranges[pixels[:, 1] - region.top, pixels[:, 0] - region.left]
-        points = world_points(geometry, range_z.astype(np.float64), pixels)
+        points = self.source.geometry.points(pixels[:, 0], pixels[:, 1], range_z.astype(np.float64))
         inside = self._volume.contains(points)
-        depth = self._view_depth(disparity, ranges, chosen, seen, region)
         kept = points[inside]
-        counts = replace(counts, inside=len(kept), middle=_middle(points, len(kept)))
+        depth = self._view_depth(disparity, ranges, chosen, silhouette, outline, region)
         watch.lap("points")
+        if self._colour and images.image.ndim == 3:
+            depth = replace(depth, picture=self.source.rectification.rectified(images.image))
+            watch.lap("colours")
+        person, middle = int(np.count_nonzero(chosen)), _middle(points, len(kept))
+        counts = PointCounts(measured, person, len(pixels), len(kept), middle=middle)
         return ViewResult(depth, "", kept, pixels[inside], watch.seconds, counts)
+
+    def _person(
+        self, images: ViewImages, frame: OpenedFrame, disparity: Float32Array, region: Region
+    ) -> tuple[BoolArray, BoolArray | None, BoolArray | None]:
+        """Foreground, silhouette and its sharp outline in a region; None where not known.
+
+        Background disparities are wrong in the silhouette: in front of a wall with a strong
+        pattern a thin limb with a weak one is given the wall's disparity, which looks like free
+        space, and is not.
+        """
+        p, background, picture = self._p, self.background, frame.picture
+        mask = self.source.person_mask(images) if isinstance(self.source, DepthSource) else None
+        if mask is not None:
+            mask = mask[region.slices]
+            chosen = mask & np.isfinite(disparity)
+        else:
+            if background.learns:
+                background.learn(disparity, region)
+            chosen = background.foreground(disparity, region)
+            if p.halo_trim == "picture" and picture is not None:
+                chosen &= background.changed(picture, region)
+        silhouette, outline = None, mask if p.outlines else None
+        if picture is not None and background.knows_picture:
+            if p.background_doubt:
+                silhouette = background.changed(picture, region)
+            if p.outlines:
+                outline = background.outline(picture, chosen, region)
+        return chosen, silhouette, outline
 
     def _view_depth(
         self,
         disparity: Float32Array,
         ranges: Float32Array,
         chosen: BoolArray,
-        seen: Seen,
+        silhouette: BoolArray | None,
+        outline: BoolArray | None,
         region: Region,
     ) -> ViewDepth:
         """Images of full size, with the empty scene around the region."""
         geometry = self.source.geometry
-        stereo = isinstance(self.source, StereoSource)
+        shape = geometry.height, geometry.width
         if region != Region.whole(geometry.width, geometry.height):
-            part = disparity, ranges, chosen
+            part = disparity, ranges
             disparity, ranges = self.background.outside()
-            chosen = np.zeros((geometry.height, geometry.width), dtype=bool)
-            disparity[region.slices], ranges[region.slices], chosen[region.slices] = part
-            seen = seen.placed(region, (geometry.height, geometry.width))
-        given = disparity if stereo else None
-        return ViewDepth(geometry, given, ranges, chosen, seen.silhouette, seen.outline)
-
-    def _foreground(
-        self, images: ViewImages, frame: OpenedFrame, disparity: Float32Array, region: Region
-    ) -> BoolArray:
-        if isinstance(self.source, DepthSource):
-            mask = self.source.person_mask(images)
-            if mask is not None:
-                return mask[region.slices] & np.isfinite(disparity)
-        if self.background.learns:
-            self.background.learn(disparity, region)
-        chosen = self.background.foreground(disparity, region)
-        if self._p.halo_trim == "picture" and frame.picture is not None:
-            chosen &= self.background.changed(frame.picture, region)
-        return chosen
-
-    def _silhouette(self, frame: OpenedFrame, region: Region) -> BoolArray | None:
-        """Where the picture is not the empty scene's; background disparities are wrong there.
-
-        In front of a wall with a strong pattern a thin limb with a weak one is given the wall's
-        disparity: that looks like free space, and is not.
-        """
-        if not self._p.background_doubt or frame.picture is None:
-            return None
-        if not self.background.knows_picture:
-            return None
-        return self.background.changed(frame.picture, region)
-
-    def _outline(
-        self, images: ViewImages, frame: OpenedFrame, chosen: BoolArray, region: Region
-    ) -> BoolArray | None:
-        if not self._p.outlines:
-            return None
-        if isinstance(self.source, DepthSource):
-            mask = self.source.person_mask(images)
-            return None if mask is None else mask[region.slices]
-        if frame.picture is None:
-            return None
-        return self.background.outline(frame.picture, chosen, region)
+            disparity[region.slices], ranges[region.slices] = part
+            chosen = _placed(chosen, region, shape)
+            masks = silhouette, outline
+            silhouette, outline = (m if m is None else _placed(m, region, shape) for m in masks)
+        given = disparity if isinstance(self.source, StereoSource) else None
+        return ViewDepth(geometry, given, ranges, chosen, silhouette, outline)
 
     def _drop_patches(self, disparity: Float32Array, chosen: BoolArray) -> None:
         """Drop small patches of the foreground, in place (2.1.4).

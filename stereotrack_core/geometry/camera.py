@@ -21,7 +21,6 @@ class Camera:
 
     Attributes
     ----------
-    name : str
     width, height : int
         Image size in pixels.
     matrix : (3, 3) float64
@@ -97,8 +96,7 @@ class Camera:
             )
         else:
             pixels, _ = cv2.projectPoints(in_camera, zero, zero, self.matrix, self.distortions)
-        result: FloatArray = np.asarray(pixels, dtype=np.float64).reshape(-1, 2)
-        return result
+        return np.asarray(pixels, dtype=np.float64).reshape(-1, 2)
 
     def normalised(self, pixels: FloatArray) -> FloatArray:
         """Undistorted image coordinates (..., 2) at z = 1 of raw pixels (..., 2)."""
@@ -114,16 +112,14 @@ class Camera:
             undistorted = cv2.undistortPoints(
                 flat, self.matrix, self.distortions, criteria=criteria
             )
-        result: FloatArray = np.asarray(undistorted, dtype=np.float64).reshape(points.shape)
-        return result
+        return np.asarray(undistorted, dtype=np.float64).reshape(points.shape)
 
     def rays_world(self, pixels: FloatArray) -> FloatArray:
         """Unit directions (..., 3), world, of the rays through raw pixels (..., 2)."""
         flat = self.normalised(pixels)
         directions = np.concatenate([flat, np.ones_like(flat[..., :1])], axis=-1)
         directions /= np.linalg.norm(directions, axis=-1, keepdims=True)
-        result: FloatArray = directions @ self.camera_from_world.rotation
-        return result
+        return directions @ self.camera_from_world.rotation
 
 
 _STEP = 1e-4
@@ -143,29 +139,16 @@ def pixel_jacobian(camera: Camera, points_world: FloatArray) -> FloatArray:
     steps = _STEP * np.concatenate([np.eye(3), -np.eye(3)])
     moved = camera.project(points[..., None, :] + steps)
     difference = (moved[..., :3, :] - moved[..., 3:, :]) / (2.0 * _STEP)
-    result: FloatArray = np.swapaxes(difference, -1, -2)
-    return result
+    return np.swapaxes(difference, -1, -2)
 
 
 def nearest_on_ray(
     camera: Camera, pixel: FloatArray, origin: FloatArray, direction: FloatArray, start: float
 ) -> FloatArray:
-    """Point (3,) of a ray whose picture is nearest to a pixel, looked for from a distance.
+    """Point (3,) of another camera's ray whose picture is nearest to a raw pixel; NaN if unseen.
 
-    Parameters
-    ----------
-    camera : Camera
-    pixel : (2,) float64
-        Raw pixels.
-    origin, direction : (3,) float64, world, metres
-        The ray of another camera.
-    start : float
-        Metres along it.
-
-    Returns
-    -------
-    (3,) float64
-        NaN where the camera does not see the ray there.
+    The ray starts at `origin` (3,) and runs along `direction` (3,), world, metres; the point is
+    looked for from `start` metres on.
     """
     distance = start
     ahead = np.array([0.0, _STEP, -_STEP])[:, None] * direction
@@ -179,5 +162,4 @@ def nearest_on_ray(
         distance += step
         if abs(step) < _STILL:
             break
-    result: FloatArray = origin + distance * direction
-    return result
+    return origin + distance * direction

@@ -95,20 +95,12 @@ class Disagreement:
 
 @dataclass(frozen=True, eq=False)
 class _Rest:
-    """What the cameras say without one of them; N points.
+    """What the cameras say without one of them about N points.
 
-    Attributes
-    ----------
-    error : (N,) float64
-        Pixels per axis by which they miss the point that they give.
-    miss : float
-        Median distance of their sightings from it.
-    picture : (N, 2) float64
-        Of the point, in the camera that was left out.
-    off : (N, 2) float64
-        Its sighting minus that; NaN where either is not known well enough.
-    spread : (N,) float64
-        Pixels by which the picture moves for every pixel of theirs.
+    `error` (N,) in pixels per axis by which they miss the point that they give, `miss` the median
+    distance of their sightings from it. `picture` (N, 2) is the point's in the camera that was left
+    out, `off` (N, 2) its sighting minus that, NaN where either is not known well enough, `spread`
+    (N,) the pixels by which the picture moves for every pixel of theirs.
     """
 
     error: FloatArray
@@ -124,20 +116,10 @@ def disagreeing_camera(
     pixels: FloatArray,
     mirror: Sequence[int] | None = None,
 ) -> Disagreement | None:
-    """The camera that contradicts the others, if one does.
+    """The camera that contradicts the others, if one does, by raw pixels (V, F, L, 2) of L points.
 
-    None where exchanging left and right in it explains most of that.
-
-    Parameters
-    ----------
-    cameras : sequence of Camera
-        V of them.
-    frame : (F,) int64
-        Ascending.
-    pixels : (V, F, L, 2) float64
-        Raw pixels of L points; NaN where not seen.
-    mirror : sequence of int, optional
-        For each point the one of the other side, or itself.
+    NaN is not seen; frames (F,) ascend. None where exchanging left and right in it explains most of
+    that: `mirror` names for each point the one of the other side, or itself.
     """
     seen = [v for v in range(len(cameras)) if np.isfinite(pixels[v]).all(axis=-1).any()]
     cameras, pixels = [cameras[v] for v in seen], pixels[seen]
@@ -315,11 +297,8 @@ def _of_both_axes(columns: FloatArray) -> FloatArray:
 def _explained(off: FloatArray, design: FloatArray) -> tuple[bool, float, FloatArray]:
     """Whether distances follow something, the share of them that is left, and the coefficients.
 
-    Parameters
-    ----------
-    off : (M, 2) float64
-    design : (M, 2, K) float64
-        What they may follow; fitted by least distances, so that wrong sightings do not count.
+    What the distances (M, 2) may follow, `design` (M, 2, K), is fitted by least distances, so that
+    wrong sightings do not count.
     """
     weight = np.ones(len(off))
     fitted: FloatArray = np.zeros_like(off)

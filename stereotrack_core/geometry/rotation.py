@@ -7,16 +7,9 @@ from stereotrack_core.arrays import FloatArray
 
 
 def rotation_from_vector(vector: FloatArray) -> FloatArray:
-    """Rotation matrix of a rotation vector (Rodrigues), right-handed and active.
+    """Rotation matrices (..., 3, 3) of rotation vectors (..., 3) (Rodrigues).
 
-    Parameters
-    ----------
-    vector : (..., 3) float64
-        Axis times angle in radians.
-
-    Returns
-    -------
-    (..., 3, 3) float64
+    Right-handed and active; a rotation vector is the axis times the angle in radians.
     """
     v = np.asarray(vector, dtype=np.float64)
     squared = np.einsum("...i,...i->...", v, v)
@@ -41,8 +34,7 @@ def vector_from_rotation(rotation: FloatArray) -> FloatArray:
     if np.all(cosine > -0.5):
         small = sine < 1e-6
         factor = np.where(small, 1.0, np.arctan2(sine, cosine) / np.where(small, 1.0, sine))
-        result: FloatArray = factor[..., None] * axis
-        return result
+        return factor[..., None] * axis
     # Near half a turn the axis is in the symmetric part.
     vectors: FloatArray = Rotation.from_matrix(matrices.reshape(-1, 3, 3)).as_rotvec()
     return vectors.reshape(*matrices.shape[:-2], 3)

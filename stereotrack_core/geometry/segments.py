@@ -14,8 +14,7 @@ def segment_distance(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray)
     """
     s, t = nearest_on_segments(a, b, c, d)
     apart = a + s[..., None] * (b - a) - c - t[..., None] * (d - c)
-    result: FloatArray = np.sqrt(_dot(apart, apart))
-    return result
+    return np.sqrt(_dot(apart, apart))
 
 
 def nearest_on_segments(

@@ -29,8 +29,7 @@ class RigidTransform:
 
     def apply(self, points: FloatArray) -> FloatArray:
         """Transform points (..., 3)."""
-        result: FloatArray = np.asarray(points) @ self.rotation.T + self.translation
-        return result
+        return np.asarray(points) @ self.rotation.T + self.translation
 
     def inverse(self) -> RigidTransform:
         """source_from_target."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
 from itertools import combinations
 
@@ -63,24 +63,15 @@ def nearest_to_rays(
 
 
 def covariance_of_rays(directions: FloatArray, weight: FloatArray) -> FloatArray:
-    """Covariances (..., 3, 3) of the points that :func:`nearest_to_rays` gives.
+    """Covariances (..., 3, 3) of the points of :func:`nearest_to_rays`.
 
-    Parameters
-    ----------
-    directions : (..., V, 3) float64
-    weight : (..., V) float64
-        One over the variance of a ray at the point, across its direction.
-
-    Returns
-    -------
-    (..., 3, 3) float64
-        Infinite where the rays do not place a point.
+    Infinite where the rays do not place a point. The weights (..., V) are one over the variance of
+    a ray at the point, across its direction (..., V, 3).
     """
     matrix = _across(directions, weight).sum(axis=-3)
     solvable = np.linalg.cond(matrix) < _SINGULAR
     inverse = np.linalg.inv(np.where(solvable[..., None, None], matrix, np.eye(3)))
-    result: FloatArray = np.where(solvable[..., None, None], inverse, np.inf)
-    return result
+    return np.where(solvable[..., None, None], inverse, np.inf)
 
 
 def _across(directions: FloatArray, weight: FloatArray | None) -> FloatArray:
@@ -89,8 +80,7 @@ def _across(directions: FloatArray, weight: FloatArray | None) -> FloatArray:
     w = np.ones(d.shape[:-1]) if weight is None else np.broadcast_to(weight, d.shape[:-1])
     known = np.isfinite(d).all(axis=-1) & np.isfinite(w)
     d, w = np.where(known[..., None], d, 0.0), np.where(known, w, 0.0)
-    result: FloatArray = w[..., None, None] * (np.eye(3) - d[..., :, None] * d[..., None, :])
-    return result
+    return w[..., None, None] * (np.eye(3) - d[..., :, None] * d[..., None, :])
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,13 +127,7 @@ class Sightings:
     def without(self, view: int) -> Sightings:
         """All but one of them."""
         kept = np.arange(len(self.sigma)) != view
-        return Sightings(
-            self.rotation[kept],
-            self.translation[kept],
-            self.place[kept],
-            self.raw_from_place[kept],
-            self.sigma[kept],
-        )
+        return Sightings(*(getattr(self, field.name)[kept] for field in fields(self)))
 
     @cached_property
     def rays(self) -> tuple[FloatArray, FloatArray]:
@@ -170,21 +154,15 @@ class Sightings:
         slope = np.zeros((len(x), 2, 3))
         slope[:, 0, 0] = slope[:, 1, 1] = 1.0 / z
         slope[:, 0, 2], slope[:, 1, 2] = -x / z**2, -y / z**2
-        result: FloatArray = self.raw_from_place @ slope @ self.rotation
-        return result
+        return self.raw_from_place @ slope @ self.rotation
 
 
 @dataclass(frozen=True, eq=False)
 class SeenPoint:
-    """A point and how well it is known.
+    """A point (3,), world, metres, and how well it is known.
 
-    Attributes
-    ----------
-    world : (3,) float64, metres
-    covariance : (3, 3) float64, square metres
-        From the sigmas; larger where the sightings contradict each other more than these say.
-    outlier : (V,) bool
-        Sightings that fit none of the others.
+    `covariance` (3, 3), square metres, follows from the sigmas and is larger where the sightings
+    contradict each other more than these say; `outlier` (V,) are those that fit none of the others.
     """
 
     world: FloatArray
@@ -196,12 +174,8 @@ def point_of_sightings(sightings: Sightings) -> SeenPoint | None:
     """The point by least squares with Tukey's weights (1 - (r / 8 sigma)^2)^2.
 
     The rays of every pair of cameras give a candidate; it is looked for from the one that
-    contradicts the others least.
-
-    Returns
-    -------
-    SeenPoint or None
-        None with fewer than two sightings, or where the rays do not meet in front of two cameras.
+    contradicts the others least. None with fewer than two sightings, or where the rays do not meet
+    in front of two cameras.
     """
     world = _best_candidate(sightings)
     if world is None:
@@ -230,8 +204,7 @@ def _raw_from_place(camera: Camera, place: FloatArray) -> FloatArray:
     steps = _STEP * np.array([[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]])
     around = np.concatenate([place + steps, np.ones((4, 1))], axis=1)
     raw = camera.project(camera.world_from_camera.apply(around))
-    result: FloatArray = np.stack([raw[0] - raw[1], raw[2] - raw[3]], axis=1) / (2.0 * _STEP)
-    return result
+    return np.stack([raw[0] - raw[1], raw[2] - raw[3]], axis=1) / (2.0 * _STEP)
 
 
 def _best_candidate(sightings: Sightings) -> FloatArray | None:
@@ -256,8 +229,7 @@ def _weights(sightings: Sightings, residual: FloatArray) -> FloatArray:
         return np.asarray(seen, dtype=np.float64)
     scaled = np.linalg.norm(residual, axis=1) / (_GROSS * sightings.sigma)
     scaled = np.where(seen, scaled, np.inf)
-    result: FloatArray = np.square(np.maximum(1.0 - np.square(scaled), 0.0))
-    return result
+    return np.square(np.maximum(1.0 - np.square(scaled), 0.0))
 
 
 def _normal_equations(sightings: Sightings, world: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -24,29 +24,32 @@ METRES_PER_UNIT = {"m": 1.0, "mm": 0.001}
 def read_calibration(path: Path) -> dict[str, Camera]:
     """Cameras by name, lengths in metres.
 
-    Raises
-    ------
-    InputError
-        At the first thing that is wrong: no file, no units, no or unusable cameras.
+    Raises InputError at the first thing that is wrong: no file, no units, no or unusable cameras.
     """
     complaints: list[InputError] = []
-    cameras = parse_calibration(path, complaints)
+    cameras, _ = parse_calibration(path, complaints)
     if complaints:
         raise complaints[0]
     return cameras
 
 
-def parse_calibration(path: Path, complaints: list[InputError]) -> dict[str, Camera]:
-    """The cameras that can be used; everything wrong is appended to `complaints`."""
+def parse_calibration(
+    path: Path, complaints: list[InputError]
+) -> tuple[dict[str, Camera], frozenset[str] | None]:
+    """The cameras that can be used; everything wrong is appended to `complaints`.
+
+    Also the names of all cameras in the file, usable or not; None where it cannot be read.
+    """
     try:
         content = load_toml(path)
     except InputError as error:
         complaints.append(error)
-        return {}
+        return {}, None
     metres = _metres_per_unit(content, path, complaints)
     cameras: dict[str, Camera] = {}
-    for section, values in content.items():
-        if section == "metadata" or not isinstance(values, Mapping):
+    sections = {key: values for key, values in content.items() if isinstance(values, Mapping)}
+    for section, values in sections.items():
+        if section == "metadata":
             continue
         table = Table(values, f"{path}, [{section}]", complaints)
         camera = _camera(table, metres)
@@ -66,17 +69,7 @@ def parse_calibration(path: Path, complaints: list[InputError]) -> dict[str, Cam
                 remedy="Add a section with name, size, matrix, distortions, rotation, translation.",
             )
         )
-    return cameras
-
-
-def stated_names(path: Path) -> frozenset[str] | None:
-    """Names of all cameras in the file, usable or not; None where the file cannot be read."""
-    try:
-        content = load_toml(path)
-    except InputError:
-        return None
-    sections = [values for values in content.values() if isinstance(values, Mapping)]
-    return frozenset(str(values["name"]) for values in sections if "name" in values)
+    return cameras, frozenset(str(one["name"]) for one in sections.values() if "name" in one)
 
 
 def _metres_per_unit(content: Mapping[str, Any], path: Path, complaints: list[InputError]) -> float:
@@ -156,18 +149,13 @@ def _matrix(table: Table) -> FloatArray | None:
     matrix = _numbers(table, "matrix", (3, 3), "three rows of three numbers in pixels")
     if matrix is None:
         return None
-    upright = np.allclose(matrix[2], (0, 0, 1)) and matrix[1, 0] == 0
-    if not upright and np.allclose(matrix[:, 2], (0, 0, 1)) and matrix[0, 1] == 0:
+    if not (np.allclose(matrix[2], (0, 0, 1)) and matrix[1, 0] == 0):
+        transposed = np.allclose(matrix[:, 2], (0, 0, 1)) and matrix[0, 1] == 0
         table.complain(
             "matrix",
-            "the matrix is transposed: the principal point is in its last row",
-            "Write [[fx, 0, cx], [0, fy, cy], [0, 0, 1]].",
-        )
-        return None
-    if not upright:
-        table.complain(
-            "matrix",
-            "the last row is not 0, 0, 1 or there is a number below fx",
+            "the matrix is transposed: the principal point is in its last row"
+            if transposed
+            else "the last row is not 0, 0, 1 or there is a number below fx",
             "Write [[fx, 0, cx], [0, fy, cy], [0, 0, 1]].",
         )
         return None

@@ -15,6 +15,7 @@ from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.errors import Finding, InputError
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.camera_agreement import disagreeing_camera
+from stereotrack_core.recording.camera_checks import view_cameras
 from stereotrack_core.recording.csv_table import read_rows, whole_number
 from stereotrack_core.recording.description import Recording
 
@@ -40,17 +41,9 @@ CAP_PX = 15.0
 
 @dataclass(frozen=True, eq=False)
 class Observations:
-    """Pixels of points in views over frames.
+    """Pixels (V, F, L, 2) of points in views over contiguous frames (F,); NaN where not seen.
 
-    Attributes
-    ----------
-    views : tuple of str
-    frame : (F,) int64
-        Contiguous.
-    pixels : (V, F, L, 2) float64
-        NaN where not seen.
-    mirror : tuple of int
-        For each of the L points the one of the other side, or itself.
+    `mirror` names for each of the L points the one of the other side, or itself.
     """
 
     views: tuple[str, ...]
@@ -79,12 +72,7 @@ def check_consistency(recording: Recording, frame_count: int) -> Iterator[Findin
 
 def _cameras(recording: Recording) -> dict[str, Camera]:
     """Cameras by what a row of clicks may say: a view's name or a camera's."""
-    views = {
-        view.name: recording.cameras[view.image.camera]
-        for view in recording.views
-        if view.image.camera in recording.cameras
-    }
-    return {**recording.cameras, **views}
+    return {**recording.cameras, **view_cameras(recording)}
 
 
 def _observations(

@@ -58,10 +58,7 @@ def read_cells(
 ) -> list[list[str]]:
     """All cells of a text file, stripped and unguarded, line by line.
 
-    Raises
-    ------
-    InputError
-        Where it cannot be read.
+    Raises InputError where it cannot be read.
     """
     sign = "tabulators" if delimiter == "\t" else "commas"
     remedy = f"It must be a UTF-8 text file with {sign} between values."
@@ -76,20 +73,9 @@ def read_rows(
 ) -> list[tuple[int, dict[str, str]]]:
     """Line number and cells by column of every row that is not empty.
 
-    Columns may stand in any order; further columns are ignored.
-
-    Parameters
-    ----------
-    path : Path
-    columns : sequence of str
-    complaints : list of InputError, optional
-        What is wrong about single rows is appended, and these rows are left out.
-
-    Raises
-    ------
-    InputError
-        When the file is missing or unreadable, or a column is missing; where there is no list of
-        complaints, also when a row is too short or too long.
+    Columns may stand in any order; further columns are ignored. Raises InputError when the file is
+    missing or unreadable, or a column is missing. What is wrong about single rows is appended to
+    `complaints`, and these rows are left out; without such a list it is raised as well.
     """
     lines = read_cells(path)
     header = lines[0] if lines else []
@@ -144,13 +130,7 @@ SUFFIXES = (".csv", ".md")
 
 
 def table_suffix(path: Path) -> str:
-    """Suffix of a table file, checked.
-
-    Raises
-    ------
-    InputError
-        For a suffix that no table has.
-    """
+    """Suffix of a table file, checked; raises InputError for a suffix that no table has."""
     suffix = path.suffix.lower()
     if suffix not in SUFFIXES:
         raise InputError(
@@ -172,10 +152,8 @@ def markdown_text(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
 def read_csv_table(path: Path) -> tuple[tuple[str, ...], tuple[tuple[str, ...], ...]]:
     """Headings and rows of a CSV file; empty lines are left out.
 
-    Raises
-    ------
-    InputError
-        When the file cannot be read, has no heading, a heading twice, or a row of another length.
+    Raises InputError when the file cannot be read, has no heading, a heading twice, or a row of
+    another length.
     """
     filled = [(number, line) for number, line in enumerate(read_cells(path), start=1) if any(line)]
     if not filled or not all(filled[0][1]) or len(set(filled[0][1])) < len(filled[0][1]):

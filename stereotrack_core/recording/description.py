@@ -102,16 +102,11 @@ class Recording:
 
     Attributes
     ----------
-    folder : Path
-    name : str
     fps : float
         Frame sets per second.
-    views : tuple of View
     cameras : mapping from camera name to Camera
-    subject : Subject or None
     reference : LandmarkTrajectory or None
         Taken as truth by ``evaluate``; the tracker never sees it.
-    segments : tuple of Segment
     """
 
     folder: Path
@@ -146,34 +141,20 @@ LENGTHS = tuple(field.name for field in fields(Subject) if field.name != "name")
 def read_subject(path: Path) -> Subject:
     """The subject; lengths in metres, None where not measured.
 
-    Raises
-    ------
-    InputError
-        At the first thing that is wrong.
+    Raises InputError at the first thing that is wrong.
     """
     complaints: list[InputError] = []
-    subject = parse_subject(path, complaints)
-    if complaints:
-        raise complaints[0]
-    assert subject is not None  # noqa: S101 - without a complaint it was read
-    return subject
-
-
-def parse_subject(path: Path, complaints: list[InputError]) -> Subject | None:
-    """The subject as far as it is usable; everything wrong is appended to `complaints`."""
-    try:
-        table = Table(load_toml(path), str(path), complaints)
-    except InputError as error:
-        complaints.append(error)
-        return None
+    table = Table(load_toml(path), str(path), complaints)
     lengths = {key: table.number(key) for key in LENGTHS}
     for key, length in lengths.items():
         if length is not None and length <= 0:
             table.complain(
                 key, f"a length of {length:g} m is not possible", "Give the length in metres."
             )
-            lengths[key] = None
-    return Subject(name=table.text("name") or "", **lengths)
+    name = table.text("name") or ""
+    if complaints:
+        raise complaints[0]
+    return Subject(name=name, **lengths)
 
 
 def write_subject(path: Path, subject: Subject) -> None:
@@ -188,10 +169,8 @@ COLUMNS = ("segment", "first", "end")
 def read_segments(path: Path) -> tuple[Segment, ...]:
     """Segments in the file's order.
 
-    Raises
-    ------
-    InputError
-        When the file cannot be read or a segment has no name or ends before it begins.
+    Raises InputError when the file cannot be read or a segment has no name or ends before it
+    begins.
     """
     segments = []
     for line, cells in read_rows(path, COLUMNS):

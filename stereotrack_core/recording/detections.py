@@ -39,7 +39,6 @@ class Detection:
         Standard deviation of each number of `position`, in its unit.
     confidence : float
         From 0 (exclusive) to 1; the variance is divided by it.
-    camera : Camera or None
     """
 
     time: float
@@ -51,14 +50,9 @@ class Detection:
 
 
 class Detections:
-    """Detections in the order of their times.
+    """Detections in the order of their times; those of the same time stay in theirs.
 
-    Parameters
-    ----------
-    detections : iterable of Detection
-        In any order; those of the same time stay in theirs.
-    source : str
-        File that they come from; empty where there is none.
+    `source` is the file that they come from; empty where there is none.
     """
 
     def __init__(self, detections: Iterable[Detection] = (), source: str = "") -> None:
@@ -93,14 +87,10 @@ COLUMNS = ("frame", "view", "kind", "x", "y", "z", "sigma", "confidence")
 def read_detections(path: Path, recording: Recording) -> Detections:
     """Detections of a recording.
 
-    Without a view x, y, z are metres in the world; with one x, y are pixels of the raw picture
-    (the view's reference picture, or that of a camera by its name) and z is empty. A frame may
-    have a fraction. An empty confidence is 1; rows with confidence 0 say nothing and are left out.
-
-    Raises
-    ------
-    InputError
-        When the file cannot be read or a row makes no sense.
+    Without a view x, y, z are metres in the world; with one x, y are pixels of the raw picture (the
+    view's reference picture, or that of a camera by its name) and z is empty. A frame may have a
+    fraction. An empty confidence is 1; rows with confidence 0 say nothing and are left out. Raises
+    InputError when the file cannot be read or a row makes no sense.
     """
     known = dict(recording.cameras)
     known |= {view.name: recording.reference_camera(view) for view in recording.views}
@@ -112,10 +102,7 @@ def read_detections(path: Path, recording: Recording) -> Detections:
 def own_detections(recording: Recording) -> Detections | None:
     """What lies beside a recording as :data:`OWN_FILE`; None where there is nothing.
 
-    Raises
-    ------
-    InputError
-        See :func:`read_detections`.
+    Raises InputError: see :func:`read_detections`.
     """
     path = recording.folder / OWN_FILE
     return read_detections(path, recording) if path.is_file() else None

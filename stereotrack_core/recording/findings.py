@@ -30,7 +30,6 @@ def examine(folder: Path, deep: bool = False, *, compare: bool = False) -> tuple
 
     Parameters
     ----------
-    folder : Path
     deep : bool
         Whether to decode all images too (undecodable, dark and frozen views, gain differences)
         and to compare the cameras.
@@ -54,17 +53,13 @@ def _check(
 ) -> Iterator[Finding]:
     yield from check_cameras(recording)
     yield from check_subject(recording)
-    counts: dict[str, tuple[int, Stream]] = {}
+    lasting: dict[str, int] = {}
     for view in recording.views:
         for key, stream in view.streams().items():
-            yield from _check_stream(recording, view, key, stream, counts, paced)
+            yield from _check_stream(recording, view, key, stream, lasting, paced)
         yield from _check_background(view)
-    yield from check_lengths(recording, counts)
-    lasting = [
-        n - stream.first_frame - round(stream.time_offset * recording.fps)
-        for n, stream in counts.values()
-    ]
-    frame_count = max(0, min(lasting, default=0))
+    yield from _check_lengths(lasting)
+    frame_count = max(0, min(lasting.values(), default=0))
     if frame_count:
         yield from check_segments(recording, frame_count)
         yield from check_reference(recording, frame_count)
@@ -80,7 +75,7 @@ def _check_stream(
     view: View,
     key: str,
     stream: Stream,
-    counts: dict[str, tuple[int, Stream]],
+    lasting: dict[str, int],
     paced: bool,
 ) -> Iterator[Finding]:
     where = f"recording.toml, view {view.name}, {key}"
@@ -89,7 +84,8 @@ def _check_stream(
     except InputError:
         return  # told when the recording was read
     try:
-        counts[f"{view.name} {key}"] = (source.count(), stream)
+        shift = stream.first_frame + round(stream.time_offset * recording.fps)
+        lasting[f"{view.name} {key}"] = source.count() - shift
         missing = source.missing()
         if missing:
             yield Finding(
@@ -160,16 +156,10 @@ PLAUSIBLE_LENGTHS_M: dict[str, tuple[float, float]] = {
 """From small children's to very tall adults' values; other lengths are a slip."""
 
 
-def check_lengths(
-    recording: Recording, counts: Mapping[str, tuple[int, Stream]]
-) -> Iterator[Finding]:
-    """Streams of different length; `counts` has the number of frames by place of the stream."""
-    if not counts:
+def _check_lengths(lasting: Mapping[str, int]) -> Iterator[Finding]:
+    """Streams of different length, from frame 0 of the recording on, by place of the stream."""
+    if not lasting:
         return
-    lasting = {
-        place: count - stream.first_frame - round(stream.time_offset * recording.fps)
-        for place, (count, stream) in counts.items()
-    }
     shortest, longest = min(lasting.values()), max(lasting.values())
     if shortest < 1:
         yield Finding(

@@ -9,7 +9,7 @@ from typing import Any, TypeVar, cast
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
-from stereotrack_core.recording.calibration import parse_calibration, stated_names
+from stereotrack_core.recording.calibration import parse_calibration
 from stereotrack_core.recording.description import (
     Recording,
     Stream,
@@ -117,10 +117,7 @@ T = TypeVar("T")
 def open_recording(folder: Path) -> Recording:
     """Read the description of a recording folder; no picture is decoded.
 
-    Raises
-    ------
-    InputError
-        At the first thing that is wrong; :func:`findings.examine` tells all of them.
+    Raises InputError at the first thing that is wrong; :func:`findings.examine` tells all of them.
 
     Examples
     --------
@@ -139,10 +136,7 @@ def open_recording(folder: Path) -> Recording:
 def open_recordings(folders: Sequence[Path]) -> list[Recording]:
     """Recordings of several folders, with names that tell them apart.
 
-    Raises
-    ------
-    InputError
-        For a folder that is no recording, or is given twice.
+    Raises InputError for a folder that is no recording, or is given twice.
     """
     recordings = [open_recording(folder) for folder in folders]
     if len({recording.folder.resolve() for recording in recordings}) < len(recordings):
@@ -225,8 +219,7 @@ def _cameras(folder: Path, table: Table) -> tuple[Mapping[str, Camera], frozense
     except InputError as error:
         table.complaints.append(error)
         return {}, None
-    cameras = parse_calibration(path, table.complaints)
-    stated = stated_names(path)
+    cameras, stated = parse_calibration(path, table.complaints)
     return cameras, None if stated is None else stated - set(cameras)
 
 

@@ -8,7 +8,7 @@ stays. The luma plane is taken as it is and stretched by a table, without colour
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import cache
 from pathlib import Path
 from typing import Any, Literal, Protocol, TypeAlias
@@ -60,20 +60,9 @@ PLANAR_LUMA = ("yuv", "yuvj", "nv12", "nv21", "gray")
 def picture_of(frame: Any, kind: PictureKind) -> NDArray[Any]:
     """Pixels of a decoded frame, read-only.
 
-    Parameters
-    ----------
-    frame : av.VideoFrame
-    kind : {"grey", "colour", "depth"}
-
-    Returns
-    -------
-    (H, W) uint8 for grey; (H, W, 3) uint8 BGR for colour, but (H, W) where the stream itself
-    is grey; (H, W) uint16 for depth.
-
-    Raises
-    ------
-    DamagedFrame
-        When depth is wanted of pictures with less than 16 bits.
+    (H, W) uint8 for grey; (H, W, 3) uint8 BGR for colour, but (H, W) where the stream itself is
+    grey; (H, W) uint16 for depth. Raises :class:`DamagedFrame` when depth is wanted of pictures
+    with less than 16 bits.
     """
     if kind == "depth":
         if not frame.format.name.startswith("gray16"):
@@ -137,12 +126,8 @@ def is_pattern(frames: str) -> bool:
 def numbered_files(folder: Path, pattern: str) -> dict[int, Path]:
     """Files that fit a printf pattern in the last part of its path, by number.
 
-    Raises
-    ------
-    ValueError
-        When the pattern has not exactly one ``%d`` or ``%0Nd`` in its last part.
-    OSError
-        When the folder cannot be read.
+    Raises ValueError when the pattern has not exactly one ``%d`` or ``%0Nd`` in its last part,
+    OSError when the folder cannot be read.
     """
     path = folder / pattern
     places = list(NUMBER.finditer(path.name))
@@ -168,15 +153,8 @@ def numbered_files(folder: Path, pattern: str) -> dict[int, Path]:
 def read_image(path: Path, kind: PictureKind) -> NDArray[Any]:
     """Pixels of an image file, read-only, not turned.
 
-    Returns
-    -------
-    (H, W) uint8 for grey; (H, W, 3) uint8 BGR or (H, W) for colour; (H, W) uint16 (or the
-    file's own type) for depth.
-
-    Raises
-    ------
-    DamagedFrame
-        When the file is missing or no image.
+    (H, W) uint8 for grey; (H, W, 3) uint8 BGR or (H, W) for colour; (H, W) uint16 (or the file's
+    own type) for depth. Raises :class:`DamagedFrame` when the file is missing or no image.
     """
     try:
         content = read_bytes(path, PICTURE_BYTES)
@@ -212,18 +190,13 @@ def _is_cut_off(content: bytes) -> bool:
 class NumberedImages:
     """Image files by number, counted from the lowest one; a gap is a damaged frame.
 
-    Raises
-    ------
-    ValueError, OSError
-        As :func:`numbered_files`; ValueError also where no file fits.
+    `files` are those of a pattern, at least one; see :func:`numbered_files`.
     """
 
-    def __init__(self, folder: Path, pattern: str, kind: PictureKind) -> None:
-        self._files = numbered_files(folder, pattern)
-        if not self._files:
-            raise ValueError(pattern)
-        self._lowest = min(self._files)
-        self._count = max(self._files) - self._lowest + 1
+    def __init__(self, files: Mapping[int, Path], pattern: str, kind: PictureKind) -> None:
+        self._files = files
+        self._lowest = min(files)
+        self._count = max(files) - self._lowest + 1
         self._pattern = pattern
         self._kind: PictureKind = kind
 

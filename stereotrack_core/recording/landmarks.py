@@ -62,13 +62,9 @@ COLUMNS = ("frame", "landmark", "x", "y", "z")
 def read_landmarks(path: Path) -> LandmarkTrajectory:
     """Trajectory in metres, world; values that are missing, empty or NaN are NaN.
 
-    Landmarks besides the nine are ignored (:func:`unknown_landmarks` names them).
-
-    Raises
-    ------
-    InputError
-        When the file cannot be read, a value is no number, a landmark stands twice in a frame,
-        or none of its landmarks is one of the nine.
+    Landmarks besides the nine are ignored (:func:`unknown_landmarks` names them). Raises InputError
+    when the file cannot be read, a value is no number, a landmark stands twice in a frame, or none
+    of its landmarks is one of the nine.
     """
     found: dict[int, dict[str, list[float]]] = {}
     others = set()

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Mapping, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
-from types import TracebackType
 from typing import Any
 
 import numpy as np
@@ -61,6 +60,9 @@ class FrameSet:
     problems: Mapping[str, str] = field(default_factory=dict)
 
 
+KINDS: dict[str, PictureKind] = {"depth": "depth", "mask": "grey"}
+"""Of streams that are no images, by their key in ``recording.toml``."""
+
 MASK_THRESHOLD = 127
 READ_AHEAD_THREADS = 4
 
@@ -80,11 +82,11 @@ class OpenStream:
 class FrameReader:
     """Frame sets by number, the same pictures in whatever order they are asked for.
 
-    May be used from several threads. Pictures are shared with the cache and read-only.
+    May be used from several threads. Pictures are shared with the cache and read-only. Raises
+    InputError when a view is not known or a stream cannot be opened.
 
     Parameters
     ----------
-    recording : Recording
     views : sequence of str, optional
         Names of the views to read; all where not given.
     colour : bool
@@ -93,11 +95,6 @@ class FrameReader:
         Bytes of pictures kept at most.
     read_ahead : int
         Number of frame sets decoded in the background after the one that was asked for.
-
-    Raises
-    ------
-    InputError
-        When a view is not known or a stream cannot be opened.
     """
 
     def __init__(
@@ -131,12 +128,7 @@ class FrameReader:
     def __enter__(self) -> FrameReader:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     @property
@@ -160,7 +152,7 @@ class FrameReader:
 
     def _open_view(self, view: View) -> None:
         for key, stream in view.streams().items():
-            kind = self._kind(key)
+            kind = KINDS.get(key, self._image_kind)
             where = f"{self.recording.folder / 'recording.toml'}, view {view.name}, {key}.frames"
             source = open_stream(self.recording.folder, stream.frames, kind, where)
             shift = stream.first_frame + round(stream.time_offset * self.recording.fps)
@@ -168,10 +160,6 @@ class FrameReader:
             camera = self.recording.cameras[stream.camera or view.image.camera]
             shape = camera.height, camera.width
             self._streams[view.name, key] = OpenStream(name, stream, source, shift, shape)
-
-    def _kind(self, key: str) -> PictureKind:
-        kinds: dict[str, PictureKind] = {"depth": "depth", "mask": "grey"}
-        return kinds.get(key, self._image_kind)
 
     @property
     def frame_count(self) -> int:
@@ -199,12 +187,8 @@ class FrameReader:
     def frame_set(self, k: int) -> FrameSet:
         """All images of frame k.
 
-        A view of which a picture cannot be decoded is absent, with a sentence in `problems`.
-
-        Raises
-        ------
-        InputError
-            When k is not a frame of the recording.
+        A view of which a picture cannot be decoded is absent, with a sentence in `problems`. Raises
+        InputError when k is not a frame of the recording.
         """
         self._check_number(k)
         forward = k >= self._latest
@@ -217,10 +201,13 @@ class FrameReader:
         views: dict[str, ViewImages] = {}
         problems: dict[str, str] = {}
         for view in self.views:
+            places = {key: (view.name, key) for key in view.streams()}
             try:
                 pictures = {
-                    key: self._finished(futures.get((view.name, key)), (view.name, key), k)
-                    for key in view.streams()
+                    key: futures[place].result()
+                    if place in futures
+                    else self._picture(self._streams[place], k)
+                    for key, place in places.items()
                 }
                 views[view.name] = _view_images(view, pictures)
             except DamagedFrame as problem:
@@ -241,11 +228,6 @@ class FrameReader:
                 where=self.recording.name,
                 remedy=f"The frames are numbered 0 to {self.frame_count - 1}.",
             )
-
-    def _finished(
-        self, future: Future[NDArray[Any]] | None, place: tuple[str, str], k: int
-    ) -> NDArray[Any]:
-        return self._picture(self._streams[place], k) if future is None else future.result()
 
     def _picture(self, opened: OpenStream, k: int) -> NDArray[Any]:
         """Picture of the recording's frame k, from the cache or decoded."""
@@ -298,10 +280,7 @@ class FrameReader:
     def background(self, view: str) -> tuple[ImageArray | None, ImageArray] | None:
         """The empty scene as (left or None, image), or None where the view states none.
 
-        Raises
-        ------
-        InputError
-            When it cannot be read.
+        Raises InputError when it cannot be read.
         """
         chosen = self.recording.view(view)
         with self._background_lock:
@@ -359,10 +338,7 @@ _SHARE = 0.01
 def has_colours(recording: Recording, views: Sequence[str]) -> bool:
     """Whether the reference pictures of any of these views have colours, by the first frame.
 
-    Raises
-    ------
-    InputError
-        When a stream cannot be opened.
+    Raises InputError when a stream cannot be opened.
     """
     with FrameReader(recording, views=views, read_ahead=0) as reader:
         known, _ = reader.frame_count_so_far()

@@ -14,10 +14,7 @@ if TYPE_CHECKING:  # no more than that is needed, and the command line starts qu
 def frame_bounds(text: str, option: str = "--frames") -> tuple[int | None, int | None]:
     """First frame and end of ``A:B`` as given to an option; None where left out.
 
-    Raises
-    ------
-    InputError
-        Where the text cannot be read, or the end does not come after the first frame.
+    Raises InputError where the text cannot be read, or the end does not come after the first frame.
     """
     first, sign, end = text.partition(":")
     try:
@@ -41,10 +38,7 @@ def frame_bounds(text: str, option: str = "--frames") -> tuple[int | None, int |
 def frames_within(text: str | None, count: int) -> range:
     """Frames that ``--frames`` names out of a recording's `count`.
 
-    Raises
-    ------
-    InputError
-        For frames that the recording does not have.
+    Raises InputError for frames that the recording does not have.
     """
     if not count:
         raise InputError("the recording has no frames", remedy="See `stereotrack info`.")
@@ -64,10 +58,7 @@ def frames_within(text: str | None, count: int) -> range:
 def views_of(recording: Recording, text: str | None) -> tuple[str, ...] | None:
     """View names that ``--views`` asks for; None for all.
 
-    Raises
-    ------
-    InputError
-        For a view that the recording does not have.
+    Raises InputError for a view that the recording does not have.
     """
     if text is None:
         return None
@@ -89,10 +80,7 @@ def views_of(recording: Recording, text: str | None) -> tuple[str, ...] | None:
 def seeds_of(text: str) -> list[int]:
     """Seeds that ``--seeds`` names.
 
-    Raises
-    ------
-    InputError
-        For anything but different whole numbers from 0.
+    Raises InputError for anything but different whole numbers from 0.
     """
     try:
         seeds = [int(part) for part in text.split(",")]

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 from pathlib import Path, PureWindowsPath
-from typing import Any
 
 import av
 import numpy as np
-from numpy.typing import NDArray
 
 from stereotrack_core.arrays import ImageArray
 from stereotrack_core.errors import InputError
@@ -35,10 +33,8 @@ WIDEST_GAP = 10_000
 def inside(folder: Path, relative: str, where: str) -> Path:
     """Path of a file in the recording.
 
-    Raises
-    ------
-    InputError
-        When the path leaves the folder or does not exist (the last part of a pattern may not).
+    Raises InputError when the path leaves the folder or does not exist (the last part of a pattern
+    may not).
     """
     path = Path(relative)
     leaves = path.is_absolute() or PureWindowsPath(relative).drive != "" or "\0" in relative
@@ -73,10 +69,7 @@ def inside(folder: Path, relative: str, where: str) -> Path:
 def picture_size(folder: Path, frames: str, where: str) -> tuple[int, int]:
     """Width and height of a stream's pictures, from the first one.
 
-    Raises
-    ------
-    InputError
-        When nothing is there or it is no video or image.
+    Raises InputError when nothing is there or it is no video or image.
     """
     path = inside(folder, frames, where)
     if is_pattern(frames):
@@ -109,15 +102,11 @@ def image_size(path: Path, where: str) -> tuple[int, int]:
 def open_stream(folder: Path, frames: str, kind: PictureKind, where: str) -> StreamSource:
     """Open a video or numbered images.
 
-    Raises
-    ------
-    InputError
-        When nothing is there or it cannot be opened.
+    Raises InputError when nothing is there or it cannot be opened.
     """
     path = inside(folder, frames, where)
     if is_pattern(frames):
-        _files(folder, frames, where)
-        return NumberedImages(folder, frames, kind)
+        return NumberedImages(_files(folder, frames, where), frames, kind)
     try:
         return VideoStream(path, kind)
     except (av.FFmpegError, OSError, IndexError) as error:
@@ -173,10 +162,7 @@ def background_picture(
 ) -> tuple[ImageArray | None, ImageArray] | None:
     """The empty scene as (left or None, image), or None where the view states none for a stream.
 
-    Raises
-    ------
-    InputError
-        When it cannot be read.
+    Raises InputError when it cannot be read.
     """
     if view.image.background is None or (view.left and view.left.background is None):
         return None
@@ -196,7 +182,7 @@ def _picture(folder: Path, view: View, stream: Stream, key: str, kind: PictureKi
         source = open_stream(folder, file, kind, where)
         try:
             numbers = np.unique(np.linspace(0, source.count() - 1, FRAMES_OF_A_VIDEO).astype(int))
-            pictures = [source.read(int(n), _forget) for n in numbers if n >= 0]
+            pictures = [source.read(int(n), lambda _n, _picture: None) for n in numbers if n >= 0]
         finally:
             source.close()
     except DamagedFrame as problem:
@@ -207,7 +193,3 @@ def _picture(folder: Path, view: View, stream: Stream, key: str, kind: PictureKi
         raise InputError("it contains no image", where=where, remedy="Remove the key.")
     median: ImageArray = np.median(pictures, axis=0).round().astype(np.uint8)
     return median
-
-
-def _forget(number: int, picture: NDArray[Any]) -> None:
-    """Pictures on the way are not needed."""

@@ -25,11 +25,8 @@ _DEEP_KEY = re.compile(rf"(?:^|[\[{{,])[ \t]*(?:{_NAME}[ \t]*\.[ \t]*){{{DEEPEST
 def load_toml(path: Path) -> dict[str, Any]:
     """Content of a TOML file.
 
-    Raises
-    ------
-    InputError
-        When the file is missing, unreadable, or not TOML, or nested deeper or with larger numbers
-        than anybody writes.
+    Raises InputError when the file is missing, unreadable, or not TOML, or nested deeper or with
+    larger numbers than anybody writes.
     """
     text = read_text(path)
     with decoding(path, "this is not valid TOML", "Correct this line."):
@@ -44,13 +41,8 @@ def load_toml(path: Path) -> dict[str, Any]:
 class Table:
     """A TOML table that collects complaints instead of stopping at the first.
 
-    Attributes
-    ----------
-    values : mapping
-    where : str
-        File and section, as the user knows it.
-    complaints : list of InputError
-        Shared by all tables of one reading; what is wrong is appended.
+    `where` is file and section, as the user knows it. All tables of one reading share `complaints`;
+    what is wrong is appended.
     """
 
     values: Mapping[str, Any]

@@ -54,15 +54,9 @@ def video_stream(container: Any) -> Any:
 class FrameTimes:
     """Time stamps of the frames of one video, growing while the background thread reads.
 
-    Attributes
-    ----------
-    complete : bool
-        Whether the end of the video has been reached.
-    ordered : bool
-        False where time stamps are missing or repeat: then frames can only be counted from the
-        beginning of the video.
-    damage : str
-        Why reading stopped before the end of the file; empty where it did not.
+    `complete` once the end has been reached; not `ordered` where time stamps are missing or repeat:
+    then frames can only be counted from the beginning of the video. `damage` says why reading
+    stopped before the end of the file; empty where it did not.
     """
 
     def __init__(self, path: Path) -> None:
@@ -213,14 +207,10 @@ class Stretch:
 class VideoStream:
     """Frames of one video by number; a frame is recognised by its time stamp, never by guess.
 
-    To get a frame, decoding goes on from where it stands, or from the last key frame that is
-    shown not later than it. If the container leads to a wrong place, an earlier key frame is
-    tried, at last the beginning. Used by one thread at a time.
-
-    Raises
-    ------
-    av.FFmpegError, OSError, IndexError
-        When the file cannot be opened or holds no video.
+    To get a frame, decoding goes on from where it stands, or from the last key frame that is shown
+    not later than it. If the container leads to a wrong place, an earlier key frame is tried, at
+    last the beginning. Used by one thread at a time. Raises av.FFmpegError, OSError or IndexError
+    when the file cannot be opened or holds no video.
     """
 
     def __init__(self, path: Path, kind: PictureKind) -> None:
@@ -318,19 +308,15 @@ class VideoStream:
         if self._at is None or self._at >= time:
             return False
         keys = self._times.key_times(time)
-        return not keys or keys[-1] <= self._at or self._is_next(time)
-
-    def _is_next(self, time: int) -> bool:
-        here, there = self._times.frame_at(self._at or 0), self._times.frame_at(time)
+        if not keys or keys[-1] <= self._at:
+            return True
+        here, there = self._times.frame_at(self._at), self._times.frame_at(time)
         return here is not None and there == here + 1
 
     def _start_at(self, key: int | None) -> bool:
         """Stand at a key frame, or at the beginning of the file; whether the container can.
 
-        Raises
-        ------
-        DamagedFrame
-            Where the file itself has changed or gone.
+        Raises :class:`DamagedFrame` where the file itself has changed or gone.
         """
         if key is None:
             self._container.close()
@@ -368,13 +354,10 @@ class VideoStream:
         else:
             self._at = None if self._at is None else NEVER
         for frame in passed:
-            self._keep(frame, keep)
+            number = self._times.frame_at(frame.pts)
+            if number is not None and self._is_sound(frame, frame.pts):
+                keep(number, picture_of(frame, self._kind))
         return wanted
-
-    def _keep(self, frame: Any, keep: Keep) -> None:
-        number = self._times.frame_at(frame.pts)
-        if number is not None and self._is_sound(frame, frame.pts):
-            keep(number, picture_of(frame, self._kind))
 
     def _decode(self) -> Iterator[Any]:
         """Pictures from here on; a damaged packet spoils what follows up to the next key frame.

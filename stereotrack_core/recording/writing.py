@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
+from dataclasses import asdict
 from fractions import Fraction
 from pathlib import Path
 from types import TracebackType
@@ -35,13 +36,9 @@ __all__ = ["VideoWriter", "counts_of", "write_png", "write_recording_description
 def write_recording_description(recording: Recording) -> None:
     """Write every file of a recording but its pictures into ``recording.folder``.
 
-    The folder is made if it is not there; ``subject.toml``, ``reference.csv`` and
-    ``segments.csv`` are written where the recording has them.
-
-    Raises
-    ------
-    InputError
-        Where not all of them can be written; then the folder stays as it was.
+    The folder is made if it is not there; ``subject.toml``, ``reference.csv`` and ``segments.csv``
+    are written where the recording has them. Raises InputError where not all of them can be
+    written; then the folder stays as it was.
     """
     content: dict[str, Any] = {
         "format": FORMAT,
@@ -76,16 +73,7 @@ def _view(view: View) -> dict[str, Any]:
 
 
 def _stream(stream: Stream) -> dict[str, Any]:
-    content: dict[str, Any] = {"frames": stream.frames}
-    if stream.camera:
-        content["camera"] = stream.camera
-    if stream.background is not None:
-        content["background"] = stream.background
-    if stream.first_frame:
-        content["first_frame"] = stream.first_frame
-    if stream.time_offset:
-        content["time_offset"] = stream.time_offset
-    return content
+    return {"frames": stream.frames} | {k: v for k, v in asdict(stream).items() if v}
 
 
 def counts_of(metres: Float32Array, unit: float) -> NDArray[np.uint16]:
@@ -109,23 +97,16 @@ class VideoWriter:
 
     Stored as yuv420p, which every player shows, so width and height must be even; grey in full
     range, which is read back without stretching. Use as a context manager: at its end the file is
-    there with all pictures, or, after an error, is what it was before.
+    there with all pictures, or, after an error, is what it was before. Raises InputError when the
+    size, rate or file is not possible, or the drive is full.
 
     Parameters
     ----------
     path : Path
         Ends in .mp4 (or .mkv).
-    fps : float
-    width, height : int
-    colour : bool
     crf : int
         Quality of x264; 0 is lossless (for grey exactly, for colour but for the colour
         conversion), 18 is hardly to be told from the original.
-
-    Raises
-    ------
-    InputError
-        When the size, rate or file is not possible, or the drive is full.
     """
 
     def __init__(
@@ -226,10 +207,7 @@ def _os_errors() -> Iterator[None]:
 def write_png(path: Path, picture: Any) -> None:
     """Write a picture (uint8), a mask (bool) or depth counts (uint16) as PNG.
 
-    Raises
-    ------
-    InputError
-        When the file cannot be written.
+    Raises InputError when the file cannot be written.
     """
     pixels = picture.astype(np.uint8) * 255 if picture.dtype == np.bool_ else picture
     done, content = cv2.imencode(".png", pixels)

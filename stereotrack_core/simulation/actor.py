@@ -22,7 +22,7 @@ from stereotrack_core.simulation.skeleton import BONE, BONES, SIDES, SIGN, Posed
 from stereotrack_core.simulation.surface import rest_surface
 
 
-def skin_weights(person: Person, vertices: FloatArray) -> FloatArray:
+def _skin_weights(person: Person, vertices: FloatArray) -> FloatArray:
     """Weights (V, B) of every bone on the vertices (V, 3) at rest; rows sum to one."""
     joints = rest_joints(person)
     weights = np.zeros((len(vertices), len(BONES)))
@@ -38,11 +38,10 @@ def skin_weights(person: Person, vertices: FloatArray) -> FloatArray:
     return result
 
 
-def smooth_step(x: FloatArray, middle: float, half_width: float) -> FloatArray:
+def _smooth_step(x: FloatArray, middle: float, half_width: float) -> FloatArray:
     """0 to 1 over `middle` +- `half_width`, smoothly."""
     t = np.clip((x - middle) / (2 * half_width) + 0.5, 0.0, 1.0)
-    result: FloatArray = t * t * (3 - 2 * t)
-    return result
+    return t * t * (3 - 2 * t)
 
 
 def _arm_share(joints: FloatArray, p: FloatArray, side: int) -> FloatArray:
@@ -50,7 +49,7 @@ def _arm_share(joints: FloatArray, p: FloatArray, side: int) -> FloatArray:
     shoulder = joints[BONE[f"upper_arm_{SIDES[side]}"]]
     below = np.minimum(0.0, p[:, 2] - (shoulder[2] - 0.05))
     out = SIGN[side] * p[:, 0] + 0.6 * below
-    return smooth_step(out, abs(shoulder[0]) - 0.004, 0.062)
+    return _smooth_step(out, abs(shoulder[0]) - 0.004, 0.062)
 
 
 def _share_arm(
@@ -67,8 +66,8 @@ def _share_arm(
         abs(joints[BONE[f"{bone}_{name}"], 0]) for bone in ("upper_arm", "forearm", "hand")
     )
     twisted = np.clip((out - shoulder) / (0.75 * person.upper_arm), 0.0, 1.0)
-    past_elbow = smooth_step(out, elbow, 0.042)
-    past_wrist = smooth_step(out, wrist, 0.028)
+    past_elbow = _smooth_step(out, elbow, 0.042)
+    past_wrist = _smooth_step(out, wrist, 0.028)
     weights[:, BONE[f"swing_{name}"]] = arm * (1 - past_elbow) * (1 - twisted)
     weights[:, BONE[f"upper_arm_{name}"]] = arm * (1 - past_elbow) * twisted
     weights[:, BONE[f"forearm_{name}"]] = arm * past_elbow * (1 - past_wrist)
@@ -77,8 +76,8 @@ def _share_arm(
 
 def _leg_share(joints: FloatArray, p: FloatArray, side: int) -> FloatArray:
     hip = joints[BONE[f"thigh_{SIDES[side]}"]]
-    below = 1 - smooth_step(p[:, 2], hip[2] - 0.045, 0.075)
-    return below * smooth_step(SIGN[side] * p[:, 0], 0.0, 0.012)
+    below = 1 - _smooth_step(p[:, 2], hip[2] - 0.045, 0.075)
+    return below * _smooth_step(SIGN[side] * p[:, 0], 0.0, 0.012)
 
 
 def _share_leg(
@@ -86,8 +85,8 @@ def _share_leg(
 ) -> None:
     name = SIDES[side]
     knee, ankle = joints[BONE[f"shank_{name}"]], joints[BONE[f"foot_{name}"]]
-    past_knee = 1 - smooth_step(p[:, 2], knee[2], 0.055)
-    past_ankle = 1 - smooth_step(p[:, 2] + 0.15 * (p[:, 1] - ankle[1]), ankle[2], 0.032)
+    past_knee = 1 - _smooth_step(p[:, 2], knee[2], 0.055)
+    past_ankle = 1 - _smooth_step(p[:, 2] + 0.15 * (p[:, 1] - ankle[1]), ankle[2], 0.032)
     weights[:, BONE[f"thigh_{name}"]] = leg * (1 - past_knee)
     weights[:, BONE[f"shank_{name}"]] = leg * past_knee * (1 - past_ankle)
     weights[:, BONE[f"foot_{name}"]] = leg * past_knee * past_ankle
@@ -97,10 +96,10 @@ def _share_trunk(joints: FloatArray, p: FloatArray, trunk: FloatArray, weights: 
     z = p[:, 2]
     spine = np.abs(joints[BONE["chest"], 2] - joints[BONE["waist"], 2])
     passed = [
-        smooth_step(z, joints[BONE["waist"], 2], 0.75 * spine),
-        smooth_step(z, joints[BONE["chest"], 2], 0.75 * spine),
-        smooth_step(z, joints[BONE["neck"], 2], 0.035),
-        smooth_step(z, joints[BONE["head"], 2] - 0.01, 0.04),
+        _smooth_step(z, joints[BONE["waist"], 2], 0.75 * spine),
+        _smooth_step(z, joints[BONE["chest"], 2], 0.75 * spine),
+        _smooth_step(z, joints[BONE["neck"], 2], 0.035),
+        _smooth_step(z, joints[BONE["head"], 2] - 0.01, 0.04),
     ]
     rest = trunk
     for bone, share in zip(("pelvis", "waist", "chest", "neck"), passed, strict=True):
@@ -110,24 +109,24 @@ def _share_trunk(joints: FloatArray, p: FloatArray, trunk: FloatArray, weights: 
     chest = weights[:, BONE["chest"]].copy()
     shoulder = joints[BONE["upper_arm_right"]]
     for side, name in enumerate(SIDES):
-        girdle = smooth_step(SIGN[side] * p[:, 0], 0.5 * shoulder[0], 0.4 * shoulder[0])
-        girdle *= smooth_step(z, shoulder[2] - 0.08, 0.09)
+        girdle = _smooth_step(SIGN[side] * p[:, 0], 0.5 * shoulder[0], 0.4 * shoulder[0])
+        girdle *= _smooth_step(z, shoulder[2] - 0.08, 0.09)
         weights[:, BONE[f"clavicle_{name}"]] = chest * girdle
         weights[:, BONE["chest"]] -= chest * girdle
 
 
-def dual_quaternions(rest: FloatArray, bones: PosedBones) -> FloatArray:
+def _dual_quaternions(rest: FloatArray, bones: PosedBones) -> FloatArray:
     """Unit dual quaternions (B, 8) (w x y z, then the dual part) of all bones.
 
     Signs follow the bone before, so that blending takes the short way.
     """
     shift = bones.joint - np.einsum("bij,bj->bi", bones.rotation, rest)
-    result = rigid_quaternions(bones.rotation, shift)
+    result = _rigid_quaternions(bones.rotation, shift)
     result[result[:, :4] @ result[BONE["chest"], :4] < 0] *= -1
     return result
 
 
-def rigid_quaternions(rotation: FloatArray, shift: FloatArray) -> FloatArray:
+def _rigid_quaternions(rotation: FloatArray, shift: FloatArray) -> FloatArray:
     """Unit dual quaternions (N, 8) of turns (N, 3, 3) and then shifts (N, 3)."""
     real = np.roll(Rotation.from_matrix(rotation).as_quat(), 1, axis=1)
     real *= np.where(real[:, :1] < 0, -1.0, 1.0)
@@ -150,7 +149,7 @@ def _product(a: FloatArray, b: FloatArray) -> FloatArray:
     )
 
 
-def skinned(
+def _skinned(
     vertices: FloatArray, normals: FloatArray, weights: FloatArray, quaternions: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Vertices and normals (V, 3), world, of a surface at rest under posed bones."""
@@ -160,8 +159,7 @@ def skinned(
     dual_w, dual_v = blended[:, 4:5], blended[:, 5:8]
 
     def turned(p: FloatArray) -> FloatArray:
-        result: FloatArray = p + 2 * np.cross(v, np.cross(v, p) + w * p)
-        return result
+        return p + 2 * np.cross(v, np.cross(v, p) + w * p)
 
     shift = 2 * (w * dual_v - dual_w * v + np.cross(v, dual_v))
     return turned(vertices) + shift, turned(normals)
@@ -170,32 +168,23 @@ def skinned(
 _ARM = ("swing", "upper_arm", "forearm", "hand")
 
 
-def girdle_weights(person: Person, vertices: FloatArray, weights: FloatArray) -> FloatArray:
-    """Shares (V, 5) of what stays, of the left girdle and arm, and of the right ones.
-
-    Parameters
-    ----------
-    person : Person
-    vertices : (V, 3) float64, metres
-        At rest.
-    weights : (V, B) float64
-        Of the bones.
-    """
+def _girdle_weights(person: Person, vertices: FloatArray, weights: FloatArray) -> FloatArray:
+    """Shares (V, 5) of what stays, of the left girdle and arm, and of the right ones, at rest."""
     shoulder = rest_joints(person)[BONE["upper_arm_right"]]
     half, z = shoulder[0], vertices[:, 2] - shoulder[2]
-    height = smooth_step(z, -0.10, 0.12) * (1 - smooth_step(z, 0.10, 0.09))
+    height = _smooth_step(z, -0.10, 0.12) * (1 - _smooth_step(z, 0.10, 0.09))
     height *= 1 - weights[:, BONE["head"]]
     shares = np.zeros((len(vertices), 5))
     for side, name in enumerate(SIDES):
         arm = weights[:, [BONE[f"{bone}_{name}"] for bone in _ARM]].sum(axis=1)
-        across = smooth_step(SIGN[side] * vertices[:, 0], 0.45 * half, 0.4 * half)
+        across = _smooth_step(SIGN[side] * vertices[:, 0], 0.45 * half, 0.4 * half)
         shares[:, 1 + 2 * side] = (1 - arm) * across * height
         shares[:, 2 + 2 * side] = arm
     shares[:, 0] = 1 - shares[:, 1:].sum(axis=1)
     return shares
 
 
-def without_own_girdle(bones: PosedBones) -> PosedBones:
+def _without_own_girdle(bones: PosedBones) -> PosedBones:
     """The bones as they were if the shoulders only followed the arms; the same if they do."""
     if np.array_equal(bones.girdle, np.tile(np.eye(3), (2, 1, 1))):
         return bones
@@ -208,7 +197,7 @@ def without_own_girdle(bones: PosedBones) -> PosedBones:
     return PosedBones(rotation, joint)
 
 
-def with_own_girdle(
+def _with_own_girdle(
     vertices: FloatArray, normals: FloatArray, shares: FloatArray, bones: PosedBones
 ) -> tuple[FloatArray, FloatArray]:
     """Move a surface (V, 3), world, that followed the bones without their own girdle."""
@@ -219,7 +208,7 @@ def with_own_girdle(
         turns[1 + 2 * side] = bones.girdle[side]
         shifts[1 + 2 * side] = pivot - bones.girdle[side] @ pivot
         shifts[2 + 2 * side] = _arm_shift(bones, side)
-    return skinned(vertices, normals, shares, rigid_quaternions(turns, shifts))
+    return _skinned(vertices, normals, shares, _rigid_quaternions(turns, shifts))
 
 
 def _arm_shift(bones: PosedBones, side: int) -> FloatArray:
@@ -238,7 +227,6 @@ class Actor:
 
     Attributes
     ----------
-    person : Person
     vertices, normals : (V, 3) float64
         At rest; the textures live in these coordinates.
     triangles : (T, 3) int64
@@ -261,27 +249,20 @@ class Actor:
         return np.full(len(self.triangles), -1, dtype=np.int64)
 
     @cached_property
-    def girdle_shares(self) -> FloatArray:
-        """How vertices follow shoulders that move on their own, (V, 5)."""
-        return girdle_weights(self.person, self.vertices, self.weights)
+    def _girdle_shares(self) -> FloatArray:
+        return _girdle_weights(self.person, self.vertices, self.weights)
 
     def posed(self, bones: PosedBones) -> tuple[FloatArray, FloatArray]:
         """Vertices and normals (V, 3), world."""
-        following = without_own_girdle(bones)
-        quaternions = dual_quaternions(rest_joints(self.person), following)
-        posed = skinned(self.vertices, self.normals, self.weights, quaternions)
-        return posed if following is bones else with_own_girdle(*posed, self.girdle_shares, bones)
+        following = _without_own_girdle(bones)
+        quaternions = _dual_quaternions(rest_joints(self.person), following)
+        posed = _skinned(self.vertices, self.normals, self.weights, quaternions)
+        return posed if following is bones else _with_own_girdle(*posed, self._girdle_shares, bones)
 
 
 def actor(person: Person, clothes: str) -> Actor:
     """Contour, weight and dress a person."""
-    surface = rest_surface(person)
-    return Actor(
-        person,
-        surface.vertices,
-        surface.normals,
-        surface.triangles,
-        skin_weights(person, surface.vertices),
-        material_table(worn(person, clothes)),
-        borders(person),
-    )
+    vertices, normals, triangles = rest_surface(person)
+    weights = _skin_weights(person, vertices)
+    materials = material_table(worn(person, clothes))
+    return Actor(person, vertices, normals, triangles, weights, materials, borders(person))

@@ -6,8 +6,8 @@ from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import ExitStack
 from dataclasses import dataclass
+from itertools import cycle
 from pathlib import Path
-from types import TracebackType
 
 import numpy as np
 from platformdirs import user_data_path
@@ -16,104 +16,114 @@ from stereotrack_core.arrays import FloatArray, ImageArray
 from stereotrack_core.atomic import filling
 from stereotrack_core.errors import Cancelled, InputError
 from stereotrack_core.geometry.camera import Camera
-from stereotrack_core.recording.description import Recording, Segment, Stream, Subject, View
+from stereotrack_core.recording.description import Recording, Stream, Subject, View
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.recording.writing import (
     VideoWriter,
     write_png,
     write_recording_description,
 )
+from stereotrack_core.simulation.actor import Actor, actor
+from stereotrack_core.simulation.materials import noise_lattice
 from stereotrack_core.simulation.motions import motion_names
 from stereotrack_core.simulation.options import SceneOptions
-from stereotrack_core.simulation.people import person_named
-from stereotrack_core.simulation.rig import view_names
-from stereotrack_core.simulation.scene import Scene, build_scene
-from stereotrack_core.simulation.schedule import Part
+from stereotrack_core.simulation.people import PEOPLE, Person, person_named
+from stereotrack_core.simulation.postures import line_path, walk
+from stereotrack_core.simulation.render import CameraRenderer, Posed
+from stereotrack_core.simulation.rig import sensor, stereo_rig, view_names
+from stereotrack_core.simulation.room import room
+from stereotrack_core.simulation.schedule import Chain, Part, chain, scheduled
+from stereotrack_core.simulation.skeleton import JointState, landmarks, posed_bones
 
-_CRF = 16
-"""Leaves the sensor's noise nearly as it is, at less than half the size of a lossless video."""
+_WAYS = (((-3.9, -2.2), (3.3, -2.4)), ((3.3, 2.3), (-3.0, 2.4)))
+"""Beyond the working volume, to and fro, on the floor."""
+_PAUSE_SECONDS, _WALK_SECONDS = 2.0, 6.5
 
 
-class RecordingStore:
-    """Writes pictures as they come, and the descriptions at the end.
+def _passer_by(
+    main: Person, options: SceneOptions, frames: int
+) -> tuple[Actor, Sequence[JointState | None]]:
+    """Another person than `main`, who walks past, is away (None), and comes back elsewhere."""
+    names = list(PEOPLE)
+    other = PEOPLE[names[(names.index(main.name) + 1) % len(names)]]
+    pause = round(_PAUSE_SECONDS * options.fps / options.pace)
+    count = max(2, round(_WALK_SECONDS * options.fps / options.pace))
+    states: list[JointState | None] = []
+    for start, end in cycle(_WAYS):
+        states += [None] * pause
+        states += walk(other, line_path(np.array(start), np.array(end)), count)
+        if len(states) >= frames:
+            break
+    return actor(other, "striped"), states
 
-    Different cameras may be written to by different threads.
 
-    Parameters
-    ----------
-    folder : Path
-        An empty folder.
-    options : SceneOptions
-    cameras : mapping from camera name (``N_left``, ``N_right`` ...) to Camera
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """A person in a room, ready to be drawn.
+
+    `passer` is somebody in the background, with the joints in each frame, None while away.
     """
 
-    def __init__(self, folder: Path, options: SceneOptions, cameras: Mapping[str, Camera]) -> None:
-        self._folder = folder
-        self._options = options
-        self._cameras = dict(cameras)
-        self._open = ExitStack()
-        self._videos: dict[str, VideoWriter] = {}
+    actor: Actor
+    chain: Chain
+    passer: tuple[Actor, Sequence[JointState | None]] | None
+    cameras: Mapping[str, Camera]
+    renderers: Mapping[str, CameraRenderer]
 
-    def __enter__(self) -> RecordingStore:
-        o = self._options
-        for camera in self._cameras:
-            video = VideoWriter(
-                self._folder / f"{camera}.mp4", fps=o.fps, width=o.width, height=o.height,
-                colour=o.colour, crf=0 if o.lossless else _CRF,
-            )  # fmt: skip
-            self._videos[camera] = self._open.enter_context(video)
-        return self
+    def people(self, frame: int) -> tuple[list[Posed], FloatArray]:
+        """Everybody in a frame, posed, and the landmarks (9, 3) of the one who matters."""
+        bones = posed_bones(self.actor.person, self.chain.states[frame])
+        people = [Posed(self.actor, *self.actor.posed(bones))]
+        if self.passer is not None:
+            other, states = self.passer
+            if (state := states[frame]) is not None:
+                people.append(Posed(other, *other.posed(posed_bones(other.person, state))))
+        return people, landmarks(self.actor.person, bones)
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self._open.__exit__(kind, error, trace)
+    def picture(self, camera: str, people: Sequence[Posed], frame: int) -> ImageArray:
+        """What a camera sees in a frame, (H, W) or (H, W, 3) uint8."""
+        return self.renderers[camera].picture(people, frame)
 
-    def add_background(self, camera: str, picture: ImageArray) -> None:
-        """Write a camera's picture of the empty scene."""
-        write_png(self._folder / f"{camera}_background.png", picture)
 
-    def add(self, camera: str, picture: ImageArray) -> None:
-        """Append a camera's next frame."""
-        self._videos[camera].write(picture)
+def build_scene(
+    person: Person,
+    motions: Sequence[str],
+    frames: int,
+    views: tuple[str, ...],
+    seed: int,
+    options: SceneOptions,
+    workers: Executor,
+    parts: Sequence[Part] = (),
+) -> Scene:
+    """Dress the person, plan the motion, set up the cameras and draw the empty room.
 
-    def finish(
-        self, name: str, subject: Subject, truth: FloatArray, segments: Sequence[Segment]
-    ) -> None:
-        """Write what describes the pictures; `truth` is (F, 9, 3) metres, world."""
-        views = dict.fromkeys(camera.partition("_")[0] for camera in self._cameras)
-        write_recording_description(
-            Recording(
-                folder=self._folder,
-                name=name,
-                fps=self._options.fps,
-                views=tuple(
-                    View(
-                        view,
-                        "stereo",
-                        image=self._stream(f"{view}_right"),
-                        left=self._stream(f"{view}_left"),
-                    )
-                    for view in views
-                ),
-                cameras=self._cameras,
-                subject=subject,
-                reference=LandmarkTrajectory(np.arange(len(truth), dtype=np.int64), truth),
-                segments=tuple(segments),
-            )
-        )
+    `parts` say what happens when; without any the motions follow each other.
+    """
+    cameras = stereo_rig(views, options, seed)
+    things, lattice = room(furnished=options.furnished), noise_lattice(seed)
 
-    def _stream(self, camera: str) -> Stream:
-        shown = self._options.background_images
-        background = f"{camera}_background.png" if shown else None
-        return Stream(camera, f"{camera}.mp4", background)
+    def renderer(name: str) -> CameraRenderer:
+        return CameraRenderer(cameras[name], sensor(options, seed, name), things, lattice)
+
+    drawn = workers.map(renderer, cameras)
+    if parts:
+        moves = scheduled(person, parts, frames)
+    else:
+        moves = chain(
+            person, motions, frames,
+            fps=options.fps, pace=options.pace, t_pose_first=options.t_pose_first,
+        )  # fmt: skip
+    passer = _passer_by(person, options, frames) if options.second_person else None
+    dressed = actor(person, options.clothes)
+    return Scene(dressed, moves, passer, cameras, dict(zip(cameras, drawn, strict=True)))
 
 
 Progress = Callable[[int, int], None]
 _WORKERS = 2
+_CRF = 16
+"""Leaves the sensor's noise nearly as it is, at less than half the size of a lossless video."""
+
+DEMO_FRAMES = 100
 
 
 def simulate(
@@ -139,12 +149,10 @@ def simulate(
         P1 to P4.
     motion : str
         A name of ``MOTIONS``, or several joined by ``+``; repeated until the frames are full.
-    frames : int
     views : str
         Some of N, O, S, W.
     seed : int
         Same seed, same pictures and truth.
-    options : SceneOptions, optional
     parts : sequence of Part
         What happens at which frames, instead of `motion`.
     on_progress : callable, optional
@@ -163,35 +171,69 @@ def simulate(
     --------
     >>> simulate(Path("recording"), person="P2", motion="cross-arms", frames=40, views="NS")
     """
-    chosen = options or SceneOptions()
+    o = options or SceneOptions()
     folder = Path(folder)
     _check(folder, frames, seed)
     who, names, where = person_named(person), motion_names(motion), view_names(views)
     with filling(folder) as workplace, ThreadPoolExecutor(_WORKERS) as workers:
-        scene = build_scene(who, names, frames, where, seed, chosen, workers, parts)
-        with RecordingStore(workplace, chosen, scene.cameras) as store:
-            if chosen.background_images:
+        scene = build_scene(who, names, frames, where, seed, o, workers, parts)
+        with ExitStack() as opened:
+            videos = {
+                camera: opened.enter_context(_video(workplace / f"{camera}.mp4", o))
+                for camera in scene.cameras
+            }
+            if o.background_images:
                 for camera, renderer in scene.renderers.items():
-                    store.add_background(camera, renderer.background())
+                    write_png(workplace / f"{camera}_background.png", renderer.background())
             truth = []
             for frame in range(frames):
                 if cancelled is not None and cancelled():
                     raise Cancelled
-                truth.append(_make_frame(scene, frame, store, workers))
+                truth.append(_make_frame(scene, frame, videos, workers))
                 if on_progress is not None:
                     on_progress(frame + 1, frames)
-        store.finish(folder.name, who.subject(), np.array(truth), scene.chain.segments)
+        _describe(workplace, folder.name, o, scene, who.subject(), np.array(truth))
 
 
-def _make_frame(scene: Scene, frame: int, store: RecordingStore, workers: Executor) -> FloatArray:
+def _video(path: Path, o: SceneOptions) -> VideoWriter:
+    crf = 0 if o.lossless else _CRF
+    return VideoWriter(path, fps=o.fps, width=o.width, height=o.height, colour=o.colour, crf=crf)
+
+
+def _make_frame(
+    scene: Scene, frame: int, videos: Mapping[str, VideoWriter], workers: Executor
+) -> FloatArray:
     """Draw and store all pictures of a frame; return its landmarks (9, 3)."""
     people, points = scene.people(frame)
 
     def draw(camera: str) -> None:
-        store.add(camera, scene.picture(camera, people, frame))
+        videos[camera].write(scene.picture(camera, people, frame))
 
-    list(workers.map(draw, scene.cameras))
+    list(workers.map(draw, videos))
     return points
+
+
+def _describe(
+    folder: Path, name: str, o: SceneOptions, scene: Scene, subject: Subject, truth: FloatArray
+) -> None:
+    """Write what describes the pictures; `truth` is (F, 9, 3) metres, world."""
+
+    def stream(camera: str) -> Stream:
+        background = f"{camera}_background.png" if o.background_images else None
+        return Stream(camera, f"{camera}.mp4", background)
+
+    names = dict.fromkeys(camera.partition("_")[0] for camera in scene.cameras)
+    views = [
+        View(name, "stereo", image=stream(f"{name}_right"), left=stream(f"{name}_left"))
+        for name in names
+    ]
+    frames = np.arange(len(truth), dtype=np.int64)
+    write_recording_description(
+        Recording(
+            folder, name, o.fps, tuple(views), scene.cameras, subject,
+            LandmarkTrajectory(frames, truth), scene.chain.segments,
+        )
+    )  # fmt: skip
 
 
 def _check(folder: Path, frames: int, seed: int) -> None:
@@ -205,10 +247,6 @@ def _check(folder: Path, frames: int, seed: int) -> None:
         raise InputError(
             "the folder is not empty", where=str(folder), remedy="Use a new or empty folder."
         )
-
-
-DEMO_FRAMES = 100
-_MOTION, _PERSON, _SEED = "t-pose+cross-arms+point", "P2", 7
 
 
 @dataclass(frozen=True)
@@ -227,10 +265,7 @@ class DemoPlaces:
 def demo_places(folder: Path | None) -> DemoPlaces:
     """Recording and run in `folder`, or in the program's own data folder.
 
-    Raises
-    ------
-    InputError
-        Where that is no folder.
+    Raises InputError where that is no folder.
     """
     if folder is None:
         folder = user_data_path("stereotrack", appauthor=False) / "demo"
@@ -249,12 +284,8 @@ def make_demo(
 ) -> None:
     """Render the demo recording: four views, T pose, crossed arms, pointing.
 
-    Raises
-    ------
-    InputError
-        Where its folder cannot be made.
-    Cancelled
-        Nothing is left behind.
+    Raises InputError where its folder cannot be made, Cancelled when stopped; then nothing is left
+    behind.
     """
     try:
         places.recording.parent.mkdir(parents=True, exist_ok=True)
@@ -266,10 +297,10 @@ def make_demo(
         ) from error
     simulate(
         places.recording,
-        person=_PERSON,
-        motion=_MOTION,
+        person="P2",
+        motion="t-pose+cross-arms+point",
         frames=DEMO_FRAMES,
-        seed=_SEED,
+        seed=7,
         on_progress=on_progress,
         cancelled=cancelled,
     )

@@ -20,18 +20,10 @@ _LATTICE = 64
 
 @dataclass(frozen=True)
 class Material:
-    """How a stuff looks.
+    """How a stuff looks: one of this module's kinds in two colours (r, g, b), reflectances 0 to 1.
 
-    Attributes
-    ----------
-    kind : int
-        One of the kinds of this module.
-    first, second : (r, g, b)
-        Reflectance from 0 to 1 of its two colours.
-    scale : float
-        Size in metres of the largest pattern: blots, period of stripes, tiles.
-    grain : float
-        Relative contrast of the fine grain that every stuff has.
+    `scale` is the size in metres of the largest pattern (blots, period of stripes, tiles), `grain`
+    the relative contrast of the fine grain that every stuff has.
     """
 
     kind: int
@@ -53,8 +45,7 @@ def material_table(materials: tuple[Material, ...]) -> FloatArray:
 def noise_lattice(seed: int) -> Float32Array:
     """Random values in -1 to 1 on a cubic lattice that repeats, (64, 64, 64)."""
     rng = np.random.default_rng([seed, 64])
-    values: Float32Array = rng.uniform(-1, 1, (_LATTICE,) * 3).astype(np.float32)
-    return values
+    return rng.uniform(-1, 1, (_LATTICE,) * 3).astype(np.float32)
 
 
 Colour = tuple[float, float, float]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -11,7 +10,6 @@ import numpy as np
 
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.errors import InputError
-from stereotrack_core.recording.description import Segment
 from stereotrack_core.simulation.people import Person
 from stereotrack_core.simulation.postures import (
     STRETCHED,
@@ -24,27 +22,13 @@ from stereotrack_core.simulation.postures import (
 from stereotrack_core.simulation.skeleton import JointState, between, difference, moved
 
 
-def minimum_jerk(t: float) -> float:
-    """Share of the way at the share `t` of the time.
-
-    Flash and Hogan 1985, doi:10.1523/JNEUROSCI.05-07-01688.1985.
-    """
-    return t * t * t * (t * (6 * t - 15) + 10)
-
-
 class KeyedWay:
-    """Interpolates joint states in time.
+    """Interpolates joint states in time, at ascending times in seconds; the first is held before.
 
     Between two keys a cubic Bezier curve on the rotations (Shoemake 1985,
-    doi:10.1145/325165.325242); the velocity at a key is the harmonic mean of those before
-    and after, none where they differ in sign (Fritsch and Butland 1984,
-    doi:10.1137/0905021), so that nothing swings beyond its keys.
-
-    Parameters
-    ----------
-    times : (K,) float64, seconds
-        Ascending; before the first one the first state is held.
-    states : sequence of K JointState
+    doi:10.1145/325165.325242); the velocity at a key is the harmonic mean of those before and
+    after, none where they differ in sign (Fritsch and Butland 1984, doi:10.1137/0905021), so that
+    nothing swings beyond its keys.
     """
 
     def __init__(self, times: FloatArray, states: Sequence[JointState]) -> None:
@@ -80,46 +64,26 @@ class KeyedWay:
 
 T_POSE = Posture(STRETCHED, STRETCHED)
 _STANDING = Posture()
-_BLEND_SECONDS = 0.8
 
 
-@dataclass(frozen=True)
-class Key:
-    """A posture and the seconds that it takes to reach it from the one before."""
-
-    seconds: float
-    posture: Posture
+_Key = tuple[float, Posture]
+"""The seconds that it takes to reach a posture from the one before."""
 
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """A named motion at pace 1.
-
-    Attributes
-    ----------
-    seconds : float
-    states : callable
-        Person and number of frames to the states of those frames.
-    """
+    """A named motion at pace 1; `states` gives those of a person in a number of frames."""
 
     seconds: float
     states: Callable[[Person, int], list[JointState]]
 
 
-@dataclass(frozen=True, eq=False)
-class Chain:
-    """States of all frames, and the named stretches among them."""
-
-    states: tuple[JointState, ...]
-    segments: tuple[Segment, ...]
-
-
-def _keyed(*keys: Key) -> Motion:
+def _keyed(*keys: _Key) -> Motion:
     """A motion through keys; the first key's seconds are spent holding it."""
-    times = np.cumsum([key.seconds for key in keys])
+    times = np.cumsum([seconds for seconds, _ in keys])
 
     def states(person: Person, frames: int) -> list[JointState]:
-        way = KeyedWay(times, [state_of(person, key.posture) for key in keys])
+        way = KeyedWay(times, [state_of(person, posture) for _, posture in keys])
         return [way.at(times[-1] * frame / max(frames - 1, 1)) for frame in range(frames)]
 
     return Motion(float(times[-1]), states)
@@ -127,13 +91,13 @@ def _keyed(*keys: Key) -> Motion:
 
 def _t_pose() -> Motion:
     lifted = Posture(Arm((0.995, 0.02, 0.03)), Arm((0.995, 0.01, -0.02)), nod=1.0)
-    return _keyed(Key(0.4, T_POSE), Key(0.4, lifted), Key(0.4, T_POSE))
+    return _keyed((0.4, T_POSE), (0.4, lifted), (0.4, T_POSE))
 
 
 def _arms_at_sides() -> Motion:
     swayed = Posture(sway=0.02, twist=4.0, look=12.0)
     back = Posture(sway=-0.015, twist=-3.0, look=-10.0)
-    return _keyed(Key(0.3, _STANDING), Key(1.2, swayed), Key(1.4, back), Key(1.1, _STANDING))
+    return _keyed((0.3, _STANDING), (1.2, swayed), (1.4, back), (1.1, _STANDING))
 
 
 def _travolta() -> Motion:
@@ -145,15 +109,15 @@ def _travolta() -> Motion:
     down = Posture(hip, low, (4.0, 4.0, 4.0), twist=8.0, sway=0.03, look=6.0, drop=0.03)
     middle = Posture(hip_low, front, (2.0, 2.0, 2.0), drop=0.04)
     up = Posture(hip_low, high, twist=-10.0, sway=-0.03, look=-14.0, drop=0.03)
-    return _keyed(Key(0.1, down), *_strokes(up, middle, down, times=3, seconds=0.62))
+    return _keyed((0.1, down), *_strokes(up, middle, down, times=3, seconds=0.62))
 
 
 def _strokes(
     up: Posture, middle: Posture, down: Posture, *, times: int, seconds: float
-) -> list[Key]:
+) -> list[_Key]:
     """Up and down again; the middle leads the hand round the body."""
     half = seconds / 2
-    return [Key(half, middle), Key(half, up), Key(half, middle), Key(half, down)] * times
+    return [(half, middle), (half, up), (half, middle), (half, down)] * times
 
 
 def _whip() -> Motion:
@@ -163,11 +127,11 @@ def _whip() -> Motion:
     through = Arm((-0.42, 0.72, -0.50), (0.7, 0.0, -0.8), bend=8.0)
     balance = Arm((0.42, 0.42, -0.60), (0.6, -1.0, -0.2))
     keys = (
-        Key(0.2, Posture(balance, ready)),
-        Key(0.9, Posture(balance, wound, (-3.0, -4.0, -4.0), twist=-16.0, look=8.0)),
-        Key(0.7, Posture(balance, struck, (6.0, 5.0, 5.0), twist=12.0, drop=0.04)),
-        Key(0.5, Posture(balance, through, (8.0, 7.0, 7.0), twist=20.0, drop=0.05)),
-        Key(0.7, Posture(balance, ready)),
+        (0.2, Posture(balance, ready)),
+        (0.9, Posture(balance, wound, (-3.0, -4.0, -4.0), twist=-16.0, look=8.0)),
+        (0.7, Posture(balance, struck, (6.0, 5.0, 5.0), twist=12.0, drop=0.04)),
+        (0.5, Posture(balance, through, (8.0, 7.0, 7.0), twist=20.0, drop=0.05)),
+        (0.7, Posture(balance, ready)),
     )
     return _keyed(*keys)
 
@@ -188,8 +152,8 @@ def _tie_shoes() -> Motion:
     pulled = tying(lace(0.05, 0.23, 0.20), lace(0.04, 0.25, 0.22))
     crossed = tying(lace(-0.05, 0.27, 0.14), lace(-0.05, 0.22, 0.18))
     return _keyed(
-        Key(0.1, _STANDING), Key(0.7, knees), Key(0.8, near), Key(0.5, pulled), Key(0.5, crossed),
-        Key(0.5, pulled), Key(0.4, near), Key(0.8, knees), Key(0.7, _STANDING),
+        (0.1, _STANDING), (0.7, knees), (0.8, near), (0.5, pulled), (0.5, crossed),
+        (0.5, pulled), (0.4, near), (0.8, knees), (0.7, _STANDING),
     )  # fmt: skip
 
 
@@ -214,8 +178,8 @@ def _crossing() -> tuple[Posture, Posture, Posture]:
 def _cross_arms() -> Motion:
     front, crossed, lower = _crossing()
     return _keyed(
-        Key(0.2, _STANDING), Key(0.9, front), Key(0.8, crossed), Key(0.8, lower),
-        Key(0.7, crossed), Key(0.5, lower), Key(0.8, front), Key(0.9, _STANDING),
+        (0.2, _STANDING), (0.9, front), (0.8, crossed), (0.8, lower),
+        (0.7, crossed), (0.5, lower), (0.8, front), (0.9, _STANDING),
     )  # fmt: skip
 
 
@@ -225,8 +189,8 @@ def _hold_arms_crossed() -> Motion:
     raised = Posture(right=Arm((0.45, 0.72, 0.48), (0.6, -0.5, -1.0)), twist=-4.0, look=-15.0)
     ahead = Posture(right=Arm((0.22, 0.94, 0.10), (0.6, -0.5, -1.0)), twist=4.0)
     return _keyed(
-        Key(0.5, raised), Key(1.8, ahead), Key(2.2, front), Key(2.0, crossed), Key(2.5, lower),
-        Key(2.5, crossed), Key(0.7, front), Key(0.8, _STANDING),
+        (0.5, raised), (1.8, ahead), (2.2, front), (2.0, crossed), (2.5, lower),
+        (2.5, crossed), (0.7, front), (0.8, _STANDING),
     )  # fmt: skip
 
 
@@ -238,8 +202,8 @@ def _point() -> Motion:
     aside = at((0.90, 0.36, 0.16), -10.0, -35.0)
     upwards = at((0.45, 0.72, 0.48), -4.0, -15.0)
     return _keyed(
-        Key(0.2, _STANDING), Key(0.8, ahead), Key(0.4, ahead), Key(0.7, aside), Key(0.4, aside),
-        Key(0.6, upwards), Key(0.9, _STANDING),
+        (0.2, _STANDING), (0.8, ahead), (0.4, ahead), (0.7, aside), (0.4, aside),
+        (0.6, upwards), (0.9, _STANDING),
     )  # fmt: skip
 
 
@@ -253,11 +217,11 @@ def _shrug() -> Motion:
     low = Posture(lifted=(-5.0, -5.0))
     ahead = Posture(lifted=(8.0, 8.0), forward=(16.0, 16.0), lean=(0.0, 0.0, 2.0))
     return _keyed(
-        Key(0.3, _STANDING), Key(0.9, up), Key(0.5, up), Key(0.9, _STANDING),
-        Key(0.8, left), Key(0.4, left), Key(0.8, _STANDING),
-        Key(0.8, right), Key(0.4, right), Key(0.8, _STANDING),
-        Key(0.7, high), Key(0.6, back), Key(0.6, low), Key(0.6, ahead), Key(0.6, high),
-        Key(0.8, _STANDING),
+        (0.3, _STANDING), (0.9, up), (0.5, up), (0.9, _STANDING),
+        (0.8, left), (0.4, left), (0.8, _STANDING),
+        (0.8, right), (0.4, right), (0.8, _STANDING),
+        (0.7, high), (0.6, back), (0.6, low), (0.6, ahead), (0.6, high),
+        (0.8, _STANDING),
     )  # fmt: skip
 
 
@@ -275,21 +239,16 @@ def _reach() -> Motion:
     right = Posture(right=above, lifted=(0.0, 22.0), side=-3.0, nod=-6.0)
     back = Posture(drawn, drawn, forward=(-13.0, -13.0), lean=(0.0, -1.0, -3.0))
     return _keyed(
-        Key(0.2, _STANDING), Key(0.9, level), Key(0.6, pushed), Key(0.4, pushed),
-        Key(0.6, level), Key(0.9, left), Key(0.4, left), Key(0.9, level),
-        Key(0.9, right), Key(0.4, right), Key(0.9, level), Key(0.6, Posture(bent, bent)),
-        Key(0.5, back), Key(0.5, back), Key(0.9, _STANDING),
+        (0.2, _STANDING), (0.9, level), (0.6, pushed), (0.4, pushed),
+        (0.6, level), (0.9, left), (0.4, left), (0.9, level),
+        (0.9, right), (0.4, right), (0.9, level), (0.6, Posture(bent, bent)),
+        (0.5, back), (0.5, back), (0.9, _STANDING),
     )  # fmt: skip
 
 
-def _walk() -> Motion:
-    path = circle_path(np.zeros(2), 0.0, 0.45)
-    return Motion(5.0, lambda person, frames: walk(person, path, frames))
-
-
-def _leave_and_return() -> Motion:
-    path = circle_path(np.zeros(2), 0.0, 1.7)
-    return Motion(9.5, lambda person, frames: walk(person, path, frames))
+def _round(seconds: float, radius: float) -> Motion:
+    path = circle_path(np.zeros(2), 0.0, radius)
+    return Motion(seconds, lambda person, frames: walk(person, path, frames))
 
 
 MOTIONS: dict[str, Motion] = {
@@ -300,9 +259,9 @@ MOTIONS: dict[str, Motion] = {
     "cross-arms": _cross_arms(),
     "hold-arms-crossed": _hold_arms_crossed(),
     "arms-at-sides": _arms_at_sides(),
-    "walk": _walk(),
+    "walk": _round(5.0, 0.45),
     "point": _point(),
-    "leave-and-return": _leave_and_return(),
+    "leave-and-return": _round(9.5, 1.7),
     "shrug": _shrug(),
     "reach": _reach(),
 }
@@ -320,41 +279,3 @@ def motion_names(motion: str) -> tuple[str, ...]:
                 remedy=f"Use one of {', '.join(MOTIONS)}, or several joined by +.",
             )
     return names
-
-
-def chain(
-    person: Person,
-    names: Sequence[str],
-    frames: int,
-    *,
-    fps: float,
-    pace: float = 1.0,
-    t_pose_first: bool = True,
-) -> Chain:
-    """Join motions to a sequence of `frames` states.
-
-    The first motion is a T pose unless told otherwise; the chain is repeated until the
-    frames are filled. `pace` divides all durations: 0.5 is half as fast.
-    """
-    opening = ["t-pose"] if t_pose_first and names[0] != "t-pose" else []
-    states: list[JointState] = []
-    segments: list[Segment] = []
-    body = list(names)
-    queue = opening + body
-    while len(states) < frames:
-        for name in queue:
-            motion = MOTIONS[name]
-            count = max(2, math.ceil(motion.seconds * fps / pace))
-            stretch = motion.states(person, count)
-            if states:
-                states += _blend(states[-1], stretch[0], max(1, round(_BLEND_SECONDS * fps / pace)))
-            if len(states) >= frames:
-                break
-            segments.append(Segment(name, len(states), min(frames, len(states) + count)))
-            states += stretch
-        queue = body
-    return Chain(tuple(states[:frames]), tuple(segments))
-
-
-def _blend(a: JointState, b: JointState, count: int) -> list[JointState]:
-    return [between(a, b, minimum_jerk((k + 1) / (count + 1))) for k in range(count)]

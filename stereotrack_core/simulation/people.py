@@ -37,13 +37,10 @@ class Person:
 
     Attributes
     ----------
-    name : str
-    stature : float
     shoulder_width, hip_width, torso_length, upper_arm, forearm, hand : float
         As `Subject` names them; `hand` is wrist to fingertip.
     shoulder_to_head : float
         Shoulder midpoint to the centre of the head.
-    thigh, shank, ankle_height : float
     girth : float
         Factor on the radii of the trunk.
     muscle : float

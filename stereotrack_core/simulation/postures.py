@@ -16,6 +16,7 @@ from stereotrack_core.simulation.skeleton import (
     SIGN,
     JointState,
     clavicle_rotation,
+    minimum_jerk,
     posed_bones,
     rest_joints,
     two_links,
@@ -40,7 +41,6 @@ class Arm:
         Direction to which the elbow points.
     bend, turn : float
         Degrees by which the hand tilts towards the palm, and towards the thumb.
-    at_foot : bool
     """
 
     wrist: Triple
@@ -60,7 +60,6 @@ class Posture:
 
     Attributes
     ----------
-    left, right : Arm
     lean : (pelvis, waist, chest)
         Forward tilt of each.
     twist : float
@@ -95,15 +94,10 @@ class Posture:
 
 @dataclass(frozen=True, eq=False)
 class Stand:
-    """Where and in which direction somebody stands.
+    """Where, (2,) world, metres, and in which direction somebody stands.
 
-    Attributes
-    ----------
-    place : (2,) world, metres
-    heading : float
-        Radians to the left of north.
-    ankles : (2, 3) world, metres, or None
-        Where the ankles are; None: beside each other.
+    `heading` is in radians to the left of north; `ankles` (2, 3), world, metres, are beside each
+    other where they are not given.
     """
 
     place: FloatArray = field(default_factory=lambda: np.zeros(2))
@@ -121,7 +115,10 @@ def state_of(person: Person, posture: Posture, stand: Stand | None = None) -> Jo
     where = stand or Stand()
     rest = rest_joints(person)
     facing = rotation_from_vector(np.array([0.0, 0.0, where.heading]))
-    ankles = where.ankles if where.ankles is not None else _standing(rest, facing, where)
+    ankles = where.ankles
+    if ankles is None:
+        beside = rest[[BONE["foot_left"], BONE["foot_right"]]]
+        ankles = beside @ facing.T + np.array([*where.place, 0.0])
     shift = np.array([posture.sway, -posture.back, -posture.drop]) * person.leg
     position = np.array([*where.place, rest[0, 2]]) + facing @ shift
     identity = np.tile(np.eye(3), (2, 1, 1))
@@ -149,7 +146,8 @@ def with_arms(person: Person, state: JointState, left: Arm, right: Arm) -> Joint
         rotation, flexion = _reach(person, side, wrist, np.asarray(arm.elbow) * mirror, own)
         rotations.append(rotation)
         flexions.append(flexion)
-        hands.append(_hand(side, arm))
+        towards_palm = turn_about((0.0, SIGN[side], 0.0), arm.bend)
+        hands.append(towards_palm @ turn_about((0.0, 0.0, SIGN[side]), arm.turn))
     return replace(
         state, arms=np.array(rotations), elbows=np.array(flexions), hands=np.array(hands)
     )
@@ -181,11 +179,6 @@ def _shoulder(person: Person, side: int, own: FloatArray) -> FloatArray:
     return result
 
 
-def _hand(side: int, arm: Arm) -> FloatArray:
-    s = SIGN[side]
-    return turn_about((0.0, s, 0.0), arm.bend) @ turn_about((0.0, 0.0, s), arm.turn)
-
-
 def _trunk(posture: Posture, facing: FloatArray) -> FloatArray:
     pelvis, waist, chest = posture.lean
     forward = (-1.0, 0.0, 0.0)
@@ -203,27 +196,16 @@ def _trunk(posture: Posture, facing: FloatArray) -> FloatArray:
     )
 
 
-def _standing(rest: FloatArray, facing: FloatArray, where: Stand) -> FloatArray:
-    ankles = rest[[BONE["foot_left"], BONE["foot_right"]]]
-    place = np.array([*where.place, 0.0])
-    result: FloatArray = ankles @ facing.T + place
-    return result
-
-
 _STRIDE = 0.62
 _LIFT = 0.085
 
 
 @dataclass(frozen=True, eq=False)
 class Path:
-    """A way on the floor.
+    """A way on the floor, `length` metres long.
 
-    Attributes
-    ----------
-    at : callable
-        Distance gone in metres to (2,) world and the heading in radians left of north.
-    length : float
-        Metres.
+    `at` says after how many metres somebody is where, (2,) world, with which heading in radians
+    left of north.
     """
 
     at: Callable[[float], tuple[FloatArray, float]]
@@ -274,7 +256,7 @@ def _walking(person: Person, path: Path, steps: int, time: float) -> JointState:
     ankles, feet = [], []
     for side in (0, 1):
         before, after = _plants(step, side, steps)
-        moving = _smooth(swing) if after > before else 0.0
+        moving = minimum_jerk(swing) if after > before else 0.0
         distance = stride * (before + (after - before) * moving)
         lift = _LIFT * np.sin(np.pi * swing) ** 2 if after > before else 0.0
         pitch = -28.0 * np.sin(2 * np.pi * swing) * (0.7 if after > before else 0.0)
@@ -314,10 +296,6 @@ def _foot(
 def _swinging(share: float) -> Arm:
     out, forward, up = HANGING.wrist
     return Arm((out, forward + 0.38 * share, up + 0.10 * abs(share)), (0.35, -1.0, -0.1), bend=4.0)
-
-
-def _smooth(t: float) -> float:
-    return t * t * t * (t * (6 * t - 15) + 10)
 
 
 def _eased(t: float, ramp: float) -> float:

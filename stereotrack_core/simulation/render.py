@@ -35,12 +35,8 @@ class Posed:
 class Seen:
     """Truth of a picture's pixels (their upper left samples).
 
-    Attributes
-    ----------
-    depth : (H, W) float32
-        Metres along the camera's z.
-    stuff : (H, W) int8
-        Row of a person's materials (skin, hair, shirt ...); -1 for the room.
+    `depth` (H, W) is in metres along the camera's z; `stuff` (H, W) is the row of a person's
+    materials (skin, hair, shirt ...), -1 for the room.
     """
 
     depth: Float32Array
@@ -48,16 +44,9 @@ class Seen:
 
 
 class CameraRenderer:
-    """Draws what one camera sees.
+    """Draws what one camera sees: things that stand still, and people.
 
-    Parameters
-    ----------
-    camera : Camera
-    sensor : Sensor
-    things : Things
-        What stands still.
-    lattice : (64, 64, 64) float32
-        Noise of the textures.
+    `lattice` (64, 64, 64) is the noise of the textures.
     """
 
     def __init__(
@@ -97,17 +86,10 @@ class CameraRenderer:
     def seen(self, people: Sequence[Posed]) -> Seen:
         """Truth of every pixel, for measuring what a matcher makes of the pictures."""
         depth = self._depth.copy()
-        ids, weights = _empty_ids(depth)
+        projected = [self._projected(posed.vertices) for posed in people]
         stuff = np.full(depth.shape, -1, np.int8)
-        first = 0
-        for posed in people:
-            dressed = posed.actor
-            pixels, nearness = self._projected(posed.vertices)
-            rasterise(pixels, nearness, dressed.triangles, first, 0, 0, depth, ids, weights)
-            mark(
-                ids, weights, first, dressed.triangles, dressed.vertices, dressed.marks, stuff
-            )  # fmt: skip
-            first += len(dressed.triangles)
+        for who, ids, weights, first in _rasterised(people, projected, 0, 0, depth):
+            mark(ids, weights, first, who.triangles, who.vertices, who.marks, stuff)
         picked = np.s_[::SAMPLES, ::SAMPLES]
         far = np.float32(1.0) / np.maximum(depth[picked], np.float32(1e-3))
         return Seen(far.astype(np.float32), stuff[picked])
@@ -122,21 +104,12 @@ class CameraRenderer:
         top, bottom, left, right = box
         samples = np.s_[SAMPLES * top : SAMPLES * bottom, SAMPLES * left : SAMPLES * right]
         depth, light = self._depth[samples].copy(), self._light[samples].copy()
-        ids, weights = _empty_ids(depth)
-        first = 0
-        for posed, (pixels, nearness) in zip(people, projected, strict=True):
-            triangles = posed.actor.triangles
-            rasterise(pixels, nearness, triangles, first, left, top, depth, ids, weights)
-            first += len(triangles)
-        first = 0
-        for posed in people:
-            dressed = posed.actor
+        drawn = _rasterised(people, projected, left, top, depth)
+        for posed, (who, ids, weights, first) in zip(people, drawn, strict=True):
             shade(
-                ids, weights, first, dressed.triangles, dressed.vertices, posed.normals,
-                dressed.stuff, dressed.materials, dressed.marks, self._lattice, LIGHT,
-                self._sensor.response, light,
+                ids, weights, first, who.triangles, who.vertices, posed.normals, who.stuff,
+                who.materials, who.marks, self._lattice, LIGHT, self._sensor.response, light,
             )  # fmt: skip
-            first += len(dressed.triangles)
         return _averaged(light)
 
     def _projected(self, vertices: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -162,6 +135,24 @@ class CameraRenderer:
         low = np.maximum(np.floor(points.min(axis=0)).astype(int) - 1, 0)
         high = np.minimum(np.ceil(points.max(axis=0)).astype(int) + 2, size)
         return int(low[1]), int(high[1]), int(low[0]), int(high[0])
+
+
+def _rasterised(
+    people: Sequence[Posed],
+    projected: Sequence[tuple[FloatArray, FloatArray]],
+    left: int,
+    top: int,
+    depth: Float32Array,
+) -> list[tuple[Actor, IntArray, Float32Array, int]]:
+    """Draw everybody into `depth`; for each what is seen where, and the number of the first."""
+    ids, weights = _empty_ids(depth)
+    drawn, first = [], 0
+    for posed, (pixels, nearness) in zip(people, projected, strict=True):
+        triangles = posed.actor.triangles
+        rasterise(pixels, nearness, triangles, first, left, top, depth, ids, weights)
+        drawn.append((posed.actor, ids, weights, first))
+        first += len(triangles)
+    return drawn
 
 
 def _empty_ids(depth: Float32Array) -> tuple[IntArray, Float32Array]:

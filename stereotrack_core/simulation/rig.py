@@ -105,15 +105,9 @@ _LUMINANCE = np.array([[0.299, 0.587, 0.114]])
 class Sensor:
     """One camera's sensor.
 
-    Attributes
-    ----------
-    response : (c, 3) float64
-        Channels (grey, or blue, green, red) from red, green, blue of the light.
-    gain : float
-    blur, noise : float
-        Standard deviations in pixels and grey levels.
-    stream : (int, int)
-        Seed and number of the camera: the noise of a frame depends on nothing else.
+    `response` (c, 3) makes channels (grey, or blue, green, red) of red, green and blue light;
+    `blur` and `noise` are standard deviations in pixels and grey levels. The noise of a frame
+    depends on nothing but `stream`, the seed and the number of the camera.
     """
 
     response: FloatArray

@@ -33,15 +33,7 @@ _NUMBER = {name: number for number, name in enumerate(_MATERIALS)}
 
 @dataclass(frozen=True, eq=False)
 class Things:
-    """Triangles that stand still.
-
-    Attributes
-    ----------
-    vertices, normals : (V, 3) float64, world
-    triangles : (T, 3) int64
-    stuff : (T,) int64
-        Row of :data:`ROOM_MATERIALS`.
-    """
+    """Triangles (T, 3) that stand still; `stuff` (T,) are rows of :data:`ROOM_MATERIALS`."""
 
     vertices: FloatArray
     normals: FloatArray
@@ -49,14 +41,12 @@ class Things:
     stuff: IntArray
 
 
-@dataclass(frozen=True, eq=False)
-class _Sheet:
-    """A rectangle: corner, two edges (their cross product looks outwards), material."""
+_Triple = tuple[float, float, float]
+_Sheet = tuple[FloatArray | _Triple, FloatArray | _Triple, FloatArray | _Triple, str]
+"""A rectangle: corner, two edges (their cross product looks outwards), material."""
 
-    corner: FloatArray
-    edge_1: FloatArray
-    edge_2: FloatArray
-    material: str
+_Box = tuple[_Triple, _Triple, str]
+"""Corner, size, material."""
 
 
 def room(*, furnished: bool) -> Things:
@@ -68,38 +58,26 @@ def room(*, furnished: bool) -> Things:
     return _joined(sheets)
 
 
-def _sheet(
-    corner: tuple[float, float, float],
-    edge_1: tuple[float, float, float],
-    edge_2: tuple[float, float, float],
-    material: str,
-) -> _Sheet:
-    return _Sheet(np.array(corner), np.array(edge_1), np.array(edge_2), material)
-
-
 def _walls() -> list[_Sheet]:
     h, w = HALF, 2 * HALF
-    sheets = [
-        _sheet((-h, -h, 0), (w, 0, 0), (0, w, 0), "floor"),
-        _sheet((-h, -h, HEIGHT), (0, w, 0), (w, 0, 0), "ceiling"),
+    sheets: list[_Sheet] = [
+        ((-h, -h, 0), (w, 0, 0), (0, w, 0), "floor"),
+        ((-h, -h, HEIGHT), (0, w, 0), (w, 0, 0), "ceiling"),
     ]
     for z, tall, name in ((0.0, _DADO, "paper"), (_DADO, HEIGHT - _DADO, "wall")):
         up = (0.0, 0.0, tall)
         sheets += [
-            _sheet((h, h, z), (-w, 0, 0), up, name),
-            _sheet((-h, -h, z), (w, 0, 0), up, name),
-            _sheet((h, -h, z), (0, w, 0), up, name),
-            _sheet((-h, h, z), (0, -w, 0), up, name),
+            ((h, h, z), (-w, 0, 0), up, name),
+            ((-h, -h, z), (w, 0, 0), up, name),
+            ((h, -h, z), (0, w, 0), up, name),
+            ((-h, h, z), (0, -w, 0), up, name),
         ]
     for x, wide in ((-2.4, 1.0), (1.3, 0.8)):
-        sheets.append(_sheet((x, -h + 0.02, 1.45), (wide, 0, 0), (0, 0, 0.75), "picture"))
-        sheets.append(_sheet((-x, h - 0.02, 1.45), (-wide, 0, 0), (0, 0, 0.75), "picture"))
-        sheets.append(_sheet((h - 0.02, x, 1.45), (0, wide, 0), (0, 0, 0.75), "picture"))
-        sheets.append(_sheet((-h + 0.02, -x, 1.45), (0, -wide, 0), (0, 0, 0.75), "picture"))
+        sheets.append(((x, -h + 0.02, 1.45), (wide, 0, 0), (0, 0, 0.75), "picture"))
+        sheets.append(((-x, h - 0.02, 1.45), (-wide, 0, 0), (0, 0, 0.75), "picture"))
+        sheets.append(((h - 0.02, x, 1.45), (0, wide, 0), (0, 0, 0.75), "picture"))
+        sheets.append(((-h + 0.02, -x, 1.45), (0, -wide, 0), (0, 0, 0.75), "picture"))
     return sheets
-
-
-_Box = tuple[tuple[float, float, float], tuple[float, float, float], str]
 
 
 def _table(x: float, y: float) -> list[_Box]:
@@ -143,31 +121,25 @@ _FURNITURE: tuple[_Box, ...] = (
 )
 
 
-def _box(
-    corner: tuple[float, float, float], size: tuple[float, float, float], material: str
-) -> list[_Sheet]:
+def _box(corner: _Triple, size: _Triple, material: str) -> list[_Sheet]:
     c = np.array(corner)
     x, y, z = np.diag(size)
-    return [
-        _Sheet(c + z, x, y, material),
-        _Sheet(c, y, x, material),
-        _Sheet(c, x, z, material),
-        _Sheet(c + x, y, z, material),
-        _Sheet(c + x + y, -x, z, material),
-        _Sheet(c + y, -y, z, material),
-    ]
+    faces = (
+        (c + z, x, y), (c, y, x), (c, x, z), (c + x, y, z), (c + x + y, -x, z), (c + y, -y, z)
+    )  # fmt: skip
+    return [(*face, material) for face in faces]
 
 
 def _joined(sheets: list[_Sheet]) -> Things:
     vertices, normals, triangles, stuff = [], [], [], []
     count = 0
-    for sheet in sheets:
-        points, corners = _split(sheet)
-        normal = np.cross(sheet.edge_1, sheet.edge_2)
+    for corner, edge_1, edge_2, material in sheets:
+        points, corners = _split(np.asarray(corner), np.asarray(edge_1), np.asarray(edge_2))
+        normal = np.cross(edge_1, edge_2)
         vertices.append(points)
         normals.append(np.tile(normal / np.linalg.norm(normal), (len(points), 1)))
         triangles.append(corners + count)
-        stuff.append(np.full(len(corners), _NUMBER[sheet.material]))
+        stuff.append(np.full(len(corners), _NUMBER[material]))
         count += len(points)
     return Things(
         np.concatenate(vertices),
@@ -177,12 +149,14 @@ def _joined(sheets: list[_Sheet]) -> Things:
     )
 
 
-def _split(sheet: _Sheet) -> tuple[FloatArray, IntArray]:
+def _split(
+    corner: FloatArray, edge_1: FloatArray, edge_2: FloatArray
+) -> tuple[FloatArray, IntArray]:
     """Vertices and triangles of a sheet cut into small squares."""
-    m = max(1, int(np.ceil(np.linalg.norm(sheet.edge_1) / _TILE)))
-    n = max(1, int(np.ceil(np.linalg.norm(sheet.edge_2) / _TILE)))
+    m = max(1, int(np.ceil(np.linalg.norm(edge_1) / _TILE)))
+    n = max(1, int(np.ceil(np.linalg.norm(edge_2) / _TILE)))
     u, v = np.meshgrid(np.arange(m + 1) / m, np.arange(n + 1) / n, indexing="ij")
-    points = sheet.corner + u.reshape(-1, 1) * sheet.edge_1 + v.reshape(-1, 1) * sheet.edge_2
+    points = corner + u.reshape(-1, 1) * edge_1 + v.reshape(-1, 1) * edge_2
     i, j = np.meshgrid(np.arange(m), np.arange(n), indexing="ij")
     first = (i * (n + 1) + j).ravel()
     corners = np.concatenate(

@@ -2,29 +2,26 @@
 
 from __future__ import annotations
 
+import itertools
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import cycle
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.recording.description import Segment
-from stereotrack_core.simulation.motions import MOTIONS, Chain, minimum_jerk
+from stereotrack_core.simulation.motions import MOTIONS
 from stereotrack_core.simulation.people import Person
-from stereotrack_core.simulation.skeleton import JointState, between
+from stereotrack_core.simulation.skeleton import JointState, between, minimum_jerk
+
+_BLEND_SECONDS = 0.8
 
 
 @dataclass(frozen=True)
 class Part:
-    """A motion that begins at a frame and takes so many.
+    """A motion that begins at a frame and takes so many; the fewer, the faster.
 
-    Attributes
-    ----------
-    name : str
-        Of the segment.
-    motion : str
-        A name of ``MOTIONS``.
-    first, frames : int
-        The fewer frames, the faster the motion.
+    `name` is that of its segment, `motion` one of ``MOTIONS``.
     """
 
     name: str
@@ -38,42 +35,70 @@ class Part:
         return self.first + self.frames
 
 
+@dataclass(frozen=True, eq=False)
+class Chain:
+    """States of all frames, and the named stretches among them."""
+
+    states: tuple[JointState, ...]
+    segments: tuple[Segment, ...]
+
+
 def scheduled(person: Person, parts: Sequence[Part], frames: int) -> Chain:
     """States of all frames; between two parts the person goes smoothly from one to the other.
 
-    Before the first part its first state is held, after the last part its last.
-
-    Raises
-    ------
-    InputError
-        For parts that overlap, do not fit, or name an unknown motion.
+    Before the first part its first state is held, after the last part its last. Raises InputError
+    for parts that overlap, do not fit, or name an unknown motion.
     """
     _check(parts, frames)
+    return _joined(person, parts, frames)
+
+
+def chain(
+    person: Person,
+    names: Sequence[str],
+    frames: int,
+    *,
+    fps: float,
+    pace: float = 1.0,
+    t_pose_first: bool = True,
+) -> Chain:
+    """Join motions to a sequence of `frames` states.
+
+    The first motion is a T pose unless told otherwise; the chain is repeated until the
+    frames are filled. `pace` divides all durations: 0.5 is half as fast.
+    """
+    blend = max(1, round(_BLEND_SECONDS * fps / pace))
+    opening = ["t-pose"] if t_pose_first and names[0] != "t-pose" else []
+    parts: list[Part] = []
+    for name in itertools.chain(opening, cycle(names)):
+        first = parts[-1].end + blend if parts else 0
+        count = max(2, math.ceil(MOTIONS[name].seconds * fps / pace))
+        parts.append(Part(name, name, first, count))
+        if parts[-1].end >= frames:
+            break
+    return _joined(person, parts, frames)
+
+
+def _joined(person: Person, parts: Sequence[Part], frames: int) -> Chain:
     states: list[JointState] = []
     for part in parts:
         own = MOTIONS[part.motion].states(person, part.frames)
-        states += _towards(states[-1] if states else own[0], own[0], part.first - len(states))
+        before, count = states[-1] if states else own[0], part.first - len(states)
+        shares = (minimum_jerk((k + 1) / (count + 1)) for k in range(count))
+        states += [between(before, own[0], share) for share in shares]
         states += own
     states += [states[-1]] * (frames - len(states))
-    segments = tuple(Segment(part.name, part.first, part.end) for part in parts)
-    return Chain(tuple(states), segments)
+    segments = [Segment(p.name, p.first, min(p.end, frames)) for p in parts if p.first < frames]
+    return Chain(tuple(states[:frames]), tuple(segments))
 
 
 def filled(
     fixed: Sequence[Part], fillers: Sequence[tuple[str, int]], until: int, blend: int
 ) -> tuple[Part, ...]:
-    """Put fillers into the gaps between fixed parts, in turn.
+    """Put fillers into the gaps between fixed parts, which are in their order, up to frame `until`.
 
-    Parameters
-    ----------
-    fixed : sequence of Part
-        In their order.
-    fillers : sequence of (motion, frames)
-        Each takes about so many frames: those of one gap are stretched alike until they fill it.
-    until : int
-        Frame up to which gaps are filled.
-    blend : int
-        Frames before every part to go over to it.
+    Fillers (motion, frames) come in turn and take about so many frames: those of one gap are
+    stretched alike until they fill it. Before every part are `blend` frames to go over to it.
     """
     turn = cycle(fillers)
     parts: list[Part] = []
@@ -104,10 +129,6 @@ def _gap_filled(at: int, end: int, turn: Iterator[tuple[str, int]], blend: int) 
         length = max(2, int(frames * scale))
         yield Part(motion, motion, at + blend, length)
         at += blend + length
-
-
-def _towards(a: JointState, b: JointState, count: int) -> list[JointState]:
-    return [between(a, b, minimum_jerk((k + 1) / (count + 1))) for k in range(count)]
 
 
 def _check(parts: Sequence[Part], frames: int) -> None:

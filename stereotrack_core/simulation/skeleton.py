@@ -20,15 +20,9 @@ _STRETCH = 0.99985
 
 @dataclass(frozen=True, eq=False)
 class TwoLinks:
-    """Directions of two links and the angle between them.
+    """Directions of two links, unit vectors (3,), and the angle between them in radians.
 
-    Attributes
-    ----------
-    first, second : (3,) unit vectors
-    hinge : (3,) unit vector
-        The joint turns `first` towards `second` about it.
-    flexion : float
-        Angle between the links in radians.
+    The joint turns `first` towards `second` about `hinge`.
     """
 
     first: FloatArray
@@ -75,8 +69,7 @@ def bend_rotation(a: FloatArray, b: FloatArray) -> FloatArray:
     if c < -1 + 1e-9:
         axis = np.cross(a, [0.0, 0.0, 1.0])
         axis /= np.linalg.norm(axis)
-        result: FloatArray = 2 * np.outer(axis, axis) - np.eye(3)
-        return result
+        return 2 * np.outer(axis, axis) - np.eye(3)
     k = np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]])
     bent: FloatArray = np.eye(3) + k + k @ k / (1 + c)
     return bent
@@ -163,8 +156,7 @@ def moved(state: JointState, step: FloatArray) -> JointState:
     )
 
     def turned(rotations: FloatArray, vectors: FloatArray) -> FloatArray:
-        result: FloatArray = rotations @ rotation_from_vector(vectors.reshape(-1, 3))
-        return result
+        return rotations @ rotation_from_vector(vectors.reshape(-1, 3))
 
     return JointState(
         state.position + position,
@@ -181,6 +173,14 @@ def moved(state: JointState, step: FloatArray) -> JointState:
 def between(a: JointState, b: JointState, share: float) -> JointState:
     """The state at `share` of the way from `a` to `b`."""
     return moved(a, share * difference(a, b))
+
+
+def minimum_jerk(t: float) -> float:
+    """Share of the way at the share `t` of the time.
+
+    Flash and Hogan 1985, doi:10.1523/JNEUROSCI.05-07-01688.1985.
+    """
+    return t * t * t * (t * (6 * t - 15) + 10)
 
 
 @cache
@@ -212,15 +212,10 @@ def rest_joints(person: Person) -> FloatArray:
 
 @dataclass(frozen=True, eq=False)
 class PosedBones:
-    """World placement of every bone.
+    """World placement of every bone: world_from_bone (B, 3, 3) and joints (B, 3) in metres.
 
-    Attributes
-    ----------
-    rotation : (B, 3, 3)
-        world_from_bone; bones have the world's axes at rest.
-    joint : (B, 3) world, metres
-    girdle : (2, 3, 3)
-        World rotation of each clavicle by what the shoulder does on its own.
+    Bones have the world's axes at rest. `girdle` (2, 3, 3) is the world rotation of each clavicle
+    by what the shoulder does on its own.
     """
 
     rotation: FloatArray
@@ -231,13 +226,8 @@ class PosedBones:
 def clavicle_rotation(side: int, upper_arm_in_chest: FloatArray, girdle: FloatArray) -> FloatArray:
     """chest_from_clavicle (3, 3): it follows the arm, and moves on its own.
 
-    Parameters
-    ----------
-    side : int
-    upper_arm_in_chest : (3,) unit vector
-        The girdle follows it by up to 10 degrees up and 9 forward.
-    girdle : (2,) radians
-        Elevation and protraction of its own, beside that.
+    The girdle follows `upper_arm_in_chest`, a unit vector (3,), by up to 10 degrees up and 9
+    forward; `girdle` (2,) is its own elevation and protraction in radians beside that.
     """
     s = SIGN[side]
     raised = (

@@ -33,26 +33,19 @@ class Flesh:
     blend: float = 0.03
 
 
-@dataclass(frozen=True, eq=False)
-class RestSurface:
-    """Closed surface of a person at rest.
+def rest_surface(
+    person: Person, *, spacing: float = 0.012
+) -> tuple[FloatArray, FloatArray, IntArray]:
+    """Closed surface of `person` at rest: its flesh contoured on a grid of `spacing` metres.
 
-    Attributes
-    ----------
+    Returns
+    -------
     vertices : (V, 3) float64, metres
     normals : (V, 3) float64
         Outwards, from the field: the mesh's own facets do not show in the light.
     triangles : (T, 3) int64
         Counter-clockwise seen from outside.
     """
-
-    vertices: FloatArray
-    normals: FloatArray
-    triangles: IntArray
-
-
-def rest_surface(person: Person, *, spacing: float = 0.012) -> RestSurface:
-    """Contour the flesh of `person` on a grid of `spacing` metres."""
     pieces = tuple(flesh(person))
     low = np.min([np.minimum(p.a - p.radius_a, p.b - p.radius_b) for p in pieces], axis=0) - 0.04
     high = np.max([np.maximum(p.a + p.radius_a, p.b + p.radius_b) for p in pieces], axis=0) + 0.04
@@ -73,7 +66,7 @@ def rest_surface(person: Person, *, spacing: float = 0.012) -> RestSurface:
     vertices = vtk_to_numpy(mesh.GetPoints().GetData()).astype(np.float64)
     triangles = vtk_to_numpy(mesh.GetPolys().GetConnectivityArray()).reshape(-1, 3)[:, ::-1]
     normals = _field_normals(field, (vertices - low) / spacing)
-    return RestSurface(vertices, normals, triangles.astype(np.int64))
+    return vertices, normals, triangles.astype(np.int64)
 
 
 def _field_normals(field: FloatArray, cells: FloatArray) -> FloatArray:
@@ -130,8 +123,7 @@ def flesh_distance(piece: Flesh, points: FloatArray) -> FloatArray:
 
 def _smooth_minimum(a: FloatArray, b: FloatArray, width: float) -> FloatArray:
     h = np.maximum(width - np.abs(a - b), 0.0) / width
-    result: FloatArray = np.minimum(a, b) - h * h * width / 4
-    return result
+    return np.minimum(a, b) - h * h * width / 4
 
 
 def flesh(person: Person) -> Iterator[Flesh]:

@@ -40,16 +40,7 @@ _T_POSE = Part("t-pose", "t-pose", 0, 12)
 
 @dataclass(frozen=True)
 class ThesisRecording:
-    """One recording to be made.
-
-    Attributes
-    ----------
-    name : str
-        Of the recording, and of its person.
-    frames : int
-    parts : tuple of Part
-    options : SceneOptions
-    """
+    """One recording to be made, named like its person."""
 
     name: str
     frames: int

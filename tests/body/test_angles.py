@@ -14,7 +14,6 @@ from stereotrack_core.body.angles import (
     joint_angles,
     joint_rotation,
     pose_of_state,
-    printed_from_active,
     state_names,
     state_of_pose,
 )
@@ -42,10 +41,7 @@ def test_the_rotation_is_active_and_right_handed(alpha, beta, gamma):
 @given(alpha=ANGLE, beta=ANGLE, gamma=ANGLE)
 def test_the_printed_chain_gives_the_active_rotation_after_conversion(alpha, beta, gamma):
     active = np.array([alpha, beta, gamma])
-    np.testing.assert_allclose(
-        _printed(*printed_from_active(active)), euler_rotation(*active), atol=1e-14
-    )
-    np.testing.assert_array_equal(printed_from_active(printed_from_active(active)), active)
+    np.testing.assert_allclose(_printed(-alpha, beta, -gamma), euler_rotation(*active), atol=1e-14)
 
 
 @given(alpha=ANGLE, beta=st.floats(-1.5, 1.5), gamma=ANGLE)

@@ -3,7 +3,7 @@ import pytest
 
 from stereotrack_core.depth.cloud import DepthGeometry
 from stereotrack_core.depth.parameters import DepthParameters
-from stereotrack_core.depth.points import Volume, range_of_disparity, thinned_pixels, world_points
+from stereotrack_core.depth.points import Volume, range_of_disparity, thinned_pixels
 from stereotrack_core.geometry.rotation import rotation_from_vector
 from stereotrack_core.geometry.transform import RigidTransform
 
@@ -31,7 +31,7 @@ def test_points_come_back_from_their_disparities():
     disparity[chosen] = g.focal * g.baseline / z + g.disparity_offset
     pixels = thinned_pixels(chosen, 1, (0, 0))
     ranges = range_of_disparity(g, disparity)[pixels[:, 1], pixels[:, 0]]
-    points = world_points(g, ranges.astype(np.float64), pixels)
+    points = g.points(*pixels.T, ranges.astype(np.float64))
     x, y = (columns - g.c_x) / g.focal * z, (rows - g.c_y) / g.focal * z
     expected = g.world_from_depth.apply(np.stack([x, y, z], axis=1))
     assert np.array_equal(pixels, np.stack([columns, rows], axis=1))

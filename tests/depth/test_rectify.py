@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from stereotrack_core.depth.match import STEPS, DisparityRange, Matcher
 from stereotrack_core.depth.parameters import DepthParameters
-from stereotrack_core.depth.points import range_of_disparity, thinned_pixels, world_points
+from stereotrack_core.depth.points import range_of_disparity, thinned_pixels
 from stereotrack_core.depth.rectify import depth_rectification, stereo_rectification
 from stereotrack_core.errors import InputError
 from tests.depth.scenes import camera, texture
@@ -95,7 +95,7 @@ def test_images_of_a_convergent_rig_match_along_rows():
     d[rectification.image_map.outside] = np.nan
     z = range_of_disparity(g, d)
     pixels = thinned_pixels(np.isfinite(z), 3, (0, 0))
-    points = world_points(g, z[pixels[:, 1], pixels[:, 0]].astype(np.float64), pixels)
+    points = g.points(*pixels.T, z[pixels[:, 1], pixels[:, 0]].astype(np.float64))
     assert len(points) > 1500
     assert abs(np.median(points[:, 1]) - WALL) < 0.01
     assert np.percentile(np.abs(points[:, 1] - WALL), 90) < 0.05
@@ -124,7 +124,7 @@ def test_pictures_of_wide_lenses_are_enlarged(turn):
     d[rectification.image_map.outside] = np.nan
     pixels = thinned_pixels(np.isfinite(d), 3, (0, 0))
     ranges = range_of_disparity(g, d)[pixels[:, 1], pixels[:, 0]]
-    found = world_points(g, ranges.astype(np.float64), pixels)
+    found = g.points(*pixels.T, ranges.astype(np.float64))
     assert len(found) > 3000
     assert abs(np.median(found[:, 1]) - WALL) < 0.02
 

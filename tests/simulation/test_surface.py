@@ -1,3 +1,5 @@
+from collections import namedtuple
+
 import numpy as np
 import pytest
 from scipy.sparse import coo_matrix
@@ -7,6 +9,8 @@ from stereotrack_core.simulation.people import PEOPLE
 from stereotrack_core.simulation.skeleton import rest_joints
 from stereotrack_core.simulation.surface import Flesh, flesh_distance, rest_surface
 
+Surface = namedtuple("Surface", "vertices normals triangles")
+
 
 @pytest.fixture(scope="module", params=list(PEOPLE))
 def person(request):
@@ -15,7 +19,7 @@ def person(request):
 
 @pytest.fixture(scope="module")
 def surface(person):
-    return rest_surface(person)
+    return Surface(*rest_surface(person))
 
 
 def test_surface_is_closed_and_in_one_piece(surface):

@@ -16,7 +16,7 @@ from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.recording.writing import VideoWriter, write_recording_description
-from stereotrack_core.simulation import scene
+from stereotrack_core.simulation import make
 from stereotrack_core.simulation.make import simulate
 from stereotrack_core.simulation.options import SceneOptions
 from stereotrack_core.tracking.frame import Run
@@ -187,8 +187,8 @@ BESIDE_THE_PERSON = (((-2.2, 0.55), (2.2, 0.45)), ((2.2, -0.5), (-2.2, -0.5)))
 def planted(plant: Plant, folder: Path) -> tuple[Recording, Run]:
     """The recording with what is planted, and a run of it."""
     if not folder.exists():
-        usual = scene._WAYS
-        scene._WAYS = BESIDE_THE_PERSON
+        usual = make._WAYS
+        make._WAYS = BESIDE_THE_PERSON
         try:
             simulate(
                 folder, person=plant.person, motion=plant.motion, frames=plant.frames,
@@ -196,7 +196,7 @@ def planted(plant: Plant, folder: Path) -> tuple[Recording, Run]:
                 options=SceneOptions().replaced(**plant.options),
             )  # fmt: skip
         finally:
-            scene._WAYS = usual
+            make._WAYS = usual
         if plant.change is not None:
             plant.change(open_recording(folder), plant.planted)
     recording = open_recording(folder)
