@@ -98,9 +98,10 @@ def content_of(trace: StepTrace, step: Step, compared: str = "") -> StepContent:
         case "sigma":
             return _sigma(trace, step, correction)
         case "cross":
-            words = _cross_words(correction)
-            maps = cross_maps(correction, trace.state_names)
-            return _content(step, trace, words, maps=maps)
+            n, m = correction.P_xz.shape
+            gain = f"norm of the gain {correction.gain_norm:.3g}"
+            words = f"{n} states, {m} correspondences; {gain}."
+            return _content(step, trace, words, maps=cross_maps(correction, trace.state_names))
         case _:
             return _correct(trace, step, correction)
 
@@ -216,11 +217,6 @@ def _sigma(trace: StepTrace, step: Step, correction: Correction) -> StepContent:
     tips = ("", "Standard deviation", "Largest distance of these poses from the estimate")
     table = Table("Spread", ("State", "σ", "Farthest"), rows, limbs, tips=tips)
     return _content(step, trace, f"{count} poses.", tables=(table,))
-
-
-def _cross_words(correction: Correction) -> str:
-    n, m = correction.P_xz.shape
-    return f"{n} states, {m} correspondences; norm of the gain {correction.gain_norm:.3g}."
 
 
 def _correct(trace: StepTrace, step: Step, correction: Correction) -> StepContent:
