@@ -98,9 +98,10 @@ def content_of(trace: StepTrace, step: Step, compared: str = "") -> StepContent:
         case "sigma":
             return _sigma(trace, step, correction)
         case "cross":
-            words = _cross_words(correction)
-            maps = cross_maps(correction, trace.state_names)
-            return _content(step, trace, words, maps=maps)
+            n, m = correction.P_xz.shape
+            gain = f"norm of the gain {correction.gain_norm:.3g}"
+            words = f"{n} states, {m} correspondences; {gain}."
+            return _content(step, trace, words, maps=cross_maps(correction, trace.state_names))
         case _:
             return _correct(trace, step, correction)
 
@@ -121,33 +122,24 @@ def _predict(trace: StepTrace, step: Step) -> StepContent:
     )
 
 
-def _count(chosen: BoolArray) -> int:
-    return int(np.count_nonzero(chosen))
-
-
 def _points_table(correction: Correction) -> Table:
     used, unused = correction.points, correction.unused
     parts = np.unique(np.concatenate([used.part, unused.part[unused.part >= 0]])).tolist()
     reasons = np.unique(unused.why).tolist()
-    rows = []
-    for part in parts:
-        own = [_count((unused.part == part) & (unused.why == why)) for why in reasons]
-        rows.append(_counted(part_words(part), _count(used.part == part), own))
-    nobody = [_count((unused.part < 0) & (unused.why == why)) for why in reasons]
-    if any(nobody):
-        rows.append(_counted("no part", 0, nobody))
-    every = [_count(unused.why == why) for why in reasons]
-    rows.append(_counted("all", len(used.part), every))
+
+    def row(name: str, of_used: BoolArray, of_unused: BoolArray) -> tuple[str, ...]:
+        chosen = (of_used, *(of_unused & (unused.why == why) for why in reasons))
+        return (name, *(str(n) if (n := np.count_nonzero(one)) else "–" for one in chosen))
+
+    rows = [row(part_words(part), used.part == part, unused.part == part) for part in parts]
+    if np.any(unused.part < 0):
+        rows.append(row("no part", np.zeros_like(used.part, bool), unused.part < 0))
+    rows.append(row("all", np.ones_like(used.part, bool), np.ones_like(unused.part, bool)))
+    limbs = (*map(limb_of_part, parts), *[""] * (len(rows) - len(parts)))
     said = tuple(_REASONS[why] for why in reasons)
     tips = ("", "Points that are used", *(_capital(REASONS[why]) for why in reasons))
-    limbs = [limb_of_part(part) for part in parts]
-    limbs += [""] * (len(rows) - len(parts))
     strong = (len(rows) - 1,)
-    return Table("Points", ("Part", "Used", *said), tuple(rows), tuple(limbs), strong, tips)
-
-
-def _counted(name: str, used: int, unused: list[int]) -> tuple[str, ...]:
-    return (name, *(str(count) if count else "–" for count in (used, *unused)))
+    return Table("Points", ("Part", "Used", *said), tuple(rows), limbs, strong, tips)
 
 
 def _pairs(trace: StepTrace, step: Step, correction: Correction) -> StepContent:
@@ -225,11 +217,6 @@ def _sigma(trace: StepTrace, step: Step, correction: Correction) -> StepContent:
     tips = ("", "Standard deviation", "Largest distance of these poses from the estimate")
     table = Table("Spread", ("State", "σ", "Farthest"), rows, limbs, tips=tips)
     return _content(step, trace, f"{count} poses.", tables=(table,))
-
-
-def _cross_words(correction: Correction) -> str:
-    n, m = correction.P_xz.shape
-    return f"{n} states, {m} correspondences; norm of the gain {correction.gain_norm:.3g}."
 
 
 def _correct(trace: StepTrace, step: Step, correction: Correction) -> StepContent:

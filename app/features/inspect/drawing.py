@@ -28,7 +28,7 @@ from .steps import Step, name_of
 
 _AROUND = 8
 _LEGS = "#b5b5b5"
-UNUSED = {
+_UNUSED = {
     HIDDEN: "#4d4d4d",
     INSIDE: "#F0E442",
     TOO_FAR: "#CC79A7",
@@ -88,7 +88,7 @@ def _dots(correction: Correction) -> tuple[Marked, ...]:
     sampled = bool(np.any(unused.part >= 0))
     marked = [
         Marked(colour, unused.place[unused.why == why])
-        for why, colour in UNUSED.items()
+        for why, colour in _UNUSED.items()
         if np.any(unused.why == why)
     ]
     places = points.foot if sampled else points.place

@@ -43,7 +43,7 @@ def states_of(names: tuple[str, ...]) -> tuple[State, ...]:
         limb, _, axis = name.rpartition("_")
         said = _GREEK.get(axis, _TURNS.get(axis, axis))
         label = f"{limb_words(limb)} {said}"
-        short = f"{label}" if index < 6 else label.replace("turn ", "")
+        short = label if index < 6 else label.replace("turn ", "")
         for whole, part in (("left ", "L "), ("right ", "R "), ("upper arm", "upper")):
             short = short.replace(whole, part)
         short = short.replace("forearm", "fore")
@@ -84,7 +84,7 @@ def cross_maps(correction: Correction, names: tuple[str, ...]) -> tuple[HeatMap,
             f"{state.label}, point {column + 1} on the {part_words(points.part[column])}: "
             f"P_xz {_number(value)} {unit}, correlation {correlation[row, column]:+.2f}, "
             f"residual {1e3 * points.residual[column]:.0f} mm, "
-            f"gain {_gain_words(correction, state, row, column)}"
+            f"gain {correction.gain[row, column] * state.factor / 1e3:.3g} {state.unit} per mm"
         )
 
     rows = tuple(state.short for state in states)
@@ -98,17 +98,11 @@ def cross_maps(correction: Correction, names: tuple[str, ...]) -> tuple[HeatMap,
     )
 
 
-def _gain_words(correction: Correction, state: State, row: int, column: int) -> str:
-    per_mm = correction.gain[row, column] * state.factor / 1e3
-    return f"{per_mm:.3g} {state.unit} per mm"
-
-
 def covariance_maps(
     before: Belief, after: Belief, names: tuple[str, ...], titles: tuple[str, str]
 ) -> tuple[HeatMap, ...]:
     """Correlations of the states after and before something."""
-    pairs = ((titles[1], after), (titles[0], before))
-    return tuple(_covariance_map(belief, names, title) for title, belief in pairs)
+    return _covariance_map(after, names, titles[1]), _covariance_map(before, names, titles[0])
 
 
 def _covariance_map(belief: Belief, names: tuple[str, ...], title: str) -> HeatMap:
@@ -134,17 +128,13 @@ def deviations_table(
     before: Belief, after: Belief, names: tuple[str, ...], headings: tuple[str, str]
 ) -> Table:
     """Standard deviations of all states before and after."""
-    rows = []
-    for state, a, b in zip(states_of(names), before.sigma, after.sigma, strict=True):
+    states, rows = states_of(names), []
+    for state, a, b in zip(states, before.sigma, after.sigma, strict=True):
         change = f"{100.0 * (b / a - 1.0):+.0f} %" if a > 0.0 else ""
         values = (f"{value * state.factor:.2f} {state.unit}" for value in (a, b))
         rows.append((state.label, *values, change))
-    return Table(
-        "Standard deviations",
-        ("State", headings[0], headings[1], "Change"),
-        tuple(rows),
-        tuple(state.limb for state in states_of(names)),
-    )
+    limbs = tuple(state.limb for state in states)
+    return Table("Standard deviations", ("State", *headings, "Change"), tuple(rows), limbs)
 
 
 def residual_histogram(points: Points, words: str, sides: tuple[str, str]) -> Histogram:
@@ -156,15 +146,8 @@ def residual_histogram(points: Points, words: str, sides: tuple[str, str]) -> Hi
     counts, _ = np.histogram(np.clip(residual, edges[0], edges[-1]), edges)
     middles = 0.5 * (edges[1:] + edges[:-1])
     shades = np.clip(middles / (1e3 * _FULL), -1.0, 1.0)
-    return Histogram(
-        "Residuals of the correspondences",
-        edges,
-        counts.astype(np.float64),
-        shades,
-        "mm",
-        words,
-        sides,
-    )
+    title, heights = "Residuals of the correspondences", counts.astype(np.float64)
+    return Histogram(title, edges, heights, shades, "mm", words, sides)
 
 
 def _number(value: float) -> str:

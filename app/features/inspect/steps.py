@@ -141,7 +141,7 @@ def steps_of(trace: StepTrace) -> tuple[Step, ...]:
     texts = _THESIS if trace.method == "thesis" else _MANIFOLD
     steps = [_step("predict", texts, heading="Prediction")]
     for index, correction in enumerate(trace.corrections):
-        heading = heading_of(correction)
+        heading = _heading_of(correction)
         for kind in _IN_ITERATION:
             steps.append(
                 _step(kind, texts, heading, index, pictured=not correction.sigma_points.used)
@@ -158,7 +158,7 @@ def steps_of(trace: StepTrace) -> tuple[Step, ...]:
     return tuple(steps)
 
 
-def heading_of(correction: Correction) -> str:
+def _heading_of(correction: Correction) -> str:
     """Name of an iteration."""
     again = ", with prior inflation" if correction.stage == "again" else ""
     return f"Iteration {correction.iteration}{again}"
@@ -168,7 +168,7 @@ def name_of(step: Step, trace: StepTrace) -> str:
     """A step with its iteration: ``Iteration 2: Correct``."""
     if step.correction < 0:
         return step.title
-    return f"{heading_of(trace.corrections[step.correction])}: {step.title}"
+    return f"{_heading_of(trace.corrections[step.correction])}: {step.title}"
 
 
 def same_step(steps: tuple[Step, ...], like: Step) -> int:

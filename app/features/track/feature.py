@@ -112,7 +112,7 @@ def _commands(context: Context, runs: RunsController) -> list[Command]:
         Command(
             "repeat_run", _MENU, "Reproduce run", "Track again with the stored settings of the "
             "run, and check whether the results are equal.",
-            partial(runs.with_active, runs.repeater.repeat), "Alt+F8", "redo",
+            partial(runs.with_active, runs.repeat), "Alt+F8", "redo",
             lambda: session.no_run() or session.tracker_works() or runs.why_not_repeat(),
         ),
         Command(

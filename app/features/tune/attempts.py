@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from typing import TypeAlias
 from weakref import WeakKeyDictionary
 
-from PySide6.QtCore import QElapsedTimer, QObject, QTimer, Signal, Slot
+from PySide6.QtCore import QObject, QTimer, Signal, Slot
 
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import proportions_of
@@ -17,16 +18,18 @@ from stereotrack_core.tracking.stored import shape_of_meta
 from stereotrack_core.tracking.tuning.stages import Stage, changed_names, stage_key
 from stereotrack_core.tracking.tuning.trial import Start, Trial
 
-from ...services.failures import message_of
 from ...session.runs import RunEntry
 from ...session.session import Session
 from ...widgets.forms.parameter_line import value_text
-from .runner import TrialRunner, Trials
+from .runner import Trials
 
-PAUSE_MS = 100
+_PAUSE_MS = 100
 """Time without a further change after which a trial begins."""
 
 _NAMED = 2
+
+TrackTrials: TypeAlias = Callable[[str, list[tuple[RunEntry, Trial]]], Trials]
+"""Has trials tracked: from a title and entries with their trials."""
 
 
 class AttemptPresenter(QObject):
@@ -34,8 +37,8 @@ class AttemptPresenter(QObject):
 
     Parameters
     ----------
-    runner : TrialRunner
-        Tracks them.
+    track : callable
+        Has trials tracked: from a title and entries with their trials.
     stretch : callable
         Frames that are to be tracked.
 
@@ -47,24 +50,21 @@ class AttemptPresenter(QObject):
 
     arrived = Signal()
     """A trial has the frame that is shown."""
+    begins = Signal()
+    """A trial is about to be tracked: whatever else is tried ends."""
     changed = Signal()
     """What is said of the trials, or how far they are, is different."""
-    message = Signal(object)
-    """Message: why a trial has ended early."""
-    first_shown = Signal(float)
-    """Seconds from a change to its first frame."""
 
-    def __init__(self, session: Session, runner: TrialRunner, stretch: Callable[[], range]) -> None:
+    def __init__(self, session: Session, track: TrackTrials, stretch: Callable[[], range]) -> None:
         super().__init__()
         self._session, self._runs = session, session.runs
-        self._runner, self._stretch = runner, stretch
+        self._track, self._stretch = track, stretch
         self.live = True
         self.running: RunEntry | None = None
         self._trials: Trials | None = None
         self._made: WeakKeyDictionary[RunEntry, tuple[Trial, str]] = WeakKeyDictionary()
         self._number = 0
-        self._since = QElapsedTimer()
-        self._pause = QTimer(self, singleShot=True, interval=PAUSE_MS)
+        self._pause = QTimer(self, singleShot=True, interval=_PAUSE_MS)
         self._pause.timeout.connect(self.try_now)
         self._runs.changed.connect(self._on_runs)
 
@@ -96,11 +96,11 @@ class AttemptPresenter(QObject):
     def trial(self, settings: Settings, preset: str) -> Trial | None:
         """The trial of the stretch with these settings; None where there is nothing to track."""
         stretch, base = self._stretch(), self.base()
-        if not self._session.clouds.available or not len(stretch):
+        if self._session.clouds.store is None or not len(stretch):
             return None
         spec = RunSpec(settings, preset, stretch, init=self._session.tracker.first_pose)
         made = self._made[base][0] if base is not None and base in self._made else None
-        return Trial(spec) if base is None else trial_beside(base, made, spec)
+        return Trial(spec) if base is None else _trial_beside(base, made, spec)
 
     def wanted(self) -> Trial | None:
         """What would be tried now; None where there is nothing to track."""
@@ -122,7 +122,6 @@ class AttemptPresenter(QObject):
     @Slot()
     def on_settings(self) -> None:
         """Try the settings when they have stood for a moment; what is being tried ends."""
-        self._since.start()
         self.cancel()
         if self.live:
             self._pause.start()
@@ -132,14 +131,16 @@ class AttemptPresenter(QObject):
     def try_now(self) -> None:
         """Track the stretch with the settings as they are."""
         self.cancel()
-        trial, store = self.wanted(), self._session.clouds.store
-        if trial is None or store is None or self._known(trial):
+        trial = self.wanted()
+        if trial is None or self._known(trial):
             self.changed.emit()
             return
+        self.begins.emit()
         self.running = entry = self._new_entry(trial)
-        self._trials = Trials([(entry, trial)], store, self._on_ended, self._on_advanced)
         self._runs.add(entry, active=self._runs.active is None)
-        self._runner.begin(self._trials)
+        self._trials = self._track(f"tracking {entry.name}", [(entry, trial)])
+        self._trials.grown.connect(self._on_grown)
+        self._trials.ended.connect(self._on_ended)
 
     def cancel(self) -> None:
         """End the trial in progress, and forget it."""
@@ -206,7 +207,7 @@ class AttemptPresenter(QObject):
             self._number += 1
             entry = entry_of(self._session, f"trial {self._number}", trial)
         own = settings_of(base) if base is not None else None
-        self._made[entry] = trial, changes_in_words(own, trial.settings)
+        self._made[entry] = trial, _changes_in_words(own, trial.settings)
         return entry
 
     def _leave(self) -> RunEntry | None:
@@ -215,7 +216,7 @@ class AttemptPresenter(QObject):
         trials, entry = self._trials, self.running
         self._trials = self.running = None
         if trials is not None:
-            self._runner.cancel(trials)
+            trials.cancel()
         return entry
 
     @Slot()
@@ -225,36 +226,28 @@ class AttemptPresenter(QObject):
             self._leave()
         self.changed.emit()
 
-    def _on_advanced(self) -> None:
-        self._take()
-        self.changed.emit()
-
-    def _on_ended(self, error: Exception | None) -> None:
-        self._take()
-        entry = self._leave()
-        if error is not None:
-            self.message.emit(message_of(error))
-        if entry is not None and entry.frames:
-            self._session.judging.judge()
-        elif entry is not None:
-            self._runs.remove(entry)
-        self.changed.emit()
-
-    def _take(self) -> None:
-        grown = self._trials.take() if self._trials is not None else {}
+    @Slot(object)
+    def _on_grown(self, grown: dict[RunEntry, list[int]]) -> None:
         for entry, frames in grown.items():
             if self._session.document.frame in frames:
                 self.arrived.emit()
             if len(entry.frames) == len(frames):
                 # the first frame is shown at once, those after it now and then
                 self._session.judging.judge()
-                if self._since.isValid():
-                    self.first_shown.emit(self._since.elapsed() / 1000.0)
-        if grown:
-            self._runs.grew.emit()
+        self._runs.grew.emit()
+        self.changed.emit()
+
+    @Slot()
+    def _on_ended(self) -> None:
+        entry = self._leave()
+        if entry is not None and entry.frames:
+            self._session.judging.judge()
+        elif entry is not None:
+            self._runs.remove(entry)
+        self.changed.emit()
 
 
-def trial_beside(run: RunEntry, made: Trial | None, spec: RunSpec) -> Trial:
+def _trial_beside(run: RunEntry, made: Trial | None, spec: RunSpec) -> Trial:
     """The trial to track a stretch from where a run was; by itself where it was nowhere near.
 
     Parameters
@@ -309,7 +302,7 @@ def entry_of(session: Session, name: str, trial: Trial) -> RunEntry:
     return RunEntry(name, preset, trial.settings, body, trial.stretch, kind="attempt")
 
 
-def changes_in_words(old: Settings | None, new: Settings) -> str:
+def _changes_in_words(old: Settings | None, new: Settings) -> str:
     """``sigma joint 20 deg``; ``sigma joint 20 deg, iterations 8 and 3 more``."""
     if old is None:
         return "different settings"

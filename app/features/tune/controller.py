@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable
 
 from PySide6.QtCore import QObject, Slot
@@ -21,7 +22,7 @@ from ...widgets.tables.attempts_panel import AttemptsPanel
 from .attempts import AttemptPresenter, settings_of
 from .numbers import attempt_table
 from .presets import PresetWork
-from .runner import CloudWarmer, TrialRunner
+from .runner import CloudWarmer, Trials
 from .series import SeriesPresenter
 
 _ATTEMPT_BUTTONS = ("attempt_use", "attempt_run", "attempt_adopt", "attempt_dismiss")
@@ -44,11 +45,11 @@ class TuneController(QObject):
         context.docks.add("parameters", "Parameters", self.parameters)
         context.docks.add("attempts", "Trials", self.panel)
         context.docks.add("series", "Parameter series", self.series_panel)
-        self.runner = TrialRunner(self)
-        self.attempts = AttemptPresenter(session, self.runner, self.stretch)
-        self.series = SeriesPresenter(session, context.tasks, self.runner, self.attempts)
+        self._turn = threading.Lock()
+        self.attempts = AttemptPresenter(session, self._track, self.stretch)
+        self.series = SeriesPresenter(session, self._track, self.attempts)
         self.attempts.live = bool(context.settings.value("tune/live", True, type=bool))
-        self.warmer = CloudWarmer(self.runner, lambda: session.clouds.store, self._to_warm)
+        self.warmer = CloudWarmer(lambda: session.clouds.store, self._to_warm)
         self.presets = PresetWork(context, self.parameters)
         self._against: RunEntry | None = None
         self._compared = "preset"
@@ -82,7 +83,6 @@ class TuneController(QObject):
             changed.connect(self.warmer.warm_soon)
         self.series.changed.connect(self.show_series)
         for presenter in (self.attempts, self.series):
-            presenter.message.connect(context.notifier.show)
             presenter.changed.connect(context.actions.refresh_soon)
         session.track.settings_changed.connect(self._on_settings)
         session.judging.judged.connect(self.show)
@@ -147,6 +147,13 @@ class TuneController(QObject):
     def _entry(self, row: int) -> RunEntry | None:
         entries = self._entries()
         return entries[row] if 0 <= row < len(entries) else None
+
+    def _track(self, title: str, tried: list[tuple[RunEntry, Trial]]) -> Trials:
+        """Have trials tracked in the background, when those before have ended."""
+        self.warmer.cancel()
+        store = self._session.clouds.store
+        assert store is not None  # noqa: S101 - there are no trials without
+        return Trials(self._context.tasks, store, self._turn, title, tried)
 
     def _to_warm(self) -> Trial | None:
         """What is going to be tried, if nothing else is being done."""
@@ -278,7 +285,6 @@ class TuneController(QObject):
     def stop(self) -> None:
         """End everything, as another recording comes or the window closes; waits for nothing."""
         self._against = None
-        self.warmer.cancel()
+        self.warmer.close()
         self.attempts.stop()
         self.series.clear()
-        self.runner.close()

@@ -5,23 +5,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from PySide6.QtCore import QObject, Signal
+from PySide6.QtCore import QObject, Signal, Slot
 
-from stereotrack_core.errors import Cancelled
 from stereotrack_core.parameters import ParameterRow, Value
 from stereotrack_core.tracking.parameters import Settings
 
-from ...services.failures import message_of
-from ...services.tasks.task import Task, TaskList
 from ...session.judgement import MEASURED_LIMBS, Judgement, judged
 from ...session.runs import RunEntry
 from ...session.session import Session
 from ...widgets.plots.small_multiples import Multiple
-from .attempts import AttemptPresenter, entry_of, with_unit
+from .attempts import AttemptPresenter, TrackTrials, entry_of, with_unit
 from .numbers import Summary, summary_of
-from .runner import TrialRunner, Trials
-
-_LOOK_SECONDS = 0.1
+from .runner import Trials
 
 
 @dataclass(eq=False)
@@ -47,12 +42,13 @@ class Tried:
 
 
 class SeriesPresenter(QObject):
-    """Tracks the stretch once for each value, in the background.
+    """Tracks the stretch once for each value; ends where something else is tried.
 
     Parameters
     ----------
-    runner : TrialRunner
-        Tracks them; a series ends where something else is tried, and what it has stays.
+    session : Session
+    track : callable
+        Has trials tracked: from a title and entries with their trials.
     attempts : AttemptPresenter
         Knows the run that all are compared with.
 
@@ -68,20 +64,15 @@ class SeriesPresenter(QObject):
 
     changed = Signal()
     """There are more frames, or another value is shown."""
-    message = Signal(object)
-    """Message."""
 
-    def __init__(
-        self, session: Session, tasks: TaskList, runner: TrialRunner, attempts: AttemptPresenter
-    ) -> None:
+    def __init__(self, session: Session, track: TrackTrials, attempts: AttemptPresenter) -> None:
         super().__init__()
-        self._session, self._tasks = session, tasks
-        self._runner, self._attempts = runner, attempts
+        self._session, self._track, self._attempts = session, track, attempts
         self.row: ParameterRow | None = None
         self.tried: tuple[Tried, ...] = ()
         self.shown: int | None = None
         self._trials: Trials | None = None
-        self._task: Task | None = None
+        attempts.begins.connect(self.cancel)
 
     # ---- facts
 
@@ -113,24 +104,19 @@ class SeriesPresenter(QObject):
         """Track the stretch with each value; what was tried before is forgotten."""
         self.clear()
         self._attempts.cancel()
-        store = self._session.clouds.store
         tracked, tried = [], []
         for value in values:
             trial = self._attempts.trial(settings.replaced(**{row.name: value}), "")
-            if trial is None or store is None:
+            if trial is None:
                 return
             entry = entry_of(self._session, with_unit(row.name, value, row.unit), trial)
             tracked.append((entry, trial))
             tried.append(Tried(value, with_unit("", value, row.unit), entry))
-        if store is None:
-            return
         self.row, self.tried = row, tuple(tried)
-        trials = self._trials = Trials(tracked, store, self._on_ended, self._on_advanced)
-        self._runner.begin(trials)
-        self._task = self._tasks.begin(
-            f"tracking with values of {row.name.replace('_', ' ')}",
-            lambda task: _watch(task, trials),
-        )
+        title = f"tracking with values of {row.name.replace('_', ' ')}"
+        self._trials = self._track(title, tracked)
+        self._trials.grown.connect(self._on_grown)
+        self._trials.ended.connect(self._on_ended)
         self.changed.emit()
 
     def show(self, place: int | None) -> None:
@@ -145,50 +131,36 @@ class SeriesPresenter(QObject):
             runs.add(self.tried[place].entry, active=False)
         self.changed.emit()
 
+    @Slot()
     def cancel(self) -> None:
         """Track no further value; those that are complete stay."""
         if self._trials is not None:
-            self._runner.cancel(self._trials)
-            self._on_ended(None)
+            self._trials.cancel()
+            self._on_ended()
 
     def clear(self) -> None:
         """Forget what was tried."""
         self.cancel()
         self.show(None)
-        self.tried, self.row, self._task = (), None, None
+        self.tried, self.row = (), None
         self.changed.emit()
 
     # ---- inside
 
-    def _on_advanced(self) -> None:
-        grown = self._trials.take() if self._trials is not None else {}
+    @Slot(object)
+    def _on_grown(self, grown: dict[RunEntry, list[int]]) -> None:
         for one in self.tried:
             if one.entry in grown:
                 one.judgement = judged(one.entry, self._session.judging.truth)
         if self.shown is not None and self.tried[self.shown].entry in grown:
             self._session.runs.grew.emit()
-        if self._task is not None:
-            done = sum(one.complete for one in self.tried)
-            self._task.report(self.share, f"{done} of {len(self.tried)} values")
         self.changed.emit()
 
-    def _on_ended(self, error: Exception | None) -> None:
-        self._on_advanced()
+    @Slot()
+    def _on_ended(self) -> None:
         self._trials = None
-        if error is not None:
-            self.message.emit(message_of(error))
         self.tried = tuple(one for one in self.tried if one.entry.frames)
         self.changed.emit()
-
-
-def _watch(task: Task, trials: Trials) -> None:
-    """Last as long as the trials, so that they are seen among what is under way, and cancelled."""
-    while not trials.over.wait(_LOOK_SECONDS):
-        if task.token.cancelled():
-            trials.cancel()
-            raise Cancelled
-    if trials.cancelled():
-        raise Cancelled
 
 
 def _multiple(one: Tried, *, best: bool) -> Multiple:

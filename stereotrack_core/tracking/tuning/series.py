@@ -19,12 +19,7 @@ def spread_values(
 ) -> tuple[Value, ...]:
     """Values of a number from `low` to `high`, in even steps or by even factors.
 
-    Parameters
-    ----------
-    count : int
-        2 to :data:`MOST`; whole numbers may give fewer.
-    by_factors : bool
-        Whether each value is the one before times the same factor.
+    There are `count`, 2 to :data:`MOST`; whole numbers may give fewer.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""One thing at a time is computed from the clouds of trials, and only the newest is told of."""
+"""Trials are tracked one after the other, and only those that are wanted are told of."""
 
 from __future__ import annotations
 
@@ -7,121 +7,23 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 
 import pytest
-from PySide6.QtCore import QCoreApplication
 
-from app.features.tune.runner import Request, TrialRunner, Trials
+from app.features.tune.runner import Trials
 from app.services.tasks.shared import Shared
+from app.services.tasks.task import TaskList
+from stereotrack_core.errors import Cancelled, InputError
 
 PATIENCE_S = 300.0
 A_MOMENT_S = 0.2
 """What must not happen gets so long; on a busy machine that proves less, and fails nothing."""
 
 
-class Held(Request):
-    """Is in the middle of something until it is let go, and hears of nothing meanwhile."""
+@dataclass(eq=False)
+class Entry:
+    """In place of an entry of the list of runs."""
 
-    def __init__(self, store, told, name="", error=None):
-        super().__init__(store, self.hold, lambda error: told.append((self, error)))
-        self.advanced = lambda: told.append((self, "advanced"))
-        self.name, self.error = name, error
-        self.begun, self.go = threading.Event(), threading.Event()
-
-    def hold(self, store, _request):
-        store.log.append(f"{self.name} begins")
-        self.begun.set()
-        assert self.go.wait(PATIENCE_S)
-        store.log.append(f"{self.name} ends")
-        self.tell_advance()
-        if self.error is not None:
-            raise self.error
-
-
-class Store:
-    """In place of a store of clouds; knows in which thread it was closed."""
-
-    def __init__(self):
-        self.log = []
-        self.closed_in = None
-
-    def close(self):
-        self.closed_in = threading.current_thread()
-
-
-@pytest.fixture
-def store():
-    made = Store()
-    return Shared(made, made.close)
-
-
-@pytest.fixture
-def trials(qtbot):
-    made = TrialRunner()
-    made.told = []
-    yield made
-    made.close()
-
-
-def test_two_never_use_the_clouds_at_once_and_only_the_newest_is_told_of(qtbot, trials, store):
-    first, second, third = (Held(store, trials.told, name) for name in ("first", "second", "third"))
-    trials.begin(first)
-    assert first.begun.wait(PATIENCE_S)
-    trials.begin(second)
-    trials.begin(third)
-    assert not third.begun.wait(A_MOMENT_S), "the one before is in the middle of something"
-    assert [one.cancelled() for one in (first, second, third)] == [True, True, False]
-    assert first.over.is_set()
-    third.go.set()
-    first.go.set()
-    qtbot.waitUntil(third.over.is_set)
-    assert store.resource.log == ["first begins", "first ends", "third begins", "third ends"]
-    assert trials.told == [
-        (first, None), (second, None), (third, "advanced"), (third, None)
-    ]  # fmt: skip
-    assert not second.begun.is_set()
-
-
-def test_what_is_cancelled_is_waited_for_by_the_next_one_too(qtbot, trials, store):
-    """A change of a parameter cancels; the attempt comes when the changes have stopped."""
-    first, second = (Held(store, trials.told, name) for name in ("first", "second"))
-    trials.begin(first)
-    assert first.begun.wait(PATIENCE_S)
-    trials.cancel(first)
-    trials.begin(second)
-    assert not second.begun.wait(A_MOMENT_S)
-    second.go.set()
-    first.go.set()
-    qtbot.waitUntil(second.over.is_set)
-    assert store.resource.log == ["first begins", "first ends", "second begins", "second ends"]
-    assert trials.told == [(second, "advanced"), (second, None)]
-
-
-def test_a_failure_is_told_and_the_next_request_is_done(qtbot, trials, store):
-    error = RuntimeError("no clouds")
-    wrong, right = Held(store, trials.told, error=error), Held(store, trials.told)
-    for one in (wrong, right):
-        one.go.set()
-        trials.begin(one)
-        qtbot.waitUntil(one.over.is_set)
-    assert trials.told == [(wrong, "advanced"), (wrong, error), (right, "advanced"), (right, None)]
-
-
-def test_closing_waits_for_nobody_and_the_last_user_closes_the_clouds(qtbot, trials, store):
-    first, late = (Held(store, trials.told, name) for name in ("first", "late"))
-    trials.begin(first)
-    assert first.begun.wait(PATIENCE_S)
-    thread = trials._worker._thread
-    trials.close()
-    store.close()
-    assert thread.is_alive(), "closing waits for nothing"
-    assert store.resource.closed_in is None, "somebody still uses it"
-    trials.begin(late)
-    qtbot.waitUntil(late.over.is_set)
-    assert not late.begun.is_set(), "nothing begins with clouds that were closed"
-    first.go.set()
-    thread.join(PATIENCE_S)
-    assert store.resource.closed_in is thread
-    QCoreApplication.processEvents()
-    assert trials.told == [(late, None)]
+    frames: dict = field(default_factory=dict)
+    body = origin = wall_seconds = None
 
 
 @dataclass(frozen=True)
@@ -135,43 +37,120 @@ class Tracked:
 
 
 @dataclass(eq=False)
-class Entry:
-    """In place of an entry of the list of runs."""
-
-    frames: dict = field(default_factory=dict)
-    body = origin = wall_seconds = None
-
-
-@dataclass(frozen=True)
 class Trial:
-    """In place of a trial, whose pipeline gives all its frames."""
+    """In place of a trial, and of its pipeline; goes no further than it is let."""
 
     stretch: range
+    error: Exception | None = None
+    begins: threading.Event = field(default_factory=threading.Event)
+    go: threading.Event = field(default_factory=threading.Event)
+    body = "body"
 
     @contextmanager
-    def begun(self, _store, _cancelled):
+    def begun(self, store, cancelled):
+        self.begins.set()
+        assert self.go.wait(PATIENCE_S)
+        store.append(self)
+        self.cancelled = cancelled
         yield self
-
-    body = "body"
 
     def origin(self):
         return "origin"
 
     def frames(self, stretch):
-        return map(Tracked, stretch)
+        for frame in stretch:
+            if self.cancelled():
+                raise Cancelled
+            yield Tracked(frame)
+        if self.error is not None:
+            raise self.error
 
 
-def test_frames_wait_until_they_are_taken_in_their_order(qtbot, trials, store):
-    entries = [Entry(), Entry()]
-    tried = list(zip(entries, (Trial(range(3)), Trial(range(5, 7))), strict=True))
-    told = trials.told
-    request = Trials(
-        tried, store, lambda error: told.append(error), lambda: told.append("advanced")
-    )
-    trials.begin(request)
-    qtbot.waitUntil(request.over.is_set)
-    assert request.take() == {entries[0]: [0, 1, 2], entries[1]: [5, 6]}
-    assert [sorted(entry.frames) for entry in entries] == [[0, 1, 2], [5, 6]]
+@pytest.fixture
+def tasks(qtbot):
+    made = TaskList()
+    yield made
+    made.shutdown()
+
+
+@pytest.fixture
+def store():
+    """A list of what was tracked in place of clouds; knows in which thread it was closed."""
+    made, closed_in = [], []
+    shared = Shared(made, lambda: closed_in.append(threading.current_thread()))
+    shared.closed_in = closed_in
+    return shared
+
+
+@pytest.fixture
+def begin(tasks, store):
+    """Function from trials to their entries, what is told of them, and their work."""
+    turn = threading.Lock()
+
+    def made(*trials):
+        entries, told = [Entry() for _ in trials], []
+        tried = list(zip(entries, trials, strict=True))
+        work = Trials(tasks, store, turn, "tracking", tried)
+        work.grown.connect(lambda grown: told.append([*grown.values()]))
+        work.ended.connect(lambda: told.append("ended"))
+        return entries, told, work
+
+    return made
+
+
+def test_frames_go_to_their_entries_in_their_order(qtbot, begin):
+    trials = Trial(range(3)), Trial(range(5, 7))
+    entries, told, _ = begin(*trials)
+    for trial in trials:
+        trial.go.set()
+    qtbot.waitUntil(lambda: "ended" in told)
+    assert [list(entry.frames) for entry in entries] == [[0, 1, 2], [5, 6]]
     assert {(entry.body, entry.origin) for entry in entries} == {("body", "origin")}
-    assert request.take() == {}
-    assert told == ["advanced", None]
+    assert sum(len(frames) for grown in told[:-1] for frames in grown) == 5
+    assert told[-1] == "ended"
+
+
+def test_what_is_cancelled_is_waited_for_and_not_told_of(qtbot, tasks, store, begin):
+    """Two never use the clouds at once; a change of a parameter cancels."""
+    first, second = Trial(range(2)), Trial(range(2))
+    (early,), unheard, work = begin(first)
+    assert first.begins.wait(PATIENCE_S)
+    work.cancel()
+    _, told, _ = begin(second)
+    second.go.set()
+    assert not second.begins.wait(A_MOMENT_S), "the one before is in the middle of something"
+    first.go.set()
+    qtbot.waitUntil(lambda: told[-1:] == ["ended"])
+    qtbot.waitUntil(tasks.settled)
+    assert store.resource == [first, second]
+    assert (unheard, early.frames) == ([], {})
+
+
+def test_a_failure_is_told_once_and_the_next_trials_are_done(qtbot, tasks, begin):
+    wrong, right = Trial(range(1), InputError("no", remedy="Wait.")), Trial(range(1))
+    failed = []
+    tasks.failed.connect(failed.append)
+    for trial in (wrong, right):
+        trial.go.set()
+        (entry,), told, _ = begin(trial)
+        qtbot.waitUntil(lambda told=told: told[-1:] == ["ended"])
+        assert list(entry.frames) == [0]
+    assert failed == [wrong.error]
+
+
+def test_the_last_user_closes_the_clouds_and_nothing_begins_with_closed_ones(
+    qtbot, tasks, store, begin
+):
+    first, late = Trial(range(1)), Trial(range(1))
+    begin(first)
+    assert first.begins.wait(PATIENCE_S)
+    store.close()
+    assert store.closed_in == [], "somebody still uses it"
+    late.go.set()
+    _, told, _ = begin(late)
+    first.go.set()
+    qtbot.waitUntil(lambda: told == ["ended"])
+    qtbot.waitUntil(tasks.settled)
+    assert not late.begins.is_set()
+    assert len(store.closed_in) == 1
+    assert store.closed_in[0] is not threading.main_thread()
