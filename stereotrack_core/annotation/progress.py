@@ -2,27 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
-from enum import IntEnum
-from typing import NamedTuple, TypeAlias
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import NamedTuple
 
 from stereotrack_core.annotation.click import UNCERTAIN, Click
-
-StateArray: TypeAlias = NDArray[np.uint8]
-
-
-class LaneState(IntEnum):
-    """What a landmark's lane shows at a frame; the larger number is shown where two meet."""
-
-    MISSING = 0
-    FILLED = 1
-    PARTLY = 2
-    CLICKED = 3
-    FLAGGED = 4
 
 
 class Seen(NamedTuple):
@@ -108,52 +92,3 @@ def progress(keyframes: Mapping[int, bool], flagged: Collection[int], clicks: in
         flagged=len(keyframes.keys() & set(flagged)),
         clicks=clicks,
     )
-
-
-def lane_states(
-    found: Iterable[Seen],
-    landmarks: Sequence[str],
-    frames: int,
-    *,
-    enough: int = 2,
-    flags: Iterable[tuple[int, str]] = (),
-    filled: Collection[int] = (),
-) -> StateArray:
-    """What the landmarks' lanes show, by frame.
-
-    Parameters
-    ----------
-    found : iterable of Seen
-        Of landmarks or frames that are not asked for: passed over.
-    landmarks : sequence of str
-        n lanes.
-    frames : int
-        Number of frames F.
-    enough : int
-        Number of cameras with a position from which on a landmark counts as clicked.
-    flags : iterable of (int, str)
-        Frame and landmark; an empty landmark flags the frame in every lane.
-    filled : collection of int
-        Frames whose pose was filled in between others.
-
-    Returns
-    -------
-    (n, F) uint8
-        Values of :class:`LaneState`.
-    """
-    place = {name: i for i, name in enumerate(landmarks)}
-    states = np.full((len(landmarks), frames), LaneState.MISSING, dtype=np.uint8)
-    states[:, [frame for frame in filled if 0 <= frame < frames]] = LaneState.FILLED
-    for one in found:
-        lane = place.get(one.landmark)
-        if lane is None or not 0 <= one.frame < frames:
-            continue
-        if one.doubted:
-            states[lane, one.frame] = LaneState.FLAGGED
-        elif one.positions:
-            clicked = one.positions >= enough
-            states[lane, one.frame] = LaneState.CLICKED if clicked else LaneState.PARTLY
-    for frame, landmark in flags:
-        if 0 <= frame < frames and (not landmark or landmark in place):
-            states[place[landmark] if landmark else slice(None), frame] = LaneState.FLAGGED
-    return states

@@ -9,7 +9,7 @@ import numpy as np
 
 from stereotrack_core.annotation.click import ClickKey
 from stereotrack_core.annotation.landmark_set import LandmarkSet
-from stereotrack_core.annotation.progress import LaneState, Seen, lane_states
+from stereotrack_core.annotation.progress import Seen
 from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 from stereotrack_core.body.limbs import LIMBS
@@ -27,13 +27,6 @@ FULL_RESIDUAL_PX = 10.0
 """Residual that is shown in a lane's full colour."""
 _TABLES = frozenset({"click", "frame_flag", "keyframe"})
 _MOST_QUERIES = 64
-
-_MARKS = np.zeros(len(LaneState), dtype=np.uint8)
-_MARKS[LaneState.MISSING] = Mark.NONE
-_MARKS[LaneState.FILLED] = Mark.INTERPOLATED
-_MARKS[LaneState.PARTLY] = Mark.PARTLY
-_MARKS[LaneState.CLICKED] = Mark.CLICKED
-_MARKS[LaneState.FLAGGED] = Mark.FLAGGED
 
 _Flags: TypeAlias = dict[int, list[str]]
 
@@ -210,29 +203,36 @@ class AnnotationLanes:
 
     def _marks_between(self, first: int, end: int, seen: Sequence[Seen]) -> MarkArray:
         """What people have said of these frames."""
-        count = end - first
-        here = [one._replace(frame=one.frame - first) for one in seen]
-        flags = _inside(self._flags, first, end)
-        states = lane_states(here, self._set.names, count, enough=self._enough, flags=flags)
-        marks = _MARKS[states]
-        wanted = self._keyframes[first:end].copy()
-        wanted[[one.frame for one in here]] = True
+        places = {name: place for place, name in enumerate(self._set.names)}
+        marks: MarkArray = np.full((len(places), end - first), Mark.NONE, dtype=np.uint8)
+        wanted, outside = self._keyframes[first:end].copy(), []
+        for one in seen:
+            lane, frame = places.get(one.landmark), one.frame - first
+            wanted[frame] = True
+            if lane is None:
+                continue
+            if one.doubted:
+                marks[lane, frame] = Mark.FLAGGED
+            elif one.positions:
+                clicked = one.positions >= self._enough
+                marks[lane, frame] = Mark.CLICKED if clicked else Mark.PARTLY
+            else:  # somebody has looked and says that it is outside
+                outside.append((lane, frame))
+        every: dict[str, slice | int] = {"": slice(None), **places}
+        for frame, landmark in _inside(self._flags, first, end):
+            if landmark in every:
+                marks[every[landmark], frame] = Mark.FLAGGED
         nothing = marks == Mark.NONE
         marks[nothing & wanted] = Mark.MISSING
-        places = {name: place for place, name in enumerate(self._set.names)}
-        for one in here:  # somebody has looked and says that it is outside
-            lane = places.get(one.landmark)
-            if lane is not None and not one.positions and marks[lane, one.frame] == Mark.MISSING:
-                marks[lane, one.frame] = Mark.NONE
+        for lane, frame in outside:
+            if nothing[lane, frame]:
+                marks[lane, frame] = Mark.NONE
         for frame, landmark in _inside(self._gaps, first, end):
-            lanes = slice(None) if not landmark else slice(*_one(places.get(landmark)))
-            column = marks[lanes, frame]
-            column[nothing[lanes, frame]] = Mark.GAP
+            if landmark in every:
+                lanes = every[landmark]
+                free = nothing[lanes, frame]
+                marks[lanes, frame] = np.where(free, Mark.GAP, marks[lanes, frame])
         return marks
-
-
-def _one(place: int | None) -> tuple[int, int]:
-    return (0, 0) if place is None else (place, place + 1)
 
 
 def _inside(flags: _Flags, first: int, end: int) -> list[tuple[int, str]]:
