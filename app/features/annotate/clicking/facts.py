@@ -276,9 +276,8 @@ class AnnotationFacts(QObject):
         return cloud
 
     def _waits_for_depth(self) -> bool:
-        frame = self._document.frame
-        known = self._clouds.cloud(frame) is not None or self._clouds.given_up(frame)
-        return self._wants_depth() and not known
+        frame, clouds = self._document.frame, self._clouds
+        return self._wants_depth() and clouds.cloud(frame) is None and not clouds.given_up(frame)
 
     @Slot(object)
     def _on_measured(self, _cloud: object) -> None:
