@@ -1,15 +1,20 @@
-"""Numbers with their words."""
+"""Numbers and stretches of time as a person says them."""
 
 from __future__ import annotations
 
 
+def in_words(seconds: float) -> str:
+    """A stretch of time: ``under a second``, ``40 s``, ``12 min``, ``3.5 h``, ``2.1 days``."""
+    if seconds < 1.0:
+        return "under a second"
+    if seconds < 90.0:
+        return f"{seconds:.0f} s"
+    if seconds < 90.0 * 60.0:
+        return f"{seconds / 60.0:.0f} min"
+    hours = seconds / 3600.0
+    return f"{hours:.1f} h" if hours < 48.0 else f"{hours / 24.0:.1f} days"
+
+
 def counted(number: int, word: str) -> str:
-    """``1 click``, ``2 clicks``."""
+    """``1 click``, ``2 clicks``, ``1 200 clicks``."""
     return f"{number:,} {word}{'' if number == 1 else 's'}".replace(",", " ")
-
-
-def frames_in_words(frames: range) -> str:
-    """``frame 12``, or ``frames 12 – 40``; a range without steps that is not empty."""
-    if len(frames) == 1:
-        return f"frame {frames.start}"
-    return f"frames {frames.start} – {frames.stop - 1}"

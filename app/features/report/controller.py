@@ -1,0 +1,126 @@
+"""The report on the active run: asked for, made in the background, opened when wanted."""
+
+from __future__ import annotations
+
+import shlex
+from pathlib import Path
+
+from PySide6.QtCore import QObject, QUrl
+from PySide6.QtGui import QDesktopServices
+from PySide6.QtWidgets import QFileDialog
+
+from stereotrack_core.report.reported import Source, gathered
+from stereotrack_core.report.run_page import repeat_command, write_page, write_pdf
+
+from ...context import Context
+from ...services.tasks.task import Task
+from ...session.runs import RunEntry
+from ...widgets.forms.message import Message
+
+_FILTER = "Page for a browser (*.html);;PDF (*.pdf)"
+
+
+class ReportController(QObject):
+    """Writes reports.
+
+    Parameters
+    ----------
+    context : Context
+    """
+
+    def __init__(self, context: Context) -> None:
+        super().__init__(context.session)
+        self._context, self._session = context, context.session
+        self._task: Task | None = None
+
+    @property
+    def working(self) -> bool:
+        """Whether a report is being made."""
+        return self._task is not None
+
+    def ask_where(self) -> None:
+        """Let the person choose where the report on the active run goes, and make it."""
+        entry = self._session.runs.active
+        if entry is None:
+            return
+        beside = entry.path.parent if entry.path is not None else Path.home()
+        proposed = beside / f"report-{_file_name(entry.name)}.html"
+        chosen, _ = QFileDialog.getSaveFileName(
+            self._context.docks.dialog_parent, "Save report", str(proposed), _FILTER
+        )
+        if chosen:
+            path = Path(chosen)
+            known = path.suffix.lower() in {".html", ".htm", ".pdf"}
+            self.make(path if known else path.with_name(f"{path.name}.html"))
+
+    def make(self, path: Path) -> None:
+        """Make the report on the active run in the background."""
+        entry = self._session.runs.active
+        source = self._source(entry, path) if entry is not None else None
+        if source is None or self._task is not None:
+            return
+
+        def work(task: Task) -> Path:
+            reported = gathered(source, on_progress=task.report, cancelled=task.token.cancelled)
+            if path.suffix.lower() == ".pdf":
+                task.report(0.95, "writing the PDF")
+                write_pdf(path, reported, __package__.partition(".")[0])
+            else:
+                write_page(path, reported)
+            return path
+
+        self._task = self._context.tasks.begin("Writing report", work, self._on_made)
+        self._task.ended.connect(self._on_ended)
+
+    def _source(self, entry: RunEntry, path: Path) -> Source | None:
+        recording, run, truth = (
+            self._session.document.recording,
+            entry.run(),
+            self._session.judging.truth,
+        )
+        if recording is None or run is None:
+            return None
+        repeat = (
+            repeat_command(recording.folder.name, str(entry.path)) if entry.path is not None else ""
+        )
+        note = entry.facts.note if entry.facts is not None else ""
+        return Source(
+            name=entry.name,
+            run=run,
+            recording=recording,
+            reference=None if truth is None else truth.trajectory,
+            reference_name="" if truth is None else truth.words,
+            states=None if truth is None else truth.reference,
+            command=self._command(entry, path),
+            repeat=repeat,
+            note=note,
+        )
+
+    def _command(self, entry: RunEntry, path: Path) -> str:
+        """What makes this report from the command line; empty for a run that is nowhere kept."""
+        project = self._session.project.project
+        words = ["stereotrack", "report"]
+        if entry.path is not None:
+            words.append(str(entry.path))
+        elif entry.kept and project is not None:
+            words += [str(project.path), "--run", entry.kept]
+        else:
+            return ""
+        return shlex.join([*words, "-o", path.with_suffix(".html").name])
+
+    def _on_made(self, path: Path) -> None:
+        def show() -> None:
+            QDesktopServices.openUrl(QUrl.fromLocalFile(str(path)))
+
+        self._context.notifier.show(
+            Message("note", f"Report saved to {path}", button="Open", do=show)
+        )
+
+    def _on_ended(self) -> None:
+        self._task = None
+
+
+def _file_name(name: str) -> str:
+    """A run's name as part of a file's."""
+    kept = "".join(letter if letter.isalnum() or letter in "-_." else "-" for letter in name)
+    return kept.strip("-.") or "run"
