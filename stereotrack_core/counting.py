@@ -1,6 +1,18 @@
-"""Numbers and stretches of time as a person says them."""
+"""Numbers with their words."""
 
 from __future__ import annotations
+
+
+def counted(number: int, word: str) -> str:
+    """``1 click``, ``2 clicks``."""
+    return f"{number:,} {word}{'' if number == 1 else 's'}".replace(",", " ")
+
+
+def frames_in_words(frames: range) -> str:
+    """``frame 12``, or ``frames 12 – 40``; a range without steps that is not empty."""
+    if len(frames) == 1:
+        return f"frame {frames.start}"
+    return f"frames {frames.start} – {frames.stop - 1}"
 
 
 def in_words(seconds: float) -> str:
@@ -13,8 +25,3 @@ def in_words(seconds: float) -> str:
         return f"{seconds / 60.0:.0f} min"
     hours = seconds / 3600.0
     return f"{hours:.1f} h" if hours < 48.0 else f"{hours / 24.0:.1f} days"
-
-
-def counted(number: int, word: str) -> str:
-    """``1 click``, ``2 clicks``, ``1 200 clicks``."""
-    return f"{number:,} {word}{'' if number == 1 else 's'}".replace(",", " ")

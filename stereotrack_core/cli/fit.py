@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from stereotrack_core.annotation.click import USUAL_SIGMA, Click, ClickKey
-from stereotrack_core.annotation.click_points import click_pixels, measured_lengths, subject_of
+from stereotrack_core.annotation.click_points import lengths_of_clicks, subject_of
 from stereotrack_core.annotation.doubts import (
     doubtful_camera,
     own_mistakes,
@@ -22,7 +22,7 @@ from stereotrack_core.annotation.fit.fit import clicks_in, fit_reference
 from stereotrack_core.annotation.fit.results import CLICKED, GAP, INTERPOLATED, TrajectoryFit
 from stereotrack_core.annotation.fit.settings import FitSettings
 from stereotrack_core.annotation.landmark_set import NINE
-from stereotrack_core.annotation.reference import reference_of_fit
+from stereotrack_core.annotation.reference import origin_of, reference_of_fit
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.proportions import Proportions, proportions_of
 from stereotrack_core.cli.arguments import (
@@ -32,7 +32,6 @@ from stereotrack_core.cli.arguments import (
     VIEWS,
     changes,
     check_output,
-    check_suffix,
     flag,
     option,
 )
@@ -42,7 +41,11 @@ from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera_agreement import Disagreement
 from stereotrack_core.interop.labels import read_clicks
-from stereotrack_core.interop.reference_npz import write_reference
+from stereotrack_core.interop.reference_npz import (
+    check_reference_file,
+    export_reference,
+    write_reference,
+)
 from stereotrack_core.parameters import parsed_settings
 from stereotrack_core.recording.description import Recording, read_subject
 from stereotrack_core.recording.folder import open_recording
@@ -99,7 +102,7 @@ _LISTED = 20
 
 def run(args: Namespace) -> int:
     """Read the clicks, fit, write."""
-    check_suffix(args.output, ".csv", ".npz")
+    check_reference_file(args.output)
     settings, sigma = _settings(args), _sigma(args.sigma)
     recording = open_recording(args.recording)
     check_output(args.output, recording)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from argparse import Namespace
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +10,7 @@ from stereotrack_core.cli.arguments import JSON, flag, option
 from stereotrack_core.cli.output import OK, Table, put_result, say
 from stereotrack_core.cli.sources import open_project, recording_of, say_notes
 from stereotrack_core.errors import InputError
-from stereotrack_core.interop.label_source import Labels, LabelSource
+from stereotrack_core.interop.label_source import Labels, LabelSource, stated_names
 from stereotrack_core.interop.labels import is_trajectory, read_labels
 from stereotrack_core.interop.run_file import reference_in
 from stereotrack_core.project.merging import Decision, clicks_of_project, incoming
@@ -60,7 +59,7 @@ _SHOWN = 20
 
 def run(args: Namespace) -> int:
     """Read, compare and take in."""
-    names = _names(args.names)
+    names = stated_names(args.names, "--name")
     if not args.file.is_file():
         raise InputError("there is no such file", where=str(args.file), remedy="Check the path.")
     trajectory = is_trajectory(args.file)

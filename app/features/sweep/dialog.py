@@ -19,7 +19,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from stereotrack_core.counting import in_words
+from stereotrack_core.counting import counted, in_words
 from stereotrack_core.errors import InputError
 from stereotrack_core.experiments.sweep.plan import SweepCount, SweepPlan, count_of
 from stereotrack_core.experiments.sweep.points import SweepRequest, program_command

@@ -15,15 +15,15 @@ from stereotrack_core.annotation.fit.results import TrajectoryFit
 from stereotrack_core.annotation.fit.settings import FitSettings
 from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.body.limbs import LIMBS
-from stereotrack_core.errors import InputError
-from stereotrack_core.evaluation.accuracy import reference_quality
-from stereotrack_core.project.clicks import (
-    AcceptPredictions,
-    DeleteClicks,
-    MarkClicks,
-    MoveClicks,
-    PlaceClicks,
-    SwapLandmarks,
+from stereotrack_core.errors import Cancelled, InputError
+from stereotrack_core.project.fitting import (
+    FitJob,
+    ShownReference,
+    fit_project,
+    frames_around,
+    keep_fitted,
+    read_reference,
+    residuals_of,
 )
 from stereotrack_core.project.history import Changed
 from stereotrack_core.project.project import Project
