@@ -13,3 +13,15 @@ def frames_in_words(frames: range) -> str:
     if len(frames) == 1:
         return f"frame {frames.start}"
     return f"frames {frames.start} – {frames.stop - 1}"
+
+
+def in_words(seconds: float) -> str:
+    """A stretch of time: ``under a second``, ``40 s``, ``12 min``, ``3.5 h``, ``2.1 days``."""
+    if seconds < 1.0:
+        return "under a second"
+    if seconds < 90.0:
+        return f"{seconds:.0f} s"
+    if seconds < 90.0 * 60.0:
+        return f"{seconds / 60.0:.0f} min"
+    hours = seconds / 3600.0
+    return f"{hours:.1f} h" if hours < 48.0 else f"{hours / 24.0:.1f} days"

@@ -21,10 +21,9 @@ from logistic import fitted
 
 from stereotrack_core.arrays import BoolArray, FloatArray
 from stereotrack_core.body.limbs import LIMBS
-from stereotrack_core.evaluation.episodes.episode import Episode
+from stereotrack_core.evaluation.episodes.episode import Episode, agreement, pooled
 from stereotrack_core.evaluation.episodes.find import Subject, stretches_by_truth
-from stereotrack_core.evaluation.episodes.matching import agreement, pooled
-from stereotrack_core.evaluation.episodes.signs import (
+from stereotrack_core.evaluation.episodes.stretches import (
     ARM_HALVES,
     SAID_SIGNS,
     UNSAID,

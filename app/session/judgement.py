@@ -13,8 +13,8 @@ from PySide6.QtCore import QObject, QTimer, Signal, Slot
 from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 from stereotrack_core.body.limbs import LIMBS
+from stereotrack_core.evaluation.accuracy import arms_good_to
 from stereotrack_core.evaluation.errors import LimbErrors, errors_against
-from stereotrack_core.evaluation.reference_quality import arms_good_to
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 from stereotrack_core.tracking.frame import TrackedFrame
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.arrays import IntArray
-from stereotrack_core.evaluation.reference_quality import reference_quality
+from stereotrack_core.evaluation.accuracy import reference_quality
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 
 Against: TypeAlias = Literal["recording", "project"]

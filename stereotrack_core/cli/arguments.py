@@ -1,92 +1,105 @@
-"""Arguments that several commands share, and what they mean for a recording."""
+"""Options of the commands, those that several share, and checks of what they were given."""
 
 from __future__ import annotations
 
 import os
 import tempfile
-from argparse import ArgumentParser
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from stereotrack_core.errors import InputError
 
-if TYPE_CHECKING:
+if TYPE_CHECKING:  # the program begins with this file
     from stereotrack_core.recording.description import Recording
 
 
-def add_recording(parser: ArgumentParser) -> None:
-    """Add the folder to work on."""
-    parser.add_argument(
-        "recording", type=Path, metavar="RECORDING", help="folder that contains recording.toml"
-    )
+@dataclass(frozen=True)
+class Option:
+    """What a command is given: the arguments of :meth:`argparse.ArgumentParser.add_argument`."""
+
+    names: tuple[str, ...]
+    keywords: dict[str, Any] = field(default_factory=dict)
 
 
-def add_json(parser: ArgumentParser) -> None:
-    """Add the choice between a table and JSON."""
-    parser.add_argument("--json", action="store_true", help="print the result as JSON")
+def option(words: str, text: str, **keywords: Any) -> Option:
+    """Declare an option as its help begins with it, ``-o --output FILE``, or an argument.
+
+    An argument has no dashes: its name in the program, then the name that people read.
+    """
+    names = tuple(word for word in words.split() if word.startswith("-")) or (words.split()[0],)
+    if metavar := " ".join(words.split()[len(names) :]):
+        keywords["metavar"] = metavar
+    return Option(names, {"help": text, **keywords})
 
 
-def add_settings(parser: ArgumentParser) -> None:
-    """Add the preset and changes to it."""
-    parser.add_argument(
-        "--preset",
-        default="accurate",
-        metavar="accurate|thesis|fast|FILE.toml",
-        help="preset that the parameters come from (default: accurate), or a file with your own "
-        "preset as saved by the workbench",
-    )
-    add_changes(parser, "change one parameter")
+def flag(name: str, text: str) -> Option:
+    """Declare an option without a value."""
+    return option(name, text, action="store_true")
 
 
-def add_changes(parser: ArgumentParser, what: str) -> None:
-    """Add changes of parameters; `what` begins the help."""
-    parser.add_argument(
-        "--set",
-        action="append",
-        default=[],
-        metavar="NAME=VALUE",
-        dest="changes",
-        help=f"{what}; may be given several times",
-    )
+def changes(what: str) -> Option:
+    """Changes of parameters; `what` begins the help."""
+    text = f"{what}; may be given several times"
+    return option("--set NAME=VALUE", text, action="append", default=[], dest="changes")
 
 
-def add_frames(parser: ArgumentParser) -> None:
-    """Add the stretch of frames."""
-    parser.add_argument(
-        "--frames",
-        metavar="A:B",
-        help="only frames A up to but not including B; either may be omitted",
-    )
+RECORDING = option("recording RECORDING", "folder that contains recording.toml", type=Path)
+JSON = flag("--json", "print the result as JSON")
+PRESET = option(
+    "--preset accurate|thesis|fast|FILE.toml",
+    "preset that the parameters come from (default: accurate), or a file with your own preset as "
+    "saved by the workbench",
+    default="accurate",
+)
+SETTINGS = (PRESET, changes("change one parameter"))
+FRAMES = option("--frames A:B", "only frames A up to but not including B; either may be omitted")
+SEGMENTS = flag("--segments", "also print the results for each segment of segments.csv")
+VIEWS = option(
+    "--views NS or cam_0+cam_2",
+    "use only these views; join names with +; single-letter names may be written together",
+)
+SEED = option("--seed N", "random seed (default: 0)", type=int, default=0)
+INIT = option(
+    "--init auto|tpose|FILE", "initial pose, as for track (default: auto)", default="auto"
+)
+FPS = option("--fps N", "frames per second, for files that do not state it", type=float)
+OF_RUN = option(
+    "--recording DIR", "the run's recording; by default the one named in the run", type=Path
+)
 
 
-def add_segments(parser: ArgumentParser) -> None:
-    """Add the choice of named stretches."""
-    parser.add_argument(
-        "--segments",
-        action="store_true",
-        help="also print the results for each segment of segments.csv",
-    )
-
-
-def add_views(parser: ArgumentParser) -> None:
-    """Add the choice of views."""
-    parser.add_argument(
-        "--views",
-        metavar="NS or cam_0+cam_2",
-        help="use only these views; join names with +; single-letter names may be written together",
-    )
-
-
-def check_seed(seed: int | None) -> None:
-    """Refuse a seed that no random numbers begin with.
+def check_least(least: int, **values: int | None) -> None:
+    """Refuse numbers, by the names of their options, that are less than a least one.
 
     Raises
     ------
     InputError
-        For a negative one.
+        For the first that is.
     """
-    if seed is not None and seed < 0:
-        raise InputError("a seed must not be negative", where="--seed", remedy="Give 0 or more.")
+    for name, value in values.items():
+        if value is not None and value < least:
+            raise InputError(
+                f"{value} is less than {least}",
+                where=f"--{name.replace('_', '-')}",
+                remedy=f"Give {least} or more.",
+            )
+
+
+def check_suffix(path: Path, *suffixes: str) -> None:
+    """Refuse a name of a file that does not end as its format wants.
+
+    Raises
+    ------
+    InputError
+        With a name that would do.
+    """
+    if path.suffix.lower() not in suffixes:
+        raise InputError(
+            f"the name must end in {' or '.join(suffixes)}",
+            where=str(path),
+            remedy=f"Use the name {path.with_suffix(suffixes[0]).name}.",
+        )
 
 
 def check_output(path: Path, recording: Recording | None = None) -> Path:

@@ -6,74 +6,75 @@ import json
 import os
 import subprocess
 import sys
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from stereotrack_core.cli.arguments import add_json
-from stereotrack_core.cli.command import OK, Command
+from stereotrack_core.cli.arguments import JSON, check_least, option
 from stereotrack_core.cli.demo import made_demo
-from stereotrack_core.cli.output import Table, number, put_json, put_table, say
+from stereotrack_core.cli.output import OK, Table, number, put_result, say
 from stereotrack_core.cli.progress import progress
-from stereotrack_core.errors import InputError
+from stereotrack_core.experiments.benchmark.correction_speed import (
+    MEASUREMENTS,
+    CorrectionSpeed,
+    correction_speed,
+    growth,
+)
+from stereotrack_core.experiments.benchmark.speed import ChainSpeed, chain_speed
+from stereotrack_core.recording.folder import open_recording
+from stereotrack_core.tracking.presets import preset
+from stereotrack_core.window import Window
 
-if TYPE_CHECKING:
-    from stereotrack_core.experiments.benchmark.chain_speed import ChainSpeed
-    from stereotrack_core.experiments.benchmark.correction_speed import CorrectionSpeed
-    from stereotrack_core.window import Window
+DESCRIPTION = (
+    "Measure on this machine: the whole chain against plain block matching on the same "
+    "images, the correction step against a dense implementation and filterpy, and frame steps "
+    "in the window."
+)
 
 PARTS = ("chain", "correction", "window")
+
+OPTIONS = (
+    option(
+        "recording RECORDING",
+        "recording with stereo views (default: the demo recording, which is created if missing)",
+        type=Path,
+        nargs="?",
+    ),
+    option(
+        "--only",
+        "run only this benchmark; may be given several times",
+        action="append",
+        choices=PARTS,
+    ),
+    option(
+        "--frames N", "frame sets per round of the whole chain (default: 40)", type=int, default=40
+    ),
+    option(
+        "--rounds N",
+        "rounds of the whole chain; medians are reported (default: 5)",
+        type=int,
+        default=5,
+    ),
+    JSON,
+)
+
+
 _WINDOW_SECONDS = 600.0
 _BUSY = 0.7
 
 
-def add_arguments(parser: ArgumentParser) -> None:
-    """Declare the arguments."""
-    parser.add_argument(
-        "recording",
-        type=Path,
-        nargs="?",
-        metavar="RECORDING",
-        help="recording with stereo views (default: the demo recording, which is created if "
-        "missing)",
-    )
-    parser.add_argument(
-        "--only",
-        action="append",
-        choices=PARTS,
-        help="run only this benchmark; may be given several times",
-    )
-    parser.add_argument(
-        "--frames",
-        type=int,
-        default=40,
-        metavar="N",
-        help="frame sets per round of the whole chain (default: 40)",
-    )
-    parser.add_argument(
-        "--rounds",
-        type=int,
-        default=5,
-        metavar="N",
-        help="rounds of the whole chain; medians are reported (default: 5)",
-    )
-    add_json(parser)
-
-
 def run(args: Namespace) -> int:
     """Run the benchmarks and print them."""
-    for name in ("frames", "rounds"):
-        if getattr(args, name) < 1:
-            raise InputError(
-                "the value must be at least 1", where=f"--{name}", remedy="Give 1 or more."
-            )
+    check_least(1, frames=args.frames, rounds=args.rounds)
     if args.recording is not None:
-        _check_recording(args.recording)
+        open_recording(args.recording)  # refuses at once what is none
     parts = args.only or PARTS
     load = _load_per_core()
     if load > _BUSY:
         say(f"The machine is busy (load {load:.1f} per core). The results will be inaccurate.")
-    folder = _recording(args.recording) if set(parts) & {"chain", "window"} else None
+    folder: Path | None = None
+    if set(parts) & {"chain", "window"}:
+        folder = args.recording or made_demo().recording
     facts: dict[str, Any] = {"cores": os.cpu_count(), "load_per_core": load, "recording": folder}
     tables: list[Table] = []
     if folder is not None and "chain" in parts:
@@ -81,20 +82,18 @@ def run(args: Namespace) -> int:
         facts["chain"] = [{"ratio": speed.ratio, **vars(speed)} for speed in speeds]
         tables.append(_chain_table(speeds))
     if "correction" in parts:
-        from stereotrack_core.experiments.benchmark.correction_speed import growth
-
         corrections = _correction()
         facts["correction"] = {"growth_exponent": growth(corrections), "sizes": corrections}
         tables.append(_correction_table(corrections, growth(corrections)))
     if folder is not None and "window" in parts:
         facts["window"] = _window(folder, args.window)
         if facts["window"] is not None:
-            tables.append(_window_table(facts["window"]))
-    if args.json:
-        put_json(facts)
-    else:
-        for table in tables:
-            put_table(table)
+            rows = [
+                (name.replace("_", " "), number(value) if isinstance(value, float) else str(value))
+                for name, value in facts["window"].items()
+            ]
+            tables.append(Table("The window", ("what", ">value"), rows))
+    put_result(facts, *tables, as_json=args.json)
     return OK
 
 
@@ -105,22 +104,7 @@ def _load_per_core() -> float:
     return os.getloadavg()[0] / (os.cpu_count() or 1)
 
 
-def _check_recording(folder: Path) -> None:
-    """Refuse at once what is no recording."""
-    from stereotrack_core.recording.folder import open_recording
-
-    open_recording(folder)
-
-
-def _recording(given: Path | None) -> Path:
-    return made_demo().recording if given is None else given
-
-
 def _chain(folder: Path, frames: int, rounds: int) -> tuple[ChainSpeed, ...]:
-    from stereotrack_core.experiments.benchmark.chain_speed import chain_speed
-    from stereotrack_core.recording.folder import open_recording
-    from stereotrack_core.tracking.presets import preset
-
     presets = {name: preset(name) for name in ("fast", "accurate", "thesis")}
     say("Timing the whole chain against plain block matching.")
     with progress("Chain", rounds * len(presets)) as show:
@@ -150,11 +134,6 @@ def _chain_table(speeds: tuple[ChainSpeed, ...]) -> Table:
 
 
 def _correction() -> tuple[CorrectionSpeed, ...]:
-    from stereotrack_core.experiments.benchmark.correction_speed import (
-        MEASUREMENTS,
-        correction_speed,
-    )
-
     say("Timing the correction step against a dense implementation and filterpy.")
     with progress("Correction", len(MEASUREMENTS)) as show:
         speeds = correction_speed(on_progress=show)
@@ -209,24 +188,3 @@ def _window(folder: Path, window: Window | None) -> dict[str, Any] | None:
         say(f"The window could not be timed: {' '.join(last)}")
         return None
     return dict(figures) if isinstance(figures, dict) else {"figures": figures}
-
-
-def _window_table(figures: dict[str, Any]) -> Table:
-    rows = [
-        (name.replace("_", " "), f"{value:.1f}" if isinstance(value, float) else str(value))
-        for name, value in figures.items()
-    ]
-    return Table("The window", ("what", ">value"), rows)
-
-
-COMMAND = Command(
-    name="bench",
-    summary="run the README's benchmarks, as ratios",
-    description=(
-        "Measure on this machine: the whole chain against plain block matching on the same "
-        "images, the correction step against a dense implementation and filterpy, and frame steps "
-        "in the window."
-    ),
-    add_arguments=add_arguments,
-    run=run,
-)

@@ -3,125 +3,109 @@
 from __future__ import annotations
 
 import itertools
-import math
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any, TypeAlias
 
+from stereotrack_core.atomic import write_file
 from stereotrack_core.cli.arguments import (
-    add_changes,
-    add_frames,
-    add_json,
-    add_views,
+    FRAMES,
+    JSON,
+    VIEWS,
+    changes,
+    check_least,
     check_output,
+    flag,
+    option,
 )
-from stereotrack_core.cli.command import OK, Command
+from stereotrack_core.cli.benchmark_annotation import annotation_benchmark
 from stereotrack_core.cli.demo import made_demo
-from stereotrack_core.cli.output import Table, counted, number, put_json, put_table, say
+from stereotrack_core.cli.output import OK, Table, number, put_json, put_table, say
 from stereotrack_core.cli.progress import progress, stoppable
+from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
-from stereotrack_core.recording.selection import frames_within, seeds_of, views_of
+from stereotrack_core.evaluation.errors import truth_of
+from stereotrack_core.experiments.benchmark.accuracy import ABLATIONS, Row, Score, accuracy, pooled
+from stereotrack_core.experiments.benchmark.growth import Cost, cost_of_points, cost_of_views
+from stereotrack_core.experiments.benchmark.speed import chain_speed, exponent
+from stereotrack_core.recording.csv_table import csv_text, markdown_text, table_suffix
+from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.folder import open_recordings
+from stereotrack_core.recording.reader import FrameReader
+from stereotrack_core.recording.selection import frames_within, seeds_of, usable_views, views_of
+from stereotrack_core.tracking.parameters import Settings
+from stereotrack_core.tracking.presets import PRESETS, preset
+from stereotrack_core.tracking.run_spec import RunSpec
 
-if TYPE_CHECKING:
-    from stereotrack_core.experiments.benchmark.accuracy import Row, Score
-    from stereotrack_core.experiments.benchmark.growth import Cost
-    from stereotrack_core.experiments.benchmark.speed import Speed
-    from stereotrack_core.recording.description import Recording
-    from stereotrack_core.tracking.parameters import Settings
+DESCRIPTION = (
+    "Track every recording with every preset and seed, and print one table: errors against "
+    "the reference, their spread over seeds, and the speed of the whole chain. Trackers never "
+    "see the reference. A frame that is not tracked counts 90 degrees and 500 mm. With "
+    "--ablation: the contribution of each part of accurate. With --annotation: the accuracy "
+    "of references fitted to clicks."
+)
+
+Speeds: TypeAlias = Mapping[tuple[str, str], Mapping[str, float]]
+"""Frames per second and ratio by recording and contestant; empty where nothing was timed."""
 
 _BASE = "accurate"
 """The preset that the ablation takes parts away from."""
 
-
-def add_arguments(parser: ArgumentParser) -> None:
-    """Declare the arguments."""
-    parser.add_argument(
-        "recordings",
+OPTIONS = (
+    option(
+        "recordings RECORDING",
+        "recordings with a reference (default: the demo recording, which is created if missing)",
         type=Path,
         nargs="*",
-        metavar="RECORDING",
-        help="recordings with a reference (default: the demo recording, which is created if "
-        "missing)",
-    )
-    _add_choice(parser)
-    _add_kind(parser)
-    add_changes(parser, "change one parameter for all runs")
-    parser.add_argument(
-        "--speed-frames",
-        type=int,
-        default=20,
-        metavar="N",
-        help="frame sets for timing (default: 20); 0 skips timing",
-    )
-    parser.add_argument(
-        "-o",
-        "--output",
-        type=Path,
-        metavar="TABLE",
-        help="also write the table to a file: .md (as printed) or .csv (full precision)",
-    )
-    add_json(parser)
-
-
-def _add_kind(parser: ArgumentParser) -> None:
-    """Arguments that ask for another table."""
-    parser.add_argument(
-        "--ablation",
-        action="store_true",
-        help=f"compare {_BASE} with variants of {_BASE} that lack one part each, instead of "
-        "presets",
-    )
-    parser.add_argument(
-        "--growth",
-        action="store_true",
-        help="measure how the cost of a frame grows with the number of points and views, instead "
-        "of errors",
-    )
-    parser.add_argument(
-        "--annotation",
-        action="store_true",
-        help="fit the body to clicks simulated from the reference, instead of tracking",
-    )
-
-
-def _add_choice(parser: ArgumentParser) -> None:
-    """Arguments that say which presets, frames, views, seeds and first pose."""
-    parser.add_argument(
-        "--presets",
-        metavar="a,b,c",
-        help=f"comma-separated presets (default: all; for growth {_BASE})",
-    )
-    parser.add_argument(
-        "--seeds",
-        metavar="0,1,2",
-        help="comma-separated seeds (default: 0,1,2,3,4; for annotation 0)",
-    )
-    add_frames(parser)
-    add_views(parser)
-    parser.add_argument(
+    ),
+    option("--presets a,b,c", f"comma-separated presets (default: all; for growth {_BASE})"),
+    option("--seeds 0,1,2", "comma-separated seeds (default: 0,1,2,3,4; for annotation 0)"),
+    FRAMES,
+    VIEWS,
+    option(
         "--init",
+        "initial pose: found automatically (auto), or the T pose facing north (tpose) "
+        "(default: auto)",
         choices=("auto", "tpose"),
         default="auto",
-        help="initial pose: found automatically (auto), or the T pose facing north (tpose) "
-        "(default: auto)",
-    )
+    ),
+    flag(
+        "--ablation",
+        f"compare {_BASE} with variants of {_BASE} that lack one part each, instead of presets",
+    ),
+    flag(
+        "--growth",
+        "measure how the cost of a frame grows with the number of points and views, instead "
+        "of errors",
+    ),
+    flag(
+        "--annotation", "fit the body to clicks simulated from the reference, instead of tracking"
+    ),
+    changes("change one parameter for all runs"),
+    option(
+        "--speed-frames N",
+        "frame sets for timing (default: 20); 0 skips timing",
+        type=int,
+        default=20,
+    ),
+    option(
+        "-o --output TABLE",
+        "also write the table to a file: .md (as printed) or .csv (full precision)",
+        type=Path,
+    ),
+    JSON,
+)
 
 
 def run(args: Namespace) -> int:
     """Track, measure, print."""
-    from stereotrack_core.experiments.benchmark.accuracy import pooled
-    from stereotrack_core.recording.csv_table import table_suffix
-
     if args.growth:
         _refuse_others(args, "--growth", ("ablation", "seeds", "frames", "output"))
     if args.annotation:
         return _annotation(args)
     seeds = seeds_of(args.seeds or "0,1,2,3,4")
-    if args.speed_frames < 0:
-        raise InputError(
-            "the value must not be negative", where="--speed-frames", remedy="Give 0 or more."
-        )
+    check_least(0, speed_frames=args.speed_frames)
     presets = _BASE if args.growth and args.presets is None else args.presets
     contestants = _contestants(presets, args.ablation, args.changes)
     if args.output is not None:
@@ -130,11 +114,10 @@ def run(args: Namespace) -> int:
     if args.growth:
         return _growth(recordings, contestants, args)
     scores: list[Score] = []
-    speeds: dict[tuple[str, str], Speed] = {}
+    speeds: dict[tuple[str, str], Mapping[str, float]] = {}
     for recording in recordings:
         scores += _scores(recording, contestants, seeds, args)
-        for name, speed in _speeds(recording, contestants, args).items():
-            speeds[recording.name, name] = speed
+        speeds |= _speeds(recording, contestants, args)
     rows = pooled(scores)
     what = "Ablation" if args.ablation else "Presets and baselines"
     table = readable(rows, speeds, seeds, what)
@@ -148,8 +131,6 @@ def run(args: Namespace) -> int:
 
 
 def _annotation(args: Namespace) -> int:
-    from stereotrack_core.cli.benchmark_annotation import annotation_benchmark
-
     _refuse_others(args, "--annotation", ("growth", "ablation", "presets", "views", "output"))
     if args.changes:
         raise InputError("nothing is tracked", where="--set", remedy="Omit this option.")
@@ -167,9 +148,6 @@ def _refuse_others(args: Namespace, kind: str, names: Sequence[str]) -> None:
 
 def _contestants(presets: str | None, ablation: bool, changes: list[str]) -> dict[str, Settings]:
     """Settings by the name that the table gives them."""
-    from stereotrack_core.experiments.benchmark.ablations import ABLATIONS
-    from stereotrack_core.tracking.presets import PRESETS, preset
-
     if ablation:
         if presets is not None:
             raise InputError(
@@ -185,9 +163,6 @@ def _contestants(presets: str | None, ablation: bool, changes: list[str]) -> dic
 
 def _recordings(folders: Sequence[Path]) -> list[Recording]:
     """Recordings with a reference; checked before anything long begins."""
-    from stereotrack_core.evaluation.errors import truth_of
-    from stereotrack_core.recording.folder import open_recordings
-
     recordings = open_recordings(folders or [made_demo().recording])
     for recording in recordings:
         truth_of(recording)  # refuses one without
@@ -197,11 +172,6 @@ def _recordings(folders: Sequence[Path]) -> list[Recording]:
 def _scores(
     recording: Recording, contestants: Mapping[str, Settings], seeds: list[int], args: Namespace
 ) -> Sequence[Score]:
-    from stereotrack_core.experiments.benchmark.accuracy import accuracy
-    from stereotrack_core.recording.reader import FrameReader
-    from stereotrack_core.recording.selection import usable_views
-    from stereotrack_core.tracking.run_spec import RunSpec
-
     views = usable_views(recording, views_of(recording, args.views))
     with FrameReader(recording, views=views, read_ahead=0) as reader:
         frames = frames_within(args.frames, reader.frame_count)
@@ -221,30 +191,28 @@ def _scores(
         )
 
 
-def _speeds(
-    recording: Recording, contestants: Mapping[str, Settings], args: Namespace
-) -> dict[str, Speed]:
-    from stereotrack_core.experiments.benchmark.speed import speeds
-
+def _speeds(recording: Recording, contestants: Mapping[str, Settings], args: Namespace) -> Speeds:
     if not args.speed_frames:
         return {}
     say(f"Timing on {recording.name}. Do not run anything else meanwhile.")
-    views = views_of(recording, args.views)
+    views = usable_views(recording, views_of(recording, args.views))
     with progress("Timing", len(contestants)) as show:
-        return dict(
-            speeds(recording, contestants, views=views, frames=args.speed_frames, on_progress=show)
-        )
+        timed = chain_speed(
+            recording, contestants, views=views, frames=args.speed_frames, rounds=1,
+            on_progress=show,
+        )  # fmt: skip
+    return {
+        (recording.name, one.preset): {
+            "frames_per_second": 1.0 / one.seconds,
+            "ratio": one.ratio,
+        }
+        for one in timed
+    }
 
 
 def _growth(
     recordings: list[Recording], contestants: Mapping[str, Settings], args: Namespace
 ) -> int:
-    from stereotrack_core.experiments.benchmark.growth import (
-        cost_of_points,
-        cost_of_views,
-        exponent,
-    )
-
     found = []
     for recording in recordings:
         views = views_of(recording, args.views)
@@ -256,8 +224,8 @@ def _growth(
             found.append({**where, "points": points, "views": by_views})
             name = f"{recording.name}, {preset_name}:"
             tables = (
-                growth_table(f"{name} the tracker's step", "points", points, exponent(points)),
-                growth_table(f"{name} the whole chain", "views", by_views, exponent(by_views)),
+                _growth_table(f"{name} the tracker's step", "points", points),
+                _growth_table(f"{name} the whole chain", "views", by_views),
             )
             for table in () if args.json else tables:
                 put_table(table)
@@ -267,9 +235,6 @@ def _growth(
 
 
 def _write(path: Path, table: Table, rows: Sequence[Row], speeds: Speeds) -> None:
-    from stereotrack_core.atomic import write_file
-    from stereotrack_core.recording.csv_table import csv_text, markdown_text
-
     if path.suffix.lower() == ".md":
         text = f"{markdown_text(table.columns, table.rows)}\n{table.title}.\n"
     else:
@@ -277,9 +242,6 @@ def _write(path: Path, table: Table, rows: Sequence[Row], speeds: Speeds) -> Non
     write_file(path, text)
     say(f"Table written to {path}.")
 
-
-Speeds = Mapping[tuple[str, str], "Speed"]
-"""By recording and contestant; empty where nothing was timed."""
 
 _HEADINGS = (
     *("recording", "preset", ">torso mm", ">long axis", ">cross axis"),
@@ -310,18 +272,16 @@ def _line(row: Row, speeds: Speeds) -> tuple[str, ...]:
     if not speeds:
         return cells
     speed = speeds[row.recording, row.contestant]
-    return (*cells, number(speed.frames_per_second), number(speed.ratio))
+    return (*cells, *map(number, speed.values()))
 
 
 def _value(row: Row, name: str, digits: int = 1) -> str:
-    spread = row.spread[name]
-    mean = number(row.mean[name], digits)
-    return f"{mean} ± {number(spread, digits)}" if math.isfinite(spread) else mean
+    return row.values[name].text(digits)
 
 
 def in_full(rows: Sequence[Row], speeds: Speeds) -> tuple[list[str], list[list[str | float | int]]]:
     """Columns and rows with every number in full."""
-    names = list(rows[0].mean) if rows else []
+    names = list(rows[0].values) if rows else []
     columns = ["recording", "preset", "seeds", "frames"]
     columns += [f"{name}{end}" for name in names for end in ("", "_sd")]
     columns += ["frames_per_second", "ratio_to_stereobm"] if speeds else []
@@ -329,10 +289,10 @@ def in_full(rows: Sequence[Row], speeds: Speeds) -> tuple[list[str], list[list[s
     for row in rows:
         line: list[str | float | int] = [row.recording, row.contestant, row.seeds, row.frames]
         for name in names:
-            line += [row.mean[name], row.spread[name]]
+            line += [row.values[name].mean, row.values[name].deviation]
         if speeds:
             speed = speeds[row.recording, row.contestant]
-            line += [speed.frames_per_second, speed.ratio]
+            line += speed.values()
         lines.append(line)
     return columns, lines
 
@@ -345,34 +305,20 @@ def facts(rows: Sequence[Row], speeds: Speeds) -> list[dict[str, Any]]:
             "preset": row.contestant,
             "seeds": row.seeds,
             "frames": row.frames,
-            "mean": row.mean,
-            "standard_deviation": row.spread,
+            "mean": {name: value.mean for name, value in row.values.items()},
+            "standard_deviation": {name: one.deviation for name, one in row.values.items()},
             "speed": speeds.get((row.recording, row.contestant)),
         }
         for row in rows
     ]
 
 
-def growth_table(title: str, what: str, costs: Sequence[Cost], exponent: float) -> Table:
+def _growth_table(title: str, what: str, costs: Sequence[Cost]) -> Table:
     """Costs of a frame by size."""
     rows = [
         (str(cost.size), number(cost.milliseconds), number(cost.milliseconds / cost.size, 3))
         for cost in costs
     ]
-    grows = f"{title} grows as {what}^{number(exponent, 2)} (processor time)"
+    power = exponent([cost.size for cost in costs], [cost.milliseconds for cost in costs])
+    grows = f"{title} grows as {what}^{number(power, 2)} (processor time)"
     return Table(grows, (f">{what}", ">ms", ">ms for each"), rows)
-
-
-COMMAND = Command(
-    name="benchmark",
-    summary="compare presets and baselines on recordings with a reference",
-    description=(
-        "Track every recording with every preset and seed, and print one table: errors against "
-        "the reference, their spread over seeds, and the speed of the whole chain. Trackers never "
-        "see the reference. A frame that is not tracked counts 90 degrees and 500 mm. With "
-        "--ablation: the contribution of each part of accurate. With --annotation: the accuracy "
-        "of references fitted to clicks."
-    ),
-    add_arguments=add_arguments,
-    run=run,
-)

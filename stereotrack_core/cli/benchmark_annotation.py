@@ -5,17 +5,19 @@ from __future__ import annotations
 import dataclasses
 from argparse import Namespace
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from stereotrack_core.cli.command import OK
-from stereotrack_core.cli.output import Table, number, put_json, put_table, say
+from stereotrack_core.annotation.fit.depth import recorded_depth
+from stereotrack_core.annotation.fit.settings import FitSettings
+from stereotrack_core.cli.output import OK, Table, number, put_result, say
 from stereotrack_core.cli.progress import progress
 from stereotrack_core.errors import InputError
+from stereotrack_core.evaluation.errors import truth_of
+from stereotrack_core.experiments.benchmark.annotation import CASES, AnnotationScore, annotated
+from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.landmarks import LandmarkTrajectory
+from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.recording.selection import frames_within
-
-if TYPE_CHECKING:
-    from stereotrack_core.experiments.benchmark.annotation import AnnotationScore
-    from stereotrack_core.recording.description import Recording
 
 _HEADINGS = (
     *("recording", "clicks", ">upper arms", ">forearms", ">cross axis"),
@@ -28,25 +30,18 @@ def annotation_benchmark(
 ) -> int:
     """Simulate clicks, fit them, and print the table."""
     scores = [score for recording in recordings for score in _scores(recording, seeds, args.frames)]
-    if args.json:
-        put_json([_facts(score) for score in scores])
-    else:
-        what = (
-            "Fitted references; degrees, means over all frames, share of limbs inside their 95 % "
-            "interval"
-        )
-        put_table(Table(what, _HEADINGS, [_line(score, seeds) for score in scores]))
+    title = (
+        "Fitted references; degrees, means over all frames, share of limbs inside their 95 % "
+        "interval"
+    )
+    table = Table(title, _HEADINGS, [_line(score, seeds) for score in scores])
+    put_result([_facts(score) for score in scores], table, as_json=args.json)
     return OK
 
 
 def _scores(
     recording: Recording, seeds: Sequence[int], frames: str | None
 ) -> list[AnnotationScore]:
-    from stereotrack_core.annotation.fit.depth import recorded_depth
-    from stereotrack_core.annotation.fit.settings import FitSettings
-    from stereotrack_core.evaluation.errors import truth_of
-    from stereotrack_core.experiments.benchmark.annotation import CASES, annotated
-
     settings, found = FitSettings(), []
     recording = _cut(recording, frames)
     clicked = truth_of(recording).frame.tolist()
@@ -56,9 +51,9 @@ def _scores(
             say(f"Depth of {recording.name}: {len(clicked)} frames.")
             with progress("Depth", len(clicked)) as show:
                 made = {}
-                for done, frame in enumerate(clicked):
+                for frame in clicked:
                     made[frame] = depth(frame)
-                    show(done + 1)
+                    show(len(made))
             clouds = made.get
         cases = [case for case in CASES if clouds is not None or not case.depth]
         with progress("Fitting", len(cases) * len(seeds)) as show:
@@ -71,10 +66,6 @@ def _scores(
 
 def _cut(recording: Recording, text: str | None) -> Recording:
     """The recording with the reference of some frames alone."""
-    from stereotrack_core.evaluation.errors import truth_of
-    from stereotrack_core.recording.landmarks import LandmarkTrajectory
-    from stereotrack_core.recording.reader import FrameReader
-
     truth = truth_of(recording)
     with FrameReader(recording, read_ahead=0) as reader:
         frames = frames_within(text, reader.frame_count)

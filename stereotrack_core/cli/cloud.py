@@ -2,51 +2,46 @@
 
 from __future__ import annotations
 
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
 from pathlib import Path
 
 import numpy as np
 
 from stereotrack_core.cli.arguments import (
-    add_json,
-    add_recording,
-    add_settings,
-    add_views,
+    JSON,
+    RECORDING,
+    SETTINGS,
+    VIEWS,
     check_output,
+    check_suffix,
+    option,
 )
-from stereotrack_core.cli.command import OK, Command
-from stereotrack_core.cli.output import Table, put_json, put_table, say
-from stereotrack_core.errors import InputError
-from stereotrack_core.recording.selection import views_of
+from stereotrack_core.cli.output import OK, Table, put_result, say
+from stereotrack_core.depth.chain import DepthChain
+from stereotrack_core.interop.ply import write_cloud
+from stereotrack_core.recording.folder import open_recording
+from stereotrack_core.recording.reader import FrameReader
+from stereotrack_core.recording.selection import usable_views, views_of
+from stereotrack_core.tracking.presets import preset
 
+DESCRIPTION = (
+    "Write the fused point cloud of one frame as a binary PLY file: metres in the world "
+    "frame, with the view of each point as a number and as a colour."
+)
 
-def add_arguments(parser: ArgumentParser) -> None:
-    """Declare the arguments."""
-    add_recording(parser)
-    parser.add_argument(
-        "--frame", type=int, required=True, metavar="N", help="frame, counted from 0"
-    )
-    parser.add_argument(
-        "-o", "--output", type=Path, required=True, metavar="cloud.ply", help="file to write"
-    )
-    add_views(parser)
-    add_settings(parser)
-    add_json(parser)
+OPTIONS = (
+    RECORDING,
+    option("--frame N", "frame, counted from 0", type=int, required=True),
+    option("-o --output cloud.ply", "file to write", type=Path, required=True),
+    VIEWS,
+    *SETTINGS,
+    JSON,
+)
 
 
 def run(args: Namespace) -> int:
     """Make the cloud and write it."""
-    from stereotrack_core.depth.chain import DepthChain
-    from stereotrack_core.interop.ply import write_cloud
-    from stereotrack_core.recording.folder import open_recording
-    from stereotrack_core.recording.reader import FrameReader
-    from stereotrack_core.recording.selection import usable_views
-    from stereotrack_core.tracking.presets import preset
-
-    if args.output.suffix.lower() != ".ply":
-        raise InputError(
-            "only .ply files can be written", where="-o", remedy="Use a name that ends in .ply."
-        )
+    check_suffix(args.output, ".ply")
     recording = open_recording(args.recording)
     check_output(args.output, recording)
     settings = preset(args.preset, args.changes)
@@ -63,30 +58,15 @@ def run(args: Namespace) -> int:
     counts = np.bincount(cloud.view, minlength=len(cloud.view_names)).tolist()
     for problem in cloud.problems.values():
         say(problem)
-    if args.json:
-        put_json(
-            {
-                "cloud": args.output,
-                "frame": cloud.frame,
-                "points": len(cloud.points),
-                "points_of_view": dict(zip(cloud.view_names, counts, strict=True)),
-                "problems": cloud.problems,
-            }
-        )
-        return OK
-    rows = [(name, str(count)) for name, count in zip(cloud.view_names, counts, strict=True)]
+    facts = {
+        "cloud": args.output,
+        "frame": cloud.frame,
+        "points": len(cloud.points),
+        "points_of_view": dict(zip(cloud.view_names, counts, strict=True)),
+        "problems": cloud.problems,
+    }
+    rows = [(name, str(count)) for name, count in facts["points_of_view"].items()]
     rows.append(("all", str(len(cloud.points))))
-    put_table(Table(f"Frame {cloud.frame} in {args.output}", ("view", ">points"), rows))
+    table = Table(f"Frame {cloud.frame} in {args.output}", ("view", ">points"), rows)
+    put_result(facts, table, as_json=args.json)
     return OK
-
-
-COMMAND = Command(
-    name="cloud",
-    summary="the fused point cloud of one frame as a PLY file",
-    description=(
-        "Write the fused point cloud of one frame as a binary PLY file: metres in the world "
-        "frame, with the view of each point as a number and as a colour."
-    ),
-    add_arguments=add_arguments,
-    run=run,
-)

@@ -4,65 +4,68 @@ from __future__ import annotations
 
 import math
 import string
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from stereotrack_core.cli.arguments import add_frames, add_json, add_segments
-from stereotrack_core.cli.command import OK, Command
+from stereotrack_core.cli.arguments import FRAMES, JSON, SEGMENTS, option
 from stereotrack_core.cli.error_tables import error_facts, measure_rows
-from stereotrack_core.cli.output import Table, number, put, put_json, put_table, say
+from stereotrack_core.cli.output import OK, Table, number, put, put_json, put_table, say
 from stereotrack_core.cli.sources import (
     Truth,
     read_measured,
-    segments_beside_runs,
+    recording_in,
+    some_segments,
     truth_of,
     warn_about_size,
 )
 from stereotrack_core.errors import InputError
+from stereotrack_core.evaluation.comparison.compare import (
+    Candidate,
+    Comparison,
+    Pair,
+    compare,
+    compare_segments,
+    how_it_is_made,
+    verdict,
+)
+from stereotrack_core.recording.description import Segment
+from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.recording.selection import frame_bounds
+from stereotrack_core.tracking.frame import Run
 
-if TYPE_CHECKING:
-    from stereotrack_core.evaluation.comparison.compare import Candidate, Comparison, Pair
-    from stereotrack_core.evaluation.comparison.paired import Paired
-    from stereotrack_core.recording.description import Segment
-    from stereotrack_core.recording.landmarks import LandmarkTrajectory
-    from stereotrack_core.tracking.frame import Run
+DESCRIPTION = (
+    "Compare runs over the frames they share: all measures of `evaluate` where there is a "
+    "reference, otherwise the distance between the runs. Differences are paired by frame. "
+    "Their 95 % intervals use blocks of frames, because neighbouring frames are correlated."
+)
+
+OPTIONS = (
+    option(
+        "run_files RUN",
+        "two or more runs (.npz) or landmark files (.csv, .trc, .c3d); the others are "
+        "compared with the first",
+        type=Path,
+        nargs="+",
+    ),
+    option(
+        "--reference FILE",
+        "reference landmarks (.csv, .trc, .c3d); a run knows its recording's reference. "
+        "Without any, runs are only compared with each other",
+        type=Path,
+    ),
+    FRAMES,
+    SEGMENTS,
+    JSON,
+)
+
 
 _END = 2**62
 
 
-def add_arguments(parser: ArgumentParser) -> None:
-    """Declare the arguments."""
-    parser.add_argument(
-        "run_files",
-        type=Path,
-        nargs="+",
-        metavar="RUN",
-        help="two or more runs (.npz) or landmark files (.csv, .trc, .c3d); the others are "
-        "compared with the first",
-    )
-    parser.add_argument(
-        "--reference",
-        type=Path,
-        metavar="FILE",
-        help="reference landmarks (.csv, .trc, .c3d); a run knows its recording's reference. "
-        "Without any, runs are only compared with each other",
-    )
-    add_frames(parser)
-    add_segments(parser)
-    add_json(parser)
-
-
 def run(args: Namespace) -> int:
     """Compare and print."""
-    from stereotrack_core.evaluation.comparison.compare import (
-        compare,
-        compare_segments,
-        how_it_is_made,
-    )
-
     if len(args.run_files) > len(string.ascii_uppercase):
         raise InputError("too many runs", remedy="Compare at most 26 at once.")
     frames = _frames(args.frames)
@@ -105,8 +108,6 @@ def run(args: Namespace) -> int:
 
 def _candidates(read: Sequence[tuple[LandmarkTrajectory, Run | None]]) -> list[Candidate]:
     """The files by letters, which fit into a table and into a sentence."""
-    from stereotrack_core.evaluation.comparison.compare import Candidate
-
     return [
         Candidate(letter, trajectory, None if stored is None else stored.unexplained_fraction)
         for letter, (trajectory, stored) in zip(string.ascii_uppercase, read, strict=False)
@@ -128,7 +129,12 @@ def _truth(given: Path | None, stored: Sequence[Run]) -> Truth | None:
 
 
 def _segments(truth: Truth | None, stored: Sequence[Run]) -> Sequence[Segment]:
-    return segments_beside_runs(truth, stored[0].meta if stored else {})
+    """Of the reference, or else of the first run's recording."""
+    if truth is not None:
+        return some_segments(truth.segments, truth.source)
+    folder = Path(str(stored[0].meta.get("recording_folder") or "")) if stored else Path()
+    recording = recording_in(folder)
+    return some_segments(() if recording is None else recording.segments, folder)
 
 
 def _frames(text: str | None) -> range | None:
@@ -151,8 +157,6 @@ def _warn(paths: Sequence[Path], stored: Sequence[Run], truth: Truth | None) -> 
 
 def comparison_table(comparison: Comparison, pair: Pair, title: str = "") -> Table:
     """Means of both runs, their difference with its interval, and what that comes to."""
-    from stereotrack_core.evaluation.comparison.compare import verdict
-
     first, second = pair.first, pair.second
     frames = len(comparison.frames)
     where = f"{title}: " if title else ""
@@ -160,16 +164,17 @@ def comparison_table(comparison: Comparison, pair: Pair, title: str = "") -> Tab
     rows = [
         (
             f"{measure.label} [{measure.unit}]",
-            number(measure.paired.first, 2),
-            number(measure.paired.second, 2),
-            _signed(measure.paired.difference),
-            _interval(measure.paired),
-            _percent(measure.paired.better),
-            number(measure.paired.p, 3),
-            str(measure.paired.block),
+            number(paired.first, 2),
+            number(paired.second, 2),
+            f"{paired.difference:+.2f}" if math.isfinite(paired.difference) else "-",
+            f"{paired.low:+.2f} to {paired.high:+.2f}" if paired.enough else "-",
+            f"{100.0 * paired.better:.0f} %" if math.isfinite(paired.better) else "-",
+            number(paired.p, 3),
+            str(paired.block),
             verdict(measure, first, second),
         )
         for measure in pair.measures
+        for paired in (measure.paired,)
     ]
     columns = (
         *("measure", f">{first}", f">{second}", f">{second} - {first}", ">95 % interval"),
@@ -199,54 +204,28 @@ def comparison_facts(comparison: Comparison) -> dict[str, Any]:
 
 
 def _pair_facts(pair: Pair) -> dict[str, Any]:
-    from stereotrack_core.evaluation.comparison.compare import verdict
-
+    measures = {}
+    for measure in pair.measures:
+        paired = measure.paired
+        measures[measure.name] = {
+            "unit": measure.unit,
+            "first_mean": paired.first,
+            "second_mean": paired.second,
+            "difference": paired.difference,
+            "low": paired.low,
+            "high": paired.high,
+            "better_percent": 100.0 * paired.better,
+            "worse_percent": 100.0 * paired.worse,
+            "p": paired.p,
+            "frames": paired.frames,
+            "block_frames": paired.block,
+            "independent_frames": paired.independent,
+            "differs": paired.differs,
+            "verdict": verdict(measure, pair.first, pair.second),
+        }
     return {
         "first": pair.first,
         "second": pair.second,
-        "measures": {
-            measure.name: {
-                "unit": measure.unit,
-                "first_mean": measure.paired.first,
-                "second_mean": measure.paired.second,
-                "difference": measure.paired.difference,
-                "low": measure.paired.low,
-                "high": measure.paired.high,
-                "better_percent": 100.0 * measure.paired.better,
-                "worse_percent": 100.0 * measure.paired.worse,
-                "p": measure.paired.p,
-                "frames": measure.paired.frames,
-                "block_frames": measure.paired.block,
-                "independent_frames": measure.paired.independent,
-                "differs": measure.paired.differs,
-                "verdict": verdict(measure, pair.first, pair.second),
-            }
-            for measure in pair.measures
-        },
+        "measures": measures,
         "apart": error_facts(pair.apart),
     }
-
-
-def _signed(value: float) -> str:
-    return f"{value:+.2f}" if math.isfinite(value) else "-"
-
-
-def _interval(found: Paired) -> str:
-    return f"{found.low:+.2f} to {found.high:+.2f}" if found.enough else "-"
-
-
-def _percent(share: float) -> str:
-    return f"{100.0 * share:.0f} %" if math.isfinite(share) else "-"
-
-
-COMMAND = Command(
-    name="compare",
-    summary="compare runs: how much better one is, and whether the difference is significant",
-    description=(
-        "Compare runs over the frames they share: all measures of `evaluate` where there is a "
-        "reference, otherwise the distance between the runs. Differences are paired by frame. "
-        "Their 95 % intervals use blocks of frames, because neighbouring frames are correlated."
-    ),
-    add_arguments=add_arguments,
-    run=run,
-)

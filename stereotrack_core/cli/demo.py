@@ -2,52 +2,58 @@
 
 from __future__ import annotations
 
-from argparse import ArgumentParser, Namespace
-from collections.abc import Sequence
+from argparse import Namespace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-from stereotrack_core.cli.arguments import add_json, add_settings
-from stereotrack_core.cli.command import FAILED, OK, Command
-from stereotrack_core.cli.error_tables import error_facts, error_table, segment_table
-from stereotrack_core.cli.output import put_json, put_table, say
+from stereotrack_core.cli.arguments import JSON, SETTINGS, flag, option
+from stereotrack_core.cli.error_tables import (
+    accuracy_facts,
+    error_facts,
+    error_table,
+    segment_table,
+)
+from stereotrack_core.cli.output import FAILED, OK, put_json, put_table, say
 from stereotrack_core.cli.progress import progress, stoppable
+from stereotrack_core.cli.track_output import UnfinishedOutput, say_signs
 from stereotrack_core.cli.workbench import show_window
+from stereotrack_core.evaluation.accuracy import Accuracy, accuracy_of
+from stereotrack_core.evaluation.errors import truth_of
+from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.folder import open_recording
+from stereotrack_core.recording.landmarks import LandmarkTrajectory
+from stereotrack_core.recording.reader import FrameReader
+from stereotrack_core.simulation.make import DEMO_FRAMES, DemoPlaces, demo_places, make_demo
+from stereotrack_core.tracking.parameters import Settings
+from stereotrack_core.tracking.presets import preset
+from stereotrack_core.tracking.run_spec import RunSpec
 from stereotrack_core.window import DemoTracking, Opening
 
-if TYPE_CHECKING:
-    from stereotrack_core.evaluation.summary import Summary
-    from stereotrack_core.recording.description import Recording
-    from stereotrack_core.recording.landmarks import LandmarkTrajectory
-    from stereotrack_core.simulation.make import DemoPlaces
-    from stereotrack_core.tracking.parameters import Settings
+DESCRIPTION = (
+    "Render the demo recording if it does not exist yet, track it, print the errors of each "
+    "limb, and open the workbench on it. With --headless the workbench is not opened."
+)
+
+OPTIONS = (
+    option(
+        "folder DIR",
+        "folder for the recording and the run (default: the program's data folder)",
+        type=Path,
+        nargs="?",
+    ),
+    flag("--headless", "print the errors and do not open the workbench"),
+    option(
+        "--screenshot PNG",
+        "save a screenshot of the workbench showing the demo and exit; works without a display",
+        type=Path,
+    ),
+    *SETTINGS,
+    JSON,
+)
+
 
 _SHOWN_FRAME = 60
 """Of the demo, when it has been tracked."""
-
-
-def add_arguments(parser: ArgumentParser) -> None:
-    """Declare the arguments."""
-    parser.add_argument(
-        "folder",
-        type=Path,
-        nargs="?",
-        metavar="DIR",
-        help="folder for the recording and the run (default: the program's data folder)",
-    )
-    parser.add_argument(
-        "--headless", action="store_true", help="print the errors and do not open the workbench"
-    )
-    parser.add_argument(
-        "--screenshot",
-        type=Path,
-        metavar="PNG",
-        help="save a screenshot of the workbench showing the demo and exit; works without a "
-        "display",
-    )
-    add_settings(parser)
-    add_json(parser)
 
 
 def made_demo(folder: Path | None = None) -> DemoPlaces:
@@ -58,8 +64,6 @@ def made_demo(folder: Path | None = None) -> DemoPlaces:
     Cancelled
         When stopped with Ctrl-C; nothing is left behind.
     """
-    from stereotrack_core.simulation.make import DEMO_FRAMES, demo_places, make_demo
-
     places = demo_places(folder)
     if not places.made:
         say(f"Creating the demo recording in {places.recording} (only once).")
@@ -70,8 +74,6 @@ def made_demo(folder: Path | None = None) -> DemoPlaces:
 
 def run(args: Namespace) -> int:
     """Track the demo, here or in the window."""
-    from stereotrack_core.tracking.presets import preset
-
     settings = preset(args.preset, args.changes)
     if args.headless:
         return _without_window(args, settings)
@@ -82,11 +84,6 @@ def run(args: Namespace) -> int:
 
 def _without_window(args: Namespace, settings: Settings) -> int:
     """Make the recording, track it, write the run, print the tables; a picture where asked for."""
-    from stereotrack_core.cli.track_output import UnfinishedOutput, say_signs
-    from stereotrack_core.recording.folder import open_recording
-    from stereotrack_core.recording.reader import FrameReader
-    from stereotrack_core.tracking.run_spec import RunSpec
-
     places = made_demo(args.folder)
     recording = open_recording(places.recording)
     with FrameReader(recording, read_ahead=0) as reader:
@@ -102,9 +99,9 @@ def _without_window(args: Namespace, settings: Settings) -> int:
         output.write(job)
     facts = job.to_dict()
     if args.json:
-        summary, parts = _errors(recording, job.run.trajectory())
-        told = {"run": places.run, "recording_folder": places.recording, **error_facts(summary)}
-        put_json({**facts, **told, "segments": [error_facts(part) for part in parts]})
+        accuracy = _accuracy(recording, job.run.trajectory())
+        told = {"run": places.run, "recording_folder": places.recording, **accuracy_facts(accuracy)}
+        put_json({**facts, **told, "segments": [error_facts(one) for one in accuracy.segments]})
     else:
         _put_errors(args.preset, recording, job.run.trajectory(), facts["frames_per_second"])
     say(f"Recording saved to {places.recording}, run saved to {places.run}.")
@@ -119,13 +116,10 @@ def _without_window(args: Namespace, settings: Settings) -> int:
     return show_window(args.window, opening)
 
 
-def _errors(recording: Recording, found: LandmarkTrajectory) -> tuple[Summary, Sequence[Summary]]:
+def _accuracy(recording: Recording, found: LandmarkTrajectory) -> Accuracy:
     """Errors of a run as far as it goes, whole and by segment."""
-    from stereotrack_core.evaluation.errors import errors_against, truth_of
-    from stereotrack_core.evaluation.summary import summarise, summarise_segments
-
-    errors = errors_against(found, truth_of(recording)).between(0, int(found.frame[-1]) + 1)
-    return summarise(errors), summarise_segments(errors, recording.segments)
+    stretch = 0, int(found.frame[-1]) + 1
+    return accuracy_of(found, truth_of(recording), None, recording.segments, stretch)
 
 
 def _put_errors(
@@ -135,21 +129,9 @@ def _put_errors(
     frames_per_second: float | None,
     saved: Path | None = None,
 ) -> None:
-    summary, parts = _errors(recording, found)
+    accuracy = _accuracy(recording, found)
     title = f"Demo recording, preset {preset_name}, {len(found.frame)} frames"
-    put_table(error_table(summary, title, frames_per_second))
-    put_table(segment_table(parts))
+    put_table(error_table(accuracy, title, frames_per_second))
+    put_table(segment_table(accuracy.segments))
     if saved is not None:
         say(f"Run saved to {saved}.")
-
-
-COMMAND = Command(
-    name="demo",
-    summary="create a demo recording (once), track it, print its errors, open the workbench",
-    description=(
-        "Render the demo recording if it does not exist yet, track it, print the errors of each "
-        "limb, and open the workbench on it. With --headless the workbench is not opened."
-    ),
-    add_arguments=add_arguments,
-    run=run,
-)

@@ -2,77 +2,81 @@
 
 from __future__ import annotations
 
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from stereotrack_core.cli.arguments import add_changes, add_json, check_output
-from stereotrack_core.cli.command import FAILED, OK, Command
-from stereotrack_core.cli.output import Table, counted, put, put_json, put_table, say
-from stereotrack_core.cli.progress import progress, stoppable
-from stereotrack_core.cli.sources import say_if_unfinished
+from stereotrack_core.body.limbs import LIMBS
+from stereotrack_core.cli.arguments import (
+    JSON,
+    OF_RUN,
+    changes,
+    check_output,
+    check_suffix,
+    flag,
+    option,
+)
+from stereotrack_core.cli.output import FAILED, OK, Table, put, put_json, put_table, say
+from stereotrack_core.cli.progress import watched
+from stereotrack_core.cli.sources import recording_of_run, say_if_unfinished
+from stereotrack_core.counting import counted
 from stereotrack_core.errors import Cancelled, InputError
+from stereotrack_core.evaluation.episodes.episode import (
+    CAUSE_WORDS,
+    Agreement,
+    Episode,
+    agreement,
+    limbs_words,
+)
+from stereotrack_core.evaluation.episodes.export import film_of, write_strips
+from stereotrack_core.evaluation.episodes.find import Subject, find_episodes
+from stereotrack_core.evaluation.episodes.stretches import EpisodeRules
+from stereotrack_core.interop.run_file import read_run, read_trajectory
+from stereotrack_core.parameters import parsed_settings
+from stereotrack_core.recording.landmarks import LandmarkTrajectory
+from stereotrack_core.tracking.stored import fps_of_run
 
-if TYPE_CHECKING:
-    from stereotrack_core.evaluation.episodes.episode import Episode
-    from stereotrack_core.evaluation.episodes.find import Subject
-    from stereotrack_core.evaluation.episodes.matching import Agreement
-    from stereotrack_core.recording.description import Recording
-    from stereotrack_core.recording.landmarks import LandmarkTrajectory
+DESCRIPTION = (
+    "List the failures of limbs: detected by their error where there is a reference, and by "
+    "failure probability without it, each with its probable cause and the evidence for it. "
+    "Optionally write image strips and a video of them."
+)
 
-
-def add_arguments(parser: ArgumentParser) -> None:
-    """Declare the arguments."""
-    parser.add_argument("run_file", type=Path, metavar="RUN", help="a complete run (.npz)")
-    parser.add_argument(
-        "--recording",
-        type=Path,
-        metavar="DIR",
-        help="the run's recording; by default the one named in the run",
-    )
-    parser.add_argument(
+OPTIONS = (
+    option("run_file RUN", "a complete run (.npz)", type=Path),
+    OF_RUN,
+    flag(
         "--no-pictures",
-        action="store_true",
-        help="classify causes from the run alone, without computing the recording's clouds",
-    )
-    parser.add_argument(
-        "--reference",
+        "classify causes from the run alone, without computing the recording's clouds",
+    ),
+    option(
+        "--reference FILE",
+        "reference landmarks (.csv, .trc, .c3d, .npz); by default the recording's reference",
         type=Path,
-        metavar="FILE",
-        help="reference landmarks (.csv, .trc, .c3d, .npz); by default the recording's reference",
-    )
-    parser.add_argument(
+    ),
+    option(
         "--found",
+        "only failures detected with the reference (truth), or without it (signs)",
         choices=("truth", "signs"),
-        help="only failures detected with the reference (truth), or without it (signs)",
-    )
-    parser.add_argument(
-        "--limb", metavar="LIMB", help="only failures of this limb, for example left_forearm"
-    )
-    parser.add_argument(
-        "--cause", metavar="CAUSE", help="only failures with this cause, for example crossing"
-    )
-    add_changes(parser, "change a detection parameter, for example episode_error=30")
-    parser.add_argument(
-        "--strips", type=Path, metavar="DIR", help="folder for an image strip of each failure"
-    )
-    parser.add_argument("--video", type=Path, metavar="MP4", help="video of all failures")
-    parser.add_argument(
-        "--view", metavar="VIEW", help="view shown in the strips (default: the best one)"
-    )
-    add_json(parser)
+    ),
+    option("--limb LIMB", "only failures of this limb, for example left_forearm"),
+    option("--cause CAUSE", "only failures with this cause, for example crossing"),
+    changes("change a detection parameter, for example episode_error=30"),
+    option("--strips DIR", "folder for an image strip of each failure", type=Path),
+    option("--video MP4", "video of all failures", type=Path),
+    option("--view VIEW", "view shown in the strips (default: the best one)"),
+    JSON,
+)
 
 
 def run(args: Namespace) -> int:
     """Find, print, and write what is asked for."""
-    from stereotrack_core.evaluation.episodes.find import find_episodes
-
     _check(args)
     subject = _subject(args)
-    with progress("Detecting failures", 100) as show, stoppable() as stopped:
+    with watched("Detecting failures") as (report, stopped):
         try:
-            every = find_episodes(subject, lambda share, _: show(round(100 * share)), stopped)
+            every = find_episodes(subject, report, stopped)
         except Cancelled:
             say("Stopped. Nothing was written.")
             return FAILED
@@ -93,16 +97,13 @@ def run(args: Namespace) -> int:
 
 def _check(args: Namespace) -> None:
     """Refuse at once what could only fail after the work."""
-    from stereotrack_core.body.limbs import LIMBS
-    from stereotrack_core.evaluation.episodes.episode import CAUSE_WORDS
-
-    for option, value, known in (
+    for name, value, known in (
         ("--limb", args.limb, LIMBS),
         ("--cause", args.cause, tuple(CAUSE_WORDS)),
     ):
         if value is not None and value not in known:
             raise InputError(
-                f"unknown value {value!r}", where=option, remedy=f"Use one of {', '.join(known)}."
+                f"unknown value {value!r}", where=name, remedy=f"Use one of {', '.join(known)}."
             )
     if args.strips is not None and args.strips.exists() and not args.strips.is_dir():
         raise InputError(
@@ -112,23 +113,11 @@ def _check(args: Namespace) -> None:
         there = next(one for one in (args.strips, *args.strips.absolute().parents) if one.exists())
         check_output(there / "strip.png")
     if args.video is not None:
-        if args.video.suffix.lower() != ".mp4":
-            raise InputError(
-                "the name of a video must end in .mp4",
-                where=str(args.video),
-                remedy=f"Use the name {args.video.with_suffix('.mp4').name}.",
-            )
+        check_suffix(args.video, ".mp4")
         check_output(args.video)
 
 
 def _subject(args: Namespace) -> Subject:
-    from stereotrack_core.cli.sources import recording_of_run
-    from stereotrack_core.evaluation.episodes.find import Subject
-    from stereotrack_core.evaluation.episodes.stretches import EpisodeRules
-    from stereotrack_core.interop.run_file import read_run, read_trajectory
-    from stereotrack_core.parameters import parsed_settings
-    from stereotrack_core.tracking.stored import fps_of_run
-
     rules = EpisodeRules().replaced(**parsed_settings(args.changes))
     stored = read_run(args.run_file)
     say_if_unfinished(args.run_file, stored)
@@ -165,8 +154,6 @@ def _chosen(every: Sequence[Episode], args: Namespace) -> list[Episode]:
 
 
 def _agreed(every: Sequence[Episode]) -> Agreement:
-    from stereotrack_core.evaluation.episodes.matching import agreement
-
     return agreement(
         [e for e in every if e.found == "truth"], [e for e in every if e.found == "signs"]
     )
@@ -192,8 +179,6 @@ def _facts(
 def _table(
     args: Namespace, subject: Subject, chosen: Sequence[Episode], agreed: Agreement | None
 ) -> Table:
-    from stereotrack_core.evaluation.episodes.episode import limbs_words
-
     rows = [
         (
             f"{e.first}-{e.last}",
@@ -208,14 +193,8 @@ def _table(
         for e in chosen
     ]
     columns = (
-        "frames",
-        "seconds",
-        "limbs",
-        "detected by",
-        ">peak",
-        "cause",
-        ">sure",
-        "description",
+        *("frames", "seconds", "limbs", "detected by"),
+        *(">peak", "cause", ">sure", "description"),
     )
     return Table(_heading(args, len(chosen), agreed), columns, rows)
 
@@ -233,51 +212,20 @@ def _heading(args: Namespace, count: int, agreed: Agreement | None) -> str:
 
 def _export(args: Namespace, subject: Subject, chosen: Sequence[Episode]) -> int:
     recording = subject.recording
-    if recording is None:
+    if recording is None or (args.strips is None and args.video is None):
         return OK
-    if not chosen and (args.strips is not None or args.video is not None):
+    if not chosen:
         say("No failures, so nothing was written.")
         return OK
     if args.strips is not None:
-        _write_strips(args, subject, recording, chosen)
+        with watched("Rendering image strips") as (report, stopped):
+            count = write_strips(
+                args.strips, subject, recording, chosen, view=args.view, report=report,
+                cancelled=stopped,
+            )  # fmt: skip
+        say(f"{counted(count, 'strip')} written to {args.strips}.")
     if args.video is not None:
-        _write_video(args.video, subject, recording, chosen)
+        with watched("Rendering video") as (report, stopped):
+            film_of(args.video, subject, recording, chosen, report, stopped)
+        say(f"Video written to {args.video}.")
     return OK
-
-
-def _write_strips(
-    args: Namespace, subject: Subject, recording: Recording, chosen: Sequence[Episode]
-) -> None:
-    from stereotrack_core.evaluation.episodes.export import write_strips
-
-    with progress("Rendering image strips", 100) as show, stoppable() as stopped:
-        count = write_strips(
-            args.strips, subject, recording, chosen, view=args.view,
-            report=lambda share, _: show(round(100 * share)), cancelled=stopped,
-        )  # fmt: skip
-    say(f"{counted(count, 'strip')} written to {args.strips}.")
-
-
-def _write_video(
-    path: Path, subject: Subject, recording: Recording, chosen: Sequence[Episode]
-) -> None:
-    from stereotrack_core.evaluation.episodes.export import film_of
-
-    with progress("Rendering video", 100) as show, stoppable() as stopped:
-        film_of(
-            path, subject, recording, chosen, lambda share, _: show(round(100 * share)), stopped
-        )
-    say(f"Video written to {path}.")
-
-
-COMMAND = Command(
-    name="episodes",
-    summary="detect failures in a run and their probable causes",
-    description=(
-        "List the failures of limbs: detected by their error where there is a reference, and by "
-        "failure probability without it, each with its probable cause and the evidence for it. "
-        "Optionally write image strips and a video of them."
-    ),
-    add_arguments=add_arguments,
-    run=run,
-)

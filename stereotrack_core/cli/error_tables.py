@@ -2,45 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+import math
+from collections.abc import Sequence
+from dataclasses import asdict
+from typing import Any
 
 from stereotrack_core.cli.output import Table, number
-
-if TYPE_CHECKING:
-    from stereotrack_core.evaluation.doubts import Doubts
-    from stereotrack_core.evaluation.summary import Summary
+from stereotrack_core.evaluation.accuracy import Accuracy
+from stereotrack_core.evaluation.summary import Summary
 
 
-def error_table(
-    summary: Summary,
-    title: str,
-    frames_per_second: float | None = None,
-    doubts: Doubts | None = None,
-    quality: Mapping[str, float] | None = None,
-) -> Table:
-    """Mean, median and 95th percentile of every measure, and the share that is lost.
-
-    `quality` is how good the reference is, by measure (see :mod:`evaluation.reference_quality`).
-    """
+def error_table(accuracy: Accuracy, title: str, frames_per_second: float | None = None) -> Table:
+    """Mean, median and 95th percentile of every measure, and the share that is lost."""
+    summary, doubts, quality = accuracy.summary, accuracy.doubts, accuracy.quality
     rows = measure_rows(summary)
-    rows.append(("lost (arm segments over 45 deg off) [%]", number(100.0 * summary.lost), "", ""))
+    facts = {"lost (arm segments over 45 deg off) [%]": number(100.0 * summary.lost)}
     if doubts is not None:
-        called = f"{doubts.both} of {doubts.called}"
-        rows.append(("failures flagged by the run that are real", called, "", ""))
-        rows.append(("real failures flagged by the run", f"{doubts.both} of {doubts.lost}", "", ""))
-    rows.append(("frames", str(summary.frames), "", ""))
-    rows.append(("frames not tracked", str(summary.not_tracked), "", ""))
+        facts["failures flagged by the run that are real"] = f"{doubts.both} of {doubts.called}"
+        facts["real failures flagged by the run"] = f"{doubts.both} of {doubts.lost}"
+    facts |= {"frames": str(summary.frames), "frames not tracked": str(summary.not_tracked)}
     if frames_per_second is not None:
-        rows.append(("frames per second", number(frames_per_second), "", ""))
-    headings = ("measure", ">mean", ">median", ">95 %")
+        facts["frames per second"] = number(frames_per_second)
+    headings: tuple[str, ...] = ("measure", ">mean", ">median", ">95 %")
     if quality:
-        names = [measure.name for measure in summary.measures]
-        good = [number(quality.get(name, float("nan"))) for name in names]
-        good += [""] * (len(rows) - len(good))
+        headings = (*headings, ">reference uncertainty")
+        good = [number(quality.get(measure.name, math.nan)) for measure in summary.measures]
         rows = [(*row, cell) for row, cell in zip(rows, good, strict=True)]
-        return Table(title, (*headings, ">reference uncertainty"), rows)
-    return Table(title, headings, rows)
+    blank = [""] * (len(headings) - 2)
+    return Table(title, headings, [*rows, *((what, text, *blank) for what, text in facts.items())])
 
 
 def measure_rows(summary: Summary) -> list[tuple[str, ...]]:
@@ -71,35 +60,31 @@ def segment_table(summaries: Sequence[Summary]) -> Table:
     return Table("Means per segment, degrees unless stated otherwise", headings, rows)
 
 
-def doubt_facts(doubts: Doubts) -> dict[str, Any]:
-    """How right a run is about which limbs are lost, for JSON."""
-    return {
-        "judged": doubts.judged,
-        "lost": doubts.lost,
-        "called_lost": doubts.called,
-        "precision": doubts.precision,
-        "recall": doubts.recall,
-    }
-
-
-def error_facts(summary: Summary, quality: Mapping[str, float] | None = None) -> dict[str, Any]:
+def accuracy_facts(accuracy: Accuracy) -> dict[str, Any]:
     """The same for JSON."""
-    facts: dict[str, Any] = {
+    facts = error_facts(accuracy.summary)
+    for name, good in accuracy.quality.items():
+        facts["measures"][name]["reference_good_to"] = good
+    if (doubts := accuracy.doubts) is not None:
+        facts["lost_limbs"] = {
+            "judged": doubts.judged,
+            "lost": doubts.lost,
+            "called_lost": doubts.called,
+            "precision": doubts.precision,
+            "recall": doubts.recall,
+        }
+    return facts
+
+
+def error_facts(summary: Summary) -> dict[str, Any]:
+    """Errors of one stretch for JSON."""
+    return {
         "name": summary.name,
         "frames": summary.frames,
         "not_tracked": summary.not_tracked,
         "lost_percent": 100.0 * summary.lost,
         "measures": {
-            measure.name: {
-                "unit": measure.unit,
-                "mean": measure.statistics.mean,
-                "median": measure.statistics.median,
-                "p95": measure.statistics.p95,
-                "count": measure.statistics.count,
-            }
+            measure.name: {"unit": measure.unit, **asdict(measure.statistics)}
             for measure in summary.measures
         },
     }
-    for name, good in (quality or {}).items():
-        facts["measures"][name]["reference_good_to"] = good
-    return facts

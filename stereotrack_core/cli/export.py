@@ -2,20 +2,43 @@
 
 from __future__ import annotations
 
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from stereotrack_core.cli.arguments import add_json, check_output
-from stereotrack_core.cli.command import OK, Command
-from stereotrack_core.cli.output import Table, put_json, put_table, say
-from stereotrack_core.cli.sources import open_project, recording_of, say_if_unfinished
+from stereotrack_core.annotation.reference import Reference
+from stereotrack_core.cli.arguments import FPS, JSON, check_output, check_suffix, option
+from stereotrack_core.cli.output import OK, Table, put_result, say
+from stereotrack_core.cli.sources import (
+    angle_source,
+    open_project,
+    recording_of,
+    say_if_unfinished,
+    write_angles,
+)
 from stereotrack_core.errors import InputError
+from stereotrack_core.evaluation.joint_angles.series import angles_of_reference
+from stereotrack_core.interop.coco import write_coco
+from stereotrack_core.interop.deeplabcut import write_deeplabcut
+from stereotrack_core.interop.labels import write_clicks
+from stereotrack_core.interop.reference_npz import write_reference
+from stereotrack_core.interop.run_file import (
+    holds_run,
+    read_run,
+    read_timed_trajectory,
+    write_trajectory,
+)
+from stereotrack_core.interop.sleap import write_sleap
+from stereotrack_core.project.project import Project
+from stereotrack_core.project.setups import load_reference
+from stereotrack_core.project.whereabouts import SUFFIX
 
-if TYPE_CHECKING:
-    from stereotrack_core.annotation.reference import Reference
-    from stereotrack_core.project.project import Project
+DESCRIPTION = (
+    "Write clicks (csv, coco, slp, dlc), a trajectory (csv, trc, c3d, bvh) or joint angles "
+    "(angles). Each format stores what it can; only a project file keeps who clicked what and "
+    "when."
+)
 
 CLICK_FORMATS = ("csv", "coco", "slp", "dlc")
 TRAJECTORY_FORMATS = ("csv", "trc", "c3d", "bvh")
@@ -24,62 +47,44 @@ ANGLES = "angles"
 FORMATS = (*REFERENCE_FORMATS, ANGLES, "coco", "slp", "dlc")
 _SUFFIX = {"coco": ".json", "dlc": ".csv", ANGLES: ".csv"}
 
-
-def add_arguments(parser: ArgumentParser) -> None:
-    """Declare the arguments."""
-    parser.add_argument(
-        "source",
+OPTIONS = (
+    option(
+        "source RUN|PROJECT",
+        "run (.npz), landmarks (.csv, .trc, .c3d), or project (.stereotrack)",
         type=Path,
-        metavar="RUN|PROJECT",
-        help="run (.npz), landmarks (.csv, .trc, .c3d), or project (.stereotrack)",
-    )
-    parser.add_argument(
+    ),
+    option(
         "--format",
-        required=True,
-        choices=FORMATS,
-        help="clicks of a project: csv, coco, slp, dlc (a file for each camera); trajectories: csv,"
+        "clicks of a project: csv, coco, slp, dlc (a file for each camera); trajectories: csv,"
         " trc, c3d, bvh, angles (joint angles of every frame, .csv), and npz, which keeps the"
         " uncertainty of a project's reference",
-    )
-    parser.add_argument(
-        "-o", "--output", type=Path, required=True, metavar="FILE", help="file to write"
-    )
-    parser.add_argument(
-        "--reference",
+        required=True,
+        choices=FORMATS,
+    ),
+    option("-o --output FILE", "file to write", type=Path, required=True),
+    option(
+        "--reference NAME",
+        "for a project: export its reference instead of its clicks; without a name, the "
+        "active reference",
         nargs="?",
         const="",
-        metavar="NAME",
-        help="for a project: export its reference instead of its clicks; without a name, the "
-        "active reference",
-    )
-    parser.add_argument(
-        "--fps",
-        type=float,
-        metavar="N",
-        help="frames per second, for files that do not state it",
-    )
-    add_json(parser)
+    ),
+    FPS,
+    JSON,
+)
 
 
 def run(args: Namespace) -> int:
     """Read and write."""
     suffix = _SUFFIX.get(args.format, f".{args.format}")
-    if args.output.suffix.lower() != suffix:
-        raise InputError(
-            f"a file of the format {args.format} must end in {suffix}",
-            where="-o",
-            remedy=f"Use the name {args.output.with_suffix(suffix).name}.",
-        )
+    check_suffix(args.output, suffix)
     check_output(args.output)
-    from stereotrack_core.project.whereabouts import SUFFIX
 
     project = args.source.suffix.lower() == SUFFIX
     facts = _project(args) if project else _trajectory(args)
-    if args.json:
-        put_json(facts)
-    else:
-        rows = [(str(path), what) for path, what in facts["files"].items()]
-        put_table(Table(f"Exported from {args.source}", ("file", "what"), rows))
+    rows = [(str(path), what) for path, what in facts["files"].items()]
+    table = Table(f"Exported from {args.source}", ("file", "what"), rows)
+    put_result(facts, table, as_json=args.json)
     return OK
 
 
@@ -91,11 +96,6 @@ def _project(args: Namespace) -> dict[str, Any]:
 
 
 def _project_clicks(args: Namespace, project: Project) -> dict[str, Any]:
-    from stereotrack_core.interop.coco import write_coco
-    from stereotrack_core.interop.deeplabcut import write_deeplabcut
-    from stereotrack_core.interop.labels import write_clicks
-    from stereotrack_core.interop.sleap import write_sleap
-
     recording = recording_of(project)
     check_output(args.output, recording)
     clicks = project.clicks.all()
@@ -113,11 +113,6 @@ def _project_clicks(args: Namespace, project: Project) -> dict[str, Any]:
 
 
 def _project_reference(args: Namespace, project: Project) -> dict[str, Any]:
-    from stereotrack_core.cli.sources import write_angles
-    from stereotrack_core.evaluation.joint_angles.series import angles_of_reference
-    from stereotrack_core.interop.reference_npz import write_reference
-    from stereotrack_core.interop.run_file import write_trajectory
-
     if args.format not in (*REFERENCE_FORMATS, ANGLES):
         raise _wrong_kind(args.format, (*REFERENCE_FORMATS, ANGLES))
     reference = _reference(project, args.reference or None)
@@ -134,8 +129,6 @@ def _project_reference(args: Namespace, project: Project) -> dict[str, Any]:
 
 def _reference(project: Project, name: str | None) -> Reference:
     """The reference of that name, or the chosen or only one."""
-    from stereotrack_core.project.setups import load_reference
-
     names = project.references.names()
     if not names:
         raise InputError(
@@ -155,14 +148,6 @@ def _reference(project: Project, name: str | None) -> Reference:
 
 def _trajectory(args: Namespace) -> dict[str, Any]:
     """Export a run, a reference or landmarks."""
-    from stereotrack_core.cli.sources import angle_source, write_angles
-    from stereotrack_core.interop.run_file import (
-        holds_run,
-        read_run,
-        read_timed_trajectory,
-        write_trajectory,
-    )
-
     if args.reference is not None:
         raise InputError(
             "only projects contain references", where="--reference", remedy="Omit this option."
@@ -193,16 +178,3 @@ def _wrong_kind(given: str, possible: Sequence[str]) -> InputError:
 
 def _facts(written: dict[Path, int]) -> dict[str, Any]:
     return {"files": {path: f"{count} clicks" for path, count in written.items()}}
-
-
-COMMAND = Command(
-    name="export",
-    summary="export a run, or the clicks or the reference of a project, for another tool",
-    description=(
-        "Write clicks (csv, coco, slp, dlc), a trajectory (csv, trc, c3d, bvh) or joint angles "
-        "(angles). Each format stores what it can; only a project file keeps who clicked what and "
-        "when."
-    ),
-    add_arguments=add_arguments,
-    run=run,
-)

@@ -2,102 +2,106 @@
 
 from __future__ import annotations
 
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from stereotrack_core.cli.arguments import (
-    add_changes,
-    add_frames,
-    add_json,
-    add_recording,
-    add_views,
-    check_output,
+from stereotrack_core.annotation.click import USUAL_SIGMA, Click, ClickKey
+from stereotrack_core.annotation.click_points import lengths_of_clicks, subject_of
+from stereotrack_core.annotation.doubts import (
+    doubtful_camera,
+    own_mistakes,
+    what_disagrees,
+    what_to_do,
 )
-from stereotrack_core.cli.command import OK, Command
-from stereotrack_core.cli.output import Table, counted, number, put_json, put_table, say
+from stereotrack_core.annotation.fit.fit import clicks_in, fit_reference
+from stereotrack_core.annotation.fit.results import CLICKED, GAP, INTERPOLATED, TrajectoryFit
+from stereotrack_core.annotation.fit.settings import FitSettings
+from stereotrack_core.annotation.landmark_set import NINE
+from stereotrack_core.annotation.reference import origin_of, reference_of_fit
+from stereotrack_core.body.limbs import LIMBS
+from stereotrack_core.body.proportions import Proportions, proportions_of
+from stereotrack_core.cli.arguments import (
+    FRAMES,
+    JSON,
+    RECORDING,
+    VIEWS,
+    changes,
+    check_output,
+    flag,
+    option,
+)
+from stereotrack_core.cli.output import OK, Table, number, put_json, put_table, say
 from stereotrack_core.cli.progress import progress, stoppable
+from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
+from stereotrack_core.geometry.camera_agreement import Disagreement
+from stereotrack_core.interop.labels import read_clicks
+from stereotrack_core.interop.reference_npz import (
+    check_reference_file,
+    export_reference,
+    write_reference,
+)
+from stereotrack_core.parameters import parsed_settings
+from stereotrack_core.recording.description import Recording, read_subject
+from stereotrack_core.recording.folder import open_recording
+from stereotrack_core.recording.landmarks import LANDMARKS, write_landmarks
+from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.recording.selection import frame_bounds, frames_within, views_of
+from stereotrack_core.version import __version__
 
-if TYPE_CHECKING:
-    from stereotrack_core.annotation.click import Click, ClickKey
-    from stereotrack_core.annotation.fit.results import TrajectoryFit
-    from stereotrack_core.annotation.fit.settings import FitSettings
-    from stereotrack_core.body.proportions import Proportions
-    from stereotrack_core.geometry.camera_agreement import Disagreement
-    from stereotrack_core.recording.description import Recording
+DESCRIPTION = (
+    "Fit the body to clicked landmarks with a forward and a backward pass over the frames, "
+    "using the recording's depth where available, and write the trajectory as a reference. "
+    "Outliers among the clicks are detected and listed. Frames between clicked ones are "
+    "interpolated."
+)
+
+OPTIONS = (
+    RECORDING,
+    option("--clicks CSV", "clicks: frame,view,landmark,x,y,visibility", type=Path, required=True),
+    option(
+        "-o --output REFERENCE",
+        "output file: .csv (as reference.csv) or .npz (with covariances)",
+        type=Path,
+        required=True,
+    ),
+    FRAMES,
+    VIEWS,
+    flag("--no-depth", "fit to the clicks alone, without depth"),
+    option(
+        "--gap A:B",
+        "frames that are not interpolated; may be given several times",
+        action="append",
+        default=[],
+        dest="gaps",
+    ),
+    option(
+        "--sigma PX",
+        "standard deviation of a click on a visible landmark, per axis (default: 3)",
+        type=float,
+    ),
+    option(
+        "--subject FILE|measured",
+        "segment lengths of the person: a subject.toml, or measured from the clicks "
+        "(default: those of the recording, or average lengths)",
+    ),
+    changes("change one parameter of the fit"),
+    JSON,
+)
+
 
 _MEASURED = "measured"
 _LISTED = 20
 """Probable mistakes that are listed one by one."""
 
 
-def add_arguments(parser: ArgumentParser) -> None:
-    """Declare the arguments."""
-    add_recording(parser)
-    parser.add_argument(
-        "--clicks",
-        type=Path,
-        required=True,
-        metavar="CSV",
-        help="clicks: frame,view,landmark,x,y,visibility",
-    )
-    parser.add_argument(
-        "-o",
-        "--output",
-        type=Path,
-        required=True,
-        metavar="REFERENCE",
-        help="output file: .csv (as reference.csv) or .npz (with covariances)",
-    )
-    add_frames(parser)
-    add_views(parser)
-    _add_choice(parser)
-    add_json(parser)
-
-
-def _add_choice(parser: ArgumentParser) -> None:
-    """Arguments that say how the fit is made."""
-    parser.add_argument(
-        "--no-depth", action="store_true", help="fit to the clicks alone, without depth"
-    )
-    parser.add_argument(
-        "--gap",
-        action="append",
-        default=[],
-        metavar="A:B",
-        dest="gaps",
-        help="frames that are not interpolated; may be given several times",
-    )
-    parser.add_argument(
-        "--sigma",
-        type=float,
-        metavar="PX",
-        help="standard deviation of a click on a visible landmark, per axis (default: 3)",
-    )
-    parser.add_argument(
-        "--subject",
-        metavar="FILE|measured",
-        help="segment lengths of the person: a subject.toml, or measured from the clicks "
-        "(default: those of the recording, or average lengths)",
-    )
-    add_changes(parser, "change one parameter of the fit")
-
-
 def run(args: Namespace) -> int:
     """Read the clicks, fit, write."""
-    from stereotrack_core.annotation.fit.fit import clicks_in, fit_reference
-    from stereotrack_core.annotation.reference import origin_of, reference_of_fit
-    from stereotrack_core.interop.labels import read_clicks
-    from stereotrack_core.interop.reference_npz import check_reference_file, export_reference
-    from stereotrack_core.recording.folder import open_recording
-    from stereotrack_core.recording.reader import FrameReader
-
     check_reference_file(args.output)
     settings, sigma = _settings(args), _sigma(args.sigma)
     recording = open_recording(args.recording)
@@ -132,9 +136,6 @@ def run(args: Namespace) -> int:
 def _tell(
     args: Namespace, fit: TrajectoryFit, recording: Recording, clicks: Sequence[Click]
 ) -> None:
-    from stereotrack_core.annotation.doubts import doubtful_camera, own_mistakes
-    from stereotrack_core.annotation.landmark_set import NINE
-
     doubtful = doubtful_camera(clicks, recording.cameras, NINE)
     mistakes = own_mistakes(fit.flagged(), doubtful, clicks, recording.cameras)
     facts = _facts(fit, mistakes, doubtful)
@@ -146,16 +147,11 @@ def _tell(
 
 
 def _settings(args: Namespace) -> FitSettings:
-    from stereotrack_core.annotation.fit.settings import FitSettings
-    from stereotrack_core.parameters import parsed_settings
-
     settings = FitSettings().replaced(**parsed_settings(args.changes))
     return settings.replaced(use_depth=False) if args.no_depth else settings
 
 
 def _sigma(given: float | None) -> float:
-    from stereotrack_core.annotation.click import USUAL_SIGMA
-
     if given is None:
         return USUAL_SIGMA
     if not (np.isfinite(given) and given > 0.0):
@@ -173,11 +169,6 @@ def _gap(text: str, count: int) -> range:
 
 
 def _proportions(subject: str | None, recording: Recording, clicks: Sequence[Click]) -> Proportions:
-    from stereotrack_core.annotation.click_points import lengths_of_clicks, subject_of
-    from stereotrack_core.body.proportions import proportions_of
-    from stereotrack_core.recording.description import read_subject
-    from stereotrack_core.recording.landmarks import LANDMARKS
-
     if subject is None:
         return proportions_of(recording.subject)
     if subject != _MEASURED:
@@ -186,12 +177,22 @@ def _proportions(subject: str | None, recording: Recording, clicks: Sequence[Cli
     return proportions_of(subject_of(recording.name, lengths))
 
 
+def _write(path: Path, fit: TrajectoryFit, recording: Recording, meta: Mapping[str, Any]) -> None:
+    if path.suffix.lower() == ".npz":
+        origin = {
+            "program": "stereotrack",
+            "version": __version__,
+            "recording": recording.name,
+            "fps": recording.fps,
+        }
+        write_reference(path, reference_of_fit(fit, {**origin, **meta}))
+        return
+    write_landmarks(path, fit.trajectory())
+
+
 def _facts(
     fit: TrajectoryFit, mistakes: Sequence[ClickKey], doubtful: Disagreement | None
 ) -> dict[str, Any]:
-    from stereotrack_core.annotation.fit.results import CLICKED, GAP, INTERPOLATED
-    from stereotrack_core.body.limbs import LIMBS
-
     flagged = set(fit.flagged())
     right = [residual for key, residual in fit.residual_px.items() if key not in flagged]
     known = fit.kind != GAP
@@ -235,8 +236,6 @@ def _table(facts: Mapping[str, Any], title: str) -> Table:
 def _say_mistakes(
     fit: TrajectoryFit, mistakes: Sequence[ClickKey], doubtful: Disagreement | None
 ) -> None:
-    from stereotrack_core.annotation.doubts import what_disagrees, what_to_do
-
     if doubtful is not None:
         count = counted(len(fit.flagged()) - len(mistakes), "click")
         say(f"{what_disagrees(doubtful)}. {what_to_do(doubtful)}")
@@ -247,17 +246,3 @@ def _say_mistakes(
         say(f"{place}: {off:.0f} px from the fit, probable outlier")
     if len(mistakes) > _LISTED:
         say(f"and {len(mistakes) - _LISTED} more; --json lists all of them")
-
-
-COMMAND = Command(
-    name="fit",
-    summary="fit the body to clicked landmarks, to make a reference",
-    description=(
-        "Fit the body to clicked landmarks with a forward and a backward pass over the frames, "
-        "using the recording's depth where available, and write the trajectory as a reference. "
-        "Outliers among the clicks are detected and listed. Frames between clicked ones are "
-        "interpolated."
-    ),
-    add_arguments=add_arguments,
-    run=run,
-)

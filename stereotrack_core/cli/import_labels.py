@@ -2,87 +2,77 @@
 
 from __future__ import annotations
 
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from stereotrack_core.cli.arguments import add_json
-from stereotrack_core.cli.command import OK, Command
-from stereotrack_core.cli.output import Table, put_json, put_table, say
+from stereotrack_core.cli.arguments import JSON, flag, option
+from stereotrack_core.cli.output import OK, Table, put_result, say
 from stereotrack_core.cli.sources import open_project, recording_of, say_notes
 from stereotrack_core.errors import InputError
+from stereotrack_core.interop.label_source import Labels, LabelSource, stated_names
+from stereotrack_core.interop.labels import is_trajectory, read_labels
+from stereotrack_core.interop.run_file import reference_in
+from stereotrack_core.project.merging import Decision, clicks_of_project, incoming
+from stereotrack_core.project.project import Project
+from stereotrack_core.project.setups import save_reference
+from stereotrack_core.project.whereabouts import SUFFIX
+from stereotrack_core.recording.reader import FrameReader
 
-if TYPE_CHECKING:
-    from stereotrack_core.interop.label_source import Labels
-    from stereotrack_core.project.merging import Decision
-    from stereotrack_core.project.project import Project
+DESCRIPTION = (
+    "Import labels made with another tool. Landmarks are matched by name; those without a "
+    "match are reported and skipped. Conflicts with the project, including clicks deleted "
+    "there, are never resolved without a decision. One undo reverts the whole import."
+)
+
+OPTIONS = (
+    option("what", "what to import", choices=("labels",)),
+    option(
+        "file FILE",
+        "clicks (.csv), DeepLabCut labels (.csv), COCO keypoints (.json), SLEAP labels "
+        "(.slp), another project of the recording (.stereotrack); or a trajectory (.csv with x, y "
+        "and z, .trc, .c3d, .npz), which becomes a reference of the project",
+        type=Path,
+    ),
+    option("--into PROJECT", "project (.stereotrack)", type=Path, required=True),
+    option("--camera NAME", "camera or view of the labels (DeepLabCut, COCO)"),
+    option(
+        "--name THEIRS=OURS",
+        "landmark name here for a landmark name in the file; may be given several times",
+        action="append",
+        default=[],
+        dest="names",
+    ),
+    option(
+        "--conflicts",
+        "which clicks to keep where the file contradicts the project: mine (the project's) "
+        "or theirs (the file's); without this option, nothing is imported if there are conflicts",
+        choices=("mine", "theirs"),
+    ),
+    flag("--skip-problems", "skip lines that cannot be read and import the rest"),
+    JSON,
+)
+
 
 _SHOWN = 20
 
 
-def add_arguments(parser: ArgumentParser) -> None:
-    """Declare the arguments."""
-    parser.add_argument("what", choices=("labels",), help="what to import")
-    parser.add_argument(
-        "file",
-        type=Path,
-        metavar="FILE",
-        help="clicks (.csv), DeepLabCut labels (.csv), COCO keypoints (.json), SLEAP labels "
-        "(.slp), another project of the recording (.stereotrack); or a trajectory (.csv with x, y "
-        "and z, .trc, .c3d, .npz), which becomes a reference of the project",
-    )
-    parser.add_argument(
-        "--into", type=Path, required=True, metavar="PROJECT", help="project (.stereotrack)"
-    )
-    parser.add_argument(
-        "--camera", metavar="NAME", help="camera or view of the labels (DeepLabCut, COCO)"
-    )
-    parser.add_argument(
-        "--name",
-        action="append",
-        default=[],
-        metavar="THEIRS=OURS",
-        dest="names",
-        help="landmark name here for a landmark name in the file; may be given several times",
-    )
-    parser.add_argument(
-        "--conflicts",
-        choices=("mine", "theirs"),
-        help="which clicks to keep where the file contradicts the project: mine (the project's) "
-        "or theirs (the file's); without this option, nothing is imported if there are conflicts",
-    )
-    parser.add_argument(
-        "--skip-problems",
-        action="store_true",
-        help="skip lines that cannot be read and import the rest",
-    )
-    add_json(parser)
-
-
 def run(args: Namespace) -> int:
     """Read, compare and take in."""
-    from stereotrack_core.interop.label_source import stated_names
-    from stereotrack_core.interop.labels import is_trajectory
-
     names = stated_names(args.names, "--name")
     if not args.file.is_file():
         raise InputError("there is no such file", where=str(args.file), remedy="Check the path.")
     trajectory = is_trajectory(args.file)
     with open_project(args.into, read_only=False) as project:
         facts = _reference(args, project) if trajectory else _clicks(args, project, names)
-    if args.json:
-        put_json(facts)
-    else:
-        rows = [(key.replace("_", " "), str(value)) for key, value in facts.items()]
-        put_table(Table(f"{args.file} into {args.into}", ("", ">"), rows))
+    rows = [(key.replace("_", " "), str(value)) for key, value in facts.items()]
+    table = Table(f"{args.file} into {args.into}", ("", ">"), rows)
+    put_result(facts, table, as_json=args.json)
     return OK
 
 
 def _clicks(args: Namespace, project: Project, names: dict[str, str]) -> dict[str, Any]:
     """Take in clicks by one edit."""
-    from stereotrack_core.project.merging import clicks_of_project, incoming
-    from stereotrack_core.project.whereabouts import SUFFIX
-
     mine = project.clicks.all(with_deleted=True)
     problems, left_out = 0, "none"
     if args.file.suffix.lower() == SUFFIX:
@@ -119,10 +109,6 @@ def _clicks(args: Namespace, project: Project, names: dict[str, str]) -> dict[st
 
 def _labels(args: Namespace, project: Project, names: dict[str, str]) -> Labels:
     """What a file of another tool holds; InputError where it has problems that are not allowed."""
-    from stereotrack_core.interop.label_source import LabelSource
-    from stereotrack_core.interop.labels import read_labels
-    from stereotrack_core.recording.reader import FrameReader
-
     recording = recording_of(project)
     with FrameReader(recording, read_ahead=0) as reader:
         frames = reader.frame_count
@@ -135,9 +121,6 @@ def _labels(args: Namespace, project: Project, names: dict[str, str]) -> Labels:
 
 def _reference(args: Namespace, project: Project) -> dict[str, Any]:
     """Keep a trajectory as a reference of the project."""
-    from stereotrack_core.interop.run_file import reference_in
-    from stereotrack_core.project.setups import save_reference
-
     _refuse_options(args, "a trajectory belongs to no camera and has its own landmark names")
     reference = reference_in(args.file)
     name = args.file.stem
@@ -154,9 +137,9 @@ def _reference(args: Namespace, project: Project) -> dict[str, Any]:
 
 def _refuse_options(args: Namespace, why: str) -> None:
     """Refuse what is said about labels where the file is of another kind."""
-    for option, given in (("--camera", args.camera), ("--name", args.names)):
+    for name, given in (("--camera", args.camera), ("--name", args.names)):
         if given:
-            raise InputError(why, where=option, remedy="Omit this option.")
+            raise InputError(why, where=name, remedy="Omit this name.")
 
 
 def _say_problems(labels: Labels, *, skip: bool) -> None:
@@ -173,16 +156,3 @@ def _say_problems(labels: Labels, *, skip: bool) -> None:
             where=first.where,
             remedy="Correct them, or import the rest with --skip-problems.",
         )
-
-
-COMMAND = Command(
-    name="import",
-    summary="import clicks or a trajectory from another tool into a project",
-    description=(
-        "Import labels made with another tool. Landmarks are matched by name; those without a "
-        "match are reported and skipped. Conflicts with the project, including clicks deleted "
-        "there, are never resolved without a decision. One undo reverts the whole import."
-    ),
-    add_arguments=add_arguments,
-    run=run,
-)

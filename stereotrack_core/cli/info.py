@@ -2,32 +2,43 @@
 
 from __future__ import annotations
 
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
 from collections import Counter
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from stereotrack_core.cli.arguments import add_json, add_recording
-from stereotrack_core.cli.command import OK, WRONG_INPUT, Command
-from stereotrack_core.cli.output import Table, counted, put, put_json, put_table, say
+from stereotrack_core.cli.arguments import JSON, RECORDING, flag
+from stereotrack_core.cli.output import (
+    OK,
+    WRONG_INPUT,
+    Table,
+    put,
+    put_json,
+    put_table,
+    say,
+)
+from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
+from stereotrack_core.recording.description import Recording, View
+from stereotrack_core.recording.detections import own_detections
+from stereotrack_core.recording.findings import Finding, examine
+from stereotrack_core.recording.folder import open_recording
+from stereotrack_core.recording.reader import FrameReader
 
-if TYPE_CHECKING:
-    from stereotrack_core.recording.description import Recording, View
-    from stereotrack_core.recording.findings import Finding
+DESCRIPTION = (
+    "Print what a recording contains and all problems found in it, with file, key and remedy. "
+    "The exit status is 2 if the recording has errors."
+)
 
-
-def add_arguments(parser: ArgumentParser) -> None:
-    """Declare the arguments."""
-    add_recording(parser)
-    parser.add_argument("--deep", action="store_true", help="also check the images; takes longer")
-    add_json(parser)
+OPTIONS = (
+    RECORDING,
+    flag("--deep", "also check the images; takes longer"),
+    JSON,
+)
 
 
 def run(args: Namespace) -> int:
     """Print contents and findings; errors among the findings make the status 2."""
-    from stereotrack_core.recording.findings import examine
-
     folder: Path = args.recording
     if not folder.is_dir():
         raise InputError(
@@ -49,10 +60,6 @@ def run(args: Namespace) -> int:
 
 def _content(folder: Path) -> dict[str, Any] | None:
     """What the recording holds; None where it cannot be opened (the findings say why)."""
-    from stereotrack_core.recording.detections import own_detections
-    from stereotrack_core.recording.folder import open_recording
-    from stereotrack_core.recording.reader import FrameReader
-
     try:
         recording = open_recording(folder)
         detections = own_detections(recording)
@@ -141,15 +148,3 @@ def _view_row(view: dict[str, Any]) -> tuple[str, ...]:
         " / ".join(str(count) for count in counts),
         ", ".join(has),
     )
-
-
-COMMAND = Command(
-    name="info",
-    summary="print what a recording contains and all problems found in it",
-    description=(
-        "Print what a recording contains and all problems found in it, with file, key and remedy. "
-        "The exit status is 2 if the recording has errors."
-    ),
-    add_arguments=add_arguments,
-    run=run,
-)

@@ -14,6 +14,9 @@ from typing import Any, TextIO
 from stereotrack_core.errors import visible
 from stereotrack_core.plain_data import plain
 
+OK, FAILED, WRONG_INPUT = 0, 1, 2
+"""Exit status: done; something else went wrong, or it was stopped; the user's input is wrong."""
+
 _WIDTH_WITHOUT_TERMINAL = 160
 
 
@@ -53,15 +56,7 @@ def put_json(value: Any) -> None:
 
 @dataclasses.dataclass(frozen=True)
 class Table:
-    """A table to print; numbers are right-aligned.
-
-    Attributes
-    ----------
-    title : str
-    columns : sequence of str
-        Headings; one that begins with ``>`` stands over a right-aligned column.
-    rows : sequence of sequences of str
-    """
+    """A table to print; a heading that begins with ``>`` stands over right-aligned numbers."""
 
     title: str
     columns: Sequence[str]
@@ -97,11 +92,14 @@ def put_table(table: Table) -> None:
         put("\n".join(line.rstrip() for line in buffer.getvalue().rstrip().split("\n")) + "\n")
 
 
+def put_result(facts: Any, *tables: Table, as_json: bool) -> None:
+    """Write a result to standard output, as JSON or as tables."""
+    if as_json:
+        put_json(facts)
+    for table in () if as_json else tables:
+        put_table(table)
+
+
 def number(value: float, digits: int = 1) -> str:
     """Number for a table; a dash where there is none."""
     return f"{value:.{digits}f}" if math.isfinite(value) else "-"
-
-
-def counted(count: int, word: str) -> str:
-    """``1 run``, ``2 runs``."""
-    return f"{count} {word}{'' if count == 1 else 's'}"

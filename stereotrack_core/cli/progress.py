@@ -14,7 +14,7 @@ from types import FrameType
 from typing import IO, Any, TextIO, cast
 
 from stereotrack_core.cli.output import say
-from stereotrack_core.experiments.durations import in_words
+from stereotrack_core.counting import in_words
 
 _QUIET = 300.0
 """Seconds between two lines where no bar is drawn."""
@@ -97,18 +97,15 @@ def stoppable() -> Iterator[Callable[[], bool]]:
             signal.signal(number, handler)
 
 
-class Pace:
-    """Follows work of which so much is to be done.
+@contextmanager
+def watched(what: str) -> Iterator[tuple[Callable[[float, str], None], Callable[[], bool]]]:
+    """Give what is told the share that is done, with words, and what says whether to stop."""
+    with progress(what, 100) as show, stoppable() as stopped:
+        yield lambda share, _: show(round(100 * share)), stopped
 
-    Parameters
-    ----------
-    what : str
-        What is being done.
-    total : int
-        Steps.
-    show : callable
-        Draws how many are done.
-    """
+
+class Pace:
+    """Follows work of so many steps; `show` draws how many of them are done."""
 
     def __init__(self, what: str, total: int, show: Callable[[int], None]) -> None:
         self._what = what

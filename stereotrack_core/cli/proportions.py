@@ -2,65 +2,64 @@
 
 from __future__ import annotations
 
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
 from dataclasses import asdict, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.cli.arguments import (
-    add_frames,
-    add_json,
-    add_recording,
-    add_settings,
-    add_views,
+    FRAMES,
+    INIT,
+    JSON,
+    RECORDING,
+    SEED,
+    SETTINGS,
+    VIEWS,
+    check_least,
     check_output,
-    check_seed,
+    check_suffix,
+    option,
 )
-from stereotrack_core.cli.command import FAILED, OK, Command
-from stereotrack_core.cli.output import Table, put_json, put_table, say
+from stereotrack_core.cli.output import FAILED, OK, Table, put_json, put_table, say
 from stereotrack_core.cli.progress import progress, stoppable
 from stereotrack_core.errors import Cancelled, InputError
+from stereotrack_core.interop.first_pose import first_pose
+from stereotrack_core.recording.description import Recording, write_subject
+from stereotrack_core.recording.folder import open_recording
+from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.recording.selection import frames_within, views_of
+from stereotrack_core.tracking.lengths_fit import (
+    ESTIMATING_LENGTHS,
+    LENGTH_FRAMES,
+    EstimatedLengths,
+)
+from stereotrack_core.tracking.presets import preset
+from stereotrack_core.tracking.run import Pipeline
+from stereotrack_core.tracking.run_spec import RunSpec
 
-if TYPE_CHECKING:
-    from stereotrack_core.recording.description import Recording
-    from stereotrack_core.tracking.lengths_fit import EstimatedLengths
+DESCRIPTION = (
+    "Track the first 600 frames, and fit the segment lengths to the most informative ones: "
+    "frames with few unexplained points and bent elbows. `track --set proportions=sequence` "
+    "does the same before tracking. The recording's reference and subject file are not used."
+)
 
-
-def add_arguments(parser: ArgumentParser) -> None:
-    """Declare the arguments."""
-    add_recording(parser)
-    parser.add_argument(
-        "-o",
-        "--output",
-        type=Path,
-        metavar="TOML",
-        help="write the lengths as a subject file (.toml)",
-    )
-    add_settings(parser)
-    add_frames(parser)
-    add_views(parser)
-    parser.add_argument("--seed", type=int, default=0, metavar="N", help="random seed (default: 0)")
-    parser.add_argument(
-        "--init",
-        default="auto",
-        metavar="auto|tpose|FILE",
-        help="initial pose, as for track (default: auto)",
-    )
-    add_json(parser)
+OPTIONS = (
+    RECORDING,
+    option("-o --output TOML", "write the lengths as a subject file (.toml)", type=Path),
+    *SETTINGS,
+    FRAMES,
+    VIEWS,
+    SEED,
+    INIT,
+    JSON,
+)
 
 
 def run(args: Namespace) -> int:
     """Estimate, print, and write a subject file where that is asked for."""
-    if args.output is not None and args.output.suffix.lower() != ".toml":
-        raise InputError(
-            f"{args.output} is not a name for a subject file",
-            where="--output",
-            remedy="Use a name that ends in .toml.",
-        )
-    check_seed(args.seed)
-    from stereotrack_core.recording.description import write_subject
-    from stereotrack_core.recording.folder import open_recording
+    if args.output is not None:
+        check_suffix(args.output, ".toml")
+    check_least(0, seed=args.seed)
 
     recording = open_recording(args.recording)
     if args.output is not None:
@@ -83,13 +82,6 @@ def run(args: Namespace) -> int:
 
 
 def _estimated(args: Namespace, recording: Recording) -> EstimatedLengths:
-    from stereotrack_core.interop.first_pose import first_pose
-    from stereotrack_core.recording.reader import FrameReader
-    from stereotrack_core.tracking.lengths_fit import ESTIMATING_LENGTHS, LENGTH_FRAMES
-    from stereotrack_core.tracking.presets import preset
-    from stereotrack_core.tracking.run import Pipeline
-    from stereotrack_core.tracking.run_spec import RunSpec
-
     settings = preset(args.preset, args.changes)
     views = views_of(recording, args.views)
     with FrameReader(recording, views=views, colour=False) as reader:
@@ -115,8 +107,6 @@ def _estimated(args: Namespace, recording: Recording) -> EstimatedLengths:
 
 
 def _put(args: Namespace, recording: Recording, found: EstimatedLengths) -> None:
-    from stereotrack_core.body.proportions import AVERAGE
-
     lengths, average = asdict(found.proportions), asdict(AVERAGE)
     own = recording.subject
     if args.json:
@@ -140,16 +130,3 @@ def _put(args: Namespace, recording: Recording, found: EstimatedLengths) -> None
 
 def _millimetres(length: float | None) -> str:
     return "-" if length is None else f"{1000.0 * length:.0f}"
-
-
-COMMAND = Command(
-    name="proportions",
-    summary="estimate a person's segment lengths from the recording",
-    description=(
-        "Track the first 600 frames, and fit the segment lengths to the most informative ones: "
-        "frames with few unexplained points and bent elbows. `track --set proportions=sequence` "
-        "does the same before tracking. The recording's reference and subject file are not used."
-    ),
-    add_arguments=add_arguments,
-    run=run,
-)

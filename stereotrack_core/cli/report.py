@@ -3,73 +3,67 @@
 from __future__ import annotations
 
 import shlex
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-from stereotrack_core.cli.arguments import add_frames, add_json, check_output
-from stereotrack_core.cli.command import FAILED, OK, Command
-from stereotrack_core.cli.output import Table, put_json, put_table, say
-from stereotrack_core.cli.progress import progress, stoppable
-from stereotrack_core.cli.sources import say_if_unfinished
+from stereotrack_core.cli.arguments import FRAMES, JSON, OF_RUN, check_output, check_suffix, option
+from stereotrack_core.cli.output import FAILED, OK, Table, put_result, say
+from stereotrack_core.cli.progress import watched
+from stereotrack_core.cli.sources import (
+    open_project,
+    recording_of,
+    recording_of_run,
+    say_if_unfinished,
+    truth_of,
+)
 from stereotrack_core.errors import Cancelled, InputError
+from stereotrack_core.interop.run_file import read_run
+from stereotrack_core.project.runs import kept_runs, load_run
+from stereotrack_core.project.setups import load_reference
+from stereotrack_core.project.whereabouts import SUFFIX
+from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.selection import frame_bounds
+from stereotrack_core.report.reported import Reported, Source, gathered
+from stereotrack_core.report.run_page import repeat_command, write_page, write_pdf
+from stereotrack_core.tracking.frame import Run
 
-if TYPE_CHECKING:
-    from stereotrack_core.recording.description import Recording
-    from stereotrack_core.report.reported import Reported, Source
-    from stereotrack_core.tracking.frame import Run
+DESCRIPTION = (
+    "Write a self-contained HTML page, and optionally a PDF, about a run: subject, recording, "
+    "calibration, errors, curves, failures with images, range of motion, uncertainty, "
+    "parameters, versions, and how to reproduce it."
+)
 
-
-def add_arguments(parser: ArgumentParser) -> None:
-    """Declare the arguments."""
-    parser.add_argument(
-        "source",
+OPTIONS = (
+    option(
+        "source RUN|PROJECT",
+        "complete run (.npz), or project (.stereotrack) with stored runs",
         type=Path,
-        metavar="RUN|PROJECT",
-        help="complete run (.npz), or project (.stereotrack) with stored runs",
-    )
-    parser.add_argument(
-        "-o", "--output", type=Path, required=True, metavar="HTML", help="output page"
-    )
-    parser.add_argument(
-        "--run",
-        metavar="NAME",
-        dest="run_name",
-        help="run of the project; may be omitted if there is only one",
-    )
-    parser.add_argument(
-        "--recording",
-        type=Path,
-        metavar="DIR",
-        help="the run's recording; by default the one named in the run",
-    )
-    parser.add_argument(
-        "--reference",
-        type=Path,
-        metavar="FILE",
-        help="reference landmarks (.csv, .trc, .c3d), or with their uncertainty (.npz); by "
+    ),
+    option("-o --output HTML", "output page", type=Path, required=True),
+    option(
+        "--run NAME", "run of the project; may be omitted if there is only one", dest="run_name"
+    ),
+    OF_RUN,
+    option(
+        "--reference FILE",
+        "reference landmarks (.csv, .trc, .c3d), or with their uncertainty (.npz); by "
         "default the reference of the project or the recording",
-    )
-    add_frames(parser)
-    parser.add_argument("--pdf", type=Path, metavar="PDF", help="also write the report as a PDF")
-    add_json(parser)
+        type=Path,
+    ),
+    FRAMES,
+    option("--pdf PDF", "also write the report as a PDF", type=Path),
+    JSON,
+)
 
 
 def run(args: Namespace) -> int:
     """Gather, write the page, and the PDF where it is asked for."""
-    from stereotrack_core.report.files import write_page, write_pdf
-    from stereotrack_core.report.reported import gathered
-
     _check(args)
     source = _source(args)
-    with progress("Reporting", 100) as show, stoppable() as stopped:
+    with watched("Reporting") as (report, stopped):
         try:
-            reported = gathered(
-                source,
-                on_progress=lambda share, _: show(round(100 * share)),
-                cancelled=stopped,
-            )
+            reported = gathered(source, on_progress=report, cancelled=stopped)
         except Cancelled:
             say("Stopped. Nothing was written.")
             return FAILED
@@ -83,28 +77,18 @@ def run(args: Namespace) -> int:
 def _check(args: Namespace) -> None:
     """Refuse at once what could only fail after the work."""
     for path, suffixes in ((args.output, (".html", ".htm")), (args.pdf, (".pdf",))):
-        if path is None:
-            continue
-        if path.suffix.lower() not in suffixes:
-            raise InputError(
-                f"the name must end in {suffixes[0]}",
-                where=str(path),
-                remedy=f"Use the name {path.with_suffix(suffixes[0]).name}.",
-            )
-        check_output(path)
+        if path is not None:
+            check_suffix(path, *suffixes)
+            check_output(path)
 
 
 def _source(args: Namespace) -> Source:
-    from stereotrack_core.project.whereabouts import SUFFIX
-
     if args.source.suffix.lower() == SUFFIX:
         return _of_project(args)
-    from stereotrack_core.cli.sources import recording_of_run
-    from stereotrack_core.interop.run_file import read_run
 
     if args.run_name is not None:
         raise InputError(
-            "only projects contain several runs", where="--run", remedy="Omit this option."
+            "only projects contain several runs", where="--run", remedy="Omit this name."
         )
     stored = read_run(args.source)
     say_if_unfinished(args.source, stored)
@@ -113,12 +97,6 @@ def _source(args: Namespace) -> Source:
 
 
 def _of_project(args: Namespace) -> Source:
-    from dataclasses import replace
-
-    from stereotrack_core.cli.sources import open_project, recording_of, recording_of_run
-    from stereotrack_core.project.runs import kept_runs, load_run
-    from stereotrack_core.project.setups import load_reference
-
     with open_project(args.source) as project:
         kept = {one.name: one for one in kept_runs(project.runs)}
         name = (
@@ -157,10 +135,6 @@ def _with_truth(
     args: Namespace, stored: Run, name: str, recording: Recording | None, like: str
 ) -> Source:
     """What is reported, with the reference that was named or the recording's own."""
-    from stereotrack_core.cli.sources import truth_of
-    from stereotrack_core.report.files import repeat_command
-    from stereotrack_core.report.reported import Source
-
     reference, states, said = None, None, ""
     if args.reference is not None:
         truth = truth_of(args.reference, stored.meta)
@@ -184,10 +158,10 @@ def _with_truth(
 
 def _own_command(args: Namespace) -> str:
     words = ["stereotrack", "report", str(args.source), "-o", str(args.output)]
-    for option in ("run", "recording", "reference", "frames", "pdf"):
-        value = getattr(args, "run_name" if option == "run" else option)
+    for name in ("run", "recording", "reference", "frames", "pdf"):
+        value = getattr(args, "run_name" if name == "run" else name)
         if value is not None:
-            words += [f"--{option}", str(value)]
+            words += [f"--{name}", str(value)]
     return shlex.join(words)
 
 
@@ -200,22 +174,7 @@ def _tell(args: Namespace, reported: Reported) -> None:
         "episodes": len(reported.episodes),
         "lost_percent": None if accuracy is None else 100.0 * accuracy.summary.lost,
     }
-    if args.json:
-        put_json(facts)
-    else:
-        rows = [(key.replace("_", " "), str(value)) for key, value in facts.items()
-                if value is not None]  # fmt: skip
-        put_table(Table(f"Report on {reported.source.name}", ("what", "value"), rows))
-
-
-COMMAND = Command(
-    name="report",
-    summary="write a report on a run: one page with errors, curves, failures and images",
-    description=(
-        "Write a self-contained HTML page, and optionally a PDF, about a run: subject, recording, "
-        "calibration, errors, curves, failures with images, range of motion, uncertainty, "
-        "parameters, versions, and how to reproduce it."
-    ),
-    add_arguments=add_arguments,
-    run=run,
-)
+    known = {key: value for key, value in facts.items() if value is not None}
+    rows = [(key.replace("_", " "), str(value)) for key, value in known.items()]
+    table = Table(f"Report on {reported.source.name}", ("what", "value"), rows)
+    put_result(facts, table, as_json=args.json)

@@ -2,77 +2,73 @@
 
 from __future__ import annotations
 
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-from stereotrack_core.cli.arguments import add_json
-from stereotrack_core.cli.command import FAILED, OK, Command
-from stereotrack_core.cli.output import Table, counted, put_json, put_table, say
+from stereotrack_core.cli.arguments import JSON, check_least, flag, option
+from stereotrack_core.cli.output import FAILED, OK, Table, put_json, put_table, say
 from stereotrack_core.cli.progress import pace, stoppable
+from stereotrack_core.counting import counted
 from stereotrack_core.errors import Cancelled, InputError
+from stereotrack_core.experiments.reproduction.plan import (
+    Group,
+    Places,
+    default_folder,
+    groups,
+    made_folder,
+    missing_recordings,
+    opened_recordings,
+    render_recording,
+)
+from stereotrack_core.experiments.reproduction.results import Results, write_results
+from stereotrack_core.experiments.reproduction.runs import frames_of, missing_runs, track_groups
+from stereotrack_core.experiments.reproduction.tables import columns_of, facts, rows_of
+from stereotrack_core.recording.description import Recording
+from stereotrack_core.tracking.presets import preset
+from stereotrack_core.worker_processes import Lost
 
-if TYPE_CHECKING:
-    from stereotrack_core.experiments.reproduction.page import Results
-    from stereotrack_core.experiments.reproduction.places import Places
-    from stereotrack_core.experiments.reproduction.plan import Group
-    from stereotrack_core.recording.description import Recording
+DESCRIPTION = (
+    "Create four recordings like those of the thesis, track them with the presets, and write "
+    "the thesis's tables 4.1 to 4.4, its timing and its error curves next to its own numbers: "
+    "as one page with images, as CSV and as Markdown. Finished results are kept; the same "
+    "command continues after an interruption."
+)
 
-
-def add_arguments(parser: ArgumentParser) -> None:
-    """Declare the arguments."""
-    parser.add_argument(
-        "folder",
+OPTIONS = (
+    option(
+        "folder DIR",
+        "folder for recordings, runs and results (default: the program's data folder)",
         type=Path,
         nargs="?",
-        metavar="DIR",
-        help="folder for recordings, runs and results (default: the program's data folder)",
-    )
-    parser.add_argument(
+    ),
+    flag(
         "--short",
-        action="store_true",
-        help="use recordings of a few dozen frames: a test of all steps in a few minutes, without "
+        "use recordings of a few dozen frames: a test of all steps in a few minutes, without "
         "meaningful numbers",
-    )
-    parser.add_argument(
-        "--presets",
+    ),
+    option(
+        "--presets a,b",
+        "comma-separated presets (default: thesis,accurate)",
         default="thesis,accurate",
-        metavar="a,b",
-        help="comma-separated presets (default: thesis,accurate)",
-    )
-    parser.add_argument(
-        "--seeds",
+    ),
+    option(
+        "--seeds N",
+        "number of runs of preset thesis, which samples points at random (default: 5); other "
+        "presets run once",
         type=int,
         default=5,
-        metavar="N",
-        help="number of runs of preset thesis, which samples points at random (default: 5); other "
-        "presets run once",
-    )
-    parser.add_argument(
-        "--workers",
-        type=int,
-        default=1,
-        metavar="N",
-        help="number of tracking processes (default: 1)",
-    )
-    add_json(parser)
+    ),
+    option("--workers N", "number of tracking processes (default: 1)", type=int, default=1),
+    JSON,
+)
 
 
 def run(args: Namespace) -> int:
     """Make the recordings, track them, and write the page."""
-    from stereotrack_core.experiments.reproduction.places import default_folder, made_folder
-    from stereotrack_core.experiments.reproduction.plan import groups
-    from stereotrack_core.experiments.reproduction.results import write_results
-    from stereotrack_core.worker_processes import Lost
-
     presets = _presets(args.presets)
-    for name in ("seeds", "workers"):
-        if getattr(args, name) < 1:
-            raise InputError(
-                "the value must be at least 1", where=f"--{name}", remedy="Give 1 or more."
-            )
+    check_least(1, seeds=args.seeds, workers=args.workers)
     places = made_folder(args.folder or default_folder(short=args.short))
     try:
         recordings = _recordings(places, short=args.short)
@@ -98,12 +94,6 @@ def run(args: Namespace) -> int:
 
 def _recordings(places: Places, *, short: bool) -> Sequence[Recording]:
     """The four recordings; what is missing is rendered."""
-    from stereotrack_core.experiments.reproduction.places import (
-        missing_recordings,
-        opened_recordings,
-        render_recording,
-    )
-
     missing = missing_recordings(places, short=short)
     with pace("Rendering", sum(one.frames for one in missing)) as going, stoppable() as stopped:
         for one in missing:
@@ -121,24 +111,18 @@ def _track(
     write: Callable[[], object],
 ) -> None:
     """Track every run that is not there yet, and write what there is whenever some are finished."""
-    from stereotrack_core.experiments.reproduction.runs import (
-        frames_of,
-        missing_runs,
-        track_groups,
-    )
-
     left = missing_runs(places, recordings, groups)
     by_name = {recording.name: recording for recording in recordings}
-    cost = {group: len(group.entries) * frames_of(by_name[group.recording]) for group in left}
+    cost = {group: len(group.runs) * frames_of(by_name[group.recording]) for group in left}
     total = sum(cost.values())
     if not left:
         return
-    say(f"Tracking {counted(sum(len(g.entries) for g in left), 'run')}, {total} frames in all.")
+    say(f"Tracking {counted(sum(len(g.runs) for g in left), 'run')}, {total} frames in all.")
     with pace("Tracking", total) as going, stoppable() as stopped:
 
         def note(group: Group) -> None:
             going.next(cost[group])
-            runs = f"{counted(len(group.entries), 'run')} like {group.entries[0].name}"
+            runs = f"{counted(len(group.runs), 'run')} like {group.runs[0].name}"
             say(f"{group.recording}: {runs} done; {going.words()}.")
             write()
 
@@ -158,8 +142,6 @@ def _track(
 
 def _print(results: Results, places: Places, *, as_json: bool) -> None:
     """The tables to standard output."""
-    from stereotrack_core.experiments.reproduction.words import columns_of, facts, rows_of
-
     if as_json:
         made = results.circumstances
         put_json({"page": places.page, "tables": facts(results.tables), "made": made,
@@ -171,25 +153,9 @@ def _print(results: Results, places: Places, *, as_json: bool) -> None:
 
 
 def _presets(text: str) -> tuple[str, ...]:
-    from stereotrack_core.tracking.presets import preset
-
     names = tuple(dict.fromkeys(name.strip() for name in text.split(",") if name.strip()))
     if not names:
         raise InputError("no preset is given", where="--presets", remedy="Give thesis,accurate.")
     for name in names:
         preset(name)
     return names
-
-
-COMMAND = Command(
-    name="reproduce",
-    summary="reproduce the tables and curves of the thesis",
-    description=(
-        "Create four recordings like those of the thesis, track them with the presets, and write "
-        "the thesis's tables 4.1 to 4.4, its timing and its error curves next to its own numbers: "
-        "as one page with images, as CSV and as Markdown. Finished results are kept; the same "
-        "command continues after an interruption."
-    ),
-    add_arguments=add_arguments,
-    run=run,
-)

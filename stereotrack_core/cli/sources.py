@@ -5,19 +5,42 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from stereotrack_core.cli.output import counted, say
-from stereotrack_core.errors import InputError
-
-if TYPE_CHECKING:
-    from stereotrack_core.annotation.reference import Reference
-    from stereotrack_core.errors import Finding
-    from stereotrack_core.evaluation.joint_angles.series import JointAngles
-    from stereotrack_core.project.project import Project
-    from stereotrack_core.recording.description import Recording, Segment
-    from stereotrack_core.recording.landmarks import LandmarkTrajectory
-    from stereotrack_core.tracking.frame import Run
+from stereotrack_core.annotation.reference import Reference
+from stereotrack_core.atomic import write_file
+from stereotrack_core.cli.output import say
+from stereotrack_core.counting import counted
+from stereotrack_core.errors import Finding, InputError
+from stereotrack_core.evaluation.joint_angles.motion import (
+    CUT_OFF_HZ,
+    frame_columns,
+    frame_rows,
+    motion_of,
+)
+from stereotrack_core.evaluation.joint_angles.series import (
+    JointAngles,
+    angles_of_reference,
+    angles_of_run,
+    angles_of_trajectory,
+)
+from stereotrack_core.interop.reference_npz import fps_of_reference, is_reference, read_reference
+from stereotrack_core.interop.run_file import (
+    holds_run,
+    read_run,
+    read_timed_trajectory,
+    read_trajectory,
+)
+from stereotrack_core.project.project import Project
+from stereotrack_core.recording.csv_table import csv_text
+from stereotrack_core.recording.description import Recording, Segment, read_segments
+from stereotrack_core.recording.findings import check_size
+from stereotrack_core.recording.fingerprint import fingerprint
+from stereotrack_core.recording.folder import describe, open_recording
+from stereotrack_core.recording.landmarks import LandmarkTrajectory
+from stereotrack_core.tracking.frame import Run
+from stereotrack_core.tracking.stored import fps_of_run
+from stereotrack_core.tracking.unfinished import INCOMPLETE
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,8 +56,6 @@ class Truth:
 
 def read_measured(path: Path) -> tuple[LandmarkTrajectory, Run | None]:
     """Landmarks of a file, and the run where it holds a complete one."""
-    from stereotrack_core.interop.run_file import holds_run, read_run, read_trajectory
-
     if holds_run(path):
         stored = read_run(path)
         say_if_unfinished(path, stored)
@@ -50,17 +71,12 @@ def truth_of(given: Path | None, meta: Mapping[str, Any]) -> Truth:
     InputError
         Where there is none.
     """
-    from stereotrack_core.interop.reference_npz import is_reference, read_reference
-    from stereotrack_core.interop.run_file import read_trajectory
-    from stereotrack_core.recording.folder import describe
-
     folder = meta.get("recording_folder")
-    recording: Recording | None = None
-    if folder and Path(folder).is_dir():
-        recording = describe(Path(folder), [])
+    recording = describe(Path(folder), []) if folder and Path(folder).is_dir() else None
     segments = recording.segments if recording is not None else ()
     if given is not None:
-        beside = segments or _segments_beside(given)
+        own = given.with_name("segments.csv")
+        beside = segments or (read_segments(own) if own.is_file() else ())
         if given.suffix.lower() == ".npz" and is_reference(given):
             states = read_reference(given)
             return Truth(states.trajectory(), given, beside, states)
@@ -85,21 +101,11 @@ def truth_of(given: Path | None, meta: Mapping[str, Any]) -> Truth:
     return Truth(recording.reference, Path(folder), segments)
 
 
-def _segments_beside(reference: Path) -> Sequence[Segment]:
-    from stereotrack_core.recording.description import read_segments
-
-    beside = reference.with_name("segments.csv")
-    return read_segments(beside) if beside.is_file() else ()
-
-
 def recording_of_run(given: Path | None, run: Run, otherwise: str) -> Recording | None:
     """The recording that is named, else the one that the run names.
 
     Says so where it is not the one that was tracked, and says `otherwise` where there is none.
     """
-    from stereotrack_core.recording.fingerprint import fingerprint
-    from stereotrack_core.recording.folder import open_recording
-
     folder = given or Path(str(run.meta.get("recording_folder") or ""))
     if given is None and not (run.meta.get("recording_folder") and folder.is_dir()):
         say(f"The run's recording was not found, so {otherwise}. Give its folder with --recording.")
@@ -113,58 +119,31 @@ def recording_of_run(given: Path | None, run: Run, otherwise: str) -> Recording 
     return recording
 
 
-def segments_of(truth: Truth) -> Sequence[Segment]:
-    """Named stretches of the recording.
+def some_segments(segments: Sequence[Segment], where: Path) -> Sequence[Segment]:
+    """The named stretches of a recording.
 
     Raises
     ------
     InputError
         Where there are none.
     """
-    if not truth.segments:
+    if not segments:
         raise InputError(
             "the recording has no segments",
-            where=str(truth.source),
-            remedy="Put a segments.csv beside the reference, or omit --segments.",
+            where=str(where),
+            remedy="Put a segments.csv beside the recording or the reference, or omit --segments.",
         )
-    return truth.segments
-
-
-def segments_beside_runs(truth: Truth | None, meta: Mapping[str, Any]) -> Sequence[Segment]:
-    """Named stretches that come with the reference, or else with the run's recording.
-
-    Raises
-    ------
-    InputError
-        Where there are none.
-    """
-    if truth is not None:
-        return segments_of(truth)
-    from stereotrack_core.recording.folder import describe
-
-    folder = Path(str(meta.get("recording_folder", "")))
-    recording = describe(folder, []) if meta.get("recording_folder") else None
-    if recording is None or not recording.segments:
-        raise InputError(
-            "the recording has no segments",
-            where=str(folder),
-            remedy="Add a segments.csv to the recording, or omit --segments.",
-        )
-    return recording.segments
+    return segments
 
 
 def warn_about_size(truth: Truth) -> None:
     """Say where the reference is not as large as a person."""
-    from stereotrack_core.recording.findings import check_size
-
     for finding in check_size(truth.reference):
         say(f"{truth.source}: {finding.what}. {finding.remedy}")
 
 
 def say_if_unfinished(path: Path, run: Run) -> None:
     """Say where a run lacks frames that are still to come."""
-    from stereotrack_core.tracking.unfinished import INCOMPLETE
-
     if run.meta.get(INCOMPLETE):
         first, end = run.meta["frames"]
         say(
@@ -175,8 +154,6 @@ def say_if_unfinished(path: Path, run: Run) -> None:
 
 def open_project(path: Path, *, read_only: bool = True) -> Project:
     """Open a project and say on standard error what its file has to tell."""
-    from stereotrack_core.project.project import Project
-
     project = Project.open(path, read_only=read_only)
     say_notes(project.notes)
     return project
@@ -196,8 +173,6 @@ def recording_of(project: Project) -> Recording:
     InputError
         Where it is not found.
     """
-    from stereotrack_core.recording.folder import open_recording
-
     place = project.find_recording()
     if place.finding is not None and place.folder is not None:
         say(f"{place.finding.severity}: {place.finding.where}: {place.finding.what}.")
@@ -216,10 +191,8 @@ class AngleSource:
 
     Attributes
     ----------
-    angles : JointAngles
     fps : float
         Frame sets per second.
-    segments : sequence of Segment
     truth : JointAngles or None
         Those of the recording's own reference, where it has one.
     """
@@ -235,7 +208,6 @@ def angle_source(path: Path, fps: float | None) -> AngleSource:
 
     Parameters
     ----------
-    path : Path
     fps : float or None
         Frames per second for files that do not say them; what is given here holds.
 
@@ -244,8 +216,6 @@ def angle_source(path: Path, fps: float | None) -> AngleSource:
     InputError
         For a file that cannot be read, or that nothing states the frame rate of.
     """
-    from stereotrack_core.evaluation.joint_angles.series import angles_of_trajectory
-
     angles, recording, stated = _read(path)
     rate = fps if fps is not None else stated
     if rate is None and recording is not None:
@@ -269,15 +239,6 @@ def angles_of_file(path: Path) -> JointAngles:
 
 def write_angles(path: Path, angles: JointAngles, fps: float, cut_off: float | None) -> int:
     """Write the angles of every frame as CSV; the number of frames."""
-    from stereotrack_core.atomic import write_file
-    from stereotrack_core.evaluation.joint_angles.motion import (
-        CUT_OFF_HZ,
-        frame_columns,
-        frame_rows,
-        motion_of,
-    )
-    from stereotrack_core.recording.csv_table import csv_text
-
     motion = motion_of(angles, fps, CUT_OFF_HZ if cut_off is None else cut_off)
     write_file(path, csv_text(frame_columns(), frame_rows(angles, motion)))
     return len(angles.frame)
@@ -285,35 +246,21 @@ def write_angles(path: Path, angles: JointAngles, fps: float, cut_off: float | N
 
 def _read(path: Path) -> tuple[JointAngles, Recording | None, float | None]:
     """Angles, the recording where its folder is known and there, and frames per second."""
-    from stereotrack_core.evaluation.joint_angles.series import (
-        angles_of_reference,
-        angles_of_run,
-        angles_of_trajectory,
-    )
-    from stereotrack_core.interop.reference_npz import (
-        fps_of_reference,
-        is_reference,
-        read_reference,
-    )
-    from stereotrack_core.interop.run_file import holds_run, read_run, read_timed_trajectory
-    from stereotrack_core.tracking.stored import fps_of_run
-
     if path.suffix.lower() == ".npz" and is_reference(path):
         reference = read_reference(path)
         folder = reference.meta.get("recording_folder")
         place = Path(str(folder)) if folder else path.parent
-        return angles_of_reference(reference), _recording(place), fps_of_reference(reference)
+        return angles_of_reference(reference), recording_in(place), fps_of_reference(reference)
     if not holds_run(path):
         trajectory, stated = read_timed_trajectory(path)
-        return angles_of_trajectory(trajectory), _recording(path.parent), stated
+        return angles_of_trajectory(trajectory), recording_in(path.parent), stated
     run = read_run(path)
     say_if_unfinished(path, run)
     folder = run.meta.get("recording_folder")
-    recording = _recording(Path(str(folder))) if folder else None
+    recording = recording_in(Path(str(folder))) if folder else None
     return angles_of_run(run), recording, fps_of_run(run) if "fps" in run.meta else None
 
 
-def _recording(folder: Path) -> Recording | None:
-    from stereotrack_core.recording.folder import describe
-
+def recording_in(folder: Path) -> Recording | None:
+    """The recording of a folder, as far as it can be read; None where there is none."""
     return describe(folder, []) if (folder / "recording.toml").is_file() else None

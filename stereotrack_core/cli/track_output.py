@@ -7,19 +7,19 @@ import shlex
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-from stereotrack_core.cli.output import Table, counted, number, say
+from stereotrack_core.cli.output import Table, number, say
 from stereotrack_core.cli.progress import progress, stoppable
+from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
-
-if TYPE_CHECKING:
-    from stereotrack_core.experiments.tracked_run import TrackedRun
-    from stereotrack_core.interop.run_journal import Wish
-    from stereotrack_core.recording.description import Recording
-    from stereotrack_core.tracking.frame import Run
-    from stereotrack_core.tracking.run_spec import RunSpec
-    from stereotrack_core.tracking.unfinished import UnfinishedRun
+from stereotrack_core.experiments.tracked_run import TrackedRun, steps, track_recording
+from stereotrack_core.interop.run_file import write_run
+from stereotrack_core.interop.run_journal import Wish, has_frames, part_of, read_unfinished
+from stereotrack_core.recording.description import Recording
+from stereotrack_core.tracking.frame import Run
+from stereotrack_core.tracking.run_checks import CHECK
+from stereotrack_core.tracking.run_spec import RunSpec
+from stereotrack_core.tracking.unfinished import UnfinishedRun
 
 
 class UnfinishedOutput:
@@ -36,8 +36,6 @@ class UnfinishedOutput:
     """
 
     def __init__(self, recording: Path, output: Path) -> None:
-        from stereotrack_core.interop.run_journal import part_of
-
         self.output, self.part = output, part_of(output)
         words = ("stereotrack", "track", str(recording), "-o", str(output), "--resume")
         self.command = shlex.join(words)
@@ -50,8 +48,6 @@ class UnfinishedOutput:
         InputError
             Where there is none, or it cannot be read.
         """
-        from stereotrack_core.interop.run_journal import read_unfinished
-
         if not self.part.is_file():
             raise InputError(
                 "there is no unfinished run to resume",
@@ -68,8 +64,6 @@ class UnfinishedOutput:
         InputError
             Where there is one.
         """
-        from stereotrack_core.interop.run_journal import has_frames
-
         if has_frames(self.part):
             raise InputError(
                 "there is an unfinished run here",
@@ -92,8 +86,6 @@ class UnfinishedOutput:
         Cancelled
             Where it is stopped before the first frame.
         """
-        from stereotrack_core.experiments.tracked_run import steps, track_recording
-
         total = steps(spec, count or len(spec.frames_of(0)), begun)
         with progress("Tracking", total) as show, stoppable() as stopped:
             return track_recording(
@@ -107,8 +99,6 @@ class UnfinishedOutput:
         try:
             yield
         except BaseException:
-            from stereotrack_core.interop.run_journal import has_frames
-
             if has_frames(self.part):
                 say(f"The frames tracked so far are in {self.part}. To resume: {self.command}")
             raise
@@ -121,8 +111,6 @@ class UnfinishedOutput:
         Path or None
             Where it is; None where nothing was tracked and an older run stands there.
         """
-        from stereotrack_core.interop.run_file import write_run
-
         done = f"{len(job.run.frame)} of {counted(job.wanted, 'frame')}"
         if job.stopped and self.output.exists():
             say(
@@ -173,8 +161,6 @@ def track_table(job: TrackedRun, title: str) -> Table:
 
 def say_signs(job: TrackedRun) -> None:
     """Say why nobody was tracked, or that nothing fits, and what to do about it."""
-    from stereotrack_core.tracking.run_checks import CHECK
-
     for warning in job.run.meta["warnings"]:
         say(f"warning: {warning}. {CHECK}")
     if job.nothing and len(job.run.frame):

@@ -7,24 +7,32 @@ from argparse import Namespace
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from stereotrack_core.cli.output import say
+from stereotrack_core.cli.track_output import UnfinishedOutput
 from stereotrack_core.errors import InputError
-from stereotrack_core.recording.selection import frames_within, views_of
+from stereotrack_core.interop.first_pose import first_pose
+from stereotrack_core.interop.run_file import read_run
+from stereotrack_core.interop.run_npz import check_run
+from stereotrack_core.parameters import parsed_settings
+from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.detections import Detections, own_detections, read_detections
+from stereotrack_core.recording.reader import FrameReader
+from stereotrack_core.recording.selection import frames_within, usable_views, views_of
+from stereotrack_core.tracking.frame import Run
+from stereotrack_core.tracking.parameters import Settings
+from stereotrack_core.tracking.presets import preset
+from stereotrack_core.tracking.repeating import (
+    StoredSpec,
+    other_files,
+    other_versions,
+    stored_spec,
+    what_differs,
+)
+from stereotrack_core.tracking.run_spec import RunSpec
+from stereotrack_core.tracking.unfinished import UnfinishedRun
 
-if TYPE_CHECKING:
-    from stereotrack_core.cli.track_output import UnfinishedOutput
-    from stereotrack_core.recording.description import Recording
-    from stereotrack_core.recording.detections import Detections
-    from stereotrack_core.tracking.frame import Run
-    from stereotrack_core.tracking.parameters import Settings
-    from stereotrack_core.tracking.repeating import StoredSpec
-    from stereotrack_core.tracking.run_spec import RunSpec
-    from stereotrack_core.tracking.unfinished import UnfinishedRun
-
-PRESET, SEED, INIT = "accurate", 0, "auto"
-"""What is taken where nothing is said."""
+USUAL_PRESET = "accurate"
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,7 +43,6 @@ class TrackPlan:
     ----------
     recording : Recording
         With the subject that is tracked.
-    spec : RunSpec
     count : int
         Frames to track out of those of the spec; fewer where a run that was stopped is repeated.
     like : Run or None
@@ -69,12 +76,7 @@ def plan_of(args: Namespace, recording: Recording, output: UnfinishedOutput) -> 
 
 
 def _plan(args: Namespace, recording: Recording) -> TrackPlan:
-    from stereotrack_core.interop.first_pose import first_pose
-    from stereotrack_core.recording.selection import usable_views
-    from stereotrack_core.tracking.presets import preset
-    from stereotrack_core.tracking.run_spec import RunSpec
-
-    name = args.preset or PRESET
+    name = args.preset or USUAL_PRESET
     settings = preset(name, args.changes)
     views = usable_views(recording, views_of(recording, args.views))
     frames = frames_within(args.frames, _count(recording, views))
@@ -83,8 +85,8 @@ def _plan(args: Namespace, recording: Recording) -> TrackPlan:
         preset=name,
         frames=frames,
         views=views,
-        seed=args.seed or SEED,
-        init=first_pose(args.init or INIT, frames.start),
+        seed=args.seed or 0,
+        init=first_pose(args.init or "auto", frames.start),
         smooth=bool(args.smooth),
         detections=_detections(args.detections, recording),
     )
@@ -93,11 +95,6 @@ def _plan(args: Namespace, recording: Recording) -> TrackPlan:
 
 def _plan_like(args: Namespace, recording: Recording) -> TrackPlan:
     """As the run says, with whatever the command line says otherwise."""
-    from stereotrack_core.interop.first_pose import first_pose
-    from stereotrack_core.interop.run_file import read_run
-    from stereotrack_core.recording.selection import usable_views
-    from stereotrack_core.tracking.repeating import stored_spec, what_differs
-
     run = read_run(args.like)
     stored = stored_spec(run)
     said = _said(args)
@@ -132,10 +129,6 @@ def _plan_like(args: Namespace, recording: Recording) -> TrackPlan:
 
 def _plan_resumed(args: Namespace, recording: Recording, output: UnfinishedOutput) -> TrackPlan:
     """As the unfinished run was begun; nothing may be otherwise."""
-    from stereotrack_core.interop.run_npz import check_run
-    from stereotrack_core.recording.selection import usable_views
-    from stereotrack_core.tracking.repeating import other_files, other_versions, stored_spec
-
     begun, wish = output.begun()
     run = begun.run()
     check_run(output.part, run)
@@ -219,9 +212,6 @@ def _said(args: Namespace) -> list[str]:
 
 def _settings(args: Namespace, stored: StoredSpec) -> tuple[str, Settings]:
     """A preset replaces all of the run's parameters, ``--set`` single ones."""
-    from stereotrack_core.parameters import parsed_settings
-    from stereotrack_core.tracking.presets import preset
-
     if args.preset is not None:
         return args.preset, preset(args.preset, args.changes)
     return stored.spec.preset, stored.spec.settings.replaced(**parsed_settings(args.changes))
@@ -240,13 +230,9 @@ def _detections_like(
 
 def _detections(path: Path | None, recording: Recording) -> Detections | None:
     """What ``--detections`` names, or the recording's own file; None where there is none."""
-    from stereotrack_core.recording.detections import own_detections, read_detections
-
     return own_detections(recording) if path is None else read_detections(path, recording)
 
 
 def _count(recording: Recording, views: Sequence[str] | None) -> int:
-    from stereotrack_core.recording.reader import FrameReader
-
     with FrameReader(recording, views=views, read_ahead=0) as reader:
         return reader.frame_count

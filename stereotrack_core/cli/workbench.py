@@ -2,36 +2,34 @@
 
 from __future__ import annotations
 
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
 from pathlib import Path
 
-from stereotrack_core.cli.command import FAILED, OK, Command
-from stereotrack_core.cli.output import say
+from stereotrack_core.cli.arguments import option
+from stereotrack_core.cli.output import FAILED, OK, say
 from stereotrack_core.errors import InputError
 from stereotrack_core.window import Opening, Window
 
+DESCRIPTION = "Open the workbench on a recording folder or a project file."
 
-def add_arguments(parser: ArgumentParser) -> None:
-    """Declare the arguments."""
-    parser.add_argument("path", type=Path, metavar="PATH", help="recording folder or project file")
-    parser.add_argument(
-        "--workspace",
-        metavar="NAME",
-        help="annotate, track, review, tune or calibrate (default: the last one used)",
-    )
-    parser.add_argument(
-        "--frame",
+OPTIONS = (
+    option("path PATH", "recording folder or project file", type=Path),
+    option(
+        "--workspace NAME",
+        "annotate, track, review, tune or calibrate (default: the last one used)",
+    ),
+    option(
+        "--frame N",
+        "frame to start at, counted from 0 (default: the last one shown)",
         type=int,
         default=0,
-        metavar="N",
-        help="frame to start at, counted from 0 (default: the last one shown)",
-    )
-    parser.add_argument(
-        "--screenshot",
+    ),
+    option(
+        "--screenshot PNG",
+        "save a screenshot of the window and exit; works without a display",
         type=Path,
-        metavar="PNG",
-        help="save a screenshot of the window and exit; works without a display",
-    )
+    ),
+)
 
 
 def run(args: Namespace) -> int:
@@ -54,12 +52,3 @@ def show_window(window: Window | None, opening: Opening) -> int:
             remedy="Start it with the program `stereotrack`.",
         )
     return OK if window.show(opening, say) else FAILED
-
-
-COMMAND = Command(
-    name="open",
-    summary="open the workbench on a recording folder or project file",
-    description="Open the workbench on a recording folder or a project file.",
-    add_arguments=add_arguments,
-    run=run,
-)

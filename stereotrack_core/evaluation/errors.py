@@ -23,8 +23,6 @@ NOT_TRACKED_ANGLE = np.pi / 2
 NOT_TRACKED_POSITION = 0.5
 """What a torso position counts that the run does not know, metres."""
 
-_AXES = ("torso_long", "torso_cross", "upper_arm", "forearm")
-
 
 @dataclass(frozen=True, eq=False)
 class LimbErrors:
@@ -120,14 +118,14 @@ def errors_against(trajectory: LandmarkTrajectory, reference: LandmarkTrajectory
     frame = reference.frame[known]
     truth = _whole_landmarks(reference.points[known])
     found = _whole_landmarks(points_at(trajectory, frame))
-    angles = {name: _angles(found, truth, name) for name in _AXES}
+    axes, true_axes = _axes(found), _axes(truth)
+    angles = {name: _angles(axis, true_axes[name]) for name, axis in axes.items()}
     return LimbErrors(
         frame=frame,
-        torso_position=_distances(_hips(found), _hips(truth)),
-        torso_long=angles["torso_long"],
-        torso_cross=angles["torso_cross"],
-        upper_arm=angles["upper_arm"],
-        forearm=angles["forearm"],
+        torso_position=_distances(
+            _both(found, "hip").mean(axis=1), _both(truth, "hip").mean(axis=1)
+        ),
+        **angles,
         tracked=np.asarray(np.isfinite(found).any(axis=(1, 2))),
     )
 
@@ -150,38 +148,24 @@ def points_at(trajectory: LandmarkTrajectory, frame: IntArray) -> FloatArray:
     return points
 
 
-def _landmark(points: FloatArray, name: str) -> FloatArray:
-    result: FloatArray = points[:, LANDMARKS.index(name)]
-    return result
+def _both(points: FloatArray, joint: str) -> FloatArray:
+    """Left and right landmark (F, 2, 3) of a joint."""
+    return points[:, [LANDMARKS.index(f"{side}_{joint}") for side in ("left", "right")]]
 
 
-def _hips(points: FloatArray) -> FloatArray:
-    middle: FloatArray = (_landmark(points, "left_hip") + _landmark(points, "right_hip")) / 2.0
-    return middle
+def _axes(points: FloatArray) -> dict[str, FloatArray]:
+    """Axes of the torso (F, 3), and of arms (F, 2, 3) with left and right, in metres."""
+    hip, shoulder, elbow, hand = (_both(points, j) for j in ("hip", "shoulder", "elbow", "hand"))
+    return {
+        "torso_long": shoulder.mean(axis=1) - hip.mean(axis=1),
+        "torso_cross": shoulder[:, 1] - shoulder[:, 0],
+        "upper_arm": elbow - shoulder,
+        "forearm": hand - elbow,
+    }
 
 
-def _axis(points: FloatArray, name: str) -> FloatArray:
-    """Axis (F, 3), or (F, 2, 3) with left and right, in metres."""
-
-    def both(landmark: str) -> FloatArray:
-        sides = [_landmark(points, f"{side}_{landmark}") for side in ("left", "right")]
-        return np.stack(sides, axis=1)
-
-    match name:
-        case "torso_long":
-            long: FloatArray = both("shoulder").mean(axis=1) - _hips(points)
-            return long
-        case "torso_cross":
-            return _landmark(points, "right_shoulder") - _landmark(points, "left_shoulder")
-        case "upper_arm":
-            return both("elbow") - both("shoulder")
-        case _:
-            return both("hand") - both("elbow")
-
-
-def _angles(found: FloatArray, truth: FloatArray, name: str) -> FloatArray:
-    true_axis = _axis(truth, name)
-    angle = angle_between(_axis(found, name), true_axis)
+def _angles(axis: FloatArray, true_axis: FloatArray) -> FloatArray:
+    angle = angle_between(axis, true_axis)
     scored = (true_axis != 0).any(axis=-1) & np.isfinite(true_axis).all(axis=-1)
     missed = np.where(np.isnan(angle), NOT_TRACKED_ANGLE, angle)
     result: FloatArray = np.where(scored, missed, np.nan)

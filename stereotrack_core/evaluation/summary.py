@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from stereotrack_core.arrays import FloatArray
+from stereotrack_core.arrays import FloatArray, IntArray
+from stereotrack_core.body.skeleton import FOREARMS, UPPER_ARMS
 from stereotrack_core.evaluation.errors import LimbErrors, errors_against
 from stereotrack_core.recording.description import Segment
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
@@ -102,7 +103,6 @@ def evaluate(
 
     Parameters
     ----------
-    found : Run or LandmarkTrajectory
     reference : LandmarkTrajectory
         Taken as truth; what it does not know is not scored.
     frames : range, optional
@@ -122,7 +122,7 @@ def evaluate(
 
 def summarise(errors: LimbErrors, name: str = "all") -> Summary:
     """Pool the errors over all frames, both arms together and each alone."""
-    values = values_of(errors)
+    values, arms = values_of(errors), errors.arm_segments
     return Summary(
         name=name,
         frames=len(errors.frame),
@@ -131,7 +131,7 @@ def summarise(errors: LimbErrors, name: str = "all") -> Summary:
             Measure(key, label, unit, statistics(values[key]))
             for key, label, unit in ERROR_MEASURES
         ),
-        lost=lost_share(errors),
+        lost=statistics(np.where(np.isnan(arms), np.nan, arms > LOST_ANGLE)).mean,
     )
 
 
@@ -165,13 +165,154 @@ def statistics(values: FloatArray) -> Statistics:
     return Statistics(float(known.mean()), float(median), float(p95), int(known.size))
 
 
+@dataclass(frozen=True)
+class Spread:
+    """Mean over runs, seeds or recordings, and the standard deviation; NaN where not known."""
+
+    mean: float = float("nan")
+    deviation: float = float("nan")
+
+    @staticmethod
+    def of(values: Iterable[float]) -> Spread:
+        """Of the values that are finite; a single one has no deviation."""
+        known = np.array([value for value in values if np.isfinite(value)])
+        if not known.size:
+            return Spread()
+        return Spread(float(known.mean()), float(known.std(ddof=1)) if known.size > 1 else np.nan)
+
+    def text(self, digits: int = 1, absent: str = "-") -> str:
+        """``32.1 ± 0.8``."""
+        if not np.isfinite(self.mean):
+            return absent
+        deviation = f" ± {self.deviation:.{digits}f}" if np.isfinite(self.deviation) else ""
+        return f"{self.mean:.{digits}f}{deviation}"
+
+
 def root_mean(squares: FloatArray) -> float:
     """Root of the mean of the squares that are not NaN; NaN where there is none."""
     return float(np.sqrt(statistics(squares).mean))
 
 
-def lost_share(errors: LimbErrors) -> float:
-    """Share (0 to 1) of scored upper arms and forearms more than 45 degrees off."""
-    angles = errors.arm_segments
-    known = angles[~np.isnan(angles)]
-    return float((known > LOST_ANGLE).mean()) if known.size else float("nan")
+CALLED = 0.5
+"""Probability above which a limb is called lost."""
+
+
+@dataclass(frozen=True)
+class Doubts:
+    """Counts of arm segments of tracked frames.
+
+    Attributes
+    ----------
+    judged : int
+        Arm segments of which both the error and the run's own judgement are known.
+    lost, called, both : int
+        Really lost, called lost by the run, and both.
+    """
+
+    judged: int
+    lost: int
+    called: int
+    both: int
+
+    @property
+    def precision(self) -> float:
+        """Share of those called lost that are lost; NaN where none is called lost."""
+        return self.both / self.called if self.called else float("nan")
+
+    @property
+    def recall(self) -> float:
+        """Share of those lost that are called lost; NaN where none is lost."""
+        return self.both / self.lost if self.lost else float("nan")
+
+
+def doubts_against(frame: IntArray, limb_lost: FloatArray, errors: LimbErrors) -> Doubts:
+    """Compare a run's own judgement with its errors.
+
+    Parameters
+    ----------
+    frame : (F,) int64
+        Of the run.
+    limb_lost : (F, 6) float64
+        Probabilities in the order of ``LIMBS``; NaN where not known.
+    errors : LimbErrors
+        Of the same run.
+    """
+    _, own, other = np.intersect1d(frame, errors.frame, return_indices=True)
+    chance = limb_lost[own][:, [*UPPER_ARMS, *FOREARMS]]
+    angle = errors.arm_segments[other]
+    known = np.isfinite(chance) & np.isfinite(angle)
+    lost, called = (angle > LOST_ANGLE) & known, (chance > CALLED) & known
+    counts = (np.count_nonzero(rows) for rows in (known, lost, called, lost & called))
+    return Doubts(*(int(count) for count in counts))
+
+
+ALL_ARMS = "all_arm_segments"
+"""Name of the row that pools both upper arms and both forearms."""
+
+
+@dataclass(frozen=True)
+class LimbStatistics:
+    """Numbers of one limb; NaN where nothing is known. In the unit of the values.
+
+    Attributes
+    ----------
+    limb : str
+        A limb, or :data:`ALL_ARMS`.
+    count : int
+        Values that are known.
+    above : float
+        Share (0 to 1) of them above the threshold.
+    lost : float
+        Share (0 to 1) of them in which the limb is lost; NaN where that is not known.
+    """
+
+    limb: str
+    count: int
+    mean: float
+    median: float
+    p95: float
+    maximum: float
+    above: float
+    lost: float
+
+
+def limb_statistics(
+    values: Mapping[str, FloatArray], lost: Mapping[str, FloatArray], threshold: float
+) -> tuple[LimbStatistics, ...]:
+    """Statistics of every limb, and of all arm segments together as the last row.
+
+    Parameters
+    ----------
+    values : mapping from limb to (F,) float64
+        Errors, or standard deviations; NaN where not known.
+    lost : mapping from limb to (F,) float64
+        1 where the limb is lost, 0 where not, NaN where that is not known; limbs may be missing.
+    """
+    rows = [_limb_row(limb, own, lost.get(limb), threshold) for limb, own in values.items()]
+    arms = [limb for limb in values if limb.endswith(("upper_arm", "forearm"))]
+    if arms:
+        gone = [lost[limb] for limb in arms if limb in lost]
+        pooled = np.concatenate(gone) if len(gone) == len(arms) else None
+        rows.append(
+            _limb_row(ALL_ARMS, np.concatenate([values[a] for a in arms]), pooled, threshold)
+        )
+    return tuple(rows)
+
+
+def _limb_row(
+    limb: str, values: FloatArray, lost: FloatArray | None, threshold: float
+) -> LimbStatistics:
+    known = values[np.isfinite(values)]
+    figures = statistics(known)
+    nan = float("nan")
+    gone = np.empty(0) if lost is None else lost[np.isfinite(lost)]
+    return LimbStatistics(
+        limb,
+        figures.count,
+        figures.mean,
+        figures.median,
+        figures.p95,
+        maximum=float(known.max()) if len(known) else nan,
+        above=float(np.mean(known > threshold)) if len(known) else nan,
+        lost=float(np.mean(gone)) if len(gone) else nan,
+    )

@@ -10,8 +10,8 @@ import numpy as np
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.skeleton import FOREARMS, UPPER_ARMS
 from stereotrack_core.evaluation import summary
-from stereotrack_core.evaluation.doubts import doubts_against
 from stereotrack_core.evaluation.errors import errors_against
+from stereotrack_core.evaluation.summary import doubts_against
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.tracking.frame import Run
 
@@ -26,10 +26,8 @@ class SweepMeasure:
         Heading of the column.
     label : str
         For people.
-    unit : str
     from_reference : bool
         Whether it needs a reference.
-    more_is_better : bool
     short : str
         Label where there is little room.
     """
@@ -92,7 +90,6 @@ def measured(run: Run, reference: LandmarkTrajectory | None) -> dict[str, float]
 
     Parameters
     ----------
-    run : Run
     reference : LandmarkTrajectory or None
         Frames beside the run's enter nothing. None, or one that knows none of the frames: the
         run's own signs alone.

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
+from contextlib import closing, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -34,7 +34,6 @@ class TrackedRun:
         Its meta states the wall time as ``wall_seconds``.
     wanted : int
         Frames that were asked for.
-    gaps : tuple of Gap
     blind : tuple of Blindness
         Where a view gave nothing although it was used; also in the run's meta as ``blind``.
     stopped : bool
@@ -80,14 +79,11 @@ class TrackedRun:
             "frames_per_second": len(run.frame) / seconds if seconds > 0 else None,
             "mean_unexplained_fraction": statistics(run.unexplained_fraction[tracked]).mean,
             "mean_residual_mm": 1000.0 * statistics(run.residual[tracked]).mean,
-            "median_stage_ms": dict(
-                zip(run.stage_names, 1000.0 * _median(run.seconds), strict=True)
-            ),
+            "median_stage_ms": {
+                name: 1000.0 * float(np.median(own)) if len(own) else float("nan")
+                for name, own in zip(run.stage_names, run.seconds.T, strict=True)
+            },
         }
-
-
-def _median(seconds: Any) -> Any:
-    return np.median(seconds, axis=0) if len(seconds) else np.full(seconds.shape[1], np.nan)
 
 
 class _Course:
@@ -149,7 +145,6 @@ def track_recording(
 
     Parameters
     ----------
-    recording : Recording
     spec : RunSpec
         With its frames.
     count : int, optional
@@ -160,7 +155,6 @@ def track_recording(
         What is there already, to go on with.
     on_step : callable, optional
         Told how many of the :func:`steps` are done.
-    cancelled : callable, optional
 
     Raises
     ------
@@ -168,17 +162,22 @@ def track_recording(
         Where it is stopped before the first frame, while lengths are estimated.
     """
     wanted = count or len(spec.frames_of(0))
-    clock = _Clock(0.0 if begun is None else begun.wall_seconds)
+    started = time.perf_counter() - (0.0 if begun is None else begun.wall_seconds)
+
+    def clock() -> float:
+        return time.perf_counter() - started
+
     untracked = Untracked(recording, spec.settings)
     course = _Course(on_step, cancelled, steps(spec, wanted, begun) - wanted, begun, untracked)
-    with _journal(part, clock, Wish(spec.smooth, count)) as keeper:
+    journal = None if part is None else RunJournal(part, clock, Wish(spec.smooth, count))
+    with nullcontext() if journal is None else closing(journal):
         run = track(
             dataclasses.replace(recording, reference=None),  # the tracker never sees the truth
             spec,
             on_frame=course.note,
             cancelled=lambda: cancelled() or course.done == wanted,
             on_preparing=course.prepare,
-            keeper=keeper,
+            keeper=journal,
             begun=begun,
         )
     return _tracked(run, course, clock(), wanted)
@@ -209,25 +208,3 @@ def _tracked(run: Run, course: _Course, seconds: float, wanted: int) -> TrackedR
         untracked=course.untracked,
         changed=tuple(course.changed),
     )
-
-
-class _Clock:
-    """Seconds that were spent on a run, by earlier programs too."""
-
-    def __init__(self, before: float) -> None:
-        self._begun = time.perf_counter() - before
-
-    def __call__(self) -> float:
-        return time.perf_counter() - self._begun
-
-
-@contextmanager
-def _journal(part: Path | None, clock: _Clock, wish: Wish) -> Iterator[RunJournal | None]:
-    if part is None:
-        yield None
-        return
-    journal = RunJournal(part, clock, wish)
-    try:
-        yield journal
-    finally:
-        journal.close()

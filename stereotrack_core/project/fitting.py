@@ -36,7 +36,7 @@ from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.proportions import proportions_of
 from stereotrack_core.counting import counted
-from stereotrack_core.evaluation.reference_quality import arms_good_to, reference_quality
+from stereotrack_core.evaluation.accuracy import arms_good_to, reference_quality
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.camera_agreement import Disagreement
 from stereotrack_core.project.entries import Choose

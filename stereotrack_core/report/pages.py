@@ -68,7 +68,6 @@ def page(template: str, title: str, *, for_print: bool = False, **content: objec
     ----------
     template : str
         Name of a file in ``templates``.
-    title : str
     for_print : bool
         With a plain style that simple renderers understand.
     **content

@@ -11,17 +11,14 @@ import numpy as np
 
 from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.errors import Cancelled, Finding, InputError
-from stereotrack_core.evaluation.doubts import Doubts, doubts_against
+from stereotrack_core.evaluation.accuracy import Accuracy, accuracy_of
 from stereotrack_core.evaluation.episodes.episode import Episode
 from stereotrack_core.evaluation.episodes.export import strip_of
 from stereotrack_core.evaluation.episodes.find import Subject as Searched
 from stereotrack_core.evaluation.episodes.find import find_episodes
-from stereotrack_core.evaluation.errors import LimbErrors, errors_against
 from stereotrack_core.evaluation.joint_angles.motion import motion_of
 from stereotrack_core.evaluation.joint_angles.ranges import StretchMotion, range_of_motion
 from stereotrack_core.evaluation.joint_angles.series import angles_of_run
-from stereotrack_core.evaluation.reference_quality import reference_quality
-from stereotrack_core.evaluation.summary import Summary, summarise, summarise_segments
 from stereotrack_core.recording.description import Recording, Segment
 from stereotrack_core.recording.findings import examine
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
@@ -46,11 +43,8 @@ class Source:
     ----------
     name : str
         Of the run, as people know it.
-    run : Run
     recording : Recording or None
         None where it is not there any more; pictures and calibration are left out then.
-    reference : LandmarkTrajectory or None
-    reference_name : str
     states : Reference or None
         The reference with its uncertainty, where it states one.
     frames : tuple of (int or None, int or None)
@@ -83,28 +77,6 @@ class Source:
 
 
 @dataclass(frozen=True)
-class Accuracy:
-    """Errors against a reference.
-
-    Attributes
-    ----------
-    errors : LimbErrors
-    summary : Summary
-    segments : tuple of Summary
-    quality : mapping from measure to float
-        How good the reference is, as far as it says.
-    doubts : Doubts or None
-        Whether limbs that the run takes for lost are lost; None where it says nothing.
-    """
-
-    errors: LimbErrors
-    summary: Summary
-    segments: tuple[Summary, ...]
-    quality: dict[str, float]
-    doubts: Doubts | None
-
-
-@dataclass(frozen=True)
 class ShownEpisode:
     """An episode with its strip of pictures as a JPEG, where it has one."""
 
@@ -126,7 +98,6 @@ class Reported:
         About the recording.
     accuracy : Accuracy or None
         None without a reference.
-    episodes : tuple of ShownEpisode
     motions : tuple of StretchMotion
         Ranges of motion: all frames first, then every segment.
     smoothing : str
@@ -196,17 +167,8 @@ def _cut(run: Run, frames: tuple[int | None, int | None]) -> Run:
             else "Track the recording first.",
         )
     names = (
-        *(
-            "frame",
-            "landmarks",
-            "x",
-            "P",
-            "tracked",
-            "unexplained_fraction",
-            "residual",
-            "innovation",
-        ),
-        *("limb_sigma_deg", "limb_lost", "seconds"),
+        *("frame", "landmarks", "x", "P", "tracked", "unexplained_fraction", "residual"),
+        *("innovation", "limb_sigma_deg", "limb_lost", "seconds"),
     )
     return dataclasses.replace(run, **{name: getattr(run, name)[inside] for name in names})
 
@@ -222,19 +184,10 @@ def _within(segments: Sequence[Segment], first: int, end: int) -> tuple[Segment,
 def _accuracy(source: Source, segments: Sequence[Segment]) -> Accuracy | None:
     if source.reference is None:
         return None
-    run = source.run
-    errors = errors_against(run.trajectory(), source.reference)
-    errors = errors.between(int(run.frame[0]), int(run.frame[-1]) + 1)
-    if not len(errors.frame):
-        return None
-    doubts = doubts_against(run.frame, run.limb_lost, errors)
-    return Accuracy(
-        errors=errors,
-        summary=summarise(errors),
-        segments=summarise_segments(errors, segments),
-        quality={} if source.states is None else reference_quality(source.states, errors.frame),
-        doubts=doubts if doubts.judged else None,
-    )
+    frame = source.run.frame
+    stretch = int(frame[0]), int(frame[-1]) + 1
+    found = accuracy_of(source.run, source.reference, source.states, segments, stretch)
+    return found if len(found.errors.frame) else None
 
 
 def _episodes(

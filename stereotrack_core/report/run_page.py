@@ -2,27 +2,32 @@
 
 from __future__ import annotations
 
+import os
+import shlex
+import subprocess
+import sys
+import tempfile
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from stereotrack_core.atomic import write_file
 from stereotrack_core.body.limbs import LIMBS
-from stereotrack_core.errors import Finding
+from stereotrack_core.errors import Finding, InputError
+from stereotrack_core.evaluation.accuracy import Accuracy, stated_means
 from stereotrack_core.evaluation.episodes.episode import FOUND_WORDS, limbs_words
-from stereotrack_core.evaluation.reference_quality import stated
 from stereotrack_core.evaluation.summary import LOST_ANGLE
 from stereotrack_core.recording.consistency import FILES
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.report import run_tables
-from stereotrack_core.report.curves import limb_curves
-from stereotrack_core.report.drawing import Kind, mime
+from stereotrack_core.report.drawing import Kind, limb_curves, mime
 from stereotrack_core.report.pages import embedded, page
-from stereotrack_core.report.reported import Accuracy, Reported, ShownEpisode
+from stereotrack_core.report.reported import Reported, ShownEpisode
 from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.presets import PRESETS
 
-_MAIN = ("torso_long", "torso_cross", "upper_arms", "forearms")
 _OF_CAMERAS = ("calibration", "camera", "view")
 
 
@@ -31,7 +36,6 @@ def run_page(reported: Reported, kind: Kind = "svg", *, for_print: bool = False)
 
     Parameters
     ----------
-    reported : Reported
     kind : "svg" or "png"
         Of the curves.
     for_print : bool
@@ -76,12 +80,7 @@ def _lead(reported: Reported) -> str:
     ]
     accuracy = reported.accuracy
     if accuracy is not None:
-        values = [
-            f"{m.label} {stated(m.statistics.mean, m.unit, accuracy.quality, m.name)}"
-            for m in accuracy.summary.measures
-            if m.name in _MAIN
-        ]
-        said.append(f"Mean errors: {'; '.join(values)}.")
+        said.append(f"Mean errors: {'; '.join(stated_means(accuracy))}.")
         said.append(f"{100.0 * accuracy.summary.lost:.1f} % of the arm segments are lost.")
     else:
         said.append(
@@ -174,3 +173,55 @@ def _of_reference(reported: Reported) -> dict[str, int]:
     inside = np.isin(states.frame, reported.source.run.frame)
     filled = 0 if states.filled is None else int(states.filled[inside].sum())
     return {"stated_frames": int(inside.sum()), "filled_frames": filled}
+
+
+_PDF_SECONDS = 300.0
+
+
+def write_page(path: Path, reported: Reported) -> None:
+    """Write a report as HTML."""
+    write_file(path, run_page(reported))
+
+
+def write_pdf(path: Path, reported: Reported, window_package: str | None) -> None:
+    """Write a report as PDF; the window's package does it, in a process of its own.
+
+    Raises
+    ------
+    InputError
+        Where that package is missing or fails.
+    """
+    if window_package is None:
+        raise InputError(
+            "PDFs need the workbench, which is not installed",
+            where="--pdf",
+            remedy="Print the page to PDF from a browser instead.",
+        )
+    environment = {**os.environ}
+    environment.setdefault("QT_QPA_PLATFORM", "offscreen")
+    with tempfile.TemporaryDirectory() as folder:
+        page = Path(folder) / "page.html"
+        made = Path(folder) / "page.pdf"
+        write_file(page, run_page(reported, "png", for_print=True))
+        command = [sys.executable, "-m", f"{window_package}.pdf", str(page), str(made)]
+        try:
+            done = subprocess.run(  # noqa: S603 - our own program
+                command, capture_output=True, text=True, env=environment, timeout=_PDF_SECONDS,
+                check=False,
+            )  # fmt: skip
+            problem = done.stderr.strip() or "unknown reason" if done.returncode else ""
+        except subprocess.TimeoutExpired:
+            problem = f"not finished after {_PDF_SECONDS:.0f} s"
+        if problem:
+            raise InputError(
+                f"the PDF could not be written ({problem.splitlines()[-1]})",
+                where=str(path),
+                remedy="Print the page to PDF from a browser instead.",
+            )
+        write_file(path, made.read_bytes())
+
+
+def repeat_command(recording: str, run_name: str) -> str:
+    """Command that tracks again exactly as a run was tracked."""
+    words = ["stereotrack", "track", recording, "--like", run_name, "-o", "again.npz"]
+    return shlex.join(words)

@@ -2,23 +2,19 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
 
 from stereotrack_core.body.limbs import LIMBS
-from stereotrack_core.evaluation.doubts import CALLED
 from stereotrack_core.evaluation.episodes.episode import CAUSE_WORDS, limbs_words
-from stereotrack_core.evaluation.summary import root_mean
+from stereotrack_core.evaluation.summary import CALLED, root_mean
 from stereotrack_core.recording.description import Recording, View
 from stereotrack_core.report.pages import Row, Table, number
 from stereotrack_core.report.reported import Reported
 from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.repeating import changed_parameters
-
-_DEGREES = 180.0 / math.pi
 
 
 def tables(reported: Reported) -> dict[str, Table | None]:
@@ -153,20 +149,12 @@ def _honesty(run: Run) -> Table | None:
 
 def _motion(reported: Reported) -> Table:
     """Range of motion of the joints."""
-    rows = [
-        (
-            one.angle.words,
-            *(
-                number(_DEGREES * value)
-                for value in (
-                    one.minimum, one.maximum, one.range, one.range_sigma, one.mean,
-                    one.peak_velocity,
-                )
-            ),
-        )
-        for one in reported.motions[0].ranges
-        if one.frames
-    ]  # fmt: skip
+    names = ("minimum", "maximum", "range", "range_sigma", "mean", "peak_velocity")
+    rows = []
+    for one in reported.motions[0].ranges:
+        degrees = one.degrees()
+        if one.frames:
+            rows.append((one.angle.words, *(number(degrees[name]) for name in names)))
     return Table(("angle", ">from", ">to", ">range", ">±", ">mean", ">peak speed [deg/s]"), rows)
 
 
@@ -176,17 +164,12 @@ def _sides(reported: Reported) -> Table:
         (
             "all frames" if stretch.name == "all" else stretch.name,
             side.left.angle.label,
-            *(
-                number(_DEGREES * value)
-                for value in (
-                    side.left.range, side.right.range, side.difference, side.difference_sigma
-                )
-            ),
+            *map(number, side.degrees().values()),
         )
         for stretch in reported.motions
         for side in stretch.sides
         if side.left.frames and side.right.frames
-    ]  # fmt: skip
+    ]
     return Table(("stretch", "range of", ">left", ">right", ">left − right", ">±"), rows)
 
 

@@ -16,9 +16,7 @@ pytestmark = pytest.mark.xdist_group("cli")
 @pytest.fixture
 def few_sizes(monkeypatch):
     whole = correction_speed.correction_speed
-    monkeypatch.setattr(
-        correction_speed, "correction_speed", lambda **kw: whole((8, 32), budget=0.01)
-    )
+    monkeypatch.setattr(bench, "correction_speed", lambda **kw: whole((8, 32), budget=0.01))
 
 
 def test_correction_alone(run, few_sizes):

@@ -6,10 +6,11 @@ import shutil
 
 import pytest
 
+from stereotrack_core.cli import benchmark
 from stereotrack_core.cli.benchmark import in_full, readable
 from stereotrack_core.errors import InputError
-from stereotrack_core.experiments.benchmark import ablations
-from stereotrack_core.experiments.benchmark.accuracy import MEASURES, Row
+from stereotrack_core.evaluation.summary import Spread
+from stereotrack_core.experiments.benchmark.accuracy import ABLATIONS, MEASURES, Row
 from stereotrack_core.recording.folder import open_recordings
 
 pytestmark = pytest.mark.xdist_group("cli")
@@ -40,8 +41,8 @@ def test_presets_are_compared(run, recording, tmp_path):
 
 
 def test_an_ablation_takes_parts_away(run, recording, tmp_path, monkeypatch):
-    few = (ablations.ABLATIONS[0], dataclasses.replace(ablations.ABLATIONS[-1], name="last"))
-    monkeypatch.setattr(ablations, "ABLATIONS", few)
+    few = (ABLATIONS[0], dataclasses.replace(ABLATIONS[-1], name="last"))
+    monkeypatch.setattr(benchmark, "ABLATIONS", few)
     table = tmp_path / "table.md"
     ended = run(
         *("benchmark", recording, "--ablation", "--seeds", "1", "--speed-frames", 0),
@@ -75,7 +76,7 @@ def test_growth_is_told_for_points_and_views(run, recording):
         (("--seeds=-1",), "list of seeds"),
         (("--presets", "best"), "accurate, thesis, fast"),
         (("--presets", "fast", "--ablation"), "does not compare presets"),
-        (("--speed-frames=-1",), "must not be negative"),
+        (("--speed-frames=-1",), "is less than 0"),
         (("-o", "table.xlsx"), ".csv or .md"),
         (("--growth", "-o", "table.csv"), "--output cannot be combined with it"),
         (("--growth", "--ablation"), "--ablation cannot be combined with it"),
@@ -128,9 +129,9 @@ def test_frames_without_truth_are_no_annotation(run, recording, tmp_path):
 
 
 def test_tables_say_the_spread_only_where_there_is_one():
-    values = {measure.name: 12.345 for measure in MEASURES}
-    nothing = {measure.name: float("nan") for measure in MEASURES}
-    rows = (Row("r", "a", 3, 9, values, values), Row("r", "b", 1, 9, values, nothing))
+    several = dict.fromkeys(MEASURES, Spread(12.345, 12.345))
+    single = dict.fromkeys(MEASURES, Spread(12.345))
+    rows = (Row("r", "a", 3, 9, several), Row("r", "b", 1, 9, single))
     table = readable(rows, {}, [0, 1, 2], "What")
     assert table.rows[0][2:4] == ("12 ± 12", "12.3 ± 12.3")
     assert table.rows[1][2:4] == ("12", "12.3")

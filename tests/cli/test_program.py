@@ -5,17 +5,17 @@ import signal
 import subprocess
 import sys
 import threading
-from argparse import ArgumentParser
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
-from stereotrack_core import __version__, program
-from stereotrack_core.cli.command import Command
+from stereotrack_core import __version__
+from stereotrack_core.cli import commands
 from stereotrack_core.cli.progress import stoppable
 from stereotrack_core.errors import Cancelled, InputError
 
-NAMES = [command.name for command in program.COMMANDS]
+NAMES = [command.name for command in commands.COMMANDS]
 
 
 def test_list_of_commands(run):
@@ -23,7 +23,7 @@ def test_list_of_commands(run):
         ended = run(*arguments)
         assert ended.status == 0
         assert ended.err == ""
-        for command in program.COMMANDS:
+        for command in commands.COMMANDS:
             assert f"stereotrack {command.name} " in ended.out
             assert command.summary in ended.out
 
@@ -69,8 +69,10 @@ def failing(monkeypatch, error):
     def fail(args):
         raise error
 
-    command = Command("fail", "fails", "", lambda parser: None, fail)
-    monkeypatch.setattr(program, "COMMANDS", (*program.COMMANDS, command))
+    module = SimpleNamespace(DESCRIPTION="", OPTIONS=(), run=fail)
+    monkeypatch.setitem(sys.modules, "stereotrack_core.cli.fail", module)
+    command = commands.Command("fail", "fail", "fails")
+    monkeypatch.setattr(commands, "COMMANDS", (*commands.COMMANDS, command))
 
 
 @pytest.mark.parametrize(
@@ -202,10 +204,8 @@ def test_an_interrupt_while_the_program_is_being_loaded_leaves_no_traceback(monk
 
 @pytest.mark.parametrize("name", NAMES)
 def test_help_says_every_default(name):
-    command = next(one for one in program.COMMANDS if one.name == name)
-    parser = ArgumentParser()
-    command.add_arguments(parser)
-    options = [one for one in parser._actions if one.dest != "help"]
+    command = next(one for one in commands.COMMANDS if one.name == name)
+    options = [one for one in commands.parser_of(command)._actions if one.dest != "help"]
     assert not [one.dest for one in options if not one.help]
     silent = [
         one.option_strings

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from stereotrack_core.experiments.reproduction.pictures import shown_frames
-from stereotrack_core.experiments.reproduction.places import Places, kept_run
-from stereotrack_core.experiments.reproduction.plan import Entry, Way
+from stereotrack_core.experiments.reproduction.plan import Places, PlannedRun, kept_run
 from stereotrack_core.experiments.reproduction.runs import reference_poses
 from stereotrack_core.experiments.reproduction.thesis import MOTIONS
 from stereotrack_core.interop.run_npz import read_npz, write_npz
@@ -30,9 +29,9 @@ def test_what_cannot_be_is_said_before_anything_is_made(run, tmp_path, words):
 @pytest.fixture
 def kept(recording, tracked, tmp_path):
     """A run in its place, as the reproduction would have written it."""
-    entry, places, opened = Entry(Way("fast"), 0), Places(tmp_path), open_recording(recording)
+    entry, places, opened = PlannedRun("fast"), Places(tmp_path), open_recording(recording)
     made = read_npz(tracked)
-    stored = replace(made, meta={**made.meta, "way": entry.way.name})
+    stored = replace(made, meta={**made.meta, "way": entry.way})
     path = places.run(opened.name, entry)
     path.parent.mkdir(parents=True)
     write_npz(path, stored)
@@ -44,7 +43,7 @@ def test_a_run_that_was_made_so_is_kept(kept):
     print_ = stored.meta["fingerprint"]
     assert kept_run(places, opened, print_, entry) is not None
     assert kept_run(places, opened, "another recording", entry) is None
-    assert kept_run(places, opened, print_, Entry(Way("fast"), 1)) is None
+    assert kept_run(places, opened, print_, PlannedRun("fast", seed=1)) is None
     path.write_bytes(path.read_bytes()[:500])
     assert kept_run(places, opened, print_, entry) is None
 

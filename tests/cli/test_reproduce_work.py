@@ -11,8 +11,7 @@ import pytest
 from stereotrack_core import worker_processes
 from stereotrack_core.cli import reproduce
 from stereotrack_core.errors import Cancelled
-from stereotrack_core.experiments.reproduction.places import Places, kept_run
-from stereotrack_core.experiments.reproduction.plan import Entry, Group, Way
+from stereotrack_core.experiments.reproduction.plan import Group, Places, PlannedRun, kept_run
 from stereotrack_core.experiments.reproduction.runs import missing_runs
 from stereotrack_core.interop.run_npz import read_npz
 from stereotrack_core.recording.fingerprint import fingerprint
@@ -24,7 +23,7 @@ from stereotrack_core.worker_processes import Lost
 def job(recording, tmp_path):
     """A recording and two groups of runs, to be tracked by two processes."""
     opened = open_recording(recording)
-    groups = [Group(opened.name, (Entry(Way("fast"), seed),)) for seed in (0, 1)]
+    groups = [Group(opened.name, (PlannedRun("fast", seed=seed),)) for seed in (0, 1)]
     return Places(tmp_path / "ö made"), opened, groups
 
 
@@ -42,7 +41,7 @@ def test_runs_of_a_killed_process_are_made_anew_and_leave_nothing_half_written(
     job, monkeypatch, capsys
 ):
     places, recording, groups = job
-    path = places.run(recording.name, groups[0].entries[0])
+    path = places.run(recording.name, groups[0].runs[0])
     path.parent.mkdir(parents=True)
     half = path.with_name(f".{path.stem}-{'0' * 32}{path.suffix}")
     half.touch()
@@ -65,7 +64,7 @@ def test_runs_of_a_killed_process_are_made_anew_and_leave_nothing_half_written(
         *("fast-seed0.npz", "fast-seed1.npz"),
     ]
     for group in groups:
-        (entry,) = group.entries
+        (entry,) = group.runs
         assert kept_run(places, recording, fingerprint(recording), entry) is not None
     assert np.isfinite(read_npz(path).landmarks).any()
 

@@ -13,8 +13,8 @@ import pytest
 
 from stereotrack_core.atomic import replacing
 from stereotrack_core.cli import sweep
+from stereotrack_core.counting import in_words
 from stereotrack_core.errors import InputError
-from stereotrack_core.experiments.durations import in_words
 from stereotrack_core.experiments.runner.work import do_batch
 from stereotrack_core.experiments.sweep import store
 from stereotrack_core.experiments.sweep.store import (
@@ -285,4 +285,3 @@ def test_a_file_that_is_something_else_is_not_written_over(run, recording, tmp_p
 )
 def test_times_are_said_in_words(seconds, words):
     assert in_words(seconds) == words
-    assert sweep.COMMAND.name == "sweep"

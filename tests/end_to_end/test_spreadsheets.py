@@ -13,7 +13,7 @@ from app.features.review.limb_numbers import StretchNumbers, as_csv
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.cli.benchmark import in_full
 from stereotrack_core.errors import InputError
-from stereotrack_core.evaluation.limb_statistics import limb_statistics
+from stereotrack_core.evaluation.summary import Spread, limb_statistics
 from stereotrack_core.experiments.benchmark.accuracy import Row
 from stereotrack_core.experiments.runner.job import Job, JobResult
 from stereotrack_core.experiments.sweep.points import Point
@@ -128,7 +128,7 @@ def _sweep(name: str) -> str:
 
 
 def _benchmark(name: str) -> str:
-    row = Row(name, name, 1, 3, {"lost": -1.5}, {"lost": float("nan")})
+    row = Row(name, name, 1, 3, {"lost": Spread(-1.5)})
     return csv_text(*in_full([row], {}))
 
 

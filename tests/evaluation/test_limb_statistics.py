@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from stereotrack_core.evaluation.limb_statistics import ALL_ARMS, limb_statistics
+from stereotrack_core.evaluation.summary import ALL_ARMS, limb_statistics
 
 
 def test_every_limb_has_a_row_and_all_arms_together_the_last():

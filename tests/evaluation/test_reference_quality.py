@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from stereotrack_core.annotation.reference import Reference
+from stereotrack_core.evaluation.accuracy import reference_quality, stated
 from stereotrack_core.evaluation.errors import errors_against
-from stereotrack_core.evaluation.reference_quality import reference_quality, stated
 from stereotrack_core.evaluation.summary import summarise
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 from tests.annotation.scenes import bodies

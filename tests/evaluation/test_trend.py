@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stereotrack_core.evaluation.limb_statistics import LEAST, trend
+from stereotrack_core.evaluation.circumstances import LEAST, trend
 
 
 def test_a_line_is_followed_though_one_value_in_ten_is_wild():

@@ -8,8 +8,8 @@ import pytest
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.cli.sweep import text_of
-from stereotrack_core.experiments.sweep.jobs import Planner
-from stereotrack_core.experiments.sweep.request import SweepRequest
+from stereotrack_core.experiments.sweep.plan import Planner
+from stereotrack_core.experiments.sweep.points import SweepRequest
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.tracking.presets import preset
 from tests.tracking.recordings import write_depth_recording

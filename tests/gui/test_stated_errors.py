@@ -16,7 +16,7 @@ from app.session.truth import project_truth, recorded_truth
 from app.widgets.plots.error_plot import ErrorPlot
 from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.body.limbs import LIMBS
-from stereotrack_core.evaluation.reference_quality import reference_quality
+from stereotrack_core.evaluation.accuracy import reference_quality
 from stereotrack_core.project.entries import Choose
 from stereotrack_core.project.schema import REFERENCE
 from stereotrack_core.project.setups import save_reference

@@ -18,7 +18,7 @@ from app.features.sweep.results import SweepResults
 from app.services.tasks.task import TaskList
 from app.widgets.forms.sweep_values import SweepValues
 from stereotrack_core.errors import InputError
-from stereotrack_core.experiments.sweep.request import SweepRequest
+from stereotrack_core.experiments.sweep.points import SweepRequest
 from stereotrack_core.experiments.sweep.store import SweepPlaces, SweepState, SweepStore
 
 pytestmark = pytest.mark.window

@@ -151,7 +151,6 @@ WRITES_BY_ITSELF = {
     "stereotrack_core/interop/sleap.py": {"save_slp"},  # to a temporary file, and read back
     "stereotrack_core/interop/npz.py": {"savez", "savez_compressed"},  # into memory
     "stereotrack_core/report/drawing.py": {"savefig"},
-    "stereotrack_core/experiments/sweep/picture.py": {"savefig"},
     "stereotrack_core/recording/writing.py": {"open"},  # to a temporary file, and read back
     "stereotrack_core/cli/arguments.py": {"TemporaryFile"},  # whether one can be made there
     "app/pdf.py": {"QPdfWriter"},

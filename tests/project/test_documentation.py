@@ -10,7 +10,7 @@ from pathlib import Path
 import yaml
 
 from stereotrack_core import __version__
-from stereotrack_core.program import COMMANDS
+from stereotrack_core.cli.commands import COMMANDS
 from stereotrack_core.recording.calibration import read_calibration
 from stereotrack_core.recording.description import read_subject
 from stereotrack_core.recording.folder import parse_view

@@ -9,8 +9,8 @@ from PySide6.QtCore import QObject, QUrl
 from PySide6.QtGui import QDesktopServices
 from PySide6.QtWidgets import QFileDialog
 
-from stereotrack_core.report.files import repeat_command, write_page, write_pdf
 from stereotrack_core.report.reported import Source, gathered
+from stereotrack_core.report.run_page import repeat_command, write_page, write_pdf
 
 from ...context import Context
 from ...services.actions import Menu

@@ -10,10 +10,14 @@ from PySide6.QtCore import QObject, Signal, Slot
 from PySide6.QtGui import QColor
 
 from stereotrack_core.arrays import ImageArray
-from stereotrack_core.evaluation.episodes.episode import CAUSE_WORDS, FOUND_WORDS, Episode
+from stereotrack_core.evaluation.episodes.episode import (
+    CAUSE_WORDS,
+    FOUND_WORDS,
+    Episode,
+    agreement,
+)
 from stereotrack_core.evaluation.episodes.export import evidence_picture, film_of, write_strips
 from stereotrack_core.evaluation.episodes.find import Subject
-from stereotrack_core.evaluation.episodes.matching import agreement
 from stereotrack_core.evaluation.episodes.stretches import EpisodeRules
 from stereotrack_core.evaluation.episodes.strip import Paper
 from stereotrack_core.recording.description import Recording

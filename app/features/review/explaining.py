@@ -14,9 +14,9 @@ from stereotrack_core.body.pose import Pose
 from stereotrack_core.evaluation.circumstances import (
     Circumstances,
     circumstances_of,
+    trend,
     views_that_see,
 )
-from stereotrack_core.evaluation.limb_statistics import trend
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.interop.first_pose import pose_of_landmarks
 from stereotrack_core.recording.description import Recording

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray
-from stereotrack_core.evaluation.limb_statistics import ALL_ARMS, LimbStatistics, limb_statistics
+from stereotrack_core.evaluation.summary import ALL_ARMS, LimbStatistics, limb_statistics
 from stereotrack_core.recording.csv_table import csv_text
 from stereotrack_core.recording.description import Segment
 

@@ -19,11 +19,10 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from stereotrack_core.counting import counted
+from stereotrack_core.counting import counted, in_words
 from stereotrack_core.errors import InputError
-from stereotrack_core.experiments.durations import in_words
 from stereotrack_core.experiments.sweep.plan import SweepCount, SweepPlan, count_of
-from stereotrack_core.experiments.sweep.request import SweepRequest, program_command
+from stereotrack_core.experiments.sweep.points import SweepRequest, program_command
 from stereotrack_core.experiments.sweep.store import SweepPlaces, stored_results
 from stereotrack_core.recording.folder import open_recordings
 

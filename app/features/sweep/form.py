@@ -22,7 +22,7 @@ from PySide6.QtWidgets import (
 )
 
 from stereotrack_core.errors import InputError
-from stereotrack_core.experiments.sweep.request import SweepRequest
+from stereotrack_core.experiments.sweep.points import SweepRequest
 from stereotrack_core.worker_processes import usable_cores
 
 from ...widgets.style.building import hbox, vbox

@@ -21,8 +21,7 @@ from PySide6.QtWidgets import (
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.experiments.measures import MEASURES
-from stereotrack_core.experiments.sweep.points import SPECIAL, parameter_rows
-from stereotrack_core.experiments.sweep.request import TRIALS
+from stereotrack_core.experiments.sweep.points import SPECIAL, TRIALS, parameter_rows
 
 from ...widgets.forms.sweep_values import SweepValues
 from ...widgets.style.building import choice, hbox, label, vbox

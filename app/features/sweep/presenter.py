@@ -12,9 +12,8 @@ from typing import IO, Literal, TypeAlias
 
 from PySide6.QtCore import QElapsedTimer, QObject, QSettings, QTimer, Signal, Slot
 
-from stereotrack_core.counting import counted
-from stereotrack_core.experiments.durations import in_words
-from stereotrack_core.experiments.sweep.request import program_command
+from stereotrack_core.counting import counted, in_words
+from stereotrack_core.experiments.sweep.points import program_command
 from stereotrack_core.experiments.sweep.store import SweepPlaces, SweepState, is_running, read_state
 
 from ...services.stored import stored_text

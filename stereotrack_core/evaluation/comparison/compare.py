@@ -9,10 +9,10 @@ from functools import reduce
 import numpy as np
 
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
+from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
 from stereotrack_core.evaluation.comparison.paired import Paired, Series, paired
 from stereotrack_core.evaluation.errors import (
-    LimbErrors,
     errors_against,
     knows_something,
     points_at,
@@ -30,7 +30,7 @@ from stereotrack_core.recording.landmarks import LandmarkTrajectory
 
 @dataclass(frozen=True, eq=False)
 class MeasuredSeries:
-    """A measure of one run; less is better.
+    """A measure of one run, frame by frame; less is better.
 
     Attributes
     ----------
@@ -40,9 +40,7 @@ class MeasuredSeries:
     label : str
         Name for people.
     unit : str
-        ``mm``, ``deg`` or ``%``.
-    series : Series
-        In `unit`.
+        Of the series: ``mm``, ``deg`` or ``%``.
     """
 
     name: str
@@ -51,46 +49,12 @@ class MeasuredSeries:
     series: Series
 
 
-def measures_of_errors(errors: LimbErrors) -> tuple[MeasuredSeries, ...]:
-    """Everything that ``evaluate`` prints: its means are the means of these series."""
-    values = values_of(errors)
-    segments = errors.arm_segments
-    lost: FloatArray = np.where(np.isnan(segments), np.nan, 100.0 * (segments > LOST_ANGLE))
-    return (
-        *(MeasuredSeries(*measure, Series.of(values[measure[0]])) for measure in ERROR_MEASURES),
-        MeasuredSeries("lost", "arm segments lost", "%", Series.of(lost)),
-    )
-
-
-def measures_of_signs(
-    unexplained_fraction: FloatArray | None, tracked: FloatArray
-) -> tuple[MeasuredSeries, ...]:
-    """What a run says about itself.
-
-    Parameters
-    ----------
-    unexplained_fraction : (F,) float64 or None
-        Share of the cloud that the model does not explain; NaN where not known.
-    tracked : (F,) float64
-        1 where the run has a pose, else 0.
-    """
-    missing = MeasuredSeries(
-        "not_tracked", "frames not tracked", "%", Series.of(100.0 * (1.0 - tracked))
-    )
-    if unexplained_fraction is None:
-        return (missing,)
-    unexplained = Series.of(100.0 * unexplained_fraction)
-    return (MeasuredSeries("unexplained", "unexplained fraction", "%", unexplained), missing)
-
-
 @dataclass(frozen=True, eq=False)
 class Candidate:
     """What is compared: a run, or landmarks alone.
 
     Attributes
     ----------
-    name : str
-    trajectory : LandmarkTrajectory
     unexplained_fraction : (F,) float64 or None
         Share of the cloud that the model does not explain, where the run says it.
     """
@@ -140,10 +104,8 @@ class Comparison:
 
     Attributes
     ----------
-    names : tuple of str
     frames : (F,) int64
         That all of them have and, where there is a reference, it knows.
-    against_reference : bool
     pairs : tuple of Pair
         The first run with each of the others.
     """
@@ -266,12 +228,22 @@ def _truth_at(reference: LandmarkTrajectory | None, frames: IntArray) -> Landmar
 
 
 def _measures(candidate: Candidate, truth: LandmarkTrajectory | None) -> tuple[MeasuredSeries, ...]:
-    errors: tuple[MeasuredSeries, ...] = ()
+    """Errors as ``evaluate`` prints them, where there is truth; then what the run itself says."""
+    rows: list[tuple[str, str, str, FloatArray]] = []
     if truth is not None:
-        errors = measures_of_errors(errors_against(candidate.trajectory, truth))
+        errors = errors_against(candidate.trajectory, truth)
+        values, arms = values_of(errors), errors.arm_segments
+        lost = np.where(np.isnan(arms), np.nan, 100.0 * (arms > LOST_ANGLE))
+        rows = [(*measure, values[measure[0]]) for measure in ERROR_MEASURES]
+        rows.append(("lost", "arm segments lost", "%", lost))
+    if candidate.unexplained_fraction is not None:
+        unexplained = 100.0 * candidate.unexplained_fraction
+        rows.append(("unexplained", "unexplained fraction", "%", unexplained))
     known = np.isfinite(candidate.trajectory.points).any(axis=(1, 2))
-    tracked: FloatArray = np.where(known, 1.0, 0.0)
-    return (*errors, *measures_of_signs(candidate.unexplained_fraction, tracked))
+    rows.append(("not_tracked", "frames not tracked", "%", np.where(known, 0.0, 100.0)))
+    return tuple(
+        MeasuredSeries(name, label, unit, Series.of(values)) for name, label, unit, values in rows
+    )
 
 
 def _differences(
@@ -328,7 +300,7 @@ def magnitude(value: float) -> str:
 def how_it_is_made(comparison: Comparison) -> str:
     """What intervals and verdicts rest on."""
     count, (shortest, longest) = len(comparison.frames), comparison.blocks
-    frames = f"{count} frame{'' if count == 1 else 's'}"
+    frames = counted(count, "frame")
     if not longest:
         return f"Differences are paired over {frames}, too few for intervals."
     blocks = f"{shortest}" if shortest == longest else f"{shortest} to {longest}"

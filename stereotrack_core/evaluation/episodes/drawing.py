@@ -14,10 +14,18 @@ from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
 from stereotrack_core.arrays import FloatArray, ImageArray
+from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.mesh import PartMesh
+from stereotrack_core.body.model import BodyModel, placed_cones
+from stereotrack_core.body.pose import Pose
+from stereotrack_core.body.sampling import segment_blocked
+from stereotrack_core.body.skeleton import LIMB_OF_PART
 from stereotrack_core.evaluation.limb_colours import limb_bgr
 from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.landmarks import LANDMARKS, SKELETON
+from stereotrack_core.tracking.frame import Run
+from stereotrack_core.tracking.stored import body_of_run, pose_of_run
 
 _SHIFT = 4
 _FARTHEST = 1e4
@@ -72,8 +80,6 @@ def draw_body(
     camera: Camera,
     window: Window,
     meshes: Sequence[PartMesh],
-    *,
-    shaded: bool = False,
     thick: Sequence[str] = (),
 ) -> None:
     """Draw a body's outline, limb by limb, into a picture, in place.
@@ -82,24 +88,15 @@ def draw_body(
     ----------
     picture : (H, W, 3) uint8, BGR
         As cut out by the window.
-    camera : Camera
-    window : Window
     meshes : sequence of PartMesh
         See :func:`body_mesh`.
-    shaded : bool
-        Whether the limbs are filled as well, the far ones first.
     thick : sequence of str
         Limbs with a broader line.
     """
     shapes = _silhouettes(camera, window, meshes)
-    if shaded:
-        veil = picture.copy()
-        for limb, _, hull in sorted(shapes, key=lambda shape: -shape[1]):
-            cv2.fillPoly(veil, [hull], limb_bgr(limb), cv2.LINE_AA, _SHIFT)
-        cv2.addWeighted(veil, 0.6, picture, 0.4, 0.0, dst=picture)
-    for limb in dict.fromkeys(limb for limb, _, _ in shapes):
+    for limb in dict.fromkeys(limb for limb, _ in shapes):
         mask: NDArray[np.uint8] = np.zeros(picture.shape[:2], dtype=np.uint8)
-        for _, _, hull in (shape for shape in shapes if shape[0] == limb):
+        for hull in (hull for own, hull in shapes if own == limb):
             cv2.fillPoly(mask, [hull], 255, cv2.LINE_8, _SHIFT)
         lines, _ = cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
         broad = 1 if limb in thick else 0
@@ -130,16 +127,15 @@ def draw_reference(
 
 def _silhouettes(
     camera: Camera, window: Window, meshes: Sequence[PartMesh]
-) -> list[tuple[str, float, NDArray[np.int32]]]:
-    """Limb, distance and convex outline of every cone that is wholly in front of the camera."""
+) -> list[tuple[str, NDArray[np.int32]]]:
+    """Limb and convex outline of every cone that is wholly in front of the camera."""
     shapes = []
     for mesh in meshes:
         shown = window.of(camera.project(mesh.vertices))
         if not np.isfinite(shown).all() or np.abs(shown).max() > _FARTHEST:
             continue
         hull = cv2.convexHull(np.round(shown * 2**_SHIFT).astype(np.int32))
-        away = float(np.linalg.norm(mesh.vertices.mean(axis=0) - camera.position_world))
-        shapes.append((mesh.limb, away, np.asarray(hull, dtype=np.int32)))
+        shapes.append((mesh.limb, np.asarray(hull, dtype=np.int32)))
     return shapes
 
 
@@ -163,13 +159,11 @@ def write(
     Parameters
     ----------
     picture : (H, W, 3) uint8, BGR
-    text : str
     place : (float, float), pixels
         Where the line begins, on its base line; its middle where `middle` is set.
     size : float, pixels
     colour : (int, int, int)
         Blue, green, red.
-    bold, middle : bool
     """
     drawn = Image.fromarray(picture)
     pen = ImageDraw.Draw(drawn)
@@ -183,3 +177,55 @@ def _font(size: float, bold: bool) -> ImageFont.FreeTypeFont:
     name = "DejaVuSans-Bold.ttf" if bold else "DejaVuSans.ttf"
     place = Path(matplotlib.get_data_path()) / "fonts" / "ttf" / name
     return ImageFont.truetype(place, size, layout_engine=ImageFont.Layout.BASIC)
+
+
+_ALONG = np.linspace(0.15, 0.95, 5)
+
+
+def best_view(
+    recording: Recording, run: Run, frames: Sequence[int], limbs: Sequence[str] = ()
+) -> str:
+    """Name of the view in which some limbs are seen best; the first one where nothing tells.
+
+    A limb counts with the length at which it appears where it is inside the picture and no other
+    part of the body stands before it.
+
+    Parameters
+    ----------
+    limbs : sequence of str
+        Names in ``LIMBS``; both arms where not given.
+    """
+    wanted = [LIMBS.index(limb) for limb in (limbs or LIMBS[2:])]
+    body = body_of_run(run)
+    places = [int(i) for i in np.flatnonzero(np.isin(run.frame, np.asarray(frames)))]
+    poses = [pose for i in places if (pose := pose_of_run(run, i)) is not None]
+    best, most = recording.views[0].name, -1.0
+    for view in recording.views:
+        camera = recording.reference_camera(view)
+        seen = sum(np.prod(seen_shares(camera, body, pose), axis=0)[wanted].sum() for pose in poses)
+        if seen > most + 1e-9:
+            best, most = view.name, float(seen)
+    return best
+
+
+def seen_shares(camera: Camera, body: BodyModel, pose: Pose) -> tuple[FloatArray, FloatArray]:
+    """Share of each limb's axis (6,), 0 to 1, that nothing hides from a camera, and its length.
+
+    Places outside of the picture count as hidden. Lengths (6,) are in pixels; 0 where the limb is
+    not wholly in front of the camera.
+    """
+    frames = body.frames(pose)
+    placed = placed_cones(body, frames)
+    shares, lengths = np.zeros(len(LIMBS)), np.zeros(len(LIMBS))
+    for limb in range(len(LIMBS)):
+        axis = body.skeleton.lengths[limb] * frames.rotations[limb, :, 2]
+        places = frames.origins[limb] + _ALONG[:, None] * axis
+        pixels = camera.project(places)
+        if not np.isfinite(pixels).all():
+            continue
+        inside = (pixels >= 0).all(axis=1) & (pixels < (camera.width, camera.height)).all(axis=1)
+        others = placed[LIMB_OF_PART[body.cones.part] != limb]
+        hidden = segment_blocked(places, camera.position_world, others)
+        shares[limb] = float((inside & ~hidden).mean())
+        lengths[limb] = float(np.linalg.norm(pixels[-1] - pixels[0]))
+    return shares, lengths

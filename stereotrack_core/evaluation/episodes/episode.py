@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Literal, TypeAlias
+
+import numpy as np
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import maximum_bipartite_matching
 
 from stereotrack_core.body.limbs import LIMBS
 
@@ -47,7 +52,6 @@ class Evidence:
         From 0, nothing, to 1, as much as it can.
     value : float
         What was measured.
-    unit : str
     words : str
         The same as a sentence with its number.
     """
@@ -65,7 +69,6 @@ class Verdict:
 
     Attributes
     ----------
-    cause : str
     confidence : float
         Strength of the evidence for it, over that of all causes together and of not knowing.
     evidence : tuple of Evidence
@@ -100,10 +103,6 @@ class Episode:
         Whether it was found by errors against a reference or without one.
     measure : "error" or "chance"
         What `peak` is: degrees, or the probability from 0 to 1 that the limb is lost.
-    peak : float
-    peak_frame : int
-    peak_limb : str
-    verdict : Verdict
     """
 
     first: int
@@ -142,3 +141,78 @@ def limbs_words(limbs: tuple[str, ...]) -> str:
         elif not (part == "forearm" and f"{side}_upper_arm" in limbs):
             words.append(limb.replace("_", " "))
     return ", ".join(words)
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """Counts of episodes.
+
+    Attributes
+    ----------
+    true : int
+        Found with truth.
+    found : int
+        Those of them that one found without truth overlaps, on the same limb.
+    called : int
+        Found without truth.
+    right : int
+        Those of them that overlap one found with truth, on the same limb.
+    pairs : int
+        Most of either that can be matched when each belongs to one other only: a long one that
+        is called and overlaps several true ones finds all of them, but makes one pair.
+    """
+
+    true: int = 0
+    found: int = 0
+    called: int = 0
+    right: int = 0
+    pairs: int = 0
+
+    @property
+    def precision(self) -> float:
+        """Share of those found without truth that are right; NaN where there are none."""
+        return self.right / self.called if self.called else float("nan")
+
+    @property
+    def recall(self) -> float:
+        """Share of those found with truth that are found without; NaN where there are none."""
+        return self.found / self.true if self.true else float("nan")
+
+
+def agreement(
+    truth: Sequence[Episode], called: Sequence[Episode], right: Sequence[Episode] | None = None
+) -> Agreement:
+    """Match episodes: two belong together where they share a frame and a limb.
+
+    Parameters
+    ----------
+    truth : sequence of Episode
+        What shall be found.
+    called : sequence of Episode
+        What was found without truth.
+    right : sequence of Episode, optional
+        What may be found, where that is more than what shall be: episodes by a lower threshold.
+    """
+    allowed = truth if right is None else right
+    overlap = np.array([[one.overlaps(other) for other in called] for one in truth], dtype=np.bool_)
+    overlap = overlap.reshape(len(truth), len(called))
+    matched = maximum_bipartite_matching(csr_array(overlap))
+    return Agreement(
+        true=len(truth),
+        found=int(overlap.any(axis=1).sum()),
+        called=len(called),
+        right=sum(any(one.overlaps(other) for other in allowed) for one in called),
+        pairs=int((matched >= 0).sum()),
+    )
+
+
+def pooled(parts: Iterable[Agreement]) -> Agreement:
+    """Counts of several runs together."""
+    every = list(parts)
+    return Agreement(
+        sum(part.true for part in every),
+        sum(part.found for part in every),
+        sum(part.called for part in every),
+        sum(part.right for part in every),
+        sum(part.pairs for part in every),
+    )

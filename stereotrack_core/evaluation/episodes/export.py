@@ -2,31 +2,46 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
+from contextlib import ExitStack
 from pathlib import Path
+
+import cv2
+import numpy as np
 
 from stereotrack_core.arrays import ImageArray
 from stereotrack_core.atomic import filling
-from stereotrack_core.errors import Cancelled
+from stereotrack_core.errors import Cancelled, InputError
+from stereotrack_core.evaluation.episodes.drawing import write
 from stereotrack_core.evaluation.episodes.episode import CAUSE_WORDS, Episode, limbs_words
-from stereotrack_core.evaluation.episodes.film import write_film
-from stereotrack_core.evaluation.episodes.find import Subject
-from stereotrack_core.evaluation.episodes.strip import WHITE, Paper, evenly, picture_strip
-from stereotrack_core.recording.description import Recording
-from stereotrack_core.recording.landmarks import LandmarkTrajectory
+from stereotrack_core.evaluation.episodes.find import Report, Subject
+from stereotrack_core.evaluation.episodes.strip import (
+    WHITE,
+    Paper,
+    Shown,
+    check_frames,
+    evenly,
+    person_window,
+    picture_strip,
+)
+from stereotrack_core.recording.description import Recording, View
 from stereotrack_core.recording.reader import FrameReader
-from stereotrack_core.recording.writing import write_png
+from stereotrack_core.recording.writing import VideoWriter, write_png
 
 STRIP_FRAMES = 5
 _AROUND = 0.3
 """Seconds before and after an episode that a video shows as well."""
 
+_HEIGHT, _LINE = 400, 34
+_ASPECT = 4.0 / 3.0
+_DARK_PAPER, _INK = (24, 24, 24), (235, 235, 235)
+_CRF = 20
 
-def strip_name(episode: Episode) -> str:
-    """Name of the file of an episode's strip: ``0144-0183-left-forearm-crossing-truth.png``."""
-    limbs = limbs_words(episode.limbs).replace(", ", "+").replace(" ", "-")
-    cause, found = episode.verdict.cause, episode.found
-    return f"{episode.first:04d}-{episode.last:04d}-{limbs}-{cause}-{found}.png"
+
+def _shown(subject: Subject, recording: Recording, episode: Episode) -> Shown:
+    reference = subject.reference if episode.found == "truth" else None
+    return Shown(recording, subject.run, episode.limbs, reference)
 
 
 def strip_of(
@@ -40,10 +55,7 @@ def strip_of(
 ) -> ImageArray:
     """Evenly spread frames of an episode as a strip (H, W, 3) BGR; see :func:`picture_strip`."""
     frames = evenly(episode.first, episode.last, count)
-    return picture_strip(
-        recording, subject.run, frames, view,
-        limbs=episode.limbs, reference=_shown_truth(subject, episode), reader=reader,
-    )  # fmt: skip
+    return picture_strip(_shown(subject, recording, episode), frames, view, reader=reader)
 
 
 def write_strips(
@@ -54,10 +66,12 @@ def write_strips(
     *,
     view: str | None = None,
     count: int = STRIP_FRAMES,
-    report: Callable[[float, str], None] | None = None,
+    report: Report | None = None,
     cancelled: Callable[[], bool] | None = None,
 ) -> int:
     """Write a strip of each episode as PNG into a folder, which is made; returns their number.
+
+    The files are named as ``0144-0183-left-forearm-crossing-truth.png``.
 
     Raises
     ------
@@ -71,7 +85,9 @@ def write_strips(
             if cancelled is not None and cancelled():
                 raise Cancelled
             strip = strip_of(subject, recording, episode, view=view, count=count, reader=reader)
-            write_png(workplace / strip_name(episode), strip)
+            limbs = limbs_words(episode.limbs).replace(", ", "+").replace(" ", "-")
+            name = f"{limbs}-{episode.verdict.cause}-{episode.found}"
+            write_png(workplace / f"{episode.first:04d}-{episode.last:04d}-{name}.png", strip)
             if report is not None:
                 report((i + 1) / len(episodes), f"{i + 1} of {len(episodes)}")
     return len(episodes)
@@ -97,10 +113,8 @@ def evidence_picture(
     paper: Paper = WHITE,
 ) -> ImageArray:
     """Before, peak and after beside each other (H, W, 3) BGR, in the view that shows it best."""
-    return picture_strip(
-        recording, subject.run, before_peak_after(subject, episode),
-        limbs=episode.limbs, reference=_shown_truth(subject, episode), reader=reader, paper=paper,
-    )  # fmt: skip
+    shown, frames = _shown(subject, recording, episode), before_peak_after(subject, episode)
+    return picture_strip(shown, frames, reader=reader, paper=paper)
 
 
 def film_of(
@@ -108,29 +122,105 @@ def film_of(
     subject: Subject,
     recording: Recording,
     episodes: Sequence[Episode],
-    report: Callable[[float, str], None] | None = None,
+    report: Report | None = None,
     cancelled: Callable[[], bool] | None = None,
 ) -> None:
     """Write a video of episodes, one after the other, with what is just before and after each."""
     around = round(_AROUND * subject.fps)
-    known = {int(frame) for frame in subject.run.frame}
-    limbs = {limb: None for episode in episodes for limb in episode.limbs}
-    frames = sorted(
-        {
-            frame
-            for e in episodes
-            for frame in range(e.first - around, e.last + around + 1)
-            if frame in known
-        }
-    )
-    one = episodes[0] if len(episodes) == 1 else None
-    title = CAUSE_WORDS[one.verdict.cause] if one is not None else ""
+    wanted = {k for e in episodes for k in range(e.first - around, e.last + around + 1)}
+    frames = sorted(wanted & set(subject.run.frame.tolist()))
+    limbs = tuple(dict.fromkeys(limb for episode in episodes for limb in episode.limbs))
+    title = CAUSE_WORDS[episodes[0].verdict.cause] if len(episodes) == 1 else ""
     reference = subject.reference if any(e.found == "truth" for e in episodes) else None
-    write_film(
-        path, recording, subject.run, frames,
-        limbs=tuple(limbs), reference=reference, title=title, report=report, cancelled=cancelled,
-    )  # fmt: skip
+    shown = Shown(recording, subject.run, limbs, reference)
+    write_film(path, shown, frames, title=title, report=report, cancelled=cancelled)
 
 
-def _shown_truth(subject: Subject, episode: Episode) -> LandmarkTrajectory | None:
-    return subject.reference if episode.found == "truth" else None
+def write_film(
+    path: Path,
+    shown: Shown,
+    frames: Sequence[int],
+    *,
+    title: str = "",
+    report: Report | None = None,
+    cancelled: Callable[[], bool] | None = None,
+) -> None:
+    """Write a video at the recording's own pace; one that is not finished is taken away.
+
+    Every view is shown with the model's outline, the numbers and the title below.
+
+    Parameters
+    ----------
+    path : Path
+        Ends in .mp4.
+    report : callable, optional
+        Called with the share done and with words.
+
+    Raises
+    ------
+    InputError
+        For no frames, or where the file cannot be written.
+    Cancelled
+    """
+    check_frames(frames)
+    if path.suffix.lower() != ".mp4":
+        raise InputError(
+            "the name of a video must end in .mp4", where=str(path), remedy="Change the name."
+        )
+    recording, captions = shown.recording, shown.captions(frames)
+    with ExitStack() as opened:
+        reader = opened.enter_context(FrameReader(recording))
+        windows = [
+            person_window(recording.reference_camera(view), shown.run, frames, _HEIGHT, _ASPECT)
+            for view in reader.views
+        ]
+        writer: VideoWriter | None = None
+        for i, frame in enumerate(frames):
+            if cancelled is not None and cancelled():
+                raise Cancelled
+            images = reader.frame_set(int(frame))
+            tiles = [
+                _named(shown.pictures(images, view, window)[1], view)
+                for view, window in zip(reader.views, windows, strict=True)
+            ]
+            picture = _with_words(_grid(tiles), [*captions[i], *([title] if title else [])])
+            if writer is None:
+                height, width = picture.shape[:2]
+                writer = opened.enter_context(
+                    VideoWriter(
+                        path, fps=recording.fps, width=width, height=height, colour=True, crf=_CRF
+                    )
+                )
+            writer.write(picture)
+            if report is not None:
+                report((i + 1) / len(frames), "rendering frames")
+
+
+def _named(tile: ImageArray, view: View) -> ImageArray:
+    cv2.rectangle(tile, (0, 0), (14 + 10 * len(view.name), 24), _DARK_PAPER, -1)
+    write(tile, view.name, (7.0, 18.0), 15.0, _INK, bold=True)
+    return tile
+
+
+def _grid(tiles: Sequence[ImageArray]) -> ImageArray:
+    """Tiles in rows of equal cells, as nearly square as can be."""
+    across = math.ceil(math.sqrt(len(tiles)))
+    down = math.ceil(len(tiles) / across)
+    height = max(tile.shape[0] for tile in tiles)
+    width = max(tile.shape[1] for tile in tiles)
+    grid = np.full((down * height, across * width, 3), _DARK_PAPER, dtype=np.uint8)
+    for i, tile in enumerate(tiles):
+        top, left = (i // across) * height, (i % across) * width
+        grid[top : top + tile.shape[0], left : left + tile.shape[1]] = tile
+    return grid
+
+
+def _with_words(picture: ImageArray, words: Sequence[str]) -> ImageArray:
+    """A line of words below; the size is even, as videos want it."""
+    width = picture.shape[1] + picture.shape[1] % 2
+    height = picture.shape[0] + _LINE
+    height += height % 2
+    whole = np.full((height, width, 3), _DARK_PAPER, dtype=np.uint8)
+    whole[: picture.shape[0], : picture.shape[1]] = picture
+    write(whole, "    ".join(words), (10.0, picture.shape[0] + 0.68 * _LINE), 16.0, _INK)
+    return whole

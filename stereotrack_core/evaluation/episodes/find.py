@@ -7,17 +7,22 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from stereotrack_core.evaluation.episodes.causes import told_evidence, verdict_of
-from stereotrack_core.evaluation.episodes.episode import Episode
-from stereotrack_core.evaluation.episodes.geometry_evidence import (
+from stereotrack_core.arrays import IntArray
+from stereotrack_core.evaluation.episodes.causes import (
     Whereabouts,
     geometry_evidence,
+    look_evidence,
+    told_evidence,
+    verdict_of,
     whereabouts,
 )
-from stereotrack_core.evaluation.episodes.look_evidence import look_evidence
+from stereotrack_core.evaluation.episodes.episode import Episode
 from stereotrack_core.evaluation.episodes.looks import Look, Looker
-from stereotrack_core.evaluation.episodes.signs import episodes_by_signs
-from stereotrack_core.evaluation.episodes.stretches import EpisodeRules, episodes_by_error
+from stereotrack_core.evaluation.episodes.stretches import (
+    EpisodeRules,
+    episodes_by_error,
+    episodes_by_signs,
+)
 from stereotrack_core.evaluation.errors import errors_against
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
@@ -39,14 +44,12 @@ class Subject:
 
     Attributes
     ----------
-    run : Run
     fps : float
         Frame sets per second.
     reference : LandmarkTrajectory or None
         Taken as truth; without it the run is judged by its own signs alone.
     recording : Recording or None
         Clouds of some of its frames tell more about causes; without it the run alone does.
-    rules : EpisodeRules
     pictures : bool
         Whether the recording's clouds are made again for causes; it serves for pictures else.
     """
@@ -70,7 +73,6 @@ def failures(
 
     Parameters
     ----------
-    run : Run
     recording : Recording, optional
         The run's; its images tell more about causes.
     reference : LandmarkTrajectory, optional
@@ -99,10 +101,8 @@ def find_episodes(
 
     Parameters
     ----------
-    subject : Subject
     report : callable, optional
         Called with the share done and with words.
-    cancelled : callable, optional
 
     Raises
     ------
@@ -199,9 +199,7 @@ def _judged(
 
 def _inside(subject: Subject, episode: Episode) -> list[int]:
     frame = subject.run.frame
-    own = frame[(frame >= episode.first) & (frame <= episode.last)]
-    places = np.unique(np.linspace(0, len(own) - 1, min(_INSIDE, len(own))).round().astype(int))
-    return [int(k) for k in own[places]]
+    return _spread(frame[(frame >= episode.first) & (frame <= episode.last)], _INSIDE)
 
 
 def _outside(subject: Subject, episodes: Sequence[Episode]) -> list[int]:
@@ -211,8 +209,10 @@ def _outside(subject: Subject, episodes: Sequence[Episode]) -> list[int]:
     free = np.ones(len(frame), dtype=np.bool_)
     for episode in episodes:
         free &= (frame < episode.first - apart) | (frame > episode.last + apart)
-    own = frame[free]
-    if not len(own):
-        return []
-    places = np.unique(np.linspace(0, len(own) - 1, min(_USUAL, len(own))).round().astype(int))
-    return [int(k) for k in own[places]]
+    return _spread(frame[free], _USUAL)
+
+
+def _spread(frames: IntArray, count: int) -> list[int]:
+    """At most so many of some frames, evenly spread."""
+    places = np.linspace(0, len(frames) - 1, min(count, len(frames))).round().astype(int)
+    return [int(k) for k in frames[np.unique(places)]]

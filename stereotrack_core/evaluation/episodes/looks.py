@@ -17,7 +17,7 @@ from stereotrack_core.depth.chain import DepthChain
 from stereotrack_core.depth.cloud import Cloud, ViewDepth
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.errors import Cancelled
-from stereotrack_core.evaluation.episodes.closeness import limb_axes
+from stereotrack_core.evaluation.circumstances import limb_ends
 from stereotrack_core.geometry.segments import segment_distance
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.reader import FrameReader
@@ -48,7 +48,6 @@ class Look:
 
     Attributes
     ----------
-    frame : int
     points : (V,) float64
         Points of each view in the cloud.
     agreed, before, absent, unknown : (V, 6) float64
@@ -77,7 +76,6 @@ class Looker:
 
     Parameters
     ----------
-    recording : Recording
     run : Run
         Its meta names the views and the parameters; its poses say where the torso is.
     """
@@ -126,11 +124,6 @@ class Looker:
             Where the landmarks are taken to be.
         each : callable, optional
             Called with the number of frames done.
-        cancelled : callable, optional
-
-        Raises
-        ------
-        Cancelled
         """
         if not self._learned:
             last = int(self._run.frame[-1]) if len(self._run.frame) else 0
@@ -148,7 +141,7 @@ class Looker:
 
     def _look(self, cloud: Cloud, landmarks: FloatArray) -> Look:
         names = cloud.view_names
-        start, end = (ends[0] for ends in limb_axes(landmarks[None]))
+        start, end = np.moveaxis(limb_ends(landmarks[None])[0], 1, 0)
         shares = np.full((4, len(names), len(LIMBS)), np.nan)
         for v, name in enumerate(names):
             depth = cloud.depths.get(name)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,9 +12,9 @@ from stereotrack_core.arrays import FloatArray, ImageArray, IntArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.mesh import PartMesh, body_mesh
 from stereotrack_core.errors import InputError
-from stereotrack_core.evaluation.episodes.best_view import best_view
 from stereotrack_core.evaluation.episodes.drawing import (
     Window,
+    best_view,
     draw_body,
     draw_reference,
     text_width,
@@ -24,7 +25,7 @@ from stereotrack_core.evaluation.errors import errors_against
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.recording.description import Recording, View
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
-from stereotrack_core.recording.reader import FrameReader
+from stereotrack_core.recording.reader import FrameReader, FrameSet
 from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.stored import body_of_run, pose_of_run
 
@@ -61,14 +62,81 @@ def evenly(first: int, last: int, count: int) -> list[int]:
     return [int(frame) for frame in np.unique(spread)]
 
 
+@dataclass(frozen=True, eq=False)
+class Shown:
+    """What pictures of a run show.
+
+    Attributes
+    ----------
+    limbs : sequence of str
+        Limbs whose errors stand with each frame and whose outlines are broader; both arms where
+        there are none, of which the worst one is written then.
+    reference : LandmarkTrajectory, optional
+        Drawn dashed, and errors are measured against it; without it what the run says itself is
+        written: the probability that the limb is lost.
+    """
+
+    recording: Recording
+    run: Run
+    limbs: Sequence[str] = ()
+    reference: LandmarkTrajectory | None = None
+
+    def pictures(
+        self, images: FrameSet, view: View, window: Window
+    ) -> tuple[ImageArray, ImageArray]:
+        """A view of a frame as a window shows it, upright: as it is, and with body and reference.
+
+        Grey where the view has no picture.
+        """
+        camera, seen = self.recording.reference_camera(view), images.views.get(view.name)
+        plain = np.full((window.height, window.width, 3), 60, dtype=np.uint8)
+        if seen is not None:
+            plain = window.cut(seen.image)
+        drawn = plain.copy()
+        draw_body(drawn, camera, window, _meshes_at(self.run, images.index), thick=self.limbs)
+        truth = _landmarks_at(self.reference, images.index)
+        if truth is not None:
+            draw_reference(drawn, camera, window, truth)
+        turns = -(view.display_rotation // 90)
+        upright = (np.ascontiguousarray(np.rot90(one, turns)) for one in (plain, drawn))
+        return next(upright), next(upright)
+
+    def captions(self, frames: Sequence[int]) -> list[tuple[str, ...]]:
+        """What stands with each frame: its number, then the limbs' errors or what the run says."""
+        limbs, unit = self._values(np.asarray(frames, dtype=np.int64))
+        captions = []
+        for i, frame in enumerate(frames):
+            known = {limb: value[i] for limb, value in limbs.items() if np.isfinite(value[i])}
+            if not self.limbs and known:
+                worst = max(known, key=lambda limb: known[limb])
+                known = {worst: known[worst]}
+            lines = [f"{limb.replace('_', ' ')} {value:.0f}{unit}" for limb, value in known.items()]
+            captions.append((f"frame {frame}", *(lines or ["unknown"])))
+        return captions
+
+    def _values(self, frames: IntArray) -> tuple[dict[str, FloatArray], str]:
+        """Error of each limb in degrees; without a reference how likely it is lost."""
+        named = tuple(self.limbs) or tuple(limb for limb in LIMBS if limb != "head")
+        if self.reference is None:
+            known, unit = self.run.frame, " % lost"
+            values = {one: 100.0 * self.run.limb_lost[:, LIMBS.index(one)] for one in named}
+        else:
+            errors, unit = errors_against(self.run.trajectory(), self.reference), "°"
+            known = errors.frame
+            values = {one: np.degrees(errors.of_limb(one)) for one in named}
+        result = {limb: np.full(len(frames), np.nan) for limb in named}
+        for i, frame in enumerate(frames):
+            for place in np.flatnonzero(known == frame):
+                for limb in named:
+                    result[limb][i] = values[limb][place]
+        return result, unit
+
+
 def picture_strip(
-    recording: Recording,
-    run: Run,
+    shown: Shown,
     frames: Sequence[int],
     view: str | None = None,
     *,
-    limbs: Sequence[str] = (),
-    reference: LandmarkTrajectory | None = None,
     reader: FrameReader | None = None,
     height: int = _HEIGHT,
     paper: Paper = WHITE,
@@ -77,18 +145,10 @@ def picture_strip(
 
     Parameters
     ----------
-    recording : Recording
-    run : Run
     frames : sequence of int
         What is shown, from left to right.
     view : str, optional
         The view; the one that shows the limbs best where not given.
-    limbs : sequence of str
-        Limbs whose errors stand under each frame and whose outlines are broader; both arms where
-        not given, of which the worst one is written then.
-    reference : LandmarkTrajectory, optional
-        Drawn dashed, and errors are measured against it; without it what the run says itself is
-        written: the probability that the limb is lost, or its standard deviation.
     reader : FrameReader, optional
         Shared reader; one is opened where not given.
     height : int, pixels
@@ -105,77 +165,29 @@ def picture_strip(
     InputError
         For no frames, a view that is not there, or frames that the recording has not.
     """
+    check_frames(frames)
+    recording, run = shown.recording, shown.run
+    chosen = _view(recording, view or best_view(recording, run, frames, shown.limbs))
+    window = person_window(recording.reference_camera(chosen), run, frames, height)
+    with ExitStack() as opened:
+        own = reader or opened.enter_context(FrameReader(recording, views=[chosen.name]))
+        sets = [own.frame_set(int(frame)) for frame in frames]
+    columns = [
+        _column(shown.pictures(images, chosen, window), lines, paper)
+        for images, lines in zip(sets, shown.captions(frames), strict=True)
+    ]
+    return _beside(columns, f"view {chosen.name}", paper)
+
+
+def check_frames(frames: Sequence[int]) -> None:
+    """Refuse to show nothing with InputError."""
     if not len(frames):
         raise InputError(
             "there are no frames to show", where="frames", remedy="Select at least one."
         )
-    shown = _view(recording, view or best_view(recording, run, frames, limbs))
-    camera = recording.reference_camera(shown)
-    window = person_window(camera, run, frames, height)
-    own = reader or FrameReader(recording, views=[shown.name])
-    try:
-        sets = [own.frame_set(int(frame)) for frame in frames]
-    finally:
-        if reader is None:
-            own.close()
-    captions = frame_captions(run, frames, limbs, reference)
-    columns = []
-    for frame, images, lines in zip(frames, sets, captions, strict=True):
-        seen = images.views.get(shown.name)
-        blank = np.full((window.height, window.width, 3), 60, dtype=np.uint8)
-        plain = window.cut(seen.image) if seen is not None else blank
-        drawn = plain.copy()
-        draw_body(drawn, camera, window, meshes_at(run, int(frame)), thick=limbs)
-        truth = landmarks_at(reference, int(frame))
-        if truth is not None:
-            draw_reference(drawn, camera, window, truth)
-        turned = [_turned(picture, shown) for picture in (plain, drawn)]
-        columns.append(_column(turned, lines, paper))
-    return _beside(columns, f"view {shown.name}", paper)
 
 
-def frame_captions(
-    run: Run,
-    frames: Sequence[int],
-    limbs: Sequence[str] = (),
-    reference: LandmarkTrajectory | None = None,
-) -> list[tuple[str, ...]]:
-    """What stands under each frame: its number, then the limbs' errors or what the run says."""
-    chosen = tuple(limbs)
-    values, unit = _said(run, np.asarray(frames, dtype=np.int64), reference)
-    known = chosen or tuple(values)
-    captions = []
-    for i, frame in enumerate(frames):
-        told = [(limb, values[limb][i]) for limb in known if np.isfinite(values[limb][i])]
-        if not chosen and told:
-            told = [max(told, key=lambda each: each[1])]
-        lines = [f"{limb.replace('_', ' ')} {value:.0f}{unit}" for limb, value in told]
-        captions.append((f"frame {frame}", *(lines or ["unknown"])))
-    return captions
-
-
-def _said(
-    run: Run, frames: IntArray, reference: LandmarkTrajectory | None
-) -> tuple[dict[str, FloatArray], str]:
-    """Error in degrees of each arm's limb and the torso; without a reference how likely lost."""
-    named = [limb for limb in LIMBS if limb != "head"]
-    values: dict[str, FloatArray] = {limb: np.full(len(frames), np.nan) for limb in named}
-    if reference is not None:
-        errors = errors_against(run.trajectory(), reference)
-        for limb in named:
-            known = dict(zip(errors.frame.tolist(), errors.of_limb(limb).tolist(), strict=True))
-            degrees = [known.get(int(frame), np.nan) for frame in frames]
-            values[limb] = np.degrees(np.array(degrees, dtype=np.float64))
-        return values, "°"
-    place = {int(frame): i for i, frame in enumerate(run.frame)}
-    for limb in named:
-        for i, frame in enumerate(frames):
-            if int(frame) in place:
-                values[limb][i] = 100.0 * run.limb_lost[place[int(frame)], LIMBS.index(limb)]
-    return values, " % lost"
-
-
-def meshes_at(run: Run, frame: int) -> tuple[PartMesh, ...]:
+def _meshes_at(run: Run, frame: int) -> tuple[PartMesh, ...]:
     """The body's surface in a frame; empty where the run has no pose of it."""
     for i in np.flatnonzero(run.frame == frame):
         pose = pose_of_run(run, int(i))
@@ -184,7 +196,7 @@ def meshes_at(run: Run, frame: int) -> tuple[PartMesh, ...]:
     return ()
 
 
-def landmarks_at(trajectory: LandmarkTrajectory | None, frame: int) -> FloatArray | None:
+def _landmarks_at(trajectory: LandmarkTrajectory | None, frame: int) -> FloatArray | None:
     """Landmarks (9, 3) of a frame; None where there are none."""
     if trajectory is None:
         return None
@@ -203,9 +215,6 @@ def person_window(
 
     Parameters
     ----------
-    camera : Camera
-    run : Run
-    frames : sequence of int
     height : int, pixels
         At which the part is shown.
     aspect : float, optional
@@ -240,10 +249,6 @@ def _view(recording: Recording, name: str) -> View:
         ) from None
 
 
-def _turned(picture: ImageArray, view: View) -> ImageArray:
-    return np.ascontiguousarray(np.rot90(picture, -(view.display_rotation // 90)))
-
-
 def _column(pictures: Sequence[ImageArray], lines: Sequence[str], paper: Paper) -> ImageArray:
     """Pictures above each other, with lines of text below."""
     widest = max(text_width(line, _TEXT, bold=i == 0) for i, line in enumerate(lines))
@@ -254,15 +259,10 @@ def _column(pictures: Sequence[ImageArray], lines: Sequence[str], paper: Paper) 
         write(text, line, place, _TEXT, paper.ink, bold=i == 0, middle=True)
     rows = []
     for picture in pictures:
-        rows += [_centred(picture, width, paper), paper.sheet(_GAP, width)]
+        row, left = paper.sheet(len(picture), width), (width - picture.shape[1]) // 2
+        row[:, left : left + picture.shape[1]] = picture
+        rows += [row, paper.sheet(_GAP, width)]
     return np.vstack([*rows[:-1], text])
-
-
-def _centred(picture: ImageArray, width: int, paper: Paper) -> ImageArray:
-    sheet = paper.sheet(picture.shape[0], width)
-    left = (width - picture.shape[1]) // 2
-    sheet[:, left : left + picture.shape[1]] = picture
-    return sheet
 
 
 def _beside(columns: Sequence[ImageArray], title: str, paper: Paper) -> ImageArray:

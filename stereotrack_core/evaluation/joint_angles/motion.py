@@ -49,7 +49,6 @@ class Motion:
         in successive frames make the derivatives surer than that.
     cut_off : float, hertz
         What was used.
-    fps : float
     """
 
     angle: FloatArray
@@ -80,7 +79,6 @@ def motion_of(angles: JointAngles, fps: float, cut_off: float = CUT_OFF_HZ) -> M
 
     Parameters
     ----------
-    angles : JointAngles
     fps : float
         Frame sets per second.
     cut_off : float, hertz

@@ -1,14 +1,20 @@
-"""Range of motion, mean and peak velocity of every joint angle, and left against right."""
+"""Ranges of motion of joint angles, left against right, and errors against a reference."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray
-from stereotrack_core.evaluation.joint_angles.definitions import ANGLES, AngleDefinition, sided
+from stereotrack_core.evaluation.joint_angles.definitions import (
+    ANGLES,
+    AngleDefinition,
+    sided,
+    wrapped,
+)
 from stereotrack_core.evaluation.joint_angles.motion import Motion
 from stereotrack_core.evaluation.joint_angles.series import JointAngles
 from stereotrack_core.recording.description import Segment
@@ -19,20 +25,17 @@ WHOLE = "all"
 
 @dataclass(frozen=True)
 class AngleRange:
-    """How one angle moves in a stretch; NaN where nothing is known.
+    """How one angle moves in a stretch; radians, NaN where nothing is known.
 
     Attributes
     ----------
-    angle : AngleDefinition
     frames : int
         Frames in which the smooth angle is known.
-    minimum, maximum, mean : float, radians
+    minimum, maximum, mean : float
         Of the smooth angle.
-    range : float, radians
-        From minimum to maximum.
-    range_sigma : float, radians
+    range_sigma : float
         Standard deviation of the range, errors at both ends taken for independent.
-    sigma : float, radians
+    sigma : float
         Root mean square of the angle's standard deviation.
     peak_velocity, peak_velocity_sigma : float, radians per second
         Largest speed in either direction, and its standard deviation.
@@ -42,12 +45,16 @@ class AngleRange:
     frames: int
     minimum: float
     maximum: float
-    mean: float
     range: float
     range_sigma: float
+    mean: float
     sigma: float
     peak_velocity: float
     peak_velocity_sigma: float
+
+    def degrees(self) -> dict[str, float]:
+        """Everything but the frames by its name, in degrees and degrees per second."""
+        return _degrees(self, "minimum", "peak_velocity_sigma")
 
 
 @dataclass(frozen=True)
@@ -56,7 +63,6 @@ class SideDifference:
 
     Attributes
     ----------
-    left, right : AngleRange
     difference : float, radians
         Left minus right range.
     difference_sigma : float, radians
@@ -70,6 +76,12 @@ class SideDifference:
     difference: float
     difference_sigma: float
     symmetry: float
+
+    def degrees(self) -> dict[str, float]:
+        """Both ranges, their difference and its uncertainty by name, in degrees."""
+        values = (self.left.range, self.right.range, self.difference, self.difference_sigma)
+        names = ("left_range", "right_range", "difference", "difference_sigma")
+        return {name: math.degrees(value) for name, value in zip(names, values, strict=True)}
 
 
 @dataclass(frozen=True)
@@ -110,7 +122,6 @@ def range_of_motion(
         Whose standard deviations are reported.
     motion : Motion
         Of the same angles; its smooth angles are what ranges are taken of.
-    segments : sequence of Segment
     """
     first = int(angles.frame[0]) if len(angles.frame) else 0
     end = int(angles.frame[-1]) + 1 if len(angles.frame) else 0
@@ -145,10 +156,9 @@ def _range(
     velocity: FloatArray,
     velocity_sigma: FloatArray,
 ) -> AngleRange:
-    nan = float("nan")
     known = np.isfinite(angle)
     if not known.any():
-        return AngleRange(definition, 0, nan, nan, nan, nan, nan, nan, nan, nan)
+        return AngleRange(definition, 0, *[math.nan] * 8)
     low, high = int(np.nanargmin(angle)), int(np.nanargmax(angle))
     fastest = int(np.nanargmax(np.abs(velocity)))
     return AngleRange(
@@ -156,9 +166,9 @@ def _range(
         frames=int(np.count_nonzero(known)),
         minimum=float(angle[low]),
         maximum=float(angle[high]),
-        mean=float(np.mean(angle[known])),
         range=float(angle[high] - angle[low]),
         range_sigma=float(np.hypot(sigma[low], sigma[high])),
+        mean=float(np.mean(angle[known])),
         sigma=float(np.sqrt(np.mean(np.square(sigma[known])))),
         peak_velocity=float(abs(velocity[fastest])),
         peak_velocity_sigma=float(velocity_sigma[fastest]),
@@ -174,3 +184,72 @@ def _difference(left: AngleRange, right: AngleRange) -> SideDifference:
         difference_sigma=float(np.hypot(left.range_sigma, right.range_sigma)),
         symmetry=difference / mean if mean > 0 else float("nan"),
     )
+
+
+@dataclass(frozen=True)
+class AngleError:
+    """Errors of one angle over frames; radians, NaN where nothing could be compared.
+
+    Attributes
+    ----------
+    frames : int
+        Frames in which both know the angle.
+    mean_error, median, rms, p95 : float
+        Mean error with its sign; median, root mean square and 95th percentile of its size.
+    stated_sigma : float
+        Root mean square of what is stated.
+    within_two_sigma : float
+        Share (0 to 1) of the errors within two stated standard deviations; NaN where none is
+        stated. Of a normal distribution 0.95 are.
+    """
+
+    angle: AngleDefinition
+    frames: int
+    mean_error: float
+    median: float
+    rms: float
+    p95: float
+    stated_sigma: float
+    within_two_sigma: float
+
+    def degrees(self) -> dict[str, float]:
+        """The angles among them by name, in degrees."""
+        return _degrees(self, "mean_error", "stated_sigma")
+
+
+def angle_errors(found: JointAngles, truth: JointAngles) -> tuple[AngleError, ...]:
+    """Errors in the frames that both have, in the order of :data:`ANGLES`.
+
+    What a reference states about itself adds to what the run states.
+    """
+    _, own, other = np.intersect1d(found.frame, truth.frame, return_indices=True)
+    errors = wrapped(found.angle[own] - truth.angle[other])
+    sigma = np.hypot(found.sigma[own], np.nan_to_num(truth.sigma[other]))
+    return tuple(_error(one, errors[:, k], sigma[:, k]) for k, one in enumerate(ANGLES))
+
+
+def _error(definition: AngleDefinition, error: FloatArray, sigma: FloatArray) -> AngleError:
+    known = np.isfinite(error)
+    error, stated = error[known], sigma[known]
+    if not len(error):
+        return AngleError(definition, 0, *[math.nan] * 6)
+    size, says = np.abs(error), np.isfinite(stated)
+    return AngleError(
+        definition,
+        frames=len(error),
+        mean_error=float(error.mean()),
+        median=float(np.median(size)),
+        rms=float(np.sqrt(np.mean(size**2))),
+        p95=float(np.percentile(size, 95)),
+        stated_sigma=float(np.sqrt(np.mean(stated[says] ** 2))) if says.any() else math.nan,
+        within_two_sigma=float(np.mean(size[says] <= 2.0 * stated[says]))
+        if says.any()
+        else math.nan,
+    )
+
+
+def _degrees(numbers: AngleRange | AngleError, first: str, last: str) -> dict[str, float]:
+    """Numbers from the first to the last field named, in degrees."""
+    names = [field.name for field in fields(numbers)]
+    chosen = names[names.index(first) : names.index(last) + 1]
+    return {name: math.degrees(getattr(numbers, name)) for name in chosen}

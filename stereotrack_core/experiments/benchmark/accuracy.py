@@ -4,47 +4,24 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.evaluation.errors import knows_something, truth_of
+from stereotrack_core.evaluation.summary import Spread
 from stereotrack_core.experiments.measures import measured
 from stereotrack_core.experiments.runner.lockstep import RunInput, cloud_key, track_together
+from stereotrack_core.parameters import Value
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.tracking.run_spec import RunSpec
 
-
-@dataclass(frozen=True)
-class Column:
-    """One number of the table that a run is judged by; see the measure of that name.
-
-    Attributes
-    ----------
-    name : str
-    label : str
-        For people.
-    unit : str
-    """
-
-    name: str
-    label: str
-    unit: str
-
-
-MEASURES: tuple[Column, ...] = (
-    Column("torso_position", "torso", "mm"),
-    Column("torso_long", "long axis", "deg"),
-    Column("torso_cross", "cross axis", "deg"),
-    Column("upper_arms", "upper arms", "deg"),
-    Column("upper_arms_p95", "upper arms 95 %", "deg"),
-    Column("forearms", "forearms", "deg"),
-    Column("forearms_p95", "forearms 95 %", "deg"),
-    Column("lost", "lost", "%"),
-    Column("not_tracked", "not tracked", "%"),
+MEASURES = (
+    *("torso_position", "torso_long", "torso_cross", "upper_arms", "upper_arms_p95"),
+    *("forearms", "forearms_p95", "lost", "not_tracked"),
 )
 """What the table says of every run; a frame that is not tracked counts 90 deg and 500 mm."""
 
@@ -55,9 +32,6 @@ class Score:
 
     Attributes
     ----------
-    recording : str
-    contestant : str
-    seed : int
     frames : int
         Frames that the reference knows.
     values : mapping from measure to float
@@ -73,25 +47,13 @@ class Score:
 
 @dataclass(frozen=True)
 class Row:
-    """What all seeds of one contestant on one recording give together.
-
-    Attributes
-    ----------
-    recording : str
-    contestant : str
-    seeds : int
-    frames : int
-    mean : mapping from measure to float
-    spread : mapping from measure to float
-        Standard deviation over the seeds; NaN for a single one.
-    """
+    """What all seeds of one contestant on one recording give together, by measure."""
 
     recording: str
     contestant: str
     seeds: int
     frames: int
-    mean: Mapping[str, float]
-    spread: Mapping[str, float]
+    values: Mapping[str, Spread]
 
 
 def accuracy(
@@ -112,7 +74,6 @@ def accuracy(
         Has a reference, which no tracker sees.
     specs : mapping from name to RunSpec
         The contestants, with the same frames.
-    seeds : sequence of int
     on_frames : callable, optional
         Told how many frames more are tracked, of those of all contestants with all seeds.
     cancelled : callable, optional
@@ -137,7 +98,7 @@ def accuracy(
         together = track_together(inputs, on_frames=on_frames, cancelled=cancelled)
         for (name, seed), tracked in zip(own, together, strict=True):
             values = measured(tracked.run(), reference)
-            chosen = {column.name: values[column.name] for column in MEASURES}
+            chosen = {name: values[name] for name in MEASURES}
             frames = int(knows_something(reference).sum())
             scores[name, seed] = Score(recording.name, name, seed, frames, chosen)
     return tuple(scores[name, seed] for name in specs for seed in seeds)
@@ -148,22 +109,16 @@ def pooled(scores: Sequence[Score]) -> tuple[Row, ...]:
     groups: dict[tuple[str, str], list[Score]] = {}
     for score in scores:
         groups.setdefault((score.recording, score.contestant), []).append(score)
-    rows = []
-    for (recording, contestant), own in groups.items():
-        values = np.array([[score.values[m.name] for m in MEASURES] for score in own])
-        spread = values.std(axis=0, ddof=1) if len(own) > 1 else np.full(len(MEASURES), np.nan)
-        names = [measure.name for measure in MEASURES]
-        mean = dict(zip(names, values.mean(axis=0).tolist(), strict=True))
-        row = Row(
+    return tuple(
+        Row(
             recording,
             contestant,
             len(own),
             own[0].frames,
-            mean,
-            dict(zip(names, spread.tolist(), strict=True)),
+            {name: Spread.of(score.values[name] for score in own) for name in MEASURES},
         )
-        rows.append(row)
-    return tuple(rows)
+        for (recording, contestant), own in groups.items()
+    )
 
 
 def _reference_within(recording: Recording, specs: Mapping[str, RunSpec]) -> LandmarkTrajectory:
@@ -179,3 +134,43 @@ def _reference_within(recording: Recording, specs: Mapping[str, RunSpec]) -> Lan
             remedy="Choose frames that it contains.",
         )
     return LandmarkTrajectory(reference.frame[inside], reference.points[inside])
+
+
+@dataclass(frozen=True)
+class Ablation:
+    """One part of ``accurate`` that is left out, or exchanged for the plain way.
+
+    Attributes
+    ----------
+    name : str
+        As the table calls it.
+    changes : mapping from parameter to value
+        What differs from ``accurate``.
+    """
+
+    name: str
+    changes: Mapping[str, Value] = field(default_factory=dict)
+
+
+ABLATIONS: tuple[Ablation, ...] = (
+    Ablation("no arm search", {"search_arms": False}),
+    Ablation("no silhouettes", {"measure_outlines": False}),
+    Ablation("no render-and-compare", {"picture_cost": 0.0}),
+    Ablation("no free space", {"sight_cost": 0.0}),
+    Ablation("a third of the proposals", {"search_proposals": 73}),
+    Ablation("no fitted shape", {"fit_shape": False}),
+    Ablation("no legs", {"legs": False}),
+    Ablation("average proportions", {"proportions": "average"}),
+    Ablation("no colours", {"colour_weight": 0.0}),
+    Ablation("wide loss scale throughout", {"loss_scale": 0.12}),
+    Ablation("no robust loss", {"first_loss_scale": 2.0, "loss_scale": 2.0}),
+    Ablation("no prior inflation", {"prior_inflation_above": 100.0}),
+    Ablation("the thesis's process noise", {"sigma_rotation": 20.0, "sigma_joint": 40.0}),
+    Ablation("three iterations", {"iterations": 3}),
+    Ablation("300 data", {"data_points": 300}),
+    Ablation("no collisions", {"clearance": 0.0}),
+    Ablation("full-image matching", {"match_region": "whole"}),
+    Ablation("no left-right check", {"match_left_right": -1}),
+    Ablation("background without silhouette evidence", {"background_doubt": False}),
+)
+"""Each row against ``accurate`` says what its part brings."""

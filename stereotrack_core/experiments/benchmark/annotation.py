@@ -51,12 +51,10 @@ class AnnotationCase:
 
     Attributes
     ----------
-    name : str
     sigma : float
         Pixels per axis.
     every : int
         Every so many frames are clicked.
-    depth : bool
     missing, mistakes : float
         Shares of clicks that are left out, and that are gross mistakes.
     """
@@ -92,13 +90,10 @@ class AnnotationScore:
 
     Attributes
     ----------
-    recording, case : str
-    seed : int
     summary : Summary
         Errors of all frames.
     inside, limbs_inside : float
         Shares of coordinates, and of limbs' angles, within their 95 % intervals.
-    clicks, mistakes : int
     found, accused : float
         Shares of the mistakes, and of the right clicks, that are flagged; NaN without any.
     """
@@ -169,10 +164,6 @@ def annotated(
 
     Parameters
     ----------
-    recording : Recording
-    case : AnnotationCase
-    seed : int
-    settings : FitSettings
     clouds : callable or None
         Depth by frame, for cases that use it.
 

@@ -10,13 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray
-from stereotrack_core.experiments.benchmark.clock import median_seconds
+from stereotrack_core.experiments.benchmark.speed import exponent, median_seconds
 from stereotrack_core.filtering.correction import Correction, correct
-from stereotrack_core.filtering.sigma_points import (
-    SigmaWeights,
-    scaled_weights,
-    sigma_deviations,
-)
+from stereotrack_core.filtering.sigma_points import SigmaWeights, scaled_weights, sigma_deviations
 
 MEASUREMENTS = (64, 256, 1024, 4096)
 STATES = 14
@@ -29,10 +25,8 @@ class CorrectionSpeed:
 
     Attributes
     ----------
-    m : int
     seconds : float
         Of the correction in O(m n^2).
-    dense_seconds : float
     filterpy_seconds : float or None
         None where filterpy is not installed.
     difference : float
@@ -138,7 +132,6 @@ def correction_speed(
 
     Parameters
     ----------
-    measurements : sequence of int
     budget : float
         Seconds for each form and m.
     on_progress : callable, optional
@@ -177,7 +170,5 @@ def difference(a: Correction, b: Correction, P: FloatArray) -> float:
 
 
 def growth(speeds: Sequence[CorrectionSpeed]) -> float:
-    """Exponent e of time ~ m^e, by least squares over all m; at most 1 is linear."""
-    m = np.log([speed.m for speed in speeds])
-    slope: float = np.polyfit(m, np.log([speed.seconds for speed in speeds]), 1)[0]
-    return float(slope)
+    """Exponent e of time ~ m^e."""
+    return exponent([speed.m for speed in speeds], [speed.seconds for speed in speeds])

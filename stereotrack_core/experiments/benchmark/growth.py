@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,7 +12,7 @@ from stereotrack_core.blas_threads import one_blas_thread
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import proportions_of
 from stereotrack_core.depth.cloud import Cloud
-from stereotrack_core.experiments.benchmark.clock import median
+from stereotrack_core.experiments.benchmark.speed import median
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.selection import usable_views
 from stereotrack_core.tracking.initialise.seeds import t_pose_in_cloud
@@ -42,15 +42,6 @@ class Cost:
     milliseconds: float
 
 
-def exponent(costs: Sequence[Cost]) -> float:
-    """Exponent e of cost ~ size^e by least squares; at most 1 is linear. NaN for a single size."""
-    if len(costs) < 2:
-        return float("nan")
-    sizes = np.log([cost.size for cost in costs])
-    slope: float = np.polyfit(sizes, np.log([cost.milliseconds for cost in costs]), 1)[0]
-    return float(slope)
-
-
 def cost_of_points(
     recording: Recording,
     settings: Settings,
@@ -67,12 +58,10 @@ def cost_of_points(
 
     Parameters
     ----------
-    recording : Recording
-    settings : Settings
     sizes : sequence of int
         Numbers of data points.
     views : sequence of str, optional
-        Views to use; all that give depth when not given.
+        All that give depth when not given.
     frames : int
         First frames of the recording that are used.
     on_progress : callable, optional
@@ -101,9 +90,6 @@ def step_milliseconds(
 
     Parameters
     ----------
-    recording : Recording
-    settings : Settings
-    clouds : sequence of Cloud
     views : sequence of str, optional
         Views to use; all that give depth when not given.
     judging : bool
@@ -121,15 +107,11 @@ def step_milliseconds(
         for cloud in clouds:
             begun = time.process_time()
             estimate = tracker.step(cloud)
-            seconds = time.process_time() - begun
-            spent.append(seconds if judging else seconds * _share_of_tracking(estimate.seconds))
+            seconds, whole = time.process_time() - begun, sum(estimate.seconds.values())
+            if not judging and whole > 0:  # by the step's own clock
+                seconds *= estimate.seconds.get("track", whole) / whole
+            spent.append(seconds)
     return 1000.0 * median(spent)
-
-
-def _share_of_tracking(seconds: Mapping[str, float]) -> float:
-    """Share of tracking in a step, by its own clock; the rest is judging how good it was."""
-    total = sum(seconds.values())
-    return seconds.get("track", total) / total if total > 0 else 1.0
 
 
 def cost_of_views(

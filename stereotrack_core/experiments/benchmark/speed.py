@@ -1,72 +1,229 @@
-"""How fast each contestant is on a recording."""
+"""Time from encoded images to the pose, against bare block matching on the same images."""
 
 from __future__ import annotations
 
+import math
+import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
-from stereotrack_core.experiments.benchmark.chain_speed import chain_speed, timed_pass
-from stereotrack_core.experiments.benchmark.clock import median
+import cv2
+import numpy as np
+
+from stereotrack_core.arrays import ImageArray
+from stereotrack_core.errors import InputError
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.reader import FrameReader
-from stereotrack_core.recording.selection import usable_views
+from stereotrack_core.tracking.frame import TrackedFrame
 from stereotrack_core.tracking.parameters import Settings
+from stereotrack_core.tracking.run import FIT_FRAMES, Pipeline
+from stereotrack_core.tracking.run_spec import RunSpec
+
+DISPARITIES, WINDOW = 64, 15
+_WARM_UP = 3
+
+_Pairs = Sequence[tuple[ImageArray, ImageArray]]
 
 
 @dataclass(frozen=True)
-class Speed:
-    """Speed of the whole chain, from encoded images to the pose.
+class ChainSpeed:
+    """Time of the whole chain per frame set, and of block matching alone; medians over rounds.
 
     Attributes
     ----------
-    frames_per_second : float
-    ratio : float
-        Time of the chain over that of bare block matching of the same pairs, taken in turn; NaN
-        where not every view is a stereo one.
+    frames : int
+        Frame sets in a round.
+    tracked : int
+        Of them, those that the last round tracked.
+    seconds : float
+        From encoded images to the last pose, over `frames`.
+    preparation_seconds : float
+        What is done once before the first frame.
+    matching_seconds : float
+        Bare StereoBM for all views just before the chain, over `frames`; NaN where not every view
+        is a stereo one.
+    stage_ms : mapping from stage to milliseconds
+        Medians over the frames of the last round; stages overlap.
     """
 
-    frames_per_second: float
-    ratio: float
+    preset: str
+    frames: int
+    tracked: int
+    seconds: float
+    preparation_seconds: float
+    matching_seconds: float
+    stage_ms: Mapping[str, float]
+
+    @property
+    def ratio(self) -> float:
+        """Time of the chain in units of bare block matching."""
+        return self.seconds / self.matching_seconds
 
 
-def speeds(
+def chain_speed(
     recording: Recording,
-    contestants: Mapping[str, Settings],
+    presets: Mapping[str, Settings],
     *,
     views: Sequence[str] | None = None,
-    frames: int = 20,
-    rounds: int = 1,
+    frames: int = 40,
+    rounds: int = 5,
     on_progress: Callable[[int], None] = lambda _: None,
-) -> Mapping[str, Speed]:
-    """Time every contestant on the recording's first frames once its track has settled.
+) -> tuple[ChainSpeed, ...]:
+    """Alternate bare block matching and the chain with every preset.
+
+    A round has a new pipeline, so that nothing is in a cache. What is done once for a recording,
+    learning the background and fitting the shape, is told by itself.
 
     Parameters
     ----------
-    recording : Recording
-    contestants : mapping from name to Settings
     views : sequence of str, optional
-        Views to use; all that give depth when not given.
+        All stereo views when not given.
     frames, rounds : int
-        Frame sets in a round, and rounds; the median round counts.
+        Frame sets in a round, and rounds.
     on_progress : callable, optional
-        Told how many passes are done, of ``rounds * len(contestants)``.
+        Told how many passes are done, of ``rounds * len(presets)``.
+
+    Raises
+    ------
+    InputError
+        Where no views are given and the recording has no stereo view.
     """
-    used = usable_views(recording, views)
-    if all(recording.view(name).kind == "stereo" for name in used):
-        timed = chain_speed(
-            recording,
-            contestants,
-            views=used,
-            frames=frames,
-            rounds=rounds,
-            on_progress=on_progress,
+    stereo = [view.name for view in recording.views if view.kind == "stereo"]
+    views = stereo if views is None else views
+    if not views:
+        raise InputError(
+            "the recording has no stereo view",
+            where=str(recording.folder),
+            remedy="Use a recording with stereo cameras.",
         )
-        return {speed.preset: Speed(1.0 / speed.seconds, speed.ratio) for speed in timed}
-    with FrameReader(recording, views=used, read_ahead=0) as reader:
+    with FrameReader(recording, views=views, read_ahead=0) as reader:
         count = min(frames, reader.frame_count)
-    seconds: dict[str, list[float]] = {name: [] for name in contestants}
+    pairs = _decoded(recording, views, count) if set(views) <= set(stereo) else ()
+    matcher = cv2.StereoBM.create(DISPARITIES, WINDOW)
+
+    def match() -> None:
+        for left, right in pairs:
+            matcher.compute(left, right)
+
+    for settings in presets.values():
+        _timed(recording, settings, views, min(_WARM_UP, count))
+    matching: dict[str, list[float]] = {name: [] for name in presets}
+    passes: dict[str, list[_Pass]] = {name: [] for name in presets}
     for turn in range(rounds):
-        for k, (name, own) in enumerate(contestants.items(), start=1):
-            seconds[name].append(timed_pass(recording, own, used, count).seconds)
-            on_progress(turn * len(contestants) + k)
-    return {name: Speed(count / median(own), float("nan")) for name, own in seconds.items()}
+        for k, (name, settings) in enumerate(presets.items(), start=1):
+            matching[name].append(seconds_of(match) if pairs else math.nan)
+            passes[name].append(_timed(recording, settings, views, count))
+            on_progress(turn * len(presets) + k)
+    return tuple(
+        ChainSpeed(
+            preset=name,
+            frames=count,
+            tracked=sum(frame.tracked for frame in own[-1].frames),
+            seconds=median([one.seconds for one in own]) / count,
+            preparation_seconds=median([one.preparation for one in own]),
+            matching_seconds=median(matching[name]) / count,
+            stage_ms=_stage_ms(own[-1].frames),
+        )
+        for name, own in passes.items()
+    )
+
+
+def _decoded(recording: Recording, views: Sequence[str], count: int) -> _Pairs:
+    """Left and right grey images of the first frames, all views of a frame together."""
+    pairs: list[tuple[ImageArray, ImageArray]] = []
+    with FrameReader(recording, views=views, colour=False) as reader:
+        for k in range(count):
+            images = reader.frame_set(k).views
+            for name in views:
+                left = images[name].left if name in images else None
+                if left is None:
+                    raise InputError(
+                        f"view {name} has no images at frame {k}",
+                        where=str(recording.folder),
+                        remedy="See `stereotrack info --deep`.",
+                    )
+                pairs.append((left, images[name].image))
+    return pairs
+
+
+@dataclass(frozen=True)
+class _Pass:
+    """One round of one preset."""
+
+    seconds: float
+    preparation: float
+    frames: Sequence[TrackedFrame]
+
+
+def _timed(recording: Recording, settings: Settings, views: Sequence[str], frames: int) -> _Pass:
+    """Track with a new pipeline; the clock for the frames starts when the track has settled.
+
+    The shape is fitted to clouds that the first frames use again, so these are not timed.
+    """
+    found: list[TrackedFrame] = []
+    with Pipeline(recording, RunSpec(settings, views=views)) as pipeline:
+        begun = min(FIT_FRAMES, pipeline.reader.frame_count - frames)
+        timed = range(begun, begun + frames)
+        preparation = seconds_of(lambda: pipeline.prepare(range(timed.stop)))
+        for _ in pipeline.frames(range(begun)):
+            pass
+        seconds = seconds_of(lambda: found.extend(pipeline.frames(timed)))
+    return _Pass(seconds, preparation, found)
+
+
+def _stage_ms(frames: Sequence[TrackedFrame]) -> dict[str, float]:
+    stages = dict.fromkeys(name for frame in frames for name in frame.seconds)
+    return {
+        name: 1000.0 * median([frame.seconds.get(name, 0.0) for frame in frames]) for name in stages
+    }
+
+
+def seconds_of(function: Callable[[], object]) -> float:
+    """Wall time of one call."""
+    begun = time.perf_counter()
+    function()
+    return time.perf_counter() - begun
+
+
+def median_seconds(
+    functions: Mapping[str, Callable[[], object]],
+    *,
+    budget: float = 1.0,
+    most_calls: int = 200,
+) -> dict[str, float]:
+    """Median wall time of each function, called in turn so that all see the same machine.
+
+    Parameters
+    ----------
+    functions : mapping from name to function
+        Each is called once before, without being timed, unless that call alone takes longer
+        than the budget: then it is the measurement.
+    budget : float
+        Seconds for each function; one that is slow is called at least once.
+    most_calls : int
+        Calls of each function at most.
+    """
+    first = {name: seconds_of(function) for name, function in functions.items()}
+    spent = dict.fromkeys(functions, 0.0)
+    times: dict[str, list[float]] = {name: [] for name in functions}
+    for _ in range(most_calls):
+        waiting = [name for name in functions if spent[name] + first[name] <= budget]
+        if not waiting:
+            break
+        for name in waiting:
+            needed = seconds_of(functions[name])
+            spent[name] += needed
+            times[name].append(needed)
+    return {name: median(times[name] or [first[name]]) for name in functions}
+
+
+def median(values: Sequence[float]) -> float:
+    """Median as a plain number."""
+    return float(np.median(values))
+
+
+def exponent(sizes: Sequence[float], times: Sequence[float]) -> float:
+    """Exponent e of time ~ size^e by least squares; at most 1 is linear. NaN for a single size."""
+    if len(sizes) < 2:
+        return math.nan
+    return float(np.polyfit(np.log(sizes), np.log(times), 1)[0])

@@ -3,14 +3,22 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
+from platformdirs import user_data_path
 
 from stereotrack_core.body.pose import Pose
+from stereotrack_core.errors import InputError
+from stereotrack_core.interop.run_npz import read_npz
 from stereotrack_core.recording.description import Recording, Subject
-from stereotrack_core.tracking.parameters import Settings
+from stereotrack_core.recording.fingerprint import fingerprint
+from stereotrack_core.recording.folder import open_recording
+from stereotrack_core.simulation.make import simulate
+from stereotrack_core.simulation.thesis_recordings import ThesisRecording, thesis_recordings
+from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run_spec import RunSpec
 
@@ -26,12 +34,11 @@ _REFERENCE_POINTS = 64
 
 
 @dataclass(frozen=True)
-class Way:
-    """One way of tracking: a column of a table.
+class PlannedRun:
+    """One run of the tables; without its seed a column of one.
 
     Attributes
     ----------
-    preset : str
     points : int or None
         Model points m, where they differ from the preset's.
     few_views : bool
@@ -48,10 +55,11 @@ class Way:
     few_views: bool = False
     averaged: bool = False
     anew: bool = False
+    seed: int = 0
 
     @property
-    def name(self) -> str:
-        """Short name, which is also part of the run's file name."""
+    def way(self) -> str:
+        """Short name of everything but the seed, which is also part of the run's file name."""
         parts = [self.preset]
         parts += [] if self.points is None else [f"m{self.points}"]
         parts += ["NS"] if self.few_views else []
@@ -60,49 +68,31 @@ class Way:
         return "-".join(parts)
 
     @property
-    def settings(self) -> Settings:
-        """All parameters."""
-        own = preset(self.preset)
-        return own if self.points is None else own.replaced(model_points=self.points)
+    def name(self) -> str:
+        """Name of the run's file without its suffix."""
+        return f"{self.way}-seed{self.seed}"
 
-    def spec(self, seed: int, frames: range, start: Pose | None = None) -> RunSpec:
-        """A run; the thesis's people stood in a defined pose first, others find it."""
+    def spec(self, frames: range | None = None, start: Pose | None = None) -> RunSpec:
+        """How it is tracked; the thesis's people stood in a defined pose first, others find it."""
+        settings = preset(self.preset)
+        if self.points is not None:
+            settings = settings.replaced(model_points=self.points)
         return RunSpec(
-            self.settings,
+            settings,
             preset=self.preset,
             frames=frames,
             views=FEW_VIEWS if self.few_views else None,
-            seed=seed,
+            seed=self.seed,
             init=start or ("tpose" if self.preset == THESIS else "auto"),
         )
 
 
 @dataclass(frozen=True)
-class Entry:
-    """One run: a way of tracking with a seed."""
-
-    way: Way
-    seed: int
-
-    @property
-    def name(self) -> str:
-        """Name of the run's file without its suffix."""
-        return f"{self.way.name}-seed{self.seed}"
-
-
-@dataclass(frozen=True)
 class Group:
-    """Runs of one recording that share clouds and go forward together.
-
-    Attributes
-    ----------
-    recording : str
-    entries : tuple of Entry
-        All with the same views and depth parameters.
-    """
+    """Runs of one recording with the same views and depth parameters, which share clouds."""
 
     recording: str
-    entries: tuple[Entry, ...]
+    runs: tuple[PlannedRun, ...]
 
 
 def groups(recordings: Sequence[str], presets: Sequence[str], seeds: int) -> tuple[Group, ...]:
@@ -110,27 +100,28 @@ def groups(recordings: Sequence[str], presets: Sequence[str], seeds: int) -> tup
 
     The preset ``thesis``, which draws points at random, runs with all seeds; others with one.
     """
-    stages: list[list[Entry]] = []
-    if THESIS in presets:
-        stages.append(_entries([Way(THESIS), Way(THESIS, anew=True)], seeds))
+    thesis = THESIS in presets
+    stages: list[list[PlannedRun]] = []
+    if thesis:
+        stages.append([PlannedRun(THESIS), PlannedRun(THESIS, anew=True)])
     others = [name for name in presets if name != THESIS]
-    stages += [_entries([Way(name), Way(name, averaged=True)], 1) for name in others]
-    for name in presets:
-        few = Way(name, few_views=True)
-        stages.append(_entries([few], seeds if name == THESIS else 1))
-    if THESIS in presets:
-        more = [Way(THESIS, points=m) for m in POINTS if m != _REFERENCE_POINTS]
-        stages.append(_entries([*more, Way(THESIS, averaged=True)], seeds))
+    stages += [[PlannedRun(name), PlannedRun(name, averaged=True)] for name in others]
+    stages += [[PlannedRun(name, few_views=True)] for name in presets]
+    if thesis:
+        more = [PlannedRun(THESIS, points=m) for m in POINTS if m != _REFERENCE_POINTS]
+        stages.append([*more, PlannedRun(THESIS, averaged=True)])
     return tuple(
-        Group(recording, tuple(stage))
+        Group(recording, tuple(_seeded(stage, seeds)))
         for stage in stages
         for recording in recordings
-        if not (stage[0].way.few_views and recording == LEFT_OUT_WITH_FEW_VIEWS)
+        if not (stage[0].few_views and recording == LEFT_OUT_WITH_FEW_VIEWS)
     )
 
 
-def _entries(ways: Sequence[Way], seeds: int) -> list[Entry]:
-    return [Entry(way, seed) for way in ways for seed in range(seeds)]
+def _seeded(runs: Sequence[PlannedRun], seeds: int) -> Iterator[PlannedRun]:
+    for run in runs:
+        for seed in range(seeds if run.preset == THESIS else 1):
+            yield dataclasses.replace(run, seed=seed)
 
 
 def averaged_subject(subjects: Sequence[Subject | None]) -> Subject:
@@ -147,7 +138,170 @@ def averaged_subject(subjects: Sequence[Subject | None]) -> Subject:
     return Subject(name="averaged", **lengths)
 
 
-def recording_for(way: Way, recording: Recording, average: Subject) -> Recording:
+def recording_for(run: PlannedRun, recording: Recording, average: Subject) -> Recording:
     """What a tracker may know of a recording: never its reference."""
-    subject = average if way.averaged else recording.subject
+    subject = average if run.averaged else recording.subject
     return dataclasses.replace(recording, reference=None, subject=subject)
+
+
+@dataclass(frozen=True)
+class Places:
+    """Folders of a reproduction."""
+
+    folder: Path
+
+    @property
+    def recordings(self) -> Path:
+        """Folder of the four recordings."""
+        return self.folder / "recordings"
+
+    @property
+    def page(self) -> Path:
+        """The page that shows everything."""
+        return self.folder / "index.html"
+
+    def recording(self, name: str) -> Path:
+        """Folder of a recording."""
+        return self.recordings / name
+
+    def run(self, recording: str, planned: PlannedRun) -> Path:
+        """File of a run."""
+        return self.folder / "runs" / recording / f"{planned.name}.npz"
+
+
+def default_folder(*, short: bool) -> Path:
+    """The program's own data folder."""
+    name = "reproduce-short" if short else "reproduce"
+    return user_data_path("stereotrack", appauthor=False) / name
+
+
+def made_folder(folder: Path) -> Places:
+    """Make the folder where it is missing.
+
+    Raises
+    ------
+    InputError
+        Where that cannot be.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(
+            f"the folder cannot be created ({error.strerror})",
+            where=str(folder),
+            remedy="Give a folder that you may write to: stereotrack reproduce DIR.",
+        ) from error
+    return Places(folder)
+
+
+def kept_run(
+    places: Places, recording: Recording, fingerprint: str, planned: PlannedRun
+) -> Run | None:
+    """A run that is there and was made as it would be made now; else None.
+
+    The program's version may be another one; it is told beside the results.
+    """
+    path = places.run(recording.name, planned)
+    if not path.is_file():
+        return None
+    try:
+        run = read_npz(path)
+    except InputError:  # damaged: it is made anew
+        return None
+    wanted = {
+        "parameters": planned.spec().settings.values(),
+        "seed": planned.seed,
+        "fingerprint": fingerprint,
+        "way": planned.way,
+    }
+    same = all(run.meta.get(key) == value for key, value in wanted.items())
+    return run if same and _is_whole(run, recording) else None
+
+
+def kept_runs(
+    places: Places, recordings: Sequence[Recording], groups: Sequence[Group]
+) -> Iterator[tuple[Group, list[tuple[Recording, PlannedRun, Run | None]]]]:
+    """Every group with its planned runs, their recordings and the runs that are there."""
+    by_name = {recording.name: (recording, fingerprint(recording)) for recording in recordings}
+    for group in groups:
+        recording, print_ = by_name[group.recording]
+        yield (
+            group,
+            [(recording, one, kept_run(places, recording, print_, one)) for one in group.runs],
+        )
+
+
+def _is_whole(run: Run, recording: Recording) -> bool:
+    reference = recording.reference
+    return reference is not None and len(run.frame) == len(reference.frame)
+
+
+def missing_recordings(places: Places, *, short: bool) -> tuple[ThesisRecording, ...]:
+    """What has to be rendered of the four recordings.
+
+    Raises
+    ------
+    InputError
+        Where a recording is there that is another one.
+    """
+    wanted = thesis_recordings(short=short)
+    for one in wanted:
+        if _is_there(places, one):
+            _opened(places, one)
+    return tuple(one for one in wanted if not _is_there(places, one))
+
+
+def render_recording(
+    places: Places,
+    one: ThesisRecording,
+    on_progress: Callable[[int, int], None],
+    cancelled: Callable[[], bool],
+) -> None:
+    """Render a recording.
+
+    Raises
+    ------
+    Cancelled
+        Nothing of it is left behind.
+    """
+    places.recordings.mkdir(parents=True, exist_ok=True)
+    simulate(
+        places.recording(one.name),
+        person=one.name,
+        frames=one.frames,
+        seed=0,
+        options=one.options,
+        parts=one.parts,
+        on_progress=on_progress,
+        cancelled=cancelled,
+    )
+
+
+def opened_recordings(places: Places, *, short: bool) -> tuple[Recording, ...]:
+    """The four recordings; all must be there."""
+    return tuple(_opened(places, one) for one in thesis_recordings(short=short))
+
+
+def _is_there(places: Places, one: ThesisRecording) -> bool:
+    return (places.recording(one.name) / "recording.toml").is_file()
+
+
+def _opened(places: Places, one: ThesisRecording) -> Recording:
+    """Open a recording that is the wanted one: its motions, frames and lenses."""
+    recording = open_recording(places.recording(one.name))
+    frames = 0 if recording.reference is None else len(recording.reference.frame)
+    planned = [(part.name, part.first, part.end) for part in one.parts]
+    found = [(segment.name, segment.first, segment.end) for segment in recording.segments]
+    options = one.options
+    lenses = {
+        (camera.width, camera.height, round(float(camera.matrix[0, 0]), 3))
+        for camera in recording.cameras.values()
+    }
+    right = {(options.width, options.height, round(options.focal, 3))}
+    if frames != one.frames or found != planned or lenses != right:
+        raise InputError(
+            "this is a different recording from the one that this version would create",
+            where=str(recording.folder),
+            remedy="Choose another folder, or delete this recording.",
+        )
+    return recording

@@ -16,11 +16,12 @@ from typing import Any, TypeAlias
 
 from stereotrack_core.atomic import forget_unfinished
 from stereotrack_core.body.pose import Pose
-from stereotrack_core.experiments.reproduction.places import Places, kept_runs
 from stereotrack_core.experiments.reproduction.plan import (
-    Entry,
     Group,
+    Places,
+    PlannedRun,
     averaged_subject,
+    kept_runs,
     recording_for,
 )
 from stereotrack_core.experiments.runner import lockstep
@@ -55,7 +56,6 @@ def track_groups(
         Told every group that is finished.
     on_lost : callable
         Told a group that is begun again because its process has ended by itself.
-    cancelled : callable
 
     Raises
     ------
@@ -81,9 +81,9 @@ def missing_runs(
     """The groups without the runs that are there already."""
     left = []
     for group, kept in kept_runs(places, recordings, groups):
-        entries = tuple(entry for _, entry, run in kept if run is None)
-        if entries:
-            left.append(Group(group.recording, entries))
+        missing = tuple(planned for _, planned, run in kept if run is None)
+        if missing:
+            left.append(Group(group.recording, missing))
     return tuple(left)
 
 
@@ -94,7 +94,7 @@ def _track_and_write(
     on_frames: Callable[[int], None],
     cancelled: Callable[[], bool],
 ) -> None:
-    paths = {entry: places.run(group.recording, entry) for entry in group.entries}
+    paths = {planned: places.run(group.recording, planned) for planned in group.runs}
     for path in paths.values():
         forget_unfinished(path)
     recordings = [open_recording(folder) for folder in folders]
@@ -108,9 +108,9 @@ def _track_and_write(
         on_frames=on_frames,
         cancelled=cancelled,
     )
-    for entry, run in made:
-        paths[entry].parent.mkdir(parents=True, exist_ok=True)
-        write_npz(paths[entry], run)
+    for planned, run in made:
+        paths[planned].parent.mkdir(parents=True, exist_ok=True)
+        write_npz(paths[planned], run)
 
 
 def track_group(
@@ -122,16 +122,13 @@ def track_group(
     *,
     on_frames: Callable[[int], None] = lambda _: None,
     cancelled: Callable[[], bool] = lambda: False,
-) -> list[tuple[Entry, Run]]:
-    """Track a recording with all entries of a group.
+) -> list[tuple[PlannedRun, Run]]:
+    """Track a recording with all runs of a group.
 
     Parameters
     ----------
-    recording : Recording
-    group : Group
     average : Subject
         The averaged proportions.
-    frames : range
     starts : mapping from frame to Pose
         Where runs that start anew are put on which pose; the first frame must be among them
         where the group has such runs.
@@ -147,25 +144,24 @@ def track_group(
     """
     inside = {frame: pose for frame, pose in starts.items() if frame in frames}
     inputs = []
-    for entry in group.entries:
-        own = inside if entry.way.anew else {}
-        spec = entry.way.spec(entry.seed, frames, own.get(frames.start))
-        blind = recording_for(entry.way, recording, average)
+    for planned in group.runs:
+        own = inside if planned.anew else {}
+        spec = planned.spec(frames, own.get(frames.start))
+        blind = recording_for(planned, recording, average)
         inputs.append(lockstep.RunInput(blind, spec, own))
     together = lockstep.track_together(inputs, on_frames=on_frames, cancelled=cancelled)
     with closing(together):
         return [
-            (entry, _described(tracked.run(), entry, sorted(inside)))
-            for entry, tracked in zip(group.entries, together, strict=True)
+            (planned, _described(tracked.run(), planned, sorted(inside)))
+            for planned, tracked in zip(group.runs, together, strict=True)
         ]
 
 
-def _described(run: Run, entry: Entry, starts: list[int]) -> Run:
-    way = entry.way
+def _described(run: Run, planned: PlannedRun, starts: list[int]) -> Run:
     own = {
-        "way": way.name,
-        "proportions": "averaged" if way.averaged else "individual",
-        "started_at_reference": starts if way.anew else [],
+        "way": planned.way,
+        "proportions": "averaged" if planned.averaged else "individual",
+        "started_at_reference": starts if planned.anew else [],
     }
     return dataclasses.replace(run, meta={**run.meta, **own})
 

@@ -2,25 +2,21 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from functools import partial
 
-from stereotrack_core.evaluation.errors import LimbErrors
-from stereotrack_core.experiments.reproduction.outcomes import (
-    FAST,
-    LOST,
-    Figure,
-    Outcome,
-    Part,
-    figure,
-)
+import numpy as np
+
+from stereotrack_core.evaluation.errors import LimbErrors, errors_against
+from stereotrack_core.evaluation.summary import Spread, Summary, summarise
 from stereotrack_core.experiments.reproduction.plan import (
     LEFT_OUT_WITH_FEW_VIEWS,
     POINTS,
     THESIS,
-    Way,
+    PlannedRun,
 )
 from stereotrack_core.experiments.reproduction.thesis import (
     MOTIONS,
@@ -31,6 +27,106 @@ from stereotrack_core.experiments.reproduction.thesis import (
     TABLE_4_4,
     ThesisTable,
 )
+from stereotrack_core.recording.description import Recording, Segment
+from stereotrack_core.report.pages import Row, Table
+from stereotrack_core.tracking.frame import Run
+from stereotrack_core.tracking.presets import preset
+
+FAST = "-fast"
+"""End of the names of segments that are faster than the thesis's people were."""
+
+LOST = "lost"
+
+
+@dataclass(frozen=True, eq=False)
+class Outcome:
+    """What one run has come to.
+
+    Attributes
+    ----------
+    fast_from : int
+        First frame of the fast motions at the end of the recording.
+    version : str
+        Of the program that tracked.
+    """
+
+    recording: str
+    planned: PlannedRun
+    errors: LimbErrors
+    fast_from: int
+    segments: tuple[Segment, ...]
+    version: str
+
+    def slow(self) -> LimbErrors:
+        """Errors of the frames at the thesis's pace."""
+        return self.errors.between(0, self.fast_from)
+
+    def fast(self) -> LimbErrors:
+        """Errors of the frames from the first fast motion on."""
+        return self.errors.between(self.fast_from, int(self.errors.frame[-1]) + 1)
+
+    def segment(self, name: str) -> LimbErrors | None:
+        """Errors of all segments of that name; None where there is none."""
+        found = [self.errors.between(s.first, s.end) for s in self.segments if s.name == name]
+        return together(found) if found else None
+
+
+Part = Callable[[Outcome], LimbErrors | None]
+"""Takes the frames that count out of an outcome; None where it has none."""
+
+
+def outcome_of(recording: Recording, planned: PlannedRun, run: Run) -> Outcome:
+    """Measure a run against its recording's reference, which must be there."""
+    reference = recording.reference
+    if reference is None:
+        raise ValueError("the recording has no reference")
+    return Outcome(
+        recording.name,
+        planned,
+        errors_against(run.trajectory(), reference),
+        fast_from(recording.segments, int(reference.frame[-1]) + 1),
+        recording.segments,
+        str(run.meta.get("version", "")),
+    )
+
+
+def fast_from(segments: Sequence[Segment], end: int) -> int:
+    """First frame of the first fast segment; `end` where there is none."""
+    return min((s.first for s in segments if s.name.endswith(FAST)), default=end)
+
+
+def together(parts: Sequence[LimbErrors]) -> LimbErrors:
+    """Several stretches as one."""
+    names = [field.name for field in dataclasses.fields(LimbErrors)]
+    return LimbErrors(**{n: np.concatenate([getattr(p, n) for p in parts]) for n in names})
+
+
+def figure(
+    outcomes: Sequence[Outcome], way: str, measure: str, part: Part, recordings: Sequence[str]
+) -> Spread:
+    """One number of a table: pooled over all frames of the recordings, then over seeds.
+
+    Nothing is said (NaN) until all recordings that are asked for have a run of every seed that
+    one of them has.
+    """
+    own = [o for o in outcomes if o.planned.way == way and o.recording in recordings]
+    seeds = sorted({outcome.planned.seed for outcome in own})
+    values = []
+    for seed in seeds:
+        of_seed = [outcome for outcome in own if outcome.planned.seed == seed]
+        if {outcome.recording for outcome in of_seed} != set(recordings):
+            return Spread()
+        stretches = [stretch for o in of_seed if (stretch := part(o)) is not None]
+        if stretches:
+            values.append(_value(summarise(together(stretches)), measure))
+    return Spread.of(values)
+
+
+def _value(summary: Summary, measure: str) -> float:
+    if measure == LOST:
+        return 100.0 * summary.lost
+    return summary.measure(measure).statistics.mean
+
 
 OF_THESIS = "the thesis"
 _LOST_ROW = (LOST, "arm segments lost", "%")
@@ -42,10 +138,9 @@ class Line:
 
     Attributes
     ----------
-    measure, label, unit : str
     source : str
         Whose numbers: the thesis's, or those of a way of tracking.
-    figures : tuple of Figure
+    figures : tuple of Spread
         One for each column.
     """
 
@@ -53,7 +148,7 @@ class Line:
     label: str
     unit: str
     source: str
-    figures: tuple[Figure, ...]
+    figures: tuple[Spread, ...]
 
 
 @dataclass(frozen=True)
@@ -64,10 +159,6 @@ class ComparedTable:
     ----------
     key : str
         Name of its files.
-    title : str
-    columns : tuple of str
-    lines : tuple of Line
-    remark : str
     """
 
     key: str
@@ -81,7 +172,7 @@ class ComparedTable:
 class _Column:
     """What a column takes from which outcomes."""
 
-    way: Way
+    planned: PlannedRun
     recordings: tuple[str, ...]
     part: Part = Outcome.slow
 
@@ -90,82 +181,51 @@ def compared_tables(
     outcomes: Sequence[Outcome], recordings: Sequence[str], presets: Sequence[str]
 ) -> tuple[ComparedTable, ...]:
     """Tables 4.1 to 4.4, the same as 4.1 for fast motions, and the motions of section 4.3."""
+    everybody = tuple(recordings)
+    each = [*((name,) for name in TABLE_4_1.columns[:-1]), everybody]
+    few = tuple(name for name in recordings if name != LEFT_OUT_WITH_FEW_VIEWS)
+    usual = preset(THESIS).tracking.model_points
+    sizes = [PlannedRun(THESIS, points=None if m == usual else m) for m in POINTS]
+    plain = [PlannedRun(name) for name in presets]
+    basic = [run for one in plain for run in (one, replace(one, anew=True)) if _is_basic(run)]
+    columns: dict[ThesisTable, dict[PlannedRun, list[_Column]]] = {
+        TABLE_4_1: {run: [_Column(run, names) for names in each] for run in basic},
+        TABLE_4_2: {run: [_Column(one, everybody) for one in sizes]
+                    for run in plain if run.preset == THESIS},
+        TABLE_4_3: {run: [_Column(replace(run, few_views=True), few), _Column(run, few)]
+                    for run in plain},
+        TABLE_4_4: {run: [_Column(replace(run, averaged=True), everybody), _Column(run, everybody)]
+                    for run in plain},
+    }  # fmt: skip
     return (
-        _table_4_1(outcomes, recordings, presets),
-        _table_4_2(outcomes, recordings, presets),
-        _table_4_3(outcomes, recordings, presets),
-        _table_4_4(outcomes, recordings, presets),
-        _fast_table(outcomes, recordings, presets),
-        _motion_table(outcomes, recordings, presets),
+        *(_beside(table, own, outcomes) for table, own in columns.items()),
+        _fast_table(outcomes, recordings, basic),
+        _motion_table(outcomes, recordings, basic),
     )
 
 
-def source_name(way: Way) -> str:
+def _is_basic(run: PlannedRun) -> bool:
+    """Whether a run is one of table 4.1: only those of the thesis's preset are begun anew."""
+    return not run.anew or run.preset == THESIS
+
+
+def source_name(run: PlannedRun) -> str:
     """How the lines of a way of tracking are called."""
-    if way.preset != THESIS:
-        return way.preset
-    return "preset thesis, re-initialised" if way.anew else "preset thesis"
-
-
-def _basic_ways(presets: Sequence[str]) -> list[Way]:
-    ways: list[Way] = []
-    for name in presets:
-        ways += [Way(name), Way(name, anew=True)] if name == THESIS else [Way(name)]
-    return ways
-
-
-def _table_4_1(
-    outcomes: Sequence[Outcome], recordings: Sequence[str], presets: Sequence[str]
-) -> ComparedTable:
-    each = [*((name,) for name in TABLE_4_1.columns[:-1]), tuple(recordings)]
-    columns = {way: [_Column(way, names) for names in each] for way in _basic_ways(presets)}
-    return _beside(TABLE_4_1, columns, outcomes)
-
-
-def _table_4_2(
-    outcomes: Sequence[Outcome], recordings: Sequence[str], presets: Sequence[str]
-) -> ComparedTable:
-    columns: dict[Way, list[_Column]] = {}
-    if THESIS in presets:
-        reference = Way(THESIS)
-        usual = reference.settings.tracking.model_points
-        ways = [reference if m == usual else Way(THESIS, points=m) for m in POINTS]
-        columns[reference] = [_Column(way, tuple(recordings)) for way in ways]
-    return _beside(TABLE_4_2, columns, outcomes)
-
-
-def _table_4_3(
-    outcomes: Sequence[Outcome], recordings: Sequence[str], presets: Sequence[str]
-) -> ComparedTable:
-    kept = tuple(name for name in recordings if name != LEFT_OUT_WITH_FEW_VIEWS)
-    columns = {
-        Way(name): [_Column(Way(name, few_views=True), kept), _Column(Way(name), kept)]
-        for name in presets
-    }
-    return _beside(TABLE_4_3, columns, outcomes)
-
-
-def _table_4_4(
-    outcomes: Sequence[Outcome], recordings: Sequence[str], presets: Sequence[str]
-) -> ComparedTable:
-    everybody = tuple(recordings)
-    columns = {
-        Way(name): [_Column(Way(name, averaged=True), everybody), _Column(Way(name), everybody)]
-        for name in presets
-    }
-    return _beside(TABLE_4_4, columns, outcomes)
+    if run.preset != THESIS:
+        return run.preset
+    return "preset thesis, re-initialised" if run.anew else "preset thesis"
 
 
 def _fast_table(
-    outcomes: Sequence[Outcome], recordings: Sequence[str], presets: Sequence[str]
+    outcomes: Sequence[Outcome], recordings: Sequence[str], basic: Sequence[PlannedRun]
 ) -> ComparedTable:
     each = [*((name,) for name in recordings), tuple(recordings)]
     lines = [
         line
         for measure in (*ROWS, _LOST_ROW)
-        for way in _basic_ways(presets)
+        for run in basic
         for line in _line(
-            measure, way, [_Column(way, names, Outcome.fast) for names in each], outcomes
+            measure, run, [_Column(run, names, Outcome.fast) for names in each], outcomes
         )
     ]
     return ComparedTable(
@@ -179,7 +239,7 @@ def _fast_table(
 
 
 def _motion_table(
-    outcomes: Sequence[Outcome], recordings: Sequence[str], presets: Sequence[str]
+    outcomes: Sequence[Outcome], recordings: Sequence[str], basic: Sequence[PlannedRun]
 ) -> ComparedTable:
     names = list(dict.fromkeys(motion.segment for motion in MOTIONS))
     measures = (*ROWS[3:], _LOST_ROW)
@@ -192,14 +252,14 @@ def _motion_table(
         )
         if not having:
             continue
-        for way in _basic_ways(presets):
-            part = partial(_segment_of, segment)
+        for run in basic:
+            part = partial(Outcome.segment, name=segment)
             figures = tuple(
-                figure(outcomes, way.name, name, part, having) for name, _, _ in measures
+                figure(outcomes, run.way, name, part, having) for name, _, _ in measures
             )
             if any(math.isfinite(f.mean) for f in figures):
                 label = segment.removesuffix(FAST) + (", fast" if segment.endswith(FAST) else "")
-                lines.append(Line(segment, label, "", source_name(way), figures))
+                lines.append(Line(segment, label, "", source_name(run), figures))
     return ComparedTable(
         "motions",
         "The motions of section 4.3, at the thesis's pace and fast",
@@ -209,21 +269,17 @@ def _motion_table(
     )
 
 
-def _segment_of(name: str, outcome: Outcome) -> LimbErrors | None:
-    return outcome.segment(name)
-
-
 def _beside(
-    thesis: ThesisTable, columns: dict[Way, list[_Column]], outcomes: Sequence[Outcome]
+    thesis: ThesisTable, columns: dict[PlannedRun, list[_Column]], outcomes: Sequence[Outcome]
 ) -> ComparedTable:
     lines: list[Line] = []
     for measure in (*ROWS, _LOST_ROW):
         name, label, unit = measure
         if name in thesis.values:
-            theirs = tuple(Figure(float(value)) for value in thesis.values[name])
+            theirs = tuple(Spread(float(value)) for value in thesis.values[name])
             lines.append(Line(name, label, unit, OF_THESIS, theirs))
-        for way, own in columns.items():
-            lines += _line(measure, way, own, outcomes)
+        for run, own in columns.items():
+            lines += _line(measure, run, own, outcomes)
     return ComparedTable(
         thesis.number,
         f"Table {thesis.number}: {thesis.title[0].lower()}{thesis.title[1:]}",
@@ -235,16 +291,93 @@ def _beside(
 
 def _line(
     measure: tuple[str, str, str],
-    way: Way,
+    run: PlannedRun,
     columns: Sequence[_Column],
     outcomes: Sequence[Outcome],
 ) -> list[Line]:
     """A line, or none where nothing of it is known yet."""
     name, label, unit = measure
     figures = tuple(
-        figure(outcomes, column.way.name, name, column.part, column.recordings)
+        figure(outcomes, column.planned.way, name, column.part, column.recordings)
         for column in columns
     )
     if not any(math.isfinite(f.mean) for f in figures):
         return []
-    return [Line(name, label, unit, source_name(way), figures)]
+    return [Line(name, label, unit, source_name(run), figures)]
+
+
+def columns_of(compared: ComparedTable) -> tuple[str, ...]:
+    """Headings for reading."""
+    return ("", "", *(f">{name}" for name in compared.columns))
+
+
+def rows_of(compared: ComparedTable) -> list[tuple[str, ...]]:
+    """Rows for reading; a measure is named once."""
+    rows: list[tuple[str, ...]] = []
+    before = ""
+    for line in compared.lines:
+        label = "" if line.label == before else _named(line)
+        before = line.label
+        rows.append(
+            (
+                label,
+                line.source,
+                *(f.text(0 if line.unit == "mm" else 1, "–") for f in line.figures),
+            )
+        )
+    return rows
+
+
+def page_table(compared: ComparedTable) -> Table:
+    """The table for the page, the thesis's own numbers set apart."""
+    rows = []
+    for cells, line in zip(rows_of(compared), compared.lines, strict=True):
+        kinds = ["first"] if cells[0] else []
+        kinds += ["given"] if line.source == OF_THESIS else []
+        rows.append(Row(cells, " ".join(kinds)))
+    return Table(columns_of(compared), rows)
+
+
+def in_full(compared: ComparedTable) -> tuple[list[str], list[list[str | float | int]]]:
+    """Columns and rows with every number in full, for CSV."""
+    columns = ["measure", "unit", "source"]
+    for name in compared.columns:
+        columns += [name, f"{name} (standard deviation over seeds)"]
+    rows: list[list[str | float | int]] = []
+    for line in compared.lines:
+        row: list[str | float | int] = [line.label, line.unit, line.source]
+        for figure in line.figures:
+            row += [_known(figure.mean), _known(figure.deviation)]
+        rows.append(row)
+    return columns, rows
+
+
+def facts(tables: Sequence[ComparedTable]) -> list[dict[str, object]]:
+    """The tables for JSON."""
+    return [
+        {
+            "table": compared.key,
+            "title": compared.title,
+            "columns": list(compared.columns),
+            "rows": [
+                {
+                    "measure": line.measure,
+                    "label": line.label,
+                    "unit": line.unit,
+                    "source": line.source,
+                    "mean": [figure.mean for figure in line.figures],
+                    "standard_deviation": [figure.deviation for figure in line.figures],
+                }
+                for line in compared.lines
+            ],
+        }
+        for compared in tables
+    ]
+
+
+def _named(line: Line) -> str:
+    return f"{line.label} [{line.unit}]" if line.unit else line.label
+
+
+def _known(value: float) -> str | float:
+    return value if math.isfinite(value) else ""

@@ -29,17 +29,12 @@ ROWS: tuple[tuple[str, str, str], ...] = (
 """Measure, name and unit of every row that all four tables have."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class ThesisTable:
     """A table of the thesis.
 
     Attributes
     ----------
-    number : str
-    page : int
-    title : str
-    columns : tuple of str
-    values : mapping from measure to one number per column
     remark : str
         What the thesis itself says about it.
     """
@@ -123,8 +118,6 @@ class ThesisMotion:
         Numbers of the figures.
     page : int
         Of the curves.
-    recording, segment : str
-    title : str
     frames : tuple of int
         Frame numbers of its pictures.
     remark : str

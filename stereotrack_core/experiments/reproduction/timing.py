@@ -7,8 +7,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from stereotrack_core.depth.cloud import Cloud
-from stereotrack_core.experiments.benchmark.clock import median
-from stereotrack_core.experiments.benchmark.growth import Cost, exponent, step_milliseconds
+from stereotrack_core.experiments.benchmark.growth import step_milliseconds
+from stereotrack_core.experiments.benchmark.speed import exponent, median
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.presets import preset
@@ -36,7 +36,6 @@ class Timing:
 
     Attributes
     ----------
-    preset : str
     usual_points : int
         Points that the preset uses.
     filter_ms : float
@@ -57,7 +56,8 @@ class Timing:
 
     def exponent(self) -> float:
         """Exponent e of time ~ points^e over the measured range; NaN for a single size."""
-        return exponent([Cost(cost.points, cost.milliseconds) for cost in self.costs])
+        sizes = [cost.points for cost in self.costs]
+        return exponent(sizes, [cost.milliseconds for cost in self.costs])
 
 
 def timing(
@@ -71,7 +71,6 @@ def timing(
 
     Parameters
     ----------
-    recording : Recording
     name : str
         Of the preset.
     frames : int

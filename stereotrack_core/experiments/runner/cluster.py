@@ -26,14 +26,8 @@ class ChanceError(Exception):
     """A job failed in a way that may not come again."""
 
 
-def dask_distributed() -> ModuleType:
-    """The library, which is an extra.
-
-    Raises
-    ------
-    InputError
-        Where it is not installed.
-    """
+def _dask_distributed() -> ModuleType:
+    """The library, which is an extra; InputError where it is not installed."""
     try:
         return importlib.import_module("distributed")
     except ImportError:
@@ -67,7 +61,7 @@ class ClusterWorkers:
     def __init__(
         self, address: str, *, retries: int = RETRIES, patience: float = _PATIENCE_SECONDS
     ) -> None:
-        distributed = dask_distributed()
+        distributed = _dask_distributed()
         self._retries = retries
         where: dict[str, str] = (
             {"scheduler_file": address} if address.endswith(".json") else {"address": address}
@@ -131,12 +125,7 @@ class ClusterWorkers:
                 )
 
     def do(self, jobs: Sequence[Job], watcher: Watcher) -> None:
-        """Do all jobs; returns when each has a result.
-
-        Raises
-        ------
-        Cancelled
-        """
+        """Do all jobs; returns when each has a result."""
         self.check(jobs)
         ended: queue.SimpleQueue[Any] = queue.SimpleQueue()
         futures = {}

@@ -28,7 +28,6 @@ class Job:
         Where it is, the same on every machine that takes part.
     fingerprint : str
         What it has to be there.
-    point : Point
     spec : RunSpec
         With its frames; without detections, which the recording has.
     """

@@ -38,7 +38,6 @@ class RunInput:
     ----------
     recording : Recording
         As its tracker may know it: without the reference.
-    spec : RunSpec
     starts : mapping from frame to Pose
         Where the tracker is put on which pose before it sees a frame. This is for judging alone:
         such a run knows the truth.
@@ -136,10 +135,6 @@ def track_together(
         Asked after every frame whether to stop.
     go_on_after_errors : bool
         Whether an error of one run ends nothing else; it is then told by the run.
-
-    Raises
-    ------
-    Cancelled
     """
     with ExitStack() as stack:
         clouds = _clouds_for(inputs[0], stack)

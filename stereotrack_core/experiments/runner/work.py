@@ -37,10 +37,6 @@ def do_batch(
         Told how many frames more were tracked, over all jobs.
     cancelled : callable, optional
         Asked after every frame whether to stop.
-
-    Raises
-    ------
-    Cancelled
     """
     begun, waiting = time.perf_counter(), list(jobs)
     try:

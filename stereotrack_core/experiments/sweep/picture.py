@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +11,7 @@ from stereotrack_core.atomic import write_file
 from stereotrack_core.experiments.measures import measure_named
 from stereotrack_core.experiments.sweep.points import parameter_rows
 from stereotrack_core.experiments.sweep.table import Axis, Curve, Heat, best_cell
-from stereotrack_core.report.drawing import take_literally
+from stereotrack_core.report.drawing import image_of
 
 _SIZE_INCHES = (6.4, 4.0)
 _DPI = 200
@@ -38,8 +37,6 @@ def draw_curves(path: Path, axis: Axis, measure: str, curves: tuple[Curve, ...])
         A file that is replaced.
     axis : Axis
         Of the parameter.
-    measure : str
-    curves : tuple of Curve
     """
     figure, axes = _figure()
     for curve, colour in zip(curves, _colours(len(curves)), strict=True):
@@ -84,10 +81,7 @@ def draw_heat(path: Path, names: tuple[str, str], measure: str, heat: Heat) -> N
 
 
 def _write(path: Path, figure: Any) -> None:
-    take_literally(figure)
-    drawn = BytesIO()
-    figure.savefig(drawn, format=path.suffix.removeprefix("."), dpi=_DPI)
-    write_file(path, drawn.getvalue())
+    write_file(path, image_of(figure, path.suffix.removeprefix("."), dpi=_DPI))
 
 
 def _figure() -> tuple[Any, Any]:

@@ -5,17 +5,17 @@ from __future__ import annotations
 import contextlib
 import math
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from stereotrack_core.errors import Cancelled, InputError
-from stereotrack_core.experiments.measures import measure_named
+from stereotrack_core.evaluation.summary import Spread
+from stereotrack_core.experiments.measures import MEASURES, measure_named
 from stereotrack_core.experiments.runner.job import Executor, Job, JobResult
 from stereotrack_core.experiments.sweep.plan import SweepPlan
 from stereotrack_core.experiments.sweep.points import Point
 from stereotrack_core.experiments.sweep.search import Search
 from stereotrack_core.experiments.sweep.store import Ending, SweepState, SweepStore
-from stereotrack_core.experiments.sweep.summary import cost, summarised
 
 _STATE_SECONDS = 0.5
 _TABLE_SECONDS = 5.0
@@ -33,7 +33,6 @@ class SweepOutcome:
         Different jobs whose results were there already.
     computed : int
         Jobs computed by this command.
-    stopped : bool
     """
 
     jobs: tuple[Job, ...]
@@ -47,9 +46,6 @@ class SweepRun:
 
     Parameters
     ----------
-    plan : SweepPlan
-    store : SweepStore
-    executor : Executor
     on_percent : callable, optional
         Told how many percent of the work are done.
     cancelled : callable, optional
@@ -156,7 +152,7 @@ class SweepRun:
         found = summarised(own, self._store.results, by)
         if len(found) != 1 or found[0].failed:
             return math.nan
-        value = found[0].mean[by]
+        value = found[0].values[by].mean
         return value if math.isfinite(cost(found[0], by)) else math.nan
 
     @contextlib.contextmanager
@@ -235,3 +231,58 @@ class _Frames:
         begun, before = self._first
         seconds, done = time.monotonic() - begun, self._done - before
         return seconds / done * (self._wanted - self._done) if done else None
+
+
+@dataclass(frozen=True)
+class PointSummary:
+    """All recordings and seeds of one point together.
+
+    Attributes
+    ----------
+    point : Point
+        Without its seed.
+    runs : int
+        Runs that gave something.
+    values : mapping from measure to Spread
+        Over the runs.
+    """
+
+    point: Point
+    runs: int
+    failed: int
+    values: Mapping[str, Spread]
+
+
+def summarised(
+    jobs: Iterable[Job], results: Mapping[str, JobResult], by: str
+) -> tuple[PointSummary, ...]:
+    """Summaries of all points of which something is known, best first.
+
+    Parameters
+    ----------
+    by : str
+        Measure that says which one is best.
+    """
+    groups: dict[Point, list[JobResult]] = {}
+    for job in jobs:
+        if job.identity in results:
+            point = Point(tuple(one for one in job.point.values if one[0] != "seed"))
+            groups.setdefault(point, []).append(results[job.identity])
+    found = []
+    for point, own in groups.items():
+        good = [result.measures for result in own if result.done]
+        values = {
+            measure.name: Spread.of(one.get(measure.name, math.nan) for one in good)
+            for measure in MEASURES
+        }
+        found.append(PointSummary(point, len(good), len(own) - len(good), values))
+    return tuple(sorted(found, key=lambda one: cost(one, by)))
+
+
+def cost(summary: PointSummary, by: str) -> float:
+    """What a point is sorted by: small is good; a point that gave nothing comes last."""
+    value = summary.values[by].mean if by in summary.values else math.nan
+    measure = measure_named(by)
+    if not math.isfinite(value):
+        return math.inf
+    return -value if measure is not None and measure.more_is_better else value

@@ -35,7 +35,6 @@ class Range:
 
     Attributes
     ----------
-    name : str
     low, high : float
         Closed range; meaningless where there are choices.
     scale : str
@@ -116,14 +115,8 @@ def _numeric(name: str, rest: str, kind: type, text: str) -> Range:
     return Range(name, low, high, scale)  # type: ignore[arg-type]  # checked above
 
 
-def optuna_library() -> ModuleType:
-    """The library, which is an extra.
-
-    Raises
-    ------
-    InputError
-        Where it is not installed.
-    """
+def _optuna_library() -> ModuleType:
+    """The library, which is an extra; InputError where it is not installed."""
     try:
         return importlib.import_module("optuna")
     except ImportError:
@@ -139,8 +132,6 @@ class Search:
 
     Parameters
     ----------
-    ranges : sequence of Range
-    seed : int
     more_is_better : bool
         Whether large values are wanted.
     """
@@ -151,7 +142,7 @@ class Search:
             raise InputError(
                 "a name is given twice", where="--search", remedy="Give each name once."
             )
-        self._optuna = optuna_library()
+        self._optuna = _optuna_library()
         logging.getLogger("optuna").setLevel(logging.WARNING)
         sampler = self._optuna.samplers.TPESampler(seed=seed, constant_liar=True)
         self._study = self._optuna.create_study(

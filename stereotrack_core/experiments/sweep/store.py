@@ -66,7 +66,6 @@ class SweepState:
         By this command.
     share : float
         Of the work, 0 to 1.
-    seconds_left : float or None
     ended : str
         Empty while it goes on.
     error : str
@@ -127,10 +126,6 @@ def stored_results(places: SweepPlaces) -> dict[str, JobResult]:
 
 class SweepStore:
     """Writes the files of a sweep; one process at a time.
-
-    Parameters
-    ----------
-    places : SweepPlaces
 
     Raises
     ------

@@ -10,6 +10,7 @@ import numpy as np
 
 from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.errors import InputError
+from stereotrack_core.evaluation.summary import Spread
 from stereotrack_core.experiments.measures import MEASURES, measure_named
 
 _FIXED = ("status", "frames", "attempts", "error", "job")
@@ -23,8 +24,6 @@ class SweepTable:
 
     Attributes
     ----------
-    columns : tuple of str
-    rows : tuple of tuples of str
     failed : int
         Jobs that were left out because they failed.
     """
@@ -89,7 +88,6 @@ class Axis:
 
     Attributes
     ----------
-    name : str
     places : mapping from value to float
         As a dictionary: numbers stand where they are, words side by side.
     log : bool
@@ -189,7 +187,6 @@ def curves_of(table: SweepTable, x: str, y: str, colour: str = "") -> tuple[Curv
 
     Parameters
     ----------
-    table : SweepTable
     x : str
         Column of the horizontal axis.
     y : str
@@ -245,8 +242,9 @@ def best_cell(heat: Heat, measure: str) -> tuple[int, int] | None:
 def _curve(label: str, x: FloatArray, y: FloatArray, row: IntArray) -> Curve:
     at = np.unique(x)
     groups = [y[x == place] for place in at]
-    mean = np.array([group.mean() for group in groups])
-    spread = np.array([group.std(ddof=1) if len(group) > 1 else np.nan for group in groups])
+    found = [Spread.of(group) for group in groups]
+    mean = np.array([one.mean for one in found])
+    spread = np.array([one.deviation for one in found])
     return Curve(label, x, y, row, at, mean, spread)
 
 

@@ -96,13 +96,13 @@ class Trial:
             See :meth:`CloudStore.clouds`.
         """
 
-        def ask(_: Cloud) -> None:
+        def ask(*_: object) -> None:
             if cancelled is not None and cancelled():
                 raise Cancelled
 
         clouds = store.clouds(self.key, self.stretch, cancelled)
         with Pipeline(store.recording, self.spec, clouds=clouds) as pipeline:
-            pipeline.before_step = ask
+            pipeline.before_step = pipeline.on_preparing = ask
             if self.start is None:
                 pipeline.prepare(self.stretch)
             else:

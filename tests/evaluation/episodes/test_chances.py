@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stereotrack_core.body.limbs import LIMBS
-from stereotrack_core.evaluation.episodes.signs import SAID_SIGNS, episode_signs, lost_chances
+from stereotrack_core.evaluation.episodes.stretches import SAID_SIGNS, episode_signs, lost_chances
 from tests.evaluation.episodes.runs import FPS, made, untracked
 
 FOREARM = LIMBS.index("left_forearm")

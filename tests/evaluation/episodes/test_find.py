@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from stereotrack_core.evaluation.episodes.episode import agreement, pooled
 from stereotrack_core.evaluation.episodes.find import Subject, find_episodes
-from stereotrack_core.evaluation.episodes.matching import agreement, pooled
 from stereotrack_core.evaluation.episodes.stretches import EpisodeRules
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 from tests.evaluation.episodes.runs import FPS, made, untracked

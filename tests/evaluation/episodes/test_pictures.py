@@ -5,13 +5,16 @@ import numpy as np
 import pytest
 
 from stereotrack_core.errors import Cancelled, InputError
-from stereotrack_core.evaluation.episodes.best_view import best_view, seen_shares
-from stereotrack_core.evaluation.episodes.drawing import text_width, write
-from stereotrack_core.evaluation.episodes.export import before_peak_after, film_of, strip_of
-from stereotrack_core.evaluation.episodes.film import write_film
+from stereotrack_core.evaluation.episodes.drawing import best_view, seen_shares, text_width, write
+from stereotrack_core.evaluation.episodes.export import (
+    before_peak_after,
+    film_of,
+    strip_of,
+    write_film,
+)
 from stereotrack_core.evaluation.episodes.find import Subject, find_episodes
 from stereotrack_core.evaluation.episodes.looks import Looker
-from stereotrack_core.evaluation.episodes.strip import evenly, frame_captions, picture_strip
+from stereotrack_core.evaluation.episodes.strip import Shown, evenly, picture_strip
 from stereotrack_core.tracking.stored import body_of_run, pose_of_run
 from tests.evaluation.episodes.runs import recorded
 
@@ -24,8 +27,8 @@ def seen(tmp_path_factory):
 
 def test_a_strip_has_a_column_for_each_frame(seen):
     recording, run, _ = seen
-    two = picture_strip(recording, run, [2, 6], "N", height=120)
-    four = picture_strip(recording, run, [2, 4, 6, 8], "N", height=120)
+    two = picture_strip(Shown(recording, run), [2, 6], "N", height=120)
+    four = picture_strip(Shown(recording, run), [2, 4, 6, 8], "N", height=120)
     assert two.dtype == np.uint8
     assert two.shape[0] == four.shape[0]
     assert 1.8 < (four.shape[1] - 20) / (two.shape[1] - 20) < 2.2
@@ -33,29 +36,30 @@ def test_a_strip_has_a_column_for_each_frame(seen):
 
 def test_the_model_is_drawn_in_the_lower_pictures_alone(seen):
     recording, run, _ = seen
-    strip = picture_strip(recording, run, [6], "N", height=120).astype(int)
+    strip = picture_strip(Shown(recording, run), [6], "N", height=120).astype(int)
     coloured = np.ptp(strip, axis=2) > 40
     rows = np.flatnonzero(coloured.any(axis=1))
     assert rows.min() > 32 + 120
 
 
 def test_captions_tell_the_error_or_what_the_run_says(seen):
-    _, run, truth = seen
-    told = frame_captions(run, [2, 6], ("left_forearm",), truth)
+    recording, run, truth = seen
+    forearm = ("left_forearm",)
+    told = Shown(recording, run, forearm, truth).captions([2, 6])
     assert told == [("frame 2", "left forearm 0°"), ("frame 6", "left forearm 80°")]
-    assert frame_captions(run, [6], ("left_forearm",))[0][1] == "left forearm 2 % lost"
-    assert frame_captions(run, [6], (), truth)[0][1] == "left forearm 80°"
-    assert frame_captions(run, [99], (), truth)[0] == ("frame 99", "unknown")
+    assert Shown(recording, run, forearm).captions([6])[0][1] == "left forearm 2 % lost"
+    assert Shown(recording, run, (), truth).captions([6])[0][1] == "left forearm 80°"
+    assert Shown(recording, run, (), truth).captions([99])[0] == ("frame 99", "unknown")
 
 
 def test_wrong_wishes_are_refused(seen, tmp_path):
     recording, run, _ = seen
     with pytest.raises(InputError, match="there are no frames"):
-        picture_strip(recording, run, [])
+        picture_strip(Shown(recording, run), [])
     with pytest.raises(InputError, match="no view 'Q'"):
-        picture_strip(recording, run, [1], "Q")
+        picture_strip(Shown(recording, run), [1], "Q")
     with pytest.raises(InputError, match="must end in"):
-        write_film(tmp_path / "film.avi", recording, run, [1])
+        write_film(tmp_path / "film.avi", Shown(recording, run), [1])
 
 
 def test_the_best_view_is_one_that_sees_the_limb(seen):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stereotrack_core.evaluation.joint_angles.errors import angle_errors
+from stereotrack_core.evaluation.joint_angles.ranges import angle_errors
 from stereotrack_core.evaluation.joint_angles.series import angles_of_run, angles_of_trajectory
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.tracking.presets import preset
@@ -27,4 +27,4 @@ def test_angles_of_an_accurate_run_are_as_good_as_they_say(shared_recording):
     assert median["shoulder_plane"] < 12.0
     for error in errors:
         assert error.frames > 30, error.angle.name
-        assert error.within > 0.8, error.angle.name
+        assert error.within_two_sigma > 0.8, error.angle.name

@@ -7,8 +7,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stereotrack_core.evaluation.joint_angles.definitions import ANGLES, NAMES, sided
-from stereotrack_core.evaluation.joint_angles.geometry import angles_of_landmarks
+from stereotrack_core.evaluation.joint_angles.definitions import (
+    ANGLES,
+    NAMES,
+    angles_of_landmarks,
+    sided,
+)
 from stereotrack_core.recording.landmarks import LANDMARKS
 from tests.evaluation.joint_angles.cases import landmarks, torso_of
 

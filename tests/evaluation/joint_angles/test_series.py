@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from stereotrack_core.evaluation.joint_angles.definitions import NAMES
-from stereotrack_core.evaluation.joint_angles.errors import angle_errors
+from stereotrack_core.evaluation.joint_angles.ranges import angle_errors
 from stereotrack_core.evaluation.joint_angles.series import JointAngles, stretches, unwrapped
 
 TURN, PLANE, FLEXION = (
@@ -61,8 +61,10 @@ def test_errors_go_the_short_way_round_and_are_held_against_what_is_stated():
     found = angles(np.radians([-179.0, 13.0, 20.0]), "torso_turn", [0, 1, 7], np.radians(1.2))
     error = angle_errors(found, truth)[TURN]
     assert error.frames == 2
-    assert np.degrees([error.bias, error.p95, error.sigma]) == pytest.approx([2.5, 2.95, 1.2])
-    assert error.within == 0.5
+    assert np.degrees([error.mean_error, error.p95, error.stated_sigma]) == pytest.approx(
+        [2.5, 2.95, 1.2]
+    )
+    assert error.within_two_sigma == 0.5
     nothing = angle_errors(found, truth)[FLEXION]
     assert (nothing.frames, np.isnan(nothing.rms)) == (0, True)
 
@@ -71,4 +73,4 @@ def test_what_the_reference_states_of_itself_is_added():
     truth = angles([0.0], "torso_turn", sigma=0.04)
     found = angles([0.09], "torso_turn", sigma=0.03)
     error = angle_errors(found, truth)[TURN]
-    assert (error.sigma, error.within) == (pytest.approx(0.05), 1.0)
+    assert (error.stated_sigma, error.within_two_sigma) == (pytest.approx(0.05), 1.0)

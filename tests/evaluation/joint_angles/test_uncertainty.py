@@ -16,8 +16,9 @@ from stereotrack_core.body.angles import (
 from stereotrack_core.body.manifold import displaced
 from stereotrack_core.body.model import body_model, landmarks
 from stereotrack_core.body.proportions import proportions_of
-from stereotrack_core.evaluation.joint_angles.definitions import ANGLES, NAMES
-from stereotrack_core.evaluation.joint_angles.geometry import (
+from stereotrack_core.evaluation.joint_angles.definitions import (
+    ANGLES,
+    NAMES,
     angles_of_landmarks,
     raw_angles,
     wrapped,
@@ -25,8 +26,9 @@ from stereotrack_core.evaluation.joint_angles.geometry import (
 from stereotrack_core.evaluation.joint_angles.series import (
     angles_of_reference,
     angles_of_run,
+    sigma_of_reference,
+    sigma_of_run,
 )
-from stereotrack_core.evaluation.joint_angles.uncertainty import sigma_of_reference, sigma_of_run
 from stereotrack_core.interop.first_pose import pose_of_landmarks
 from stereotrack_core.tracking.estimate import OVERCONFIDENCE
 from stereotrack_core.tracking.frame import Run

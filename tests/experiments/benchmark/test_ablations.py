@@ -2,7 +2,7 @@
 
 import pytest
 
-from stereotrack_core.experiments.benchmark.ablations import ABLATIONS
+from stereotrack_core.experiments.benchmark.accuracy import ABLATIONS
 from stereotrack_core.tracking.presets import preset
 
 

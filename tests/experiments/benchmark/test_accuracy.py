@@ -17,7 +17,7 @@ from stereotrack_core.experiments.benchmark.accuracy import (
     accuracy,
     pooled,
 )
-from stereotrack_core.experiments.benchmark.speed import speeds
+from stereotrack_core.experiments.benchmark.speed import chain_speed
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run import track
@@ -68,7 +68,7 @@ def test_scores_are_those_of_runs_alone(recording, scores):
     for score in scores:
         run = track(recording, RunSpec(ALL[score.contestant], seed=score.seed))
         summary = evaluate(run, recording.reference)
-        assert set(score.values) == {measure.name for measure in MEASURES}
+        assert set(score.values) == set(MEASURES)
         for name in ("torso_position", "torso_long", "torso_cross", "upper_arms", "forearms"):
             assert score.values[name] == summary.measure(name).statistics.mean
         for name in ("upper_arms", "forearms"):
@@ -134,30 +134,31 @@ def test_recordings_without_a_usable_reference_are_refused(recording):
 
 
 def score(seed, value, name="a", recording="r"):
-    return Score(recording, name, seed, 7, {measure.name: value for measure in MEASURES})
+    return Score(recording, name, seed, 7, dict.fromkeys(MEASURES, value))
 
 
 def test_seeds_are_pooled():
     rows = pooled([score(0, 1.0), score(1, 2.0), score(2, 6.0), score(0, 5.0, "b")])
     assert [(row.contestant, row.seeds) for row in rows] == [("a", 3), ("b", 1)]
-    assert rows[0].mean["lost"] == 3.0
-    assert rows[0].spread["lost"] == pytest.approx(math.sqrt(7.0))
-    assert math.isnan(rows[1].spread["lost"])
+    assert rows[0].values["lost"].mean == 3.0
+    assert rows[0].values["lost"].deviation == pytest.approx(math.sqrt(7.0))
+    assert math.isnan(rows[1].values["lost"].deviation)
     assert pooled([score(0, 1.0), score(0, 1.0, recording="s")])[1].recording == "s"
     assert pooled([]) == ()
 
 
 def test_speed_without_stereo_has_no_ratio(recording):
     told = []
-    found = speeds(
+    found = chain_speed(
         recording,
         {name: ALL[name] for name in ("one", "other")},
+        views=["N"],
         frames=2,
         rounds=1,
         on_progress=told.append,
     )
-    assert list(found) == ["one", "other"]
+    assert [speed.preset for speed in found] == ["one", "other"]
     assert told == [1, 2]
-    for speed in found.values():
-        assert speed.frames_per_second > 0
+    for speed in found:
+        assert speed.seconds > 0
         assert math.isnan(speed.ratio)

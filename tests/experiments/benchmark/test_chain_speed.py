@@ -3,7 +3,7 @@
 import pytest
 
 from stereotrack_core.errors import InputError
-from stereotrack_core.experiments.benchmark.chain_speed import chain_speed
+from stereotrack_core.experiments.benchmark.speed import chain_speed
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.simulation.make import simulate
 from stereotrack_core.simulation.options import SceneOptions

@@ -4,8 +4,8 @@ import time
 
 import pytest
 
-from stereotrack_core.experiments.benchmark import clock
-from stereotrack_core.experiments.benchmark.clock import median_seconds, seconds_of
+from stereotrack_core.experiments.benchmark import speed as clock
+from stereotrack_core.experiments.benchmark.speed import median_seconds, seconds_of
 
 
 class Work:

@@ -7,11 +7,10 @@ import pytest
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.experiments.benchmark.growth import (
-    Cost,
     cost_of_points,
     cost_of_views,
-    exponent,
 )
+from stereotrack_core.experiments.benchmark.speed import exponent
 from stereotrack_core.tracking.correspondences import DataToModel
 from stereotrack_core.tracking.presets import preset
 from tests.tracking.recordings import write_depth_recording
@@ -57,9 +56,9 @@ def test_every_number_of_views_has_its_cost(recording):
 
 @pytest.mark.parametrize("power", [0.5, 1.0, 2.0])
 def test_the_exponent_is_that_of_a_power(power):
-    assert exponent([Cost(n, 3.0 * n**power) for n in (10, 20, 70)]) == pytest.approx(power)
+    assert exponent([10, 20, 70], [3.0 * n**power for n in (10, 20, 70)]) == pytest.approx(power)
 
 
 def test_one_size_has_no_exponent():
-    assert math.isnan(exponent([Cost(5, 1.0)]))
-    assert math.isnan(exponent([]))
+    assert math.isnan(exponent([5], [1.0]))
+    assert math.isnan(exponent([], []))

@@ -1,20 +1,25 @@
 """Tables from errors that are known."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from stereotrack_core.evaluation.errors import LimbErrors
-from stereotrack_core.experiments.reproduction.outcomes import (
+from stereotrack_core.evaluation.summary import Spread
+from stereotrack_core.experiments.reproduction.plan import PlannedRun
+from stereotrack_core.experiments.reproduction.tables import (
     LOST,
-    Figure,
+    OF_THESIS,
     Outcome,
+    compared_tables,
     fast_from,
     figure,
+    in_full,
+    page_table,
+    rows_of,
 )
-from stereotrack_core.experiments.reproduction.plan import Entry, Way
-from stereotrack_core.experiments.reproduction.tables import OF_THESIS, compared_tables
 from stereotrack_core.experiments.reproduction.thesis import TABLE_4_1
-from stereotrack_core.experiments.reproduction.words import in_full, page_table, rows_of, shown
 from stereotrack_core.recording.description import Segment
 
 SEGMENTS = (Segment("whip", 2, 8), Segment("whip-fast", 12, 18))
@@ -33,7 +38,7 @@ def outcome(recording, way, seed, degrees, *, fast=90.0, frames=20):
         np.stack([angles, angles], axis=1),
         np.ones(frames, dtype=bool),
     )
-    return Outcome(recording, Entry(way, seed), errors, 12, SEGMENTS, "1")
+    return Outcome(recording, replace(way, seed=seed), errors, 12, SEGMENTS, "1")
 
 
 def test_fast_motions_begin_with_the_first_fast_segment():
@@ -42,18 +47,18 @@ def test_fast_motions_begin_with_the_first_fast_segment():
 
 
 def test_frames_are_pooled_and_seeds_give_the_spread():
-    way = Way("thesis")
+    way = PlannedRun("thesis")
     outcomes = [outcome("P1", way, 0, 10.0), outcome("P1", way, 1, 14.0)]
     outcomes += [outcome("P2", way, 0, 30.0), outcome("P2", way, 1, 34.0)]
     found = figure(outcomes, "thesis", "forearms", Outcome.slow, PEOPLE)
     assert found.mean == pytest.approx(22.0)
-    assert found.spread == pytest.approx(np.sqrt(8.0))
+    assert found.deviation == pytest.approx(np.sqrt(8.0))
     fast = figure(outcomes, "thesis", LOST, Outcome.fast, PEOPLE)
     assert fast.mean == pytest.approx(100.0)
 
 
 def test_nothing_is_said_before_all_recordings_are_tracked():
-    outcomes = [outcome("P1", Way("thesis"), 0, 10.0)]
+    outcomes = [outcome("P1", PlannedRun("thesis"), 0, 10.0)]
     assert np.isnan(figure(outcomes, "thesis", "forearms", Outcome.slow, PEOPLE).mean)
 
 
@@ -63,11 +68,11 @@ def tables():
         outcome(name, way, 0, degrees)
         for name in PEOPLE
         for way, degrees in [
-            (Way("thesis"), 30.0),
-            (Way("thesis", anew=True), 20.0),
-            (Way("thesis", points=24), 40.0),
-            (Way("accurate"), 5.0),
-            (Way("accurate", few_views=True), 7.0),
+            (PlannedRun("thesis"), 30.0),
+            (PlannedRun("thesis", anew=True), 20.0),
+            (PlannedRun("thesis", points=24), 40.0),
+            (PlannedRun("accurate"), 5.0),
+            (PlannedRun("accurate", few_views=True), 7.0),
         ]
     ]
     made = compared_tables(outcomes, PEOPLE, ("thesis", "accurate"))
@@ -103,9 +108,9 @@ def test_fast_motions_have_their_own_table(tables):
 
 
 def test_numbers_are_written_as_people_and_programs_read_them(tables):
-    assert shown(Figure(32.14, 0.84), "deg") == "32.1 ± 0.8"
-    assert shown(Figure(66.6), "mm") == "67"
-    assert shown(Figure(), "deg") == "–"
+    assert Spread(32.14, 0.84).text() == "32.1 ± 0.8"
+    assert Spread(66.6).text(0) == "67"
+    assert Spread().text(absent="–") == "–"
     rows = rows_of(tables["4.1"])
     assert rows[0][:3] == ("torso position [mm]", OF_THESIS, "65")
     assert rows[1][0] == ""

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from stereotrack_core.errors import Cancelled
-from stereotrack_core.experiments.reproduction.outcomes import outcome_of
-from stereotrack_core.experiments.reproduction.plan import Entry, Group, Way, averaged_subject
+from stereotrack_core.experiments.reproduction.plan import Group, PlannedRun, averaged_subject
 from stereotrack_core.experiments.reproduction.runs import track_group
+from stereotrack_core.experiments.reproduction.tables import outcome_of
 from stereotrack_core.interop.first_pose import pose_of_landmarks
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.simulation.make import simulate
@@ -46,9 +46,12 @@ def same(a, b):
 
 
 def test_a_run_that_shares_clouds_is_the_one_that_does_not(recording):
-    ways = (Entry(Way("thesis"), 0), Entry(Way("thesis"), 1), Entry(Way("thesis", points=24), 0))
+    ways = (PlannedRun("thesis"), PlannedRun("thesis", seed=1), PlannedRun("thesis", points=24))
     shared = tracked(recording, *ways)
-    alone = track(recording, RunSpec(Way("thesis").settings, seed=1, init="tpose", preset="thesis"))
+    alone = track(
+        recording,
+        RunSpec(PlannedRun("thesis").spec().settings, seed=1, init="tpose", preset="thesis"),
+    )
     assert same(shared[1], alone)
     assert not same(shared[0], shared[1])
     assert not same(shared[0], shared[2])
@@ -59,7 +62,7 @@ def test_a_run_that_shares_clouds_is_the_one_that_does_not(recording):
 def test_no_truth_reaches_a_run_that_is_not_begun_anew(recording):
     wrong = replace(recording.reference, points=recording.reference.points + 0.5)
     lied_to = replace(recording, reference=wrong)
-    entries = (Entry(Way("thesis"), 0), Entry(Way("thesis", anew=True), 0))
+    entries = (PlannedRun("thesis"), PlannedRun("thesis", anew=True))
     plain, anew = tracked(recording, *entries)
     still_plain, misled = tracked(lied_to, *entries, starts=poses(lied_to, (0, 5)))
     assert same(plain, still_plain)
@@ -69,18 +72,18 @@ def test_no_truth_reaches_a_run_that_is_not_begun_anew(recording):
 
 
 def test_runs_begun_anew_go_on_from_the_given_pose(recording):
-    [run] = tracked(recording, Entry(Way("thesis", anew=True), 0))
-    [other] = tracked(recording, Entry(Way("thesis", anew=True), 0), starts=poses(recording, (0,)))
+    [run] = tracked(recording, PlannedRun("thesis", anew=True))
+    [other] = tracked(recording, PlannedRun("thesis", anew=True), starts=poses(recording, (0,)))
     assert np.array_equal(run.frame, np.arange(FRAMES))
     assert np.array_equal(run.landmarks[:5], other.landmarks[:5], equal_nan=True)
     assert not np.array_equal(run.landmarks[5:], other.landmarks[5:], equal_nan=True)
-    errors = outcome_of(recording, Entry(Way("thesis", anew=True), 0), run).errors
+    errors = outcome_of(recording, PlannedRun("thesis", anew=True), run).errors
     assert np.degrees(errors.upper_arm[5]).max() < 60.0
 
 
 def test_averaged_proportions_are_another_body(recording):
     taller = replace(recording.subject, upper_arm_length=0.4)
-    entries = Group("P2", (Entry(Way("thesis"), 0), Entry(Way("thesis", averaged=True), 0)))
+    entries = Group("P2", (PlannedRun("thesis"), PlannedRun("thesis", averaged=True)))
     made = track_group(recording, entries, taller, range(FRAMES), {})
     own, averaged = (run for _, run in made)
     assert own.meta["subject"]["upper_arm_length"] != 0.4
@@ -92,7 +95,7 @@ def test_stopping_keeps_nothing_of_the_group(recording):
     seen = []
     with pytest.raises(Cancelled):
         tracked(
-            recording, Entry(Way("thesis"), 0), on_frames=seen.append,
+            recording, PlannedRun("thesis"), on_frames=seen.append,
             cancelled=lambda: len(seen) >= 2,
         )  # fmt: skip
     assert seen == [1, 1]

@@ -10,8 +10,7 @@ import pytest
 
 from stereotrack_core.errors import Cancelled
 from stereotrack_core.experiments.runner import local as pool
-from stereotrack_core.experiments.runner.batches import Batches
-from stereotrack_core.experiments.runner.local import LocalWorkers
+from stereotrack_core.experiments.runner.local import Batches, LocalWorkers
 from stereotrack_core.experiments.runner.work import do_batch
 from stereotrack_core.experiments.sweep.points import Point, grid_points, parsed_axis
 

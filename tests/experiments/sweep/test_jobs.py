@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from stereotrack_core.errors import InputError
-from stereotrack_core.experiments.sweep import jobs as jobs_module
+from stereotrack_core.experiments.sweep import plan as jobs_module
 from stereotrack_core.experiments.sweep.points import Point, grid_points, parsed_axis
 from stereotrack_core.geometry.transform import RigidTransform
 

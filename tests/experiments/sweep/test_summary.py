@@ -6,9 +6,9 @@ import math
 import pytest
 
 from stereotrack_core.experiments.runner.job import JobResult, failure
-from stereotrack_core.experiments.sweep.estimate import expected_seconds
+from stereotrack_core.experiments.sweep.plan import expected_seconds
 from stereotrack_core.experiments.sweep.points import grid_points, parsed_axis
-from stereotrack_core.experiments.sweep.summary import summarised
+from stereotrack_core.experiments.sweep.run import summarised
 
 
 @pytest.fixture
@@ -33,10 +33,10 @@ def test_points_are_sorted_with_the_best_first(jobs):
     found = summarised(jobs, results_of(jobs, values), "forearms")
     assert [one.point.by_name["iterations"] for one in found] == [3, 2, 4, 5]
     assert [(one.runs, one.failed) for one in found] == [(2, 1), (3, 0), (3, 0), (0, 3)]
-    assert found[1].mean["forearms"] == 6.0
-    assert found[1].spread["forearms"] == 1.0
-    assert math.isnan(found[1].mean["unexplained_fraction"])
-    assert math.isnan(found[3].mean["forearms"])
+    assert found[1].values["forearms"].mean == 6.0
+    assert found[1].values["forearms"].deviation == 1.0
+    assert math.isnan(found[1].values["unexplained_fraction"].mean)
+    assert math.isnan(found[3].values["forearms"].mean)
     fast = summarised(jobs, results_of(jobs, values), "frames_per_second")
     assert [one.point.by_name["iterations"] for one in fast] == [4, 2, 3, 5]
 

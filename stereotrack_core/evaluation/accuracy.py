@@ -1,4 +1,4 @@
-"""How good a reference is by its own account, for every measure that errors are reported in.
+"""How accurate a run is against a reference, and how good that is by its own account.
 
 An error of 9.1 deg against a reference that is good to 2.3 deg says something else than the same
 error against one that is good to 8.
@@ -6,15 +6,78 @@ error against one that is good to 8.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.body.limbs import LIMBS
-from stereotrack_core.evaluation.summary import root_mean
-from stereotrack_core.recording.landmarks import LANDMARKS
+from stereotrack_core.evaluation.errors import LimbErrors, errors_against
+from stereotrack_core.evaluation.summary import (
+    Doubts,
+    Summary,
+    doubts_against,
+    root_mean,
+    summarise,
+    summarise_segments,
+)
+from stereotrack_core.recording.description import Segment
+from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
+from stereotrack_core.tracking.frame import Run
+
+
+@dataclass(frozen=True)
+class Accuracy:
+    """Errors against a reference.
+
+    Attributes
+    ----------
+    segments : tuple of Summary
+        Of every segment.
+    quality : mapping from measure to float
+        How good the reference is, as far as it says.
+    doubts : Doubts or None
+        Whether limbs that the run takes for lost are lost; None where it says nothing.
+    """
+
+    errors: LimbErrors
+    summary: Summary
+    segments: tuple[Summary, ...]
+    quality: Mapping[str, float]
+    doubts: Doubts | None
+
+
+def accuracy_of(
+    found: Run | LandmarkTrajectory,
+    reference: LandmarkTrajectory,
+    states: Reference | None = None,
+    segments: Sequence[Segment] = (),
+    frames: tuple[int | None, int | None] = (None, None),
+) -> Accuracy:
+    """Measure a run, or landmarks alone.
+
+    Parameters
+    ----------
+    states : Reference, optional
+        The reference with its uncertainty.
+    frames : tuple of (int or None, int or None)
+        Half-open stretch that counts.
+    """
+    run, trajectory = (found, found.trajectory()) if isinstance(found, Run) else (None, found)
+    errors = errors_against(trajectory, reference)
+    first, end = frames
+    errors = errors.between(first or 0, 2**62 if end is None else end)
+    doubts = None if run is None else doubts_against(run.frame, run.limb_lost, errors)
+    return Accuracy(
+        errors=errors,
+        summary=summarise(errors),
+        segments=summarise_segments(errors, segments),
+        quality={} if states is None else reference_quality(states, errors.frame),
+        doubts=doubts if doubts is not None and doubts.judged else None,
+    )
+
 
 _OF_LIMBS: dict[str, tuple[str, ...]] = {
     "torso_long": ("torso",),
@@ -42,7 +105,6 @@ def reference_quality(reference: Reference, frames: IntArray) -> dict[str, float
 
     Parameters
     ----------
-    reference : Reference
     frames : (F,) int64
         Frames that count; those that the reference does not have are passed over.
 
@@ -66,6 +128,15 @@ def reference_quality(reference: Reference, frames: IntArray) -> dict[str, float
             own = sigma[:, [LIMBS.index(limb) for limb in limbs]]
             values[measure] = root_mean(np.square(own))
     return {measure: value for measure, value in values.items() if np.isfinite(value)}
+
+
+def stated_means(accuracy: Accuracy) -> list[str]:
+    """``forearms 9.1 deg, reference uncertainty 2.3`` and so on, of the main measures."""
+    return [
+        f"{one.label} {stated(one.statistics.mean, one.unit, accuracy.quality, one.name)}"
+        for one in accuracy.summary.measures
+        if one.name in ("torso_long", "torso_cross", "upper_arms", "forearms")
+    ]
 
 
 def stated(error: float, unit: str, quality: Mapping[str, float], measure: str) -> str:

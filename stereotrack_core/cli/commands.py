@@ -1,0 +1,122 @@
+"""The commands of the program."""
+
+from __future__ import annotations
+
+from argparse import ArgumentParser
+from dataclasses import dataclass
+from importlib import import_module
+from typing import NoReturn
+
+from stereotrack_core.errors import InputError, did_you_mean
+from stereotrack_core.version import __version__
+
+PROGRAM = "stereotrack"
+
+
+class _Parser(ArgumentParser):
+    """A parser whose complaints are one sentence."""
+
+    def error(self, message: str) -> NoReturn:
+        raise InputError(message, remedy=f"See `{self.prog} --help`.")
+
+
+@dataclass(frozen=True)
+class Command:
+    """A command, whose module is imported when it is chosen.
+
+    The module has a ``DESCRIPTION`` for the command's own help, its ``OPTIONS``, and a function
+    ``run`` that is given what was said and returns the exit status.
+    """
+
+    name: str
+    module: str
+    summary: str
+
+
+COMMANDS: tuple[Command, ...] = (
+    Command("open", "workbench", "open the workbench on a recording folder or project file"),
+    Command(
+        "demo",
+        "demo",
+        "create a demo recording (once), track it, print its errors, open the workbench",
+    ),
+    Command("simulate", "simulate", "render a stereo recording with ground truth"),
+    Command("info", "info", "print what a recording contains and all problems found in it"),
+    Command("cloud", "cloud", "the fused point cloud of one frame as a PLY file"),
+    Command("proportions", "proportions", "estimate a person's segment lengths from the recording"),
+    Command("track", "track", "track the person through a recording and write the run"),
+    Command(
+        "evaluate",
+        "evaluate",
+        "compute the errors of a run against the reference, with the thesis's measures",
+    ),
+    Command(
+        "compare",
+        "compare",
+        "compare runs: how much better one is, and whether the difference is significant",
+    ),
+    Command(
+        "angles",
+        "angles",
+        "joint angles of a run or reference: ranges of motion, velocities, left-right differences",
+    ),
+    Command("episodes", "episodes", "detect failures in a run and their probable causes"),
+    Command(
+        "sweep",
+        "sweep",
+        "track with several parameter values, recordings and seeds, and compare the results",
+    ),
+    Command("fit", "fit", "fit the body to clicked landmarks, to make a reference"),
+    Command(
+        "import", "import_labels", "import clicks or a trajectory from another tool into a project"
+    ),
+    Command(
+        "export",
+        "export",
+        "export a run, or the clicks or the reference of a project, for another tool",
+    ),
+    Command(
+        "benchmark", "benchmark", "compare presets and baselines on recordings with a reference"
+    ),
+    Command(
+        "report",
+        "report",
+        "write a report on a run: one page with errors, curves, failures and images",
+    ),
+    Command("reproduce", "reproduce", "reproduce the tables and curves of the thesis"),
+    Command("bench", "bench", "run the README's benchmarks, as ratios"),
+    Command("help", "help", "list all commands, or show the help of one command"),
+)
+
+
+def command_list() -> str:
+    """All commands with one line each."""
+    width = max(len(command.name) for command in COMMANDS)
+    lines = [f"  {PROGRAM} {command.name:<{width}}  {command.summary}" for command in COMMANDS]
+    bare = f"  {PROGRAM} {'':<{width}}  open the workbench with a welcome page"
+    end = f"`{PROGRAM} COMMAND --help` shows the help of a command."
+    return "\n".join([f"{PROGRAM} {__version__}", "", bare, *lines, "", end])
+
+
+def parser_of(command: Command) -> ArgumentParser:
+    """The parser of a command; ``run`` of what it has read does the command."""
+    module = import_module(f"stereotrack_core.cli.{command.module}")
+    own = _Parser(f"{PROGRAM} {command.name}", description=module.DESCRIPTION)
+    for option in module.OPTIONS:
+        own.add_argument(*option.names, **option.keywords)
+    own.add_argument(
+        "--debug", action="store_true", help="show the traceback of an unexpected error"
+    )
+    own.set_defaults(run=module.run)
+    return own
+
+
+def command_named(name: str) -> Command:
+    """The command of that name; InputError where there is none."""
+    known = {command.name: command for command in COMMANDS}
+    if name not in known:
+        raise InputError(
+            f"unknown command {name!r}",
+            remedy=f"{did_you_mean(name, known)}`{PROGRAM} help` lists all commands.",
+        )
+    return known[name]
