@@ -10,7 +10,6 @@ from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.parameters import BodyShape
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.proportions import Proportions
-from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.errors import Cancelled
 from stereotrack_core.tracking.lengths_fit import EstimatedLengths
 from stereotrack_core.tracking.parameters import Settings
