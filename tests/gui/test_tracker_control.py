@@ -10,7 +10,7 @@ from contextlib import contextmanager
 
 import numpy as np
 import pytest
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QEvent, QObject, Qt
 from PySide6.QtTest import QTest
 
 from stereotrack_core.tracking.run import track
@@ -250,3 +250,40 @@ def test_closing_while_tracking_ends_the_run_and_the_process(opened, qtbot):
     assert opened.context.session.track.entry is None
     for process in processes:
         process.join()
+
+
+class Paintings(QObject):
+    """Counts how often a widget is painted."""
+
+    def __init__(self, widget):
+        super().__init__(widget)
+        self.count = 0
+        widget.installEventFilter(self)
+
+    def eventFilter(self, _widget, event):
+        self.count += event.type() == QEvent.Type.Paint
+        return False
+
+
+def test_a_frame_is_drawn_once_by_each_view_however_late_its_points_are(opened, qtbot):
+    window, session = opened, opened.context.session
+    window.context.docks.show_named("track")
+    qtbot.waitUntil(window.context.tasks.settled)
+    trigger(window, "step")
+    qtbot.waitUntil(lambda: session.track.paused)
+    qtbot.waitUntil(window.context.tasks.settled)
+    views = [Paintings(tile.camera) for tile in window.context.docks.views.tiles.values()]
+    timeline = Paintings(window.context.docks.timeline.viewport())
+    told = []
+    session.instant.ready.connect(lambda instant: told.append(instant.cloud))
+    window.context.actions.refresh()
+    trigger(window, "step")
+    qtbot.waitUntil(lambda: session.track.paused)
+    qtbot.waitUntil(window.context.tasks.settled)
+    qtbot.waitUntil(lambda: told[-1] is not None and bool(told[-1].depths))
+    assert [view.count for view in views] == [1, 1]
+    assert timeline.count <= 2, "the frame is another, and the run has grown"
+    session.document.go_to(4)
+    qtbot.waitUntil(window.context.tasks.settled)
+    assert told[-1].frame == 4
+    assert [view.count for view in views] == [2, 2]

@@ -26,7 +26,7 @@ from .click_marks import ClickMarks, Offer
 from .click_painting import paint_marks, paint_outside
 from .cursor import CursorLabel, loupe_size, paint_loupe
 from .overlays import paint_overlay
-from .picture import Picture
+from .picture import Picture, alike
 from .picture_view import PictureView
 
 _CLICK_PIXELS = 4
@@ -90,6 +90,8 @@ class CameraView(PictureView):
     def set_marks(self, marks: ClickMarks | None) -> None:
         """Draw clicks; those of another frame or camera than the picture's wait for theirs."""
         before, self._marks = self._marks, marks
+        if alike(before, marks):
+            return
         if marks is None or before is None or marks.frame != before.frame:
             self._keep_person()  # never while clicks are placed in the frame that is shown
         self._show_cursor()

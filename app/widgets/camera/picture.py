@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
-from typing import Literal, TypeAlias
+from dataclasses import dataclass, field, fields, is_dataclass, replace
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 
@@ -25,6 +25,10 @@ PICTURE_KINDS: dict[PictureKind, str] = {
 """Kinds of pictures with their names; the reference image of a stereo view is the right one."""
 
 
+def _silent(_x: float, _y: float) -> str:
+    return ""
+
+
 @dataclass(frozen=True, eq=False)
 class Picture:
     """One picture of one view at one instant."""
@@ -41,8 +45,26 @@ class Picture:
     overlay: Overlay = field(default_factory=Overlay)
     camera: str = ""
     """The camera whose raw pixels these are; empty for a picture that was computed."""
-    value_at: Callable[[float, float], str] = field(default=lambda _x, _y: "")
+    value_at: Callable[[float, float], str] = _silent
     """From column and row to words about the pixel: its value and the depth of its ray."""
+
+    def looks_like(self, other: Picture) -> bool:
+        """Whether it is painted like another one, whatever may be said of its pixels."""
+        mine, others = (replace(one, value_at=_silent) for one in (self, other))
+        return self.pixels is other.pixels and alike(mine, others)
+
+
+def alike(a: Any, b: Any) -> bool:
+    """Whether two values are equal, with all arrays in them."""
+    if a is b or type(a) is not type(b):
+        return a is b
+    if isinstance(a, np.ndarray):
+        return bool(np.array_equal(a, b, equal_nan=a.dtype.kind == "f"))
+    if isinstance(a, tuple):
+        return len(a) == len(b) and all(map(alike, a, b))
+    if is_dataclass(a):
+        return all(alike(getattr(a, part.name), getattr(b, part.name)) for part in fields(a))
+    return bool(a == b)
 
 
 @dataclass(frozen=True)

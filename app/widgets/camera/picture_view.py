@@ -47,9 +47,14 @@ class PictureView(QWidget):
         return QSize(480, 360)
 
     def show_picture(self, picture: Picture) -> None:
-        """Show another picture; zoom and place are kept while its size stays the same."""
+        """Show another picture; zoom and place are kept while its size stays the same.
+
+        One that looks like that which is shown is not painted again.
+        """
+        before, self.picture = self.picture, picture
+        if before is not None and picture.looks_like(before):
+            return
         size_before = self._image.size()
-        self.picture = picture
         self._make_image()
         if self._image.size() != size_before:
             self.fit()
