@@ -8,7 +8,7 @@ camera that contradicts the others are not blamed.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,7 +20,7 @@ from stereotrack_core.annotation.landmark_set import LandmarkSet
 from stereotrack_core.annotation.predict import PredictedPoint, predicted_point
 from stereotrack_core.annotation.swaps import Swap, find_swaps
 from stereotrack_core.arrays import FloatArray, IntArray
-from stereotrack_core.body.limbs import LIMBS
+from stereotrack_core.body.limbs import LIMB_ENDS, LIMBS
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.camera_agreement import (
     LEAST_RATIO,
@@ -162,13 +162,6 @@ _HIGH_RESIDUAL = 4.0
 _LIMB_LENGTH = 0.3
 """Metres; what a place that is off does to a direction."""
 
-_DIRECTIONS: dict[str, tuple[str, str]] = {
-    "left_upper_arm": ("left_shoulder", "left_elbow"),
-    "right_upper_arm": ("right_shoulder", "right_elbow"),
-    "left_forearm": ("left_elbow", "left_hand"),
-    "right_forearm": ("right_elbow", "right_hand"),
-}
-
 
 @dataclass(frozen=True)
 class Doubt:
@@ -227,18 +220,16 @@ def swaps_of(
     return found
 
 
-def disagreement_deg(
-    fit: TrajectoryFit, run: LandmarkTrajectory, limbs: Sequence[str] = tuple(_DIRECTIONS)
-) -> FloatArray:
+def disagreement_deg(fit: TrajectoryFit, run: LandmarkTrajectory) -> FloatArray:
     """Angles (F, 6) in degrees between a tracker's arms and the fit's; NaN where not known."""
     result: FloatArray = np.full((len(fit.frame), len(LIMBS)), np.nan)
     _, ours, theirs = np.intersect1d(fit.frame, run.frame, return_indices=True)
-    for limb in limbs:
-        if limb in _DIRECTIONS:
-            start, end = (LANDMARKS.index(name) for name in _DIRECTIONS[limb])
+    for i, limb in enumerate(LIMBS):
+        if limb.endswith("arm"):
+            start, end = (LANDMARKS.index(names[0]) for names in LIMB_ENDS[limb])
             own = fit.nine[ours, end] - fit.nine[ours, start]
             other = run.points[theirs, end] - run.points[theirs, start]
-            result[ours, LIMBS.index(limb)] = np.degrees(angle_between(own, other))
+            result[ours, i] = np.degrees(angle_between(own, other))
     return result
 
 
