@@ -53,38 +53,11 @@ class EpipolarCurve:
     pixels: FloatArray
     distance: FloatArray
 
-    def between(self, near: float, far: float) -> EpipolarCurve:
-        """The part at distances from `near` to `far`, such as around a measured depth."""
-        if not len(self.distance) or far < self.distance[0] or near > self.distance[-1]:
-            return EpipolarCurve(np.empty((0, 2)), np.empty(0))
-        ends = np.clip([near, far], self.distance[0], self.distance[-1])
-        inner = (self.distance > ends[0]) & (self.distance < ends[1])
-        distance = np.concatenate([ends[:1], self.distance[inner], ends[1:]])
-        columns = [np.interp(distance, self.distance, self.pixels[:, i]) for i in (0, 1)]
-        return EpipolarCurve(np.stack(columns, axis=1), distance)
-
 
 def epipolar_curve(
     from_camera: Camera, pixel: FloatArray, to_camera: Camera, volume: Volume
-) -> FloatArray:
-    """Raw pixels (K, 2) of :func:`epipolar_samples`, free of NaN; K may be 0."""
-    return epipolar_samples(from_camera, pixel, to_camera, volume).pixels
-
-
-def epipolar_samples(
-    from_camera: Camera, pixel: FloatArray, to_camera: Camera, volume: Volume
 ) -> EpipolarCurve:
-    """The curve of a click in another image, cut to the volume and to the image.
-
-    Parameters
-    ----------
-    from_camera : Camera
-        Where the click is.
-    pixel : (2,) float64
-        Raw pixels of the click.
-    volume : Volume
-        Where the landmark can be.
-    """
+    """The curve of a click (2,), raw pixels, in another image, cut to the volume and the image."""
     origin = from_camera.position_world
     direction = from_camera.rays_world(np.asarray(pixel, dtype=np.float64))
     near, far = ray_in_volume(origin, direction, volume)
@@ -103,16 +76,9 @@ def epipolar_samples(
 def volume_in_sight(volume: Volume, cameras: Sequence[Camera]) -> Volume:
     """The working volume, or one of its size where the cameras look, if they do not see it.
 
-    Parameters
-    ----------
-    volume : Volume
-        Of the parameters; its default is meant for a person near the world's origin.
-
-    Returns
-    -------
-    Volume
-        The same one where two cameras (or the only one) see some of it; otherwise around the point
-        nearest to all optical axes.
+    The volume's default is meant for a person near the world's origin. It is taken where two
+    cameras (or the only one) see some of it; otherwise one around the point nearest to all optical
+    axes.
     """
     shares = np.linspace(0.0, 1.0, _GRID)
     grid = np.stack(np.meshgrid(shares, shares, shares), axis=-1).reshape(-1, 3)

@@ -10,8 +10,6 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from stereotrack_core.annotation.click import UNCERTAIN, Click
-
 StateArray: TypeAlias = NDArray[np.uint8]
 
 
@@ -19,10 +17,9 @@ class LaneState(IntEnum):
     """What a landmark's lane shows at a frame; the larger number is shown where two meet."""
 
     MISSING = 0
-    FILLED = 1
-    PARTLY = 2
-    CLICKED = 3
-    FLAGGED = 4
+    PARTLY = 1
+    CLICKED = 2
+    FLAGGED = 3
 
 
 class Seen(NamedTuple):
@@ -42,19 +39,6 @@ class Seen(NamedTuple):
     landmark: str
     positions: int
     doubted: bool
-
-
-def seen(clicks: Iterable[Click]) -> tuple[Seen, ...]:
-    """Sum clicks up over the cameras; deleted ones are left out."""
-    found: dict[tuple[int, str], tuple[int, bool]] = {}
-    for click in clicks:
-        if not click.deleted:
-            positions, doubted = found.get((click.frame, click.landmark), (0, False))
-            found[click.frame, click.landmark] = (
-                positions + (click.position is not None),
-                doubted or click.flag == UNCERTAIN,
-            )
-    return tuple(Seen(*key, *value) for key, value in sorted(found.items()))
 
 
 @dataclass(frozen=True)
@@ -93,14 +77,9 @@ class Progress:
 
 
 def progress(keyframes: Mapping[int, bool], flagged: Collection[int], clicks: int) -> Progress:
-    """Count what is done.
+    """Count what is done of the frames that shall be annotated.
 
-    Parameters
-    ----------
-    keyframes : mapping from frame to bool
-        Whether each frame that shall be annotated is done.
-    flagged : collection of int
-        Frames that are flagged, or have a click that its author doubts.
+    `flagged` frames are flagged, or have a click that its author doubts.
     """
     return Progress(
         keyframes=len(keyframes),
@@ -117,33 +96,14 @@ def lane_states(
     *,
     enough: int = 2,
     flags: Iterable[tuple[int, str]] = (),
-    filled: Collection[int] = (),
 ) -> StateArray:
-    """What the landmarks' lanes show, by frame.
+    """What the landmarks' lanes show (n, F), as values of :class:`LaneState`.
 
-    Parameters
-    ----------
-    found : iterable of Seen
-        Of landmarks or frames that are not asked for: passed over.
-    landmarks : sequence of str
-        n lanes.
-    frames : int
-        Number of frames F.
-    enough : int
-        Number of cameras with a position from which on a landmark counts as clicked.
-    flags : iterable of (int, str)
-        Frame and landmark; an empty landmark flags the frame in every lane.
-    filled : collection of int
-        Frames whose pose was filled in between others.
-
-    Returns
-    -------
-    (n, F) uint8
-        Values of :class:`LaneState`.
+    A landmark counts as clicked from `enough` cameras on. A flag has a frame and a landmark; an
+    empty landmark flags the frame in every lane. Other landmarks and frames are passed over.
     """
     place = {name: i for i, name in enumerate(landmarks)}
     states = np.full((len(landmarks), frames), LaneState.MISSING, dtype=np.uint8)
-    states[:, [frame for frame in filled if 0 <= frame < frames]] = LaneState.FILLED
     for one in found:
         lane = place.get(one.landmark)
         if lane is None or not 0 <= one.frame < frames:

@@ -2,20 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
-from stereotrack_core.annotation.click import UNCERTAIN, Click, Visibility
-from stereotrack_core.annotation.progress import (
-    lane_states,
-    progress,
-    seen,
-)
-
-HEAD = Click(2, "N", "head", (1.0, 2.0))
-OUTSIDE = replace(HEAD, camera="S", position=None, visibility=Visibility.OUTSIDE)
-HIP = replace(HEAD, landmark="left_hip")
+from stereotrack_core.annotation.progress import Seen, lane_states, progress
 
 
 def test_progress_is_told_in_a_sentence():
@@ -34,20 +23,14 @@ def test_without_keyframes_clicks_are_counted():
 
 
 def test_lanes_show_what_there_is():
-    clicks = [
-        HEAD,
-        OUTSIDE,  # says something, but gives no position
-        *(replace(HEAD, camera=camera, frame=3) for camera in "NS"),
-        *(replace(HEAD, camera=camera, frame=4, flag=UNCERTAIN) for camera in "N"),
-        replace(HIP, frame=3, deleted=True),
-        replace(HIP, frame=99),
-        replace(HIP, landmark="tail"),
+    found = [
+        Seen(2, "head", 1, False),
+        Seen(2, "left_hip", 0, False),  # says something, but gives no position
+        Seen(3, "head", 2, False),
+        Seen(4, "head", 1, True),
+        Seen(99, "left_hip", 1, False),
+        Seen(2, "tail", 1, False),
     ]
-    states = lane_states(
-        seen(clicks),
-        ["head", "left_hip"],
-        7,
-        flags=[(6, ""), (5, "left_hip"), (5, "tail"), (80, "head")],
-        filled=[0, 3, 70],
-    )
-    np.testing.assert_array_equal(states, [[1, 0, 2, 3, 4, 0, 4], [1, 0, 0, 1, 0, 4, 4]])
+    flags = [(6, ""), (5, "left_hip"), (5, "tail"), (80, "head")]
+    states = lane_states(found, ["head", "left_hip"], 7, flags=flags)
+    np.testing.assert_array_equal(states, [[0, 0, 1, 2, 3, 0, 3], [0, 0, 0, 0, 0, 3, 3]])

@@ -30,7 +30,6 @@ _MOST_QUERIES = 64
 
 _MARKS = np.zeros(len(LaneState), dtype=np.uint8)
 _MARKS[LaneState.MISSING] = Mark.NONE
-_MARKS[LaneState.FILLED] = Mark.INTERPOLATED
 _MARKS[LaneState.PARTLY] = Mark.PARTLY
 _MARKS[LaneState.CLICKED] = Mark.CLICKED
 _MARKS[LaneState.FLAGGED] = Mark.FLAGGED

@@ -18,12 +18,12 @@ from stereotrack_core.annotation.fit.residuals import (
     mixture_weight,
 )
 from stereotrack_core.annotation.fit.settings import FitSettings
-from stereotrack_core.annotation.fit.start import without_twists
 from stereotrack_core.annotation.fit.state import FitState, Freedom, Movement, shift_sigmas, slipped
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.model import BodyModel
-from stereotrack_core.body.pose import PartFrames, Pose
+from stereotrack_core.body.pose import PartFrames, Pose, rotation_towards
+from stereotrack_core.body.skeleton import PARENTS, PARTS, TORSO
 from stereotrack_core.errors import Cancelled
 from stereotrack_core.filtering.linearisation import Information, posterior
 from stereotrack_core.filtering.smoothing import smooth
@@ -121,7 +121,7 @@ class Stretch:
         """
         f, move = self.freedom, self.movement
         n = f.columns.n
-        states = [f.still(pose) for pose in without_twists(start)]
+        states = [f.still(pose) for pose in _without_twists(start)]
         speeds = np.zeros((len(data), f.of_pose))
         factors = np.ones((len(data) - 1, f.of_pose))
         judgements = [_all_right(frame.clicks) for frame in data]
@@ -254,6 +254,30 @@ def depth_cost(stretch: Stretch, points: FloatArray, pose: Pose) -> float:
     squared = np.minimum(distance, 1.0) ** 2
     limited = squared / (1.0 + squared / p.robust_narrow**2) / p.sigma_measurement**2
     return stretch.settings.depth_effective * float(limited.mean())
+
+
+def _without_twists(poses: Sequence[Pose]) -> list[Pose]:
+    """The same poses, parts turned about their own axes as little as can be between frames.
+
+    How a part is turned about its own axis is no part of the state, but its numbers are counted
+    along axes that turn with it.
+    """
+    found: list[Pose] = []
+    for pose in poses:
+        if found:
+            rotations = pose.rotations.copy()
+            before = found[-1].rotations
+            turned = pose.rotations
+            for part in range(1, len(PARTS)):
+                parent = PARENTS[part]
+                undone = np.eye(3)
+                if parent != TORSO:
+                    undone = rotations[parent].T @ turned[parent]
+                direction = undone @ turned[part][:, 2]
+                rotations[part] = rotation_towards(before[part], direction)
+            pose = dataclasses.replace(pose, rotations=rotations)
+        found.append(pose)
+    return found
 
 
 def _with_loose_legs(row: SurfaceResidual) -> SurfaceResidual:
