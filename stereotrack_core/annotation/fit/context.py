@@ -16,7 +16,7 @@ from stereotrack_core.annotation.click import Click
 from stereotrack_core.annotation.fit.depth import MeasuredDepth, measured_depth
 from stereotrack_core.annotation.fit.residuals import Clicks, undistorted_clicks
 from stereotrack_core.annotation.fit.settings import FitSettings
-from stereotrack_core.annotation.fit.state import Freedom, Movement, pose_sigmas
+from stereotrack_core.annotation.fit.state import Freedom, pose_sigmas
 from stereotrack_core.annotation.fit.stretch import FrameData, Stretch
 from stereotrack_core.annotation.landmark_set import NINE, LandmarkSet
 from stereotrack_core.arrays import FloatArray, IntArray
@@ -105,12 +105,9 @@ def filled_over_time(points: FloatArray) -> FloatArray:
 
 
 def pose_at(points: FloatArray, body: BodyModel, landmark_set: LandmarkSet, usual: Pose) -> Pose:
-    """Pose that shows the known points (L, 3) of the set; what they do not tell is as usual.
+    """Pose that shows the points (L, 3) of the set that are known, others being NaN.
 
-    Parameters
-    ----------
-    points : (L, 3) float64, world, metres
-        NaN where not known.
+    What they do not tell is as usual.
     """
     known = {
         name: point
@@ -196,19 +193,8 @@ CLICKED_SHAPE = BodyParameters(girdle=False)
 class FitContext:
     """Cameras, person and parameters.
 
-    Attributes
-    ----------
-    cameras : mapping from camera name to Camera
-    asked : LandmarkSet
-        The set that is clicked.
-    body : BodyModel
-    shape : BodyParameters or None
-        The body's surface, where it is known.
-    settings : FitSettings
-    fps : float
-        Frame sets per second.
-    views : mapping from camera name to view name
-        How people call the cameras.
+    The set of landmarks that is `asked` for is clicked; `shape` is the body's surface, where it is
+    known; `views` say how people call the cameras.
     """
 
     cameras: Mapping[str, Camera]
@@ -239,7 +225,7 @@ class FitContext:
 
     def _stretch(self, *, with_depth: bool) -> Stretch:
         freedom = Freedom(self.whole, self.body, with_depth)
-        return Stretch(freedom, self.settings, Movement(freedom, self.settings, self.fps))
+        return Stretch(freedom, self.settings, self.fps)
 
     @cached_property
     def usual(self) -> Pose:

@@ -24,13 +24,7 @@ _FARTHEST = 1.0e4
 
 @dataclass(frozen=True, eq=False)
 class MeasuredDepth:
-    """One instant, small enough that those of a whole recording are kept.
-
-    Attributes
-    ----------
-    points : (N, 3) float64, world
-        Drawn from the cloud.
-    """
+    """Points (N, 3), world, of one instant, small enough that those of a recording are kept."""
 
     points: FloatArray
     _edges: tuple[EdgeMap, ...]
@@ -45,14 +39,9 @@ class MeasuredDepth:
 
 
 def measured_depth(cloud: Cloud, wanted: int, *, outlines: bool) -> MeasuredDepth:
-    """Keep of a cloud what the fit needs.
+    """Keep of a cloud what the fit needs: points, drawn evenly, the same for the same frame.
 
-    Parameters
-    ----------
-    wanted : int
-        Points, drawn evenly; the same for the same frame.
-    outlines : bool
-        Whether edges are kept; half precision is enough near an edge, where they are used.
+    Edges, for outlines, are kept in half precision, which is enough near an edge.
     """
     points = cloud.points
     if len(points) > wanted:
@@ -76,11 +65,6 @@ def recorded_depth(
     recording: Recording, settings: FitSettings, views: Sequence[str] | None = None
 ) -> Iterator[Callable[[int], MeasuredDepth] | None]:
     """Give a function from frame to depth; None where no view gives any or none is wanted.
-
-    Parameters
-    ----------
-    views : sequence of str, optional
-        Only these views.
 
     Raises
     ------

@@ -127,7 +127,7 @@ class Descent:
         return here.state, here.cost
 
     def judged(self, state: FitState, sigma: FloatArray) -> tuple[Judgement, FloatArray]:
-        """What all others say of each click where a descent has come to rest, and P (n, n) there."""
+        """What all others say of each click where a descent has come to rest, and P there."""
         here = self._seen(state, sigma)
         A, _ = self._normal(here, sigma)
         P = np.asarray(scipy.linalg.inv(A, check_finite=False), dtype=np.float64)
@@ -143,16 +143,16 @@ class Descent:
         f = self._freedom
         body = f.body_at(state.offsets)
         frames = body.frames(state.pose)
-        stacked = PartFrames(frames.rotations[None], frames.origins[None])
         local = f.own_place(state.offsets)
         clicks = ClickResidual(self._clicks, f, local, np.repeat(sigma**2, 2))
-        residual = (clicks.measured - clicks.predicted(stacked)[0]).reshape(-1, 2)
+        residual = clicks.missed(frames)
         limits = limit_residuals(body, state.pose, _LIMITS, f.joints) if limited else ()
         away = f.pose_difference(self.expected.pose, state.pose)
         expected = np.concatenate([away, -state.offsets.ravel()])
         cost = float(self._prior @ expected**2) + float(
             mixture_cost(residual, sigma, *self._mistakes).sum()
         )
+        stacked = PartFrames(frames.rotations[None], frames.origins[None])
         for row in limits:
             off = row.measured - row.predicted(stacked)[0]
             cost += float((off**2 / row.variance).sum())

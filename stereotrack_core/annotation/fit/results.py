@@ -117,16 +117,7 @@ _ALONG = np.cos(np.radians(35.0))
 
 @dataclass(frozen=True, eq=False)
 class Reported:
-    """One frame in the world.
-
-    Attributes
-    ----------
-    places : (L, 3) float64, metres
-    covariance : (L, 3, 3) float64
-    limb_sigma_deg : (6,) float64
-    nine : (9, 3) float64
-        In the order of ``LANDMARKS``.
-    """
+    """Landmarks (L, 3) of one frame in the world with their covariances, limbs (6,), the nine."""
 
     places: FloatArray
     covariance: FloatArray

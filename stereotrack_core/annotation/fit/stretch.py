@@ -54,13 +54,7 @@ _STEP_LIMIT = 0.5
 
 @dataclass(frozen=True, eq=False)
 class FrameData:
-    """What is known of one frame.
-
-    Attributes
-    ----------
-    clicks : Clicks
-    depth : MeasuredDepth or None
-    """
+    """What is known of one frame."""
 
     clicks: Clicks
     depth: MeasuredDepth | None = None
@@ -68,16 +62,7 @@ class FrameData:
 
 @dataclass(frozen=True, eq=False)
 class Fitted:
-    """Frames of a stretch.
-
-    Attributes
-    ----------
-    states : sequence of FitState
-    P : (K, n, n) float64
-        Covariances of the error states.
-    judgements : sequence of Judgement
-        Of each frame's clicks.
-    """
+    """K frames of a stretch: their states with covariances P (K, n, n), and what clicks are."""
 
     states: Sequence[FitState]
     P: FloatArray
@@ -87,10 +72,10 @@ class Fitted:
 class Stretch:
     """Fits successive frames together."""
 
-    def __init__(self, freedom: Freedom, settings: FitSettings, movement: Movement) -> None:
+    def __init__(self, freedom: Freedom, settings: FitSettings, fps: float) -> None:
         self.freedom = freedom
         self.settings = settings
-        self.movement = movement
+        self.movement = Movement(freedom, settings, fps)
         self._limits = TrackingParameters()
         self._outlines = self._limits.silhouette.replaced(outline_points=settings.outline_effective)
 
@@ -106,14 +91,7 @@ class Stretch:
     ) -> Fitted:
         """Fit all frames, from poses that are roughly right.
 
-        Parameters
-        ----------
-        usual : Pose
-            What is expected of the first frame.
-        pose_sigma : (of_pose,) float64
-            How firmly.
-        cancelled : callable, optional
-            Asked in every round.
+        Of the first frame `usual` is expected, as firmly as `pose_sigma` (of_pose,) says.
 
         Raises
         ------
@@ -151,16 +129,9 @@ class Stretch:
         pose_sigma: FloatArray,
         rounds: Iterable[int],
     ) -> Fitted:
-        """Fit one frame from a state that is nearly right.
+        """Fit one frame from a state that is nearly right; see :meth:`fit`.
 
-        Parameters
-        ----------
-        usual : Pose
-            What is expected.
-        pose_sigma : (of_pose,) float64
-            How firmly.
-        rounds : iterable of int
-            Numbers of the rounds, as :meth:`fit` counts them.
+        The rounds have the numbers that :meth:`fit` gives them.
         """
         f = self.freedom
         prior = np.concatenate([pose_sigma, shift_sigmas(f, self.settings)]) ** -2.0
@@ -223,9 +194,7 @@ class Stretch:
     def weighed(self, clicks: Clicks, state: FitState) -> Judgement:
         """Weigh the clicks of a frame by where a state puts their landmarks."""
         s, row = self.settings, self.click_residual(clicks, state, np.ones(2 * len(clicks)))
-        frames = self.freedom.body_at(state.offsets).frames(state.pose)
-        stacked = PartFrames(frames.rotations[None], frames.origins[None])
-        residual = (row.measured - row.predicted(stacked)[0]).reshape(-1, 2)
+        residual = row.missed(self.freedom.body_at(state.offsets).frames(state.pose))
         weight = mixture_weight(residual, clicks.sigma, s.mistake_share, s.mistake_spread)
         return dataclasses.replace(_all_right(clicks), mistake=1.0 - weight)
 
@@ -239,8 +208,7 @@ class Stretch:
         row = self.click_residual(clicks, state, np.ones(2 * len(clicks)))
         frames = self.freedom.body_at(state.offsets).frames(state.pose)
         J = row.jacobian(frames, self.freedom.columns).reshape(len(clicks), 2, -1)
-        stacked = PartFrames(frames.rotations[None], frames.origins[None])
-        residual = (row.measured - row.predicted(stacked)[0]).reshape(-1, 2)
+        residual = row.missed(frames)
         spread = J @ P @ np.swapaxes(J, 1, 2)
         return judged(residual, spread, sigma, old.weight, s.mistake_share, s.mistake_spread)
 
