@@ -30,7 +30,6 @@ class Difference:
 
     Attributes
     ----------
-    key : ClickKey
     first, second : Click or None
         None where a reading says nothing; a deleted click counts as ``only`` the other's.
     """

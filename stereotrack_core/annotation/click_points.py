@@ -31,7 +31,6 @@ class ClickPixels:
         Frames that have a click, ascending.
     names : tuple of str
         Landmarks.
-    cameras : tuple of Camera
     pixel : (F, L, V, 2) float64
         Raw-image pixels, NaN where nobody gave a position.
     """

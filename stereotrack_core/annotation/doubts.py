@@ -173,7 +173,6 @@ class Doubt:
         Probability that it is a gross mistake.
     angle_deg : float
         What its residual would do to a limb, degrees.
-    words : str
     """
 
     mistake: float

@@ -239,10 +239,8 @@ class FollowedClick:
 
     Attributes
     ----------
-    click : Click
     frame : (F,) int64
         Frames of the rows, descending where it was followed backward.
-    followed : Followed
     """
 
     click: Click
@@ -267,10 +265,8 @@ def follow_click(
 
     A reader that was opened for the camera's view alone decodes the least.
 
-    Raises
-    ------
-    InputError
-        Where the camera shows no image of the recording, or the click's own picture cannot be read.
+    InputError where the camera shows no image of the recording, or the click's own picture
+    cannot be read.
     """
     pictures = pictures_of(reader, click.camera, frames)
     first = next(pictures, None)
@@ -290,10 +286,7 @@ def pictures_of(
 ) -> Iterator[ImageArray | None]:
     """Grey pictures (H, W) of a camera, one by one; None for one that cannot be read.
 
-    Raises
-    ------
-    InputError
-        Where none of the reader's views shows this camera.
+    InputError where none of the reader's views shows this camera.
     """
     for view in reader.views:
         if view.image.camera == camera or (view.left is not None and view.left.camera == camera):

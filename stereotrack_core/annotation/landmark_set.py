@@ -134,13 +134,7 @@ class LandmarkSet:
 
 
 def landmark_set_of(facts: Mapping[str, Any]) -> LandmarkSet:
-    """The set that plain data describe.
-
-    Raises
-    ------
-    InputError
-        Where they do not describe one.
-    """
+    """The set that plain data describe; InputError where they do not describe one."""
     name = str(facts.get("name", ""))
     entries = facts.get("landmarks")
     if not isinstance(entries, Sequence) or isinstance(entries, str):
@@ -245,10 +239,7 @@ NINE = LandmarkSet(
 def read_landmark_set(path: Path) -> LandmarkSet:
     """The set that a file describes; one without a name gets the file's.
 
-    Raises
-    ------
-    InputError
-        Where the file cannot be read or does not describe a set; it names the landmark.
+    InputError where the file cannot be read or does not describe a set; it names the landmark.
     """
     facts: dict[str, Any] = {"name": path.stem, **load_toml(path)}
     try:
@@ -261,10 +252,7 @@ def read_landmark_set(path: Path) -> LandmarkSet:
 def write_landmark_set(path: Path, landmarks: LandmarkSet) -> None:
     """Write a set so that :func:`read_landmark_set` gives it again.
 
-    Raises
-    ------
-    InputError
-        Where the file cannot be written.
+    InputError where the file cannot be written.
     """
     facts = landmarks.facts()
     rows = [{**row, "offset": list(row["offset"])} for row in facts["landmarks"]]

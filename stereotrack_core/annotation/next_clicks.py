@@ -37,8 +37,6 @@ class Suggestion:
 
     Attributes
     ----------
-    frame : int
-    camera, landmark : str
     gain_deg : float
         By how much the click is expected to bring down the angle by which the limbs of this frame
         may be off (root mean square), summed up over the limbs and the torso's cross axis; degrees.

@@ -30,7 +30,6 @@ class PredictedPoint:
 
     Attributes
     ----------
-    landmark : str
     world : (3,) float64, metres
     covariance : (3, 3) float64, square metres
         Of the point; grows with the residuals where the clicks contradict each other.

@@ -27,8 +27,6 @@ class Seen(NamedTuple):
 
     Attributes
     ----------
-    frame : int
-    landmark : str
     positions : int
         Cameras in which it has a position.
     doubted : bool

@@ -38,7 +38,6 @@ class Swap:
 
     Attributes
     ----------
-    frame : int
     first, second : str
         The landmarks.
     cameras : tuple of str

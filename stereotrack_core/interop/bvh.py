@@ -34,7 +34,6 @@ class Joint:
 
     Attributes
     ----------
-    name : str
     parent : str
         Empty for the root.
     offset : (3,) float64
@@ -144,10 +143,7 @@ _BVH_FROM_WORLD = 100.0 * np.array([[-1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 1.0
 def write_bvh(path: Path, trajectory: LandmarkTrajectory, fps: float) -> None:
     """Write the skeleton's motion, and ``<path>.json`` with what the format cannot say.
 
-    Raises
-    ------
-    InputError
-        For a trajectory in which a landmark is never known.
+    InputError for a trajectory in which a landmark is never known.
     """
     fps = checked_fps(fps)
     first, points = contiguous(trajectory, str(path))

@@ -209,11 +209,8 @@ def read_c3d(path: Path) -> tuple[LandmarkTrajectory, float]:
     The axes are taken as this program writes them (z up); landmarks that the file lacks are
     NaN, points with other names are left out.
 
-    Raises
-    ------
-    InputError
-        For a damaged file, other axes, an unknown unit, or a file without any of the nine
-        landmarks.
+    InputError for a damaged file, other axes, an unknown unit, or a file without any of the
+    nine landmarks.
     """
     try:
         content = _parse_c3d(read_bytes(path, TABLE_BYTES))

@@ -37,10 +37,7 @@ _TRAJECTORY_COLUMNS = {"frame", "landmark", "x", "y", "z"}
 def is_trajectory(path: Path) -> bool:
     """Whether a file holds points in space instead of clicks.
 
-    Raises
-    ------
-    InputError
-        Where it cannot be read.
+    InputError where it cannot be read.
     """
     suffix = path.suffix.lower()
     if suffix != ".csv":
@@ -54,10 +51,7 @@ def read_labels(source: LabelSource, frames: int | None = None) -> Labels:
 
     `frames` is the number of frames of the recording, where it is known.
 
-    Raises
-    ------
-    InputError
-        Where the file cannot be read at all, or is of a kind that is not understood.
+    InputError where the file cannot be read at all, or is of a kind that is not understood.
     """
     suffix = source.path.suffix.lower()
     read = {".json": read_coco, ".slp": read_sleap}.get(suffix)

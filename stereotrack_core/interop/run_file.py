@@ -29,10 +29,7 @@ _TRAJECTORY_SUFFIXES: tuple[str, ...] = (".npz", ".csv", ".trc", ".c3d", PART_SU
 def run_suffix(path: Path) -> str:
     """The suffix that says how a run is written.
 
-    Raises
-    ------
-    InputError
-        For a suffix that is not in :data:`RUN_SUFFIXES`.
+    InputError for a suffix that is not in :data:`RUN_SUFFIXES`.
     """
     return _suffix(path, RUN_SUFFIXES)
 
@@ -144,10 +141,7 @@ def read_run(path: Path) -> Run:
 def read_trajectory(path: Path) -> LandmarkTrajectory:
     """Landmarks of a run, a reference (.npz) or a landmarks file (.csv, .trc, .c3d).
 
-    Raises
-    ------
-    InputError
-        For an unknown suffix or a damaged file.
+    InputError for an unknown suffix or a damaged file.
     """
     return read_timed_trajectory(path)[0]
 
@@ -193,13 +187,7 @@ def _suffix(path: Path, known: tuple[str, ...]) -> str:
 
 
 def reference_in(path: Path) -> Reference:
-    """The reference that a file of a trajectory holds.
-
-    Raises
-    ------
-    InputError
-        Where it cannot be read.
-    """
+    """The reference that a file of a trajectory holds; InputError where it cannot be read."""
     if is_reference(path):
         return read_reference(path)
     trajectory = read_trajectory(path)

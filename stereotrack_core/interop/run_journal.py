@@ -143,10 +143,7 @@ def has_frames(path: Path) -> bool:
 def read_unfinished(path: Path) -> tuple[UnfinishedRun, Wish]:
     """What is left of a run that was stopped, and what else it was to be.
 
-    Raises
-    ------
-    InputError
-        For a file that is missing, cannot be read, or holds something else.
+    InputError for a file that is missing, cannot be read, or holds something else.
     """
     head: Record | None = None
     frames: dict[int, TrackedFrame] = {}

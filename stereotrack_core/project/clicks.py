@@ -211,7 +211,6 @@ class MoveClicks(Edit):
 
     Attributes
     ----------
-    keys : tuple of ClickKey
     by : (float, float)
         Pixels.
     """
@@ -260,7 +259,6 @@ class MarkClicks(Edit):
 
     Attributes
     ----------
-    keys : tuple of ClickKey
     visibility : Visibility, optional
         Outside takes the position away.
     flag : str, optional

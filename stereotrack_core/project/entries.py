@@ -53,14 +53,12 @@ class Entry:
 
     Attributes
     ----------
-    name : str
     facts : mapping
         JSON-serialisable.
     content : str or None
         Hash of the data that belong to it.
     who, at : str
         Who saved it, and when.
-    deleted : bool
     """
 
     name: str
@@ -103,13 +101,7 @@ class Entries:
             return tuple(_entry(row[0], row[1:]) for row in rows)
 
     def get(self, name: str) -> Entry:
-        """The one of that name.
-
-        Raises
-        ------
-        InputError
-            Where there is none.
-        """
+        """The one of that name; InputError where there is none."""
         values = self._access.read(self._table, (name,))
         with self._access.making_sense():
             entry = None if values is None else _entry(name, values)
@@ -124,10 +116,7 @@ class Entries:
     def data(self, name: str) -> bytes:
         """The large data that belong to the one of that name.
 
-        Raises
-        ------
-        InputError
-            Where there is none of that name, or it has no data.
+        InputError where there is none of that name, or it has no data.
         """
         entry = self.get(name)
         if entry.content is None:
@@ -148,12 +137,10 @@ class SaveEntry(Edit):
     ----------
     table : str
         One of the tables of entries.
-    name : str
     facts : str
         JSON object.
     data : bytes, optional
         Large data.
-    replacing : bool
     """
 
     kind: ClassVar[str] = "save"
@@ -213,7 +200,6 @@ class Choose(Edit):
 
     Attributes
     ----------
-    table : str
     name : str or None
         None: none of them.
     """
@@ -236,13 +222,7 @@ class Choose(Edit):
 
 
 def row_of(state: State, table: Table, name: str) -> Row:
-    """Row of a named thing.
-
-    Raises
-    ------
-    InputError
-        Where there is none of that name.
-    """
+    """Row of a named thing; InputError where there is none of that name."""
     row = state.row(table, (name,))
     if row is None or row[-1]:
         raise _missing(table, name)

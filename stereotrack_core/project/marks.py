@@ -20,12 +20,10 @@ class FrameFlag:
 
     Attributes
     ----------
-    frame : int
     landmark : str
         Empty: the whole frame.
     kind : str
         :data:`GAP`, :data:`REVIEW`, or any other word.
-    note : str
     who, at : str
         Filled in by the project.
     """
@@ -108,7 +106,6 @@ class SetKeyframes(Edit):
 
     Attributes
     ----------
-    frames : tuple of int
     state : {"wanted", "done", "none"}
     """
 

@@ -32,10 +32,7 @@ def mean_click(conflict: Difference) -> Click:
     It is as visible and as sure as the worse of both says; where both state how sure they are,
     the mean of two independent clicks is surer.
 
-    Raises
-    ------
-    InputError
-        Where one of them has no place.
+    InputError where one of them has no place.
     """
     mine, theirs = conflict.first, conflict.second
     if conflict.apart is None or mine is None or theirs is None or mine.position is None:

@@ -56,8 +56,6 @@ class Project:
 
     Attributes
     ----------
-    path : Path
-    read_only : bool
     notes : tuple of Finding
         What the person should know about opening it.
     who : str
@@ -239,10 +237,7 @@ class Project:
     def recording_place(self) -> RecordingPlace:
         """Where the recording was when the project saw it last.
 
-        Raises
-        ------
-        InputError
-            Where the project was made without one.
+        InputError where the project was made without one.
         """
         place = self._place()
         if place is None:
@@ -272,10 +267,8 @@ class Project:
     def use_recording(self, folder: Path, *, even_another: bool = False) -> None:
         """Take the recording from this folder from now on.
 
-        Raises
-        ------
-        InputError
-            Where it is no usable recording, or another one and that was not allowed for.
+        InputError where it is no usable recording, or another one and that was not allowed
+        for.
         """
         place = place_of(folder, self.path)
         known = self._place()
@@ -290,10 +283,7 @@ class Project:
     def save_copy(self, path: Path) -> None:
         """Write the project as it is to another file; works even where its own file has vanished.
 
-        Raises
-        ------
-        InputError
-            Where that cannot be written, or is the project itself.
+        InputError where that cannot be written, or is the project itself.
         """
         path = resolved(path)
         if path == self.path:

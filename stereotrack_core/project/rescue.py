@@ -56,10 +56,7 @@ def rescue(damaged: Path, target: Path) -> Rescued:
     The damaged file is not touched. The history only comes along where it agrees with the rows:
     undo has to be right or absent.
 
-    Raises
-    ------
-    InputError
-        Where nothing can be read, or the target exists or cannot be written.
+    InputError where nothing can be read, or the target exists or cannot be written.
     """
     with tempfile.TemporaryDirectory() as folder:
         check_files(damaged)

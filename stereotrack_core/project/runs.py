@@ -345,7 +345,6 @@ class TakenIn:
 
     Attributes
     ----------
-    name : str
     last : int
         Its last frame.
     """
@@ -357,10 +356,8 @@ class TakenIn:
 def take_in(project: Project, path: Path) -> TakenIn | None:
     """Keep a run that was under way, and remove its file; None where there is nothing to keep.
 
-    Raises
-    ------
-    InputError
-        Where the file holds something else, or the project cannot be written to; it stays then.
+    InputError where the file holds something else, or the project cannot be written to; it
+    stays then.
     """
     run = read_run(path)
     taken = None

@@ -36,7 +36,6 @@ class ParameterSet:
 
     Attributes
     ----------
-    preset : str
     values : mapping
         From a parameter's name to its value; JSON-serialisable.
     """
@@ -104,10 +103,7 @@ def save_landmark_set(landmarks: LandmarkSet) -> SaveEntry:
 def load_landmark_set(sets: Entries, name: str | None) -> LandmarkSet:
     """A set of landmarks of the project, the nine without a name.
 
-    Raises
-    ------
-    InputError
-        Where there is none of that name.
+    InputError where there is none of that name.
     """
     if name is None or (name == NINE.name and name not in sets.names()):
         return NINE
@@ -162,10 +158,7 @@ class Corrections:
     def applied_to(self, recording: Recording) -> Recording:
         """The recording as it is with these corrections.
 
-        Raises
-        ------
-        InputError
-            Where a stream or a camera is not in the recording.
+        InputError where a stream or a camera is not in the recording.
         """
         streams = {f"{view.name}/{key}" for view in recording.views for key in view.streams()}
         for names in (self.time_offsets, self.first_frames, self.stream_cameras):

@@ -66,10 +66,7 @@ def recorded_depth(
 ) -> Iterator[Callable[[int], MeasuredDepth] | None]:
     """Give a function from frame to depth; None where no view gives any or none is wanted.
 
-    Raises
-    ------
-    InputError
-        Where images cannot be read.
+    InputError where images cannot be read.
     """
     names = [
         view.name
