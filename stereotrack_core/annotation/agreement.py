@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from math import hypot, sqrt
-from types import MappingProxyType
 from typing import Literal, TypeAlias
 
 import numpy as np
 
 from stereotrack_core.annotation.click import Click, ClickKey, Visibility
-from stereotrack_core.annotation.click_points import ClickPixels, click_pixels
+from stereotrack_core.annotation.click_points import click_pixels
 from stereotrack_core.annotation.landmark_set import LandmarkSet
 from stereotrack_core.arrays import FloatArray
+from stereotrack_core.body.limbs import LIMB_ENDS
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.rotation import angle_between
 
@@ -230,9 +230,6 @@ def _lot(seed: int, frame: int) -> bytes:
     return hashlib.blake2b(f"{seed} {frame}".encode(), digest_size=8).digest()
 
 
-_Place: TypeAlias = Callable[[str], FloatArray]
-
-
 @dataclass(frozen=True)
 class AgreementInSpace:
     """Distances of a landmark, and angles of the limb that it tells, between two readings.
@@ -257,23 +254,6 @@ class AgreementInSpace:
     p95_deg: float
 
 
-def _middle(at: _Place, landmark: str) -> FloatArray:
-    middle: FloatArray = (at(f"left_{landmark}") + at(f"right_{landmark}")) / 2.0
-    return middle
-
-
-_AXES: Mapping[str, Callable[[_Place], FloatArray]] = MappingProxyType(
-    {
-        "torso": lambda at: _middle(at, "shoulder") - _middle(at, "hip"),
-        "head": lambda at: at("head") - _middle(at, "shoulder"),
-        "left_upper_arm": lambda at: at("left_elbow") - at("left_shoulder"),
-        "right_upper_arm": lambda at: at("right_elbow") - at("right_shoulder"),
-        "left_forearm": lambda at: at("left_hand") - at("left_elbow"),
-        "right_forearm": lambda at: at("right_hand") - at("right_elbow"),
-    }
-)
-
-
 def agreement_in_space(
     found: Iterable[Difference], cameras: Mapping[str, Camera], landmarks: LandmarkSet
 ) -> dict[str, AgreementInSpace]:
@@ -283,11 +263,15 @@ def agreement_in_space(
     same eyes.
     """
     pairs = [one for one in found if one.apart is not None]
-    first = _points([one.first for one in pairs], cameras, landmarks)
-    second = _points([one.second for one in pairs], cameras, landmarks)
-    distance = 1000.0 * np.linalg.norm(second.points() - first.points(), axis=-1)
+    first, second = (
+        click_pixels([click for click in clicks if click is not None], cameras, landmarks.names)
+        for clicks in ([one.first for one in pairs], [one.second for one in pairs])
+    )
+    one, two = first.points(), second.points()
+    distance = 1000.0 * np.linalg.norm(two - one, axis=-1)
     axes = {
-        limb: np.degrees(angle_between(_axis(limb, first), _axis(limb, second))) for limb in _AXES
+        limb: np.degrees(angle_between(first.between(one, *ends), second.between(two, *ends)))
+        for limb, ends in LIMB_ENDS.items()
     }
     result = {}
     for place, landmark in enumerate(landmarks.landmarks):
@@ -296,25 +280,6 @@ def agreement_in_space(
             count, median, p95, *_statistics(axes[landmark.limb])
         )
     return result
-
-
-def _points(
-    clicks: Iterable[Click | None], cameras: Mapping[str, Camera], landmarks: LandmarkSet
-) -> ClickPixels:
-    there = [click for click in clicks if click is not None]
-    return click_pixels(there, cameras, landmarks.names)
-
-
-def _axis(limb: str, clicks: ClickPixels) -> FloatArray:
-    points = clicks.points()
-
-    def at(name: str) -> FloatArray:
-        if name not in clicks.names:
-            return np.full((len(points), 3), np.nan)
-        place: FloatArray = points[:, clicks.names.index(name)]
-        return place
-
-    return _AXES[limb](at)
 
 
 def _statistics(values: FloatArray) -> tuple[int, float, float]:

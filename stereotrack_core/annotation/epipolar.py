@@ -87,12 +87,19 @@ def volume_in_sight(volume: Volume, cameras: Sequence[Camera]) -> Volume:
     if not cameras or np.max(seen) >= min(2, len(cameras)):
         return volume
     half = 0.5 * (volume.high - volume.low)
-    places = np.array([camera.position_world for camera in cameras])
-    axes = np.array([camera.camera_from_world.rotation[2] for camera in cameras])
-    middle = nearest_to_rays(places, axes)
-    if not np.isfinite(middle).all() or not ((middle - places) * axes).sum(axis=1).min() > 0:
-        middle = (places + np.linalg.norm(half) * axes).mean(axis=0)
+    middle = watched_point(cameras, float(np.linalg.norm(half)))
     return Volume(middle - half, middle + half)
+
+
+def watched_point(cameras: Sequence[Camera], away: float) -> FloatArray:
+    """The point (3,), world, that cameras look at together; else one so far in front of them."""
+    origins = np.array([camera.position_world for camera in cameras])
+    axes = np.array([camera.camera_from_world.rotation[2] for camera in cameras])
+    point = nearest_to_rays(origins, axes)
+    if np.isfinite(point).all() and (((point - origins) * axes).sum(axis=1) > 0).all():
+        return point
+    middle: FloatArray = (origins + away * axes).mean(axis=0)
+    return middle
 
 
 def ray_in_volume(origin: FloatArray, direction: FloatArray, volume: Volume) -> tuple[float, float]:

@@ -13,6 +13,7 @@ from functools import cached_property
 import numpy as np
 
 from stereotrack_core.annotation.click import Click
+from stereotrack_core.annotation.epipolar import watched_point
 from stereotrack_core.annotation.fit.depth import MeasuredDepth, measured_depth
 from stereotrack_core.annotation.fit.residuals import Clicks, undistorted_clicks
 from stereotrack_core.annotation.fit.settings import FitSettings
@@ -28,7 +29,7 @@ from stereotrack_core.body.skeleton import FOREARMS, HEAD, PARENTS, TORSO, UPPER
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.rotation import rotation_from_vector
-from stereotrack_core.geometry.triangulation import Sightings, nearest_to_rays, point_of_sightings
+from stereotrack_core.geometry.triangulation import Sightings, point_of_sightings
 from stereotrack_core.tracking.parameters import TrackingParameters
 from stereotrack_core.tracking.shape_fit import SeenPose, fitted_shape
 
@@ -53,17 +54,7 @@ _DISTANCE = 3.0
 
 def watched_place(cameras: Mapping[str, Camera]) -> FloatArray:
     """The point (3,), world, that the cameras look at together."""
-    places = [camera.world_from_camera for camera in cameras.values()]
-    if not places:
-        return np.zeros(3)
-    origins = np.array([place.translation for place in places])
-    axes = np.array([place.rotation[:, 2] for place in places])
-    point = nearest_to_rays(origins, axes)
-    ahead = np.einsum("vi,vi->v", point - origins, axes) > 0.0
-    if np.isfinite(point).all() and ahead.all():
-        return point
-    middle: FloatArray = (origins + _DISTANCE * axes).mean(axis=0)
-    return middle
+    return watched_point(tuple(cameras.values()), _DISTANCE) if cameras else np.zeros(3)
 
 
 def standing(body: BodyModel, middle: FloatArray, yaw: float = 0.0) -> Pose:
