@@ -42,8 +42,8 @@ def annotation_benchmark(
 def _scores(
     recording: Recording, seeds: Sequence[int], frames: str | None
 ) -> list[AnnotationScore]:
-    from stereotrack_core.annotation.fit.depth import recorded_depth
     from stereotrack_core.annotation.fit.settings import FitSettings
+    from stereotrack_core.annotation.fit.stretch import recorded_depth
     from stereotrack_core.evaluation.errors import truth_of
     from stereotrack_core.experiments.benchmark.annotation import CASES, annotated
 

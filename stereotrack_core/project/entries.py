@@ -44,9 +44,6 @@ def fetch(database: sqlite3.Connection, path: Path, name: str) -> bytes:
     return data
 
 
-_WORDS = {"landmark_set": "landmark set", "parameter_set": "parameters"}
-
-
 @dataclass(frozen=True)
 class Entry:
     """A named thing, without its large data.
@@ -73,18 +70,8 @@ class Entries:
     """The named things of one table."""
 
     def __init__(self, table: Table, access: Access) -> None:
-        self._table = table
+        self.table = table
         self._access = access
-
-    @property
-    def table_name(self) -> str:
-        """What :class:`SaveEntry` and its like call this table."""
-        return self._table.name
-
-    @property
-    def word(self) -> str:
-        """What a person calls one of them."""
-        return _word_of(self._table)
 
     def names(self) -> tuple[str, ...]:
         """Names, oldest first."""
@@ -94,7 +81,7 @@ class Entries:
         """All of them, oldest first."""
         condition = "" if with_deleted else "WHERE deleted = 0"
         rows = self._access.rows(
-            f"SELECT {self._table.columns} FROM {self._table.name} {condition}"  # noqa: S608
+            f"SELECT {self.table.columns} FROM {self.table.name} {condition}"  # noqa: S608
             " ORDER BY at, name"
         )
         with self._access.making_sense():
@@ -102,11 +89,11 @@ class Entries:
 
     def get(self, name: str) -> Entry:
         """The one of that name; InputError where there is none."""
-        values = self._access.read(self._table, (name,))
+        values = self._access.read(self.table, (name,))
         with self._access.making_sense():
             entry = None if values is None else _entry(name, values)
         if entry is None or entry.deleted:
-            raise _missing(self._table, name)
+            raise _missing(self.table, name)
         return entry
 
     def making_sense(self) -> AbstractContextManager[None]:
@@ -122,7 +109,7 @@ class Entries:
         if entry.content is None:
             raise InputError(
                 "its data are missing",
-                where=f"{_word_of(self._table)} {name}",
+                where=f"{self.table.word} {name}",
                 remedy="Delete it and save it again.",
             )
         with self._access.alone() as database:
@@ -152,17 +139,17 @@ class SaveEntry(Edit):
 
     def words(self) -> str:
         """``save run accurate``."""
-        return f"save {_word_of(EDITED_TABLES[self.table])} {self.name}"
+        return f"save {EDITED_TABLES[self.table].word} {self.name}"
 
     def changes(self, state: State, stamp: Stamp) -> Iterable[Change]:
         """Its row."""
         table = EDITED_TABLES[self.table]
         if not self.name.strip():
-            raise InputError(f"the {_word_of(table)} has no name", remedy="Give it one.")
+            raise InputError(f"the {table.word} has no name", remedy="Give it one.")
         before = state.row(table, (self.name,))
         if before is not None and not before[-1] and not self.replacing:
             raise InputError(
-                f"there is a {_word_of(table)} {self.name!r} already",
+                f"there is a {table.word} {self.name!r} already",
                 remedy="Choose another name, or confirm that it is to be replaced.",
             )
         content = None if self.data is None else hash_of(self.data)
@@ -185,7 +172,7 @@ class DeleteEntry(Edit):
 
     def words(self) -> str:
         """``delete run accurate``."""
-        return f"delete {_word_of(EDITED_TABLES[self.table])} {self.name}"
+        return f"delete {EDITED_TABLES[self.table].word} {self.name}"
 
     def changes(self, state: State, stamp: Stamp) -> Iterable[Change]:
         """Its row."""
@@ -210,7 +197,7 @@ class Choose(Edit):
 
     def words(self) -> str:
         """``use subject P2``."""
-        word = _word_of(EDITED_TABLES[self.table])
+        word = EDITED_TABLES[self.table].word
         return f"use no {word}" if self.name is None else f"use {word} {self.name}"
 
     def changes(self, state: State, stamp: Stamp) -> Iterable[Change]:  # noqa: ARG002 - as all
@@ -227,11 +214,6 @@ def row_of(state: State, table: Table, name: str) -> Row:
     if row is None or row[-1]:
         raise _missing(table, name)
     return row
-
-
-def _word_of(table: Table) -> str:
-    """What a person calls the things of a table."""
-    return _WORDS.get(table.name, table.name)
 
 
 def facts_as_json(facts: Mapping[str, Any]) -> str:
@@ -253,7 +235,7 @@ def _entry(name: Any, values: Row) -> Entry:
 
 def _missing(table: Table, name: str) -> InputError:
     return InputError(
-        f"the project has no {_word_of(table)} {name!r}",
+        f"the project has no {table.word} {name!r}",
         remedy="Choose one of those listed.",
     )
 

@@ -18,8 +18,14 @@ from stereotrack_core.project.edit import Edit, Stamp
 from stereotrack_core.project.entries import Entries, ViewSettings
 from stereotrack_core.project.history import Changed, History
 from stereotrack_core.project.marks import Marks
-from stereotrack_core.project.opening import Opened, open_for_reading, open_for_writing
-from stereotrack_core.project.owner import Mount, now, user
+from stereotrack_core.project.opening import (
+    Mount,
+    Opened,
+    now,
+    open_for_reading,
+    open_for_writing,
+    user,
+)
 from stereotrack_core.project.predictions import Predictions
 from stereotrack_core.project.schema import (
     CHOICE,
@@ -105,7 +111,7 @@ class Project:
                 try:
                     load(entries, name)
                 except ProjectDamaged as error:
-                    where = f"{self.path}, {entries.word} {name}"
+                    where = f"{self.path}, {entries.table.word} {name}"
                     remedy = "It is not used. Choose another one, or save it again."
                     yield Finding("warning", where, error.detail, remedy)
 
@@ -197,7 +203,7 @@ class Project:
 
     def chosen(self, entries: Entries) -> str | None:
         """Name of the one that is used (:class:`entries.Choose`); None where none is."""
-        row = self._access.read(CHOICE, (entries.table_name,))
+        row = self._access.read(CHOICE, (entries.table.name,))
         name = None if row is None else str(row[0])
         return name if name in entries.names() else None
 

@@ -19,7 +19,7 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.project import owner
 from stereotrack_core.project.clicks import place
 from stereotrack_core.project.database import make_database
-from stereotrack_core.project.owner import lock_path
+from stereotrack_core.project.opening import lock_path
 from stereotrack_core.project.project import Project
 
 ROOT = Path(__file__).parents[2]

@@ -14,11 +14,15 @@ import numpy as np
 
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.annotation.epipolar import watched_point
-from stereotrack_core.annotation.fit.depth import MeasuredDepth, measured_depth
 from stereotrack_core.annotation.fit.residuals import Clicks, undistorted_clicks
 from stereotrack_core.annotation.fit.settings import FitSettings
 from stereotrack_core.annotation.fit.state import Freedom, pose_sigmas
-from stereotrack_core.annotation.fit.stretch import FrameData, Stretch
+from stereotrack_core.annotation.fit.stretch import (
+    FrameData,
+    MeasuredDepth,
+    Stretch,
+    measured_depth,
+)
 from stereotrack_core.annotation.landmark_set import NINE, LandmarkSet
 from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.body.model import BodyModel, body_model

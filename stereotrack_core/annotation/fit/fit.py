@@ -11,10 +11,10 @@ from stereotrack_core.annotation.click import (
     measurements,
 )
 from stereotrack_core.annotation.fit.context import CLICKED_SHAPE, FitContext
-from stereotrack_core.annotation.fit.depth import MeasuredDepth, recorded_depth
 from stereotrack_core.annotation.fit.live import fitted_frame
 from stereotrack_core.annotation.fit.results import FrameFit, TrajectoryFit
 from stereotrack_core.annotation.fit.settings import FitSettings
+from stereotrack_core.annotation.fit.stretch import MeasuredDepth, recorded_depth
 from stereotrack_core.annotation.fit.trajectory import Clouds, fitted_trajectory
 from stereotrack_core.annotation.landmark_set import NINE, LandmarkSet
 from stereotrack_core.blas_threads import one_blas_thread

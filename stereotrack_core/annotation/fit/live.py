@@ -26,7 +26,6 @@ from stereotrack_core.annotation.fit.context import (
     triangulated,
     watched_place,
 )
-from stereotrack_core.annotation.fit.depth import MeasuredDepth
 from stereotrack_core.annotation.fit.residuals import (
     ClickResidual,
     Clicks,
@@ -39,7 +38,7 @@ from stereotrack_core.annotation.fit.residuals import (
 from stereotrack_core.annotation.fit.results import FrameFit, frame_fit
 from stereotrack_core.annotation.fit.settings import FitSettings
 from stereotrack_core.annotation.fit.state import FitState, Freedom, pose_sigmas, shift_sigmas
-from stereotrack_core.annotation.fit.stretch import Fitted, FrameData, depth_cost
+from stereotrack_core.annotation.fit.stretch import Fitted, FrameData, MeasuredDepth, depth_cost
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.pose import PartFrames, Pose
 from stereotrack_core.depth.cloud import Cloud

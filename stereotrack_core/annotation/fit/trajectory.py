@@ -21,7 +21,6 @@ from stereotrack_core.annotation.fit.context import (
     pose_at,
     triangulated,
 )
-from stereotrack_core.annotation.fit.depth import MeasuredDepth
 from stereotrack_core.annotation.fit.residuals import MEDIAN_SURPRISE
 from stereotrack_core.annotation.fit.results import (
     CLICKED,
@@ -32,7 +31,13 @@ from stereotrack_core.annotation.fit.results import (
     reported,
 )
 from stereotrack_core.annotation.fit.state import Freedom, pose_sigmas
-from stereotrack_core.annotation.fit.stretch import Fitted, FrameData, Stretch, depth_cost
+from stereotrack_core.annotation.fit.stretch import (
+    Fitted,
+    FrameData,
+    MeasuredDepth,
+    Stretch,
+    depth_cost,
+)
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.pose import HANGING, Pose, rotation_towards
