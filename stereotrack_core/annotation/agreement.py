@@ -159,22 +159,11 @@ def farthest_first(found: Iterable[Difference]) -> tuple[Difference, ...]:
 def click_sigmas(
     found: Iterable[Difference], landmarks: Iterable[str], usual: float, *, enough: int = 20
 ) -> dict[str, float]:
-    """Standard deviation of a click in pixels per axis, measured by annotating again.
+    """Standard deviation of a click in pixels per axis, by landmark, measured by annotating again.
 
-    Parameters
-    ----------
-    found : iterable of Difference
-        First against second readings.
-    usual : float
-        What is assumed without measurements.
-    enough : int
-        Number of pairs that weigh as much as what is known without them: the variance of all
-        landmarks together for each single one, the usual variance for all together.
-
-    Returns
-    -------
-    dict from landmark to float
-        From the median distance, so that a mistake does not make every click look bad.
+    It is told by the median distance of first and second readings, so that a mistake does not make
+    every click look bad. `enough` pairs weigh as much as what is known without them: the variance
+    of all landmarks together for each single one, the `usual` variance for all together.
     """
     all_of_them = tuple(found)
 
@@ -198,24 +187,12 @@ def next_repeat(
 ) -> int | None:
     """The frame to be annotated again now; None while none is due.
 
-    Parameters
-    ----------
-    done : sequence of int
-        Frames in the order in which they were annotated first.
-    repeated : collection of int
-        Those that have been annotated again.
-    share : float
-        Part of the frames that is annotated again, 0 to 1.
-    apart : int
-        Frames that were annotated since, so that nobody remembers the places.
-    seed : int
-        The choice is at random, but the same for the same seed and frame, so that it does not
-        change when the project is opened again.
+    `done` are frames in the order in which they were annotated first, `share` the part of them, 0
+    to 1, that is annotated again. A frame waits until `apart` others were annotated, so that nobody
+    remembers the places. The choice is at random, but the same for the same seed and frame, so that
+    it does not change when the project is opened again.
 
-    Raises
-    ------
-    ValueError
-        Where the share is not between 0 and 1.
+    ValueError where the share is not between 0 and 1.
     """
     if not 0.0 <= share <= 1.0:
         raise ValueError(f"the share {share} is not between 0 and 1")
@@ -232,18 +209,11 @@ def _lot(seed: int, frame: int) -> bytes:
 
 @dataclass(frozen=True)
 class AgreementInSpace:
-    """Distances of a landmark, and angles of the limb that it tells, between two readings.
+    """Distances of a landmark (mm), and angles of the limb that it tells (degrees), between
+    readings.
 
-    Attributes
-    ----------
-    count : int
-        Frames in which both readings place it in at least two cameras.
-    median_mm, p95_mm : float
-        Of the distances; NaN without a frame.
-    limb_count : int
-        Frames in which both readings give the limb a direction.
-    median_deg, p95_deg : float
-        Of the angles; NaN without a frame.
+    The counts are the frames in which both readings place the landmark in at least two cameras, and
+    in which both give the limb a direction; without any, median and 95th percentile are NaN.
     """
 
     count: int

@@ -89,14 +89,10 @@ def click_pixels(
 
 
 def click_residuals(clicks: ClickPixels, frame: IntArray, points: FloatArray) -> FloatArray:
-    """Distance in pixels from the projected trajectory (F, L, V); NaN where either is missing.
+    """Distance in pixels (F, L, V) from the projected trajectory; NaN where either is missing.
 
-    Parameters
-    ----------
-    frame : (T,) int64
-        Frames of the trajectory, ascending.
-    points : (T, L, 3) float64, world, metres
-        Landmarks of the trajectory in the order of ``clicks.names``.
+    The trajectory has frames (T,), ascending, and landmarks (T, L, 3), world, in the order of
+    ``clicks.names``.
     """
     fitted = np.full((len(clicks.frame), len(clicks.names), 3), np.nan)
     _, own, theirs = np.intersect1d(clicks.frame, frame, return_indices=True)
@@ -111,13 +107,8 @@ def click_residuals(clicks: ClickPixels, frame: IntArray, points: FloatArray) ->
 
 
 def limb_residuals(away: FloatArray, landmarks: LandmarkSet) -> FloatArray:
-    """Root mean square residual of each limb's landmarks (F, 6), in the order of ``LIMBS``.
-
-    Parameters
-    ----------
-    away : (F, L, V) float64, pixels
-    landmarks : LandmarkSet
-        L landmarks.
+    """Root mean square residual (F, 6) of each limb's landmarks, from distances (F, L, V) in
+    pixels.
     """
     result = np.full((len(away), len(LIMBS)), np.nan)
     limb_of = np.array([LIMBS.index(one.limb) for one in landmarks.landmarks])
@@ -138,16 +129,8 @@ _NORMAL = 1.4826
 
 @dataclass(frozen=True)
 class MeasuredLength:
-    """A length of the body, from many frames.
-
-    Attributes
-    ----------
-    length : float
-        Metres.
-    sigma : float
-        Standard deviation of `length`, metres.
-    count : int
-        Samples; both arms count.
+    """A length of the body in metres, its standard deviation, and the samples of both arms behind
+    it.
     """
 
     length: float
@@ -174,11 +157,8 @@ _ENDS: Mapping[str, tuple[tuple[tuple[str, ...], tuple[str, ...]], ...]] = Mappi
 def measured_lengths(clicks: ClickPixels) -> dict[str, MeasuredLength]:
     """Lengths between landmarks of the nine, as far as they are clicked in enough frames.
 
-    Returns
-    -------
-    dict
-        ``shoulder_width``, ``hip_width``, ``torso_length``, ``upper_arm_length``,
-        ``elbow_to_hand`` (the hand landmark lies half way along the hand), ``shoulder_to_head``.
+    They are the names of a subject's, but for ``elbow_to_hand``, whose hand landmark lies half way
+    along the hand.
     """
     points = clicks.points()
     samples = {

@@ -42,15 +42,10 @@ _NUMBERS = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight"
 def doubtful_camera(
     clicks: Iterable[Click], cameras: Mapping[str, Camera], landmark_set: LandmarkSet
 ) -> Disagreement | None:
-    """The camera that contradicts the others over all clicks, if one does.
+    """The camera that contradicts the others over all clicks of all frames, if one does.
 
     A camera with a few wrong clicks, or with left and right mixed up, is none. What was accepted
     lies where the other cameras have put it, and says nothing.
-
-    Parameters
-    ----------
-    clicks : iterable of Click
-        Of all frames.
     """
     own = [click for click in clicks if click.origin != ACCEPTED]
     asked = frames_asked(np.unique([click.frame for click in own]).astype(np.int64))
@@ -72,13 +67,7 @@ def frames_asked(clicked: IntArray) -> frozenset[int]:
 
 
 def what_disagrees(found: Disagreement, names: Mapping[str, str] | None = None) -> str:
-    """Which camera disagrees with the others and by how much.
-
-    Parameters
-    ----------
-    names : mapping from camera to str, optional
-        How people call the cameras; by their own names where it says nothing.
-    """
+    """Which camera disagrees with the others and by how much; `names` say how people call them."""
     called = names or {}
     if not found.camera:
         both = " and ".join(called.get(name, name) for name in found.others)
@@ -117,13 +106,9 @@ def own_mistakes(
 ) -> tuple[ClickKey, ...]:
     """Those of the flagged clicks that look wrong without the camera that disagrees, too.
 
-    Its own clicks are not to blame, nor are those of other cameras that it has drawn the fit away
-    from. All are returned where no camera disagrees.
-
-    Parameters
-    ----------
-    flagged : iterable of ClickKey
-        Clicks that lie far from a fit to all cameras.
+    The flagged lie far from a fit to all cameras. The camera's own clicks are not to blame, nor are
+    those of other cameras that it has drawn the fit away from. All are returned where none
+    disagrees.
     """
     keys = tuple(flagged)
     if found is None or not keys:

@@ -79,22 +79,13 @@ def follow_patch(
     *,
     cancelled: Callable[[], bool] | None = None,
 ) -> Followed:
-    """Follow the patch around a pixel of the first picture through the others.
+    """Follow the patch around a pixel (2,) of the first picture through the others.
 
-    Parameters
-    ----------
-    images : iterable of (H, W) uint8, or None
-        Grey pictures in the order of following, forward or backward; None for one that cannot be
-        read, which ends it. Read one by one, as far as needed.
-    start : (2,) float64
-        Raw pixel in the first picture.
-    cancelled : callable, optional
-        Asked before every picture whether to stop; what was followed is kept.
+    The grey pictures (H, W), in the order of following, are read one by one as far as needed; None
+    stands for one that cannot be read, which ends it. Before every picture `cancelled` is asked
+    whether to stop; what was followed is kept.
 
-    Raises
-    ------
-    ValueError
-        Where there is no first picture.
+    ValueError where there is no first picture.
     """
     pictures = iter(images)
     first = next(pictures, None)
@@ -235,13 +226,7 @@ def _spread(score: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True, eq=False)
 class FollowedClick:
-    """A click followed through a recording.
-
-    Attributes
-    ----------
-    frame : (F,) int64
-        Frames of the rows, descending where it was followed backward.
-    """
+    """A click followed through frames (F,), which descend where it was followed backward."""
 
     click: Click
     frame: IntArray

@@ -85,11 +85,7 @@ def limb_sigma_deg(
 ) -> FloatArray:
     """Root mean square angles (..., 6) in degrees by which limbs may be off.
 
-    Parameters
-    ----------
-    nine : (..., 9, 3) float64, world, metres
-    covariance : (..., n, 3, 3) float64, square metres
-        Of the landmarks of the set, taken for independent.
+    The covariances (..., n, 3, 3) of the set's landmarks are taken for independent.
     """
     v = mean_squares(axis_quadratics(nine, landmark_set), covariance)
     result: FloatArray = np.degrees(np.sqrt(np.maximum(v[..., OWN_AXES], 0.0)))

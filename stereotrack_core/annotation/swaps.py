@@ -62,19 +62,11 @@ class Swap:
 def epipolar_distance(
     camera: Camera, pixels: FloatArray, other: Camera, other_pixels: FloatArray
 ) -> FloatArray:
-    """Distance in pixels of points in one image from the epipolar lines of points in another.
+    """Distance (...) in pixels of points (..., 2) in one image from epipolar lines of those in
+    another.
 
-    Measured on the undistorted image, at its focal length; the mean over both images.
-
-    Parameters
-    ----------
-    pixels, other_pixels : (..., 2) float64
-        Raw pixels.
-
-    Returns
-    -------
-    (...) float64
-        NaN where a point is NaN or the cameras are in one place.
+    Measured on the undistorted image, at its focal length; the mean over both images. NaN where a
+    point is NaN or the cameras are in one place.
     """
     one = _homogeneous(camera.normalised(pixels))
     two = _homogeneous(other.normalised(other_pixels))

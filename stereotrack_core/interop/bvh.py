@@ -30,16 +30,9 @@ _UP = np.array([0.0, 1.0, 0.0])
 
 @dataclass(frozen=True, eq=False)
 class Joint:
-    """A joint with its motion; centimetres, y up.
+    """A joint with its motion: rotations (F, 3, 3), parent_from_joint; centimetres, y up.
 
-    Attributes
-    ----------
-    parent : str
-        Empty for the root.
-    offset : (3,) float64
-        In the parent's rest frame.
-    rotation : (F, 3, 3) float64
-        parent_from_joint.
+    The offset (3,) is in the parent's rest frame; the root's parent is empty.
     """
 
     name: str

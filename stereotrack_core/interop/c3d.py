@@ -146,21 +146,11 @@ _LAST_FRAME = 0xFFFF - 1
 def write_c3d(
     path: Path, trajectory: LandmarkTrajectory, fps: float, residual: FloatArray | None = None
 ) -> None:
-    """Write landmarks, and the tracker's residual as the residual of every point.
+    """Write landmarks, and the tracker's residual (F,), metres, as the residual of every point.
 
-    Parameters
-    ----------
-    trajectory : LandmarkTrajectory
-        Frames between its frames are written as missing.
-    fps : float
-        Frames per second.
-    residual : (F,) float64, metres, optional
-        The format keeps whole millimetres of it.
+    The format keeps whole millimetres of it. Frames between those of the trajectory are missing.
 
-    Raises
-    ------
-    InputError
-        For a frame number that the format cannot count.
+    InputError for a frame number that the format cannot count.
     """
     frame = trajectory.frame
     if len(frame) and (frame[0] < 0 or frame[-1] > _LAST_FRAME):

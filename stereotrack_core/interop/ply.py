@@ -35,17 +35,9 @@ _PLY_TYPES = {"<f4": "float", "|u1": "uchar"}
 def write_cloud(
     path: Path, points: FloatArray, view: IntArray, view_names: Sequence[str], frame: int
 ) -> None:
-    """Write a cloud.
+    """Write points (N, 3), world, metres, each with the index (N,) of its view.
 
-    Parameters
-    ----------
-    points : (N, 3) float64, world, metres
-    view : (N,) int64
-        Index into `view_names`.
-    view_names : sequence of str
-        Kept in a comment.
-    frame : int
-        Kept in a comment.
+    The names of the views and the frame are kept in comments.
     """
     vertices = np.empty(len(points), dtype=_VERTEX)
     for k, name in enumerate(("x", "y", "z")):

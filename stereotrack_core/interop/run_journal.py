@@ -51,15 +51,7 @@ def part_of(run: Path) -> Path:
 
 @dataclass(frozen=True)
 class Wish:
-    """What else was asked for when the run was begun.
-
-    Attributes
-    ----------
-    smooth : bool
-        To go over it backwards at the end.
-    count : int or None
-        To stop after so many frames.
-    """
+    """What else was asked for when the run was begun: to smooth it at the end, how many frames."""
 
     smooth: bool = False
     count: int | None = None

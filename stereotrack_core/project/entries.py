@@ -46,17 +46,7 @@ def fetch(database: sqlite3.Connection, path: Path, name: str) -> bytes:
 
 @dataclass(frozen=True)
 class Entry:
-    """A named thing, without its large data.
-
-    Attributes
-    ----------
-    facts : mapping
-        JSON-serialisable.
-    content : str or None
-        Hash of the data that belong to it.
-    who, at : str
-        Who saved it, and when.
-    """
+    """A named thing, without its large data, of which it has the hash; who saved it, and when."""
 
     name: str
     facts: Mapping[str, Any]
@@ -118,16 +108,10 @@ class Entries:
 
 @dataclass(frozen=True)
 class SaveEntry(Edit):
-    """Save a named thing; one of that name is replaced only where that is said.
+    """Save a named thing in a table of entries; one of that name is replaced only where that is
+    said.
 
-    Attributes
-    ----------
-    table : str
-        One of the tables of entries.
-    facts : str
-        JSON object.
-    data : bytes, optional
-        Large data.
+    Its facts are a JSON object, its data may be large.
     """
 
     kind: ClassVar[str] = "save"
@@ -183,13 +167,7 @@ class DeleteEntry(Edit):
 
 @dataclass(frozen=True)
 class Choose(Edit):
-    """Say which of the named things is used: the subject, the set of landmarks, and so on.
-
-    Attributes
-    ----------
-    name : str or None
-        None: none of them.
-    """
+    """Say which of a table's named things is used, or with None that none is."""
 
     kind: ClassVar[str] = "choose"
     table: str

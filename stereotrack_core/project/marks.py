@@ -16,7 +16,7 @@ GAP, REVIEW = "gap", "review"
 
 @dataclass(frozen=True)
 class FrameFlag:
-    """A flag on a frame, for one landmark or for the whole frame.
+    """A flag on a frame, for one landmark or, without its name, for the whole frame.
 
     Attributes
     ----------

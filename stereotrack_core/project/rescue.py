@@ -30,18 +30,10 @@ _HISTORY = ("edit", "edit_change")
 
 @dataclass(frozen=True)
 class Rescued:
-    """What was saved.
+    """What was saved into a new project: number of rows by table.
 
-    Attributes
-    ----------
-    path : Path
-        The new project.
-    rows : mapping
-        Number of rows by table.
-    from_history : int
-        Rows of people's work that were damaged in their table, but stood in the history.
-    history_whole : bool
-        Whether the history came along; otherwise the new project begins without one.
+    Rows of people's work that were damaged in their table may stand in the history; without a whole
+    history the new project begins with none.
     """
 
     path: Path

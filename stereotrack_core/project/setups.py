@@ -32,13 +32,7 @@ from stereotrack_core.recording.description import LENGTHS, Recording, Stream, S
 
 @dataclass(frozen=True)
 class ParameterSet:
-    """Parameters by name, as they differ from a preset.
-
-    Attributes
-    ----------
-    values : mapping
-        From a parameter's name to its value; JSON-serialisable.
-    """
+    """Parameters by name, JSON-serialisable, as they differ from a preset."""
 
     preset: str
     values: Mapping[str, Any]
@@ -72,10 +66,7 @@ def load_reference(references: Entries, name: str) -> Reference:
 def save_subject(subject: Subject, *, origin: str = "entered") -> SaveEntry:
     """The edit that keeps a subject's proportions under the subject's name.
 
-    Parameters
-    ----------
-    origin : str
-        How they are known: ``entered``, ``measured from clicks``, ``found by the tracker``.
+    The origin is ``entered``, ``measured from clicks`` or ``found by the tracker``.
     """
     facts = {**asdict(subject), "origin": origin}
     return SaveEntry(SUBJECT.name, subject.name, facts_as_json(facts), replacing=True)
