@@ -10,19 +10,8 @@ import numpy as np
 from stereotrack_core.arrays import FloatArray, ImageArray, IntArray
 from stereotrack_core.atomic import write_file
 
-VIEW_COLOURS: ImageArray = np.array(
-    [
-        [0, 114, 178],
-        [230, 159, 0],
-        [0, 158, 115],
-        [204, 121, 167],
-        [86, 180, 233],
-        [213, 94, 0],
-        [240, 228, 66],
-        [140, 140, 140],
-    ],
-    dtype=np.uint8,
-)
+_COLOURS = "0072B2 E69F00 009E73 CC79A7 56B4E9 D55E00 F0E442 8C8C8C"
+VIEW_COLOURS: ImageArray = np.frombuffer(bytes.fromhex(_COLOURS), np.uint8).reshape(-1, 3)
 """RGB of the views in their order (Okabe-Ito, safe for colour-blind eyes); repeats after 8."""
 
 _VERTEX = np.dtype(

@@ -163,17 +163,12 @@ class Corrections:
         )
 
     def _view(self, view: View) -> View:
-        def corrected(key: str, stream: Stream | None) -> Stream | None:
-            return None if stream is None else self._stream(f"{view.name}/{key}", stream)
-
-        image = "right" if view.kind == "stereo" else "image"
-        return replace(
-            view,
-            image=self._stream(f"{view.name}/{image}", view.image),
-            left=corrected("left", view.left),
-            depth=corrected("depth", view.depth),
-            mask=corrected("mask", view.mask),
-        )
+        changed: dict[str, Any] = {}
+        for key in ("image", "left", "depth", "mask"):
+            if (stream := getattr(view, key)) is not None:
+                own = "right" if key == "image" and view.kind == "stereo" else key
+                changed[key] = self._stream(f"{view.name}/{own}", stream)
+        return replace(view, **changed)
 
     def _stream(self, name: str, stream: Stream) -> Stream:
         return replace(
