@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from math import hypot, sqrt
-from types import MappingProxyType
 from typing import Literal, TypeAlias
 
 import numpy as np
 
 from stereotrack_core.annotation.click import Click, ClickKey, Visibility
-from stereotrack_core.annotation.click_points import ClickPixels, click_pixels
+from stereotrack_core.annotation.click_points import click_pixels
 from stereotrack_core.annotation.landmark_set import LandmarkSet
 from stereotrack_core.arrays import FloatArray
+from stereotrack_core.body.limbs import LIMB_ENDS
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.rotation import angle_between
 
@@ -30,7 +30,6 @@ class Difference:
 
     Attributes
     ----------
-    key : ClickKey
     first, second : Click or None
         None where a reading says nothing; a deleted click counts as ``only`` the other's.
     """
@@ -160,22 +159,11 @@ def farthest_first(found: Iterable[Difference]) -> tuple[Difference, ...]:
 def click_sigmas(
     found: Iterable[Difference], landmarks: Iterable[str], usual: float, *, enough: int = 20
 ) -> dict[str, float]:
-    """Standard deviation of a click in pixels per axis, measured by annotating again.
+    """Standard deviation of a click in pixels per axis, by landmark, measured by annotating again.
 
-    Parameters
-    ----------
-    found : iterable of Difference
-        First against second readings.
-    usual : float
-        What is assumed without measurements.
-    enough : int
-        Number of pairs that weigh as much as what is known without them: the variance of all
-        landmarks together for each single one, the usual variance for all together.
-
-    Returns
-    -------
-    dict from landmark to float
-        From the median distance, so that a mistake does not make every click look bad.
+    It is told by the median distance of first and second readings, so that a mistake does not make
+    every click look bad. `enough` pairs weigh as much as what is known without them: the variance
+    of all landmarks together for each single one, the `usual` variance for all together.
     """
     all_of_them = tuple(found)
 
@@ -199,24 +187,12 @@ def next_repeat(
 ) -> int | None:
     """The frame to be annotated again now; None while none is due.
 
-    Parameters
-    ----------
-    done : sequence of int
-        Frames in the order in which they were annotated first.
-    repeated : collection of int
-        Those that have been annotated again.
-    share : float
-        Part of the frames that is annotated again, 0 to 1.
-    apart : int
-        Frames that were annotated since, so that nobody remembers the places.
-    seed : int
-        The choice is at random, but the same for the same seed and frame, so that it does not
-        change when the project is opened again.
+    `done` are frames in the order in which they were annotated first, `share` the part of them, 0
+    to 1, that is annotated again. A frame waits until `apart` others were annotated, so that nobody
+    remembers the places. The choice is at random, but the same for the same seed and frame, so that
+    it does not change when the project is opened again.
 
-    Raises
-    ------
-    ValueError
-        Where the share is not between 0 and 1.
+    ValueError where the share is not between 0 and 1.
     """
     if not 0.0 <= share <= 1.0:
         raise ValueError(f"the share {share} is not between 0 and 1")
@@ -231,23 +207,13 @@ def _lot(seed: int, frame: int) -> bytes:
     return hashlib.blake2b(f"{seed} {frame}".encode(), digest_size=8).digest()
 
 
-_Place: TypeAlias = Callable[[str], FloatArray]
-
-
 @dataclass(frozen=True)
 class AgreementInSpace:
-    """Distances of a landmark, and angles of the limb that it tells, between two readings.
+    """Distances of a landmark (mm), and angles of the limb that it tells (degrees), between
+    readings.
 
-    Attributes
-    ----------
-    count : int
-        Frames in which both readings place it in at least two cameras.
-    median_mm, p95_mm : float
-        Of the distances; NaN without a frame.
-    limb_count : int
-        Frames in which both readings give the limb a direction.
-    median_deg, p95_deg : float
-        Of the angles; NaN without a frame.
+    The counts are the frames in which both readings place the landmark in at least two cameras, and
+    in which both give the limb a direction; without any, median and 95th percentile are NaN.
     """
 
     count: int
@@ -256,23 +222,6 @@ class AgreementInSpace:
     limb_count: int
     median_deg: float
     p95_deg: float
-
-
-def _middle(at: _Place, landmark: str) -> FloatArray:
-    middle: FloatArray = (at(f"left_{landmark}") + at(f"right_{landmark}")) / 2.0
-    return middle
-
-
-_AXES: Mapping[str, Callable[[_Place], FloatArray]] = MappingProxyType(
-    {
-        "torso": lambda at: _middle(at, "shoulder") - _middle(at, "hip"),
-        "head": lambda at: at("head") - _middle(at, "shoulder"),
-        "left_upper_arm": lambda at: at("left_elbow") - at("left_shoulder"),
-        "right_upper_arm": lambda at: at("right_elbow") - at("right_shoulder"),
-        "left_forearm": lambda at: at("left_hand") - at("left_elbow"),
-        "right_forearm": lambda at: at("right_hand") - at("right_elbow"),
-    }
-)
 
 
 def agreement_in_space(
@@ -284,11 +233,15 @@ def agreement_in_space(
     same eyes.
     """
     pairs = [one for one in found if one.apart is not None]
-    first = _points([one.first for one in pairs], cameras, landmarks)
-    second = _points([one.second for one in pairs], cameras, landmarks)
-    distance = 1000.0 * np.linalg.norm(second.points() - first.points(), axis=-1)
+    first, second = (
+        click_pixels([click for click in clicks if click is not None], cameras, landmarks.names)
+        for clicks in ([one.first for one in pairs], [one.second for one in pairs])
+    )
+    one, two = first.points(), second.points()
+    distance = 1000.0 * np.linalg.norm(two - one, axis=-1)
     axes = {
-        limb: np.degrees(angle_between(_axis(limb, first), _axis(limb, second))) for limb in _AXES
+        limb: np.degrees(angle_between(first.between(one, *ends), second.between(two, *ends)))
+        for limb, ends in LIMB_ENDS.items()
     }
     result = {}
     for place, landmark in enumerate(landmarks.landmarks):
@@ -297,25 +250,6 @@ def agreement_in_space(
             count, median, p95, *_statistics(axes[landmark.limb])
         )
     return result
-
-
-def _points(
-    clicks: Iterable[Click | None], cameras: Mapping[str, Camera], landmarks: LandmarkSet
-) -> ClickPixels:
-    there = [click for click in clicks if click is not None]
-    return click_pixels(there, cameras, landmarks.names)
-
-
-def _axis(limb: str, clicks: ClickPixels) -> FloatArray:
-    points = clicks.points()
-
-    def at(name: str) -> FloatArray:
-        if name not in clicks.names:
-            return np.full((len(points), 3), np.nan)
-        place: FloatArray = points[:, clicks.names.index(name)]
-        return place
-
-    return _AXES[limb](at)
 
 
 def _statistics(values: FloatArray) -> tuple[int, float, float]:

@@ -50,7 +50,6 @@ class Click:
         Frame of the recording, from 0.
     camera : str
         Name of the camera in the calibration.
-    landmark : str
     position : (float, float) or None
         Raw-image pixels, (0, 0) is the centre of the top-left pixel; None where the landmark is
         outside the image.

@@ -21,15 +21,14 @@ from numpy.typing import NDArray
 
 from stereotrack_core.annotation.click import GUESSED_FACTOR, USUAL_SIGMA, Click, sigma_of
 from stereotrack_core.annotation.epipolar import in_image
-from stereotrack_core.annotation.fit.results import FrameFit, TrajectoryFit
+from stereotrack_core.annotation.fit.results import TrajectoryFit
 from stereotrack_core.annotation.landmark_set import LandmarkSet
 from stereotrack_core.annotation.limb_axes import (
+    COUNTS,
     OWN_AXES,
-    SCORED,
     axis_quadratics,
     axis_sigma_deg,
     mean_squares,
-    scored,
 )
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 from stereotrack_core.geometry.camera import Camera, pixel_jacobian
@@ -47,18 +46,7 @@ elsewhere; fewer led to clicks too close to each other."""
 
 
 def distances(clicked: BoolArray, reach: int) -> tuple[IntArray, IntArray]:
-    """Frames to the click before and the click after, at most `reach`.
-
-    Parameters
-    ----------
-    clicked : (F, n) bool
-        Whether a landmark has a click at a frame.
-
-    Returns
-    -------
-    before, after : (F, n) int64
-        0 at frames with a click.
-    """
+    """Frames (F, n) since and until a click (F, n) of a landmark, at most `reach`; 0 at one."""
     frames = np.arange(len(clicked))[:, None]
     far = len(clicked) + reach
     last = np.maximum.accumulate(np.where(clicked, frames, -far), axis=0)
@@ -70,16 +58,8 @@ def distances(clicked: BoolArray, reach: int) -> tuple[IntArray, IntArray]:
 def over_frames(gain: FloatArray, clicked: BoolArray, reach: int) -> FloatArray:
     """Gains (F, C, n) summed up over the frames that a click at each place tells about.
 
-    Parameters
-    ----------
-    gain : (F, C, n) float64
-        What a click would gain at its own frame.
-    clicked : (F, n) bool
-
-    Returns
-    -------
-    (F, C, n) float64
-        Degrees times frames.
+    `gain` has what a click would gain at its own frame; `clicked` is (F, n). The sum is in degrees
+    times frames.
     """
     before, after = distances(clicked, reach)
     total = gain.copy()
@@ -94,10 +74,7 @@ def over_frames(gain: FloatArray, clicked: BoolArray, reach: int) -> FloatArray:
 def shares_around(row: int, clicked: BoolArray, reach: int) -> tuple[IntArray, FloatArray]:
     """Rows that profit from a click at one row, itself among them, and by which share.
 
-    Parameters
-    ----------
-    clicked : (F,) bool
-        Of the landmark; what it says of `row` does not count.
+    `clicked` (F,) is of the landmark; what it says of `row` does not count.
     """
     others = np.flatnonzero(clicked)
     before, after = others[others < row], others[others > row]
@@ -133,23 +110,16 @@ _AGAINST = 1.5
 def hidden_landmarks(
     nine: FloatArray, names: Sequence[str], points: FloatArray, places: FloatArray
 ) -> BoolArray:
-    """Whether the body stands between cameras and landmarks.
+    """Whether (F, C, n) the body stands between cameras and landmarks; False where not known.
 
     Parameters
     ----------
     nine : (F, 9, 3) float64, world, metres
         The landmarks of every reference.
-    names : sequence of str
-        n landmarks that are asked for.
-    points : (F, n, 3) float64, world
-        Where they are.
+    names, points : n names and (F, n, 3) float64, world
+        The landmarks that are asked for, and where they are.
     places : (C, 3) float64, world
         Optical centres.
-
-    Returns
-    -------
-    (F, C, n) bool
-        False where something is not known.
     """
     sight_from = np.broadcast_to(places[None, :, None], (len(nine), len(places), len(names), 3))
     sight_to = np.broadcast_to(points[:, None], sight_from.shape)
@@ -192,15 +162,9 @@ class ClickGains:
         All of them; deleted ones and those outside say that nothing shall be clicked there.
     sigma : float or mapping from landmark to float
         Usual standard deviation of a click in pixels per axis.
-    limbs : sequence of str
-        Limbs that count.
-    reach : int
-        Frames on each side that a click tells about.
 
     Attributes
     ----------
-    reach : int
-    frame : (F,) int64
     names : tuple of str
         Cameras, in the order of the arrays.
     state : (F, C, n) uint8
@@ -211,6 +175,9 @@ class ClickGains:
         Whether the body stands before it.
     gain : (F, C, n) float64
         Degrees, summed up over the limbs that count; 0 where nothing is known or seen.
+    sigma_deg : (F, 7) float64
+        Angles by which the axes, in the order of ``AXES``, may be off, as far as clicks since the
+        fit tell.
     """
 
     def __init__(
@@ -221,23 +188,18 @@ class ClickGains:
         clicks: Iterable[Click],
         *,
         sigma: Mapping[str, float] | float = USUAL_SIGMA,
-        limbs: Sequence[str] = SCORED,
-        reach: int = REACH,
     ) -> None:
         if fit.names != landmark_set.names:
             raise ValueError("the fit was made with another landmark set")
         self.names = tuple(cameras)
-        self.reach = reach
         self.frame = fit.frame
         self._cameras = tuple(cameras.values())
         self._places = np.array([camera.position_world for camera in self._cameras])
-        self._set = landmark_set
-        self._usual = sigma
-        self._counts = scored(limbs)
-        self._points = fit.landmarks.copy()
-        self._nine = fit.nine.copy()
+        self._set, self._points, self._nine = landmark_set, fit.landmarks, fit.nine
+        usual = [sigma_of(Click(0, "", name, (0.0, 0.0)), sigma) for name in landmark_set.names]
+        self._usual = np.array(usual)
         self._covariance = fit.covariance.copy()
-        self._sigma = axis_sigma_deg(fit.limb_sigma_deg, fit.nine, fit.covariance, landmark_set)
+        self.sigma_deg = axis_sigma_deg(fit.limb_sigma_deg, fit.nine, fit.covariance, landmark_set)
         shape = (len(fit.frame), len(self._cameras), len(landmark_set.names))
         self.state: NDArray[np.uint8] = np.zeros(shape, dtype=np.uint8)
         self.seen: BoolArray = np.zeros(shape, dtype=np.bool_)
@@ -254,17 +216,12 @@ class ClickGains:
 
     def limb_sigma_deg(self) -> FloatArray:
         """Angles (F, 6) by which the limbs may be off, as far as clicks since the fit tell."""
-        result: FloatArray = self._sigma[:, OWN_AXES]
+        result: FloatArray = self.sigma_deg[:, OWN_AXES]
         return result
 
     def clicked(self) -> BoolArray:
         """Whether (F, n) a landmark has a click in some image."""
         result: BoolArray = np.asarray((self.state == Place.CLICKED).any(axis=1))
-        return result
-
-    def axis_sigma_deg(self, row: int) -> FloatArray:
-        """The same of one frame for all axes (7,), in the order of ``AXES``."""
-        result: FloatArray = self._sigma[row]
         return result
 
     def by_axis(self, row: int, camera: int, landmark: int) -> FloatArray:
@@ -274,24 +231,12 @@ class ClickGains:
         result: FloatArray = parts[0, 0, landmark]
         return result
 
-    def points(self, row: int) -> FloatArray:
-        """Landmarks (n, 3) of a frame, world."""
-        result: FloatArray = self._points[row]
-        return result
+    def update(self, frame: int, clicks: Iterable[Click]) -> None:
+        """Take in the present clicks of a frame that was edited, deleted ones too.
 
-    def update(self, frame: int, clicks: Iterable[Click], fit: FrameFit | None = None) -> None:
-        """Take in the present clicks of a frame that was edited.
-
-        Without a fit of that frame, new clicks are taken in by their covariance alone, and the
-        frames around profit the less the nearer they are to other clicks of the landmark. What was
-        taken away is known again after the next fit of the trajectory.
-
-        Parameters
-        ----------
-        clicks : iterable of Click
-            All of the frame, deleted ones too.
-        fit : FrameFit, optional
-            The fit of these clicks.
+        New clicks are taken in by their covariance alone, and the frames around profit the less the
+        nearer they are to other clicks of the landmark. What was taken away is known again after
+        the next fit of the trajectory.
         """
         row = self.row(frame)
         if row is None:
@@ -300,14 +245,7 @@ class ClickGains:
         self.state[row] = Place.FREE
         self._place_clicks(clicks)
         new = (self.state[row] == Place.CLICKED) & ~before
-        changed = self._spread(row, new)
-        if fit is not None:
-            self._points[row] = fit.landmarks_world
-            self._covariance[row] = fit.landmark_covariance
-            self._sigma[row] = axis_sigma_deg(
-                fit.limb_sigma_deg, self._nine[row], fit.landmark_covariance, self._set
-            )
-        self._refresh(changed)
+        self._refresh(self._spread(row, new))
 
     def _place_clicks(self, clicks: Iterable[Click]) -> None:
         cameras = {name: i for i, name in enumerate(self.names)}
@@ -333,9 +271,7 @@ class ClickGains:
 
     def _click_sigma(self, rows: IntArray) -> FloatArray:
         """Pixels per axis (R, C, n) to be expected of clicks."""
-        usual = [sigma_of(Click(0, "", name, (0.0, 0.0)), self._usual) for name in self._set.names]
-        factor = np.where(self.hidden[rows], GUESSED_FACTOR, 1.0)
-        result: FloatArray = factor * np.array(usual)
+        result: FloatArray = np.where(self.hidden[rows], GUESSED_FACTOR, 1.0) * self._usual
         return result
 
     def _gains(self, rows: IntArray, sigma: FloatArray, cameras: IntArray) -> FloatArray:
@@ -351,23 +287,21 @@ class ClickGains:
         less = np.einsum("rlmij,rclji->rclm", taken, np.stack(information, axis=1))
         with np.errstate(divide="ignore", invalid="ignore"):
             share = np.clip(less / now[:, None, None], 0.0, 1.0)
-        before = self._sigma[rows][:, None, None]
+        before = self.sigma_deg[rows][:, None, None]
         after = before * np.sqrt(1.0 - share)
         gain = np.minimum(before, _LOST) - np.minimum(after, _LOST)
-        result: FloatArray = np.nan_to_num(gain) * self._counts
+        result: FloatArray = np.nan_to_num(gain) * COUNTS
         return result
 
     def _information(self, camera: Camera, rows: IntArray, sigma: FloatArray) -> FloatArray:
         """B = J^T (J P J^T + sigma^2 I)^-1 J (R, n, 3, 3) of a click in a camera."""
         jacobian = pixel_jacobian(camera, self._points[rows])
         across = np.swapaxes(jacobian, -1, -2)
-        innovation_covariance = jacobian @ self._covariance[rows] @ across
-        innovation_covariance = innovation_covariance + np.square(sigma)[..., None, None] * np.eye(
-            2
-        )
-        unknown: BoolArray = np.asarray(~np.isfinite(innovation_covariance).all(axis=(-1, -2)))
-        innovation_covariance[unknown] = np.eye(2)
-        result: FloatArray = across @ np.linalg.solve(innovation_covariance, jacobian)
+        noise = np.square(sigma)[..., None, None] * np.eye(2)
+        innovation = jacobian @ self._covariance[rows] @ across + noise
+        unknown: BoolArray = np.asarray(~np.isfinite(innovation).all(axis=(-1, -2)))
+        innovation[unknown] = np.eye(2)
+        result: FloatArray = across @ np.linalg.solve(innovation, jacobian)
         return np.where(unknown[..., None, None], 0.0, result)
 
     def _spread(self, row: int, new: BoolArray) -> IntArray:
@@ -386,7 +320,7 @@ class ClickGains:
                 self._covariance[rows, landmark] = own - share[:, None, None] * less
             with np.errstate(divide="ignore", invalid="ignore"):
                 ratio = np.sqrt(self._sure(rows) / before)
-            self._sigma[rows] *= np.where(np.isfinite(ratio), ratio, 1.0)
+            self.sigma_deg[rows] *= np.where(np.isfinite(ratio), ratio, 1.0)
         return np.array(sorted(changed))
 
     def _sure(self, rows: IntArray) -> FloatArray:

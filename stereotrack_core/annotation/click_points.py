@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import TypeAlias
 
 import numpy as np
 
@@ -31,7 +30,6 @@ class ClickPixels:
         Frames that have a click, ascending.
     names : tuple of str
         Landmarks.
-    cameras : tuple of Camera
     pixel : (F, L, V, 2) float64
         Raw-image pixels, NaN where nobody gave a position.
     """
@@ -51,6 +49,22 @@ class ClickPixels:
         origins = np.stack([camera.position_world for camera in self.cameras])
         rays = [camera.rays_world(self.pixel[:, :, v]) for v, camera in enumerate(self.cameras)]
         return nearest_to_rays(origins, np.stack(rays, axis=2))
+
+    def between(self, points: FloatArray, start: Sequence[str], end: Sequence[str]) -> FloatArray:
+        """Vectors (F, 3) between middles of landmarks at points (F, L, 3); NaN where not known."""
+        unknown = np.full((len(points), 3), np.nan)
+        one, two = (
+            np.mean(
+                [
+                    points[:, self.names.index(name)] if name in self.names else unknown
+                    for name in names
+                ],
+                axis=0,
+            )
+            for names in (start, end)
+        )
+        result: FloatArray = two - one
+        return result
 
 
 def click_pixels(
@@ -75,14 +89,10 @@ def click_pixels(
 
 
 def click_residuals(clicks: ClickPixels, frame: IntArray, points: FloatArray) -> FloatArray:
-    """Distance in pixels from the projected trajectory (F, L, V); NaN where either is missing.
+    """Distance in pixels (F, L, V) from the projected trajectory; NaN where either is missing.
 
-    Parameters
-    ----------
-    frame : (T,) int64
-        Frames of the trajectory, ascending.
-    points : (T, L, 3) float64, world, metres
-        Landmarks of the trajectory in the order of ``clicks.names``.
+    The trajectory has frames (T,), ascending, and landmarks (T, L, 3), world, in the order of
+    ``clicks.names``.
     """
     fitted = np.full((len(clicks.frame), len(clicks.names), 3), np.nan)
     _, own, theirs = np.intersect1d(clicks.frame, frame, return_indices=True)
@@ -97,13 +107,8 @@ def click_residuals(clicks: ClickPixels, frame: IntArray, points: FloatArray) ->
 
 
 def limb_residuals(away: FloatArray, landmarks: LandmarkSet) -> FloatArray:
-    """Root mean square residual of each limb's landmarks (F, 6), in the order of ``LIMBS``.
-
-    Parameters
-    ----------
-    away : (F, L, V) float64, pixels
-    landmarks : LandmarkSet
-        L landmarks.
+    """Root mean square residual (F, 6) of each limb's landmarks, from distances (F, L, V) in
+    pixels.
     """
     result = np.full((len(away), len(LIMBS)), np.nan)
     limb_of = np.array([LIMBS.index(one.limb) for one in landmarks.landmarks])
@@ -121,21 +126,11 @@ FEWEST = 3
 _NORMAL = 1.4826
 """Standard deviation over median absolute deviation of a normal distribution."""
 
-_Place: TypeAlias = Callable[[str], FloatArray]
-
 
 @dataclass(frozen=True)
 class MeasuredLength:
-    """A length of the body, from many frames.
-
-    Attributes
-    ----------
-    length : float
-        Metres.
-    sigma : float
-        Standard deviation of `length`, metres.
-    count : int
-        Samples; both arms count.
+    """A length of the body in metres, its standard deviation, and the samples of both arms behind
+    it.
     """
 
     length: float
@@ -143,46 +138,35 @@ class MeasuredLength:
     count: int
 
 
-def _middle(place: _Place, landmark: str) -> FloatArray:
-    middle: FloatArray = (place(f"left_{landmark}") + place(f"right_{landmark}")) / 2.0
-    return middle
+_BOTH = ("left", "right")
+_MIDDLES = {name: tuple(f"{side}_{name}" for side in _BOTH) for name in ("shoulder", "hip")}
 
-
-def _arms(place: _Place, first: str, second: str) -> FloatArray:
-    both = [place(f"{side}_{second}") - place(f"{side}_{first}") for side in ("left", "right")]
-    return np.concatenate(both)
-
-
-_VECTORS: Mapping[str, Callable[[_Place], FloatArray]] = MappingProxyType(
+_ENDS: Mapping[str, tuple[tuple[tuple[str, ...], tuple[str, ...]], ...]] = MappingProxyType(
     {
-        "shoulder_width": lambda at: at("right_shoulder") - at("left_shoulder"),
-        "hip_width": lambda at: at("right_hip") - at("left_hip"),
-        "torso_length": lambda at: _middle(at, "shoulder") - _middle(at, "hip"),
-        "upper_arm_length": lambda at: _arms(at, "shoulder", "elbow"),
-        "elbow_to_hand": lambda at: _arms(at, "elbow", "hand"),
-        "shoulder_to_head": lambda at: at("head") - _middle(at, "shoulder"),
+        "shoulder_width": ((("left_shoulder",), ("right_shoulder",)),),
+        "hip_width": ((("left_hip",), ("right_hip",)),),
+        "torso_length": ((_MIDDLES["hip"], _MIDDLES["shoulder"]),),
+        "upper_arm_length": tuple(((f"{s}_shoulder",), (f"{s}_elbow",)) for s in _BOTH),
+        "elbow_to_hand": tuple(((f"{s}_elbow",), (f"{s}_hand",)) for s in _BOTH),
+        "shoulder_to_head": ((_MIDDLES["shoulder"], ("head",)),),
     }
 )
+"""Landmarks at both ends of a length, of two the middle; of both arms where they have it."""
 
 
 def measured_lengths(clicks: ClickPixels) -> dict[str, MeasuredLength]:
     """Lengths between landmarks of the nine, as far as they are clicked in enough frames.
 
-    Returns
-    -------
-    dict
-        ``shoulder_width``, ``hip_width``, ``torso_length``, ``upper_arm_length``,
-        ``elbow_to_hand`` (the hand landmark lies half way along the hand), ``shoulder_to_head``.
+    They are the names of a subject's, but for ``elbow_to_hand``, whose hand landmark lies half way
+    along the hand.
     """
     points = clicks.points()
-
-    def place(name: str) -> FloatArray:
-        if name not in clicks.names:
-            return np.full((len(points), 3), np.nan)
-        found: FloatArray = points[:, clicks.names.index(name)]
-        return found
-
-    samples = {name: np.linalg.norm(vector(place), axis=-1) for name, vector in _VECTORS.items()}
+    samples = {
+        name: np.concatenate(
+            [np.linalg.norm(clicks.between(points, *pair), axis=-1) for pair in ends]
+        )
+        for name, ends in _ENDS.items()
+    }
     known = {name: values[np.isfinite(values)] for name, values in samples.items()}
     return {name: _measured(values) for name, values in known.items() if len(values) >= FEWEST}
 

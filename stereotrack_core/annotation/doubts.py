@@ -8,7 +8,7 @@ camera that contradicts the others are not blamed.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,7 +20,7 @@ from stereotrack_core.annotation.landmark_set import LandmarkSet
 from stereotrack_core.annotation.predict import PredictedPoint, predicted_point
 from stereotrack_core.annotation.swaps import Swap, find_swaps
 from stereotrack_core.arrays import FloatArray, IntArray
-from stereotrack_core.body.limbs import LIMBS
+from stereotrack_core.body.limbs import LIMB_ENDS, LIMBS
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.camera_agreement import (
     LEAST_RATIO,
@@ -42,15 +42,10 @@ _NUMBERS = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight"
 def doubtful_camera(
     clicks: Iterable[Click], cameras: Mapping[str, Camera], landmark_set: LandmarkSet
 ) -> Disagreement | None:
-    """The camera that contradicts the others over all clicks, if one does.
+    """The camera that contradicts the others over all clicks of all frames, if one does.
 
     A camera with a few wrong clicks, or with left and right mixed up, is none. What was accepted
     lies where the other cameras have put it, and says nothing.
-
-    Parameters
-    ----------
-    clicks : iterable of Click
-        Of all frames.
     """
     own = [click for click in clicks if click.origin != ACCEPTED]
     asked = frames_asked(np.unique([click.frame for click in own]).astype(np.int64))
@@ -72,13 +67,7 @@ def frames_asked(clicked: IntArray) -> frozenset[int]:
 
 
 def what_disagrees(found: Disagreement, names: Mapping[str, str] | None = None) -> str:
-    """Which camera disagrees with the others and by how much.
-
-    Parameters
-    ----------
-    names : mapping from camera to str, optional
-        How people call the cameras; by their own names where it says nothing.
-    """
+    """Which camera disagrees with the others and by how much; `names` say how people call them."""
     called = names or {}
     if not found.camera:
         both = " and ".join(called.get(name, name) for name in found.others)
@@ -117,13 +106,9 @@ def own_mistakes(
 ) -> tuple[ClickKey, ...]:
     """Those of the flagged clicks that look wrong without the camera that disagrees, too.
 
-    Its own clicks are not to blame, nor are those of other cameras that it has drawn the fit away
-    from. All are returned where no camera disagrees.
-
-    Parameters
-    ----------
-    flagged : iterable of ClickKey
-        Clicks that lie far from a fit to all cameras.
+    The flagged lie far from a fit to all cameras. The camera's own clicks are not to blame, nor are
+    those of other cameras that it has drawn the fit away from. All are returned where none
+    disagrees.
     """
     keys = tuple(flagged)
     if found is None or not keys:
@@ -162,13 +147,6 @@ _HIGH_RESIDUAL = 4.0
 _LIMB_LENGTH = 0.3
 """Metres; what a place that is off does to a direction."""
 
-_DIRECTIONS: dict[str, tuple[str, str]] = {
-    "left_upper_arm": ("left_shoulder", "left_elbow"),
-    "right_upper_arm": ("right_shoulder", "right_elbow"),
-    "left_forearm": ("left_elbow", "left_hand"),
-    "right_forearm": ("right_elbow", "right_hand"),
-}
-
 
 @dataclass(frozen=True)
 class Doubt:
@@ -180,7 +158,6 @@ class Doubt:
         Probability that it is a gross mistake.
     angle_deg : float
         What its residual would do to a limb, degrees.
-    words : str
     """
 
     mistake: float
@@ -227,18 +204,16 @@ def swaps_of(
     return found
 
 
-def disagreement_deg(
-    fit: TrajectoryFit, run: LandmarkTrajectory, limbs: Sequence[str] = tuple(_DIRECTIONS)
-) -> FloatArray:
+def disagreement_deg(fit: TrajectoryFit, run: LandmarkTrajectory) -> FloatArray:
     """Angles (F, 6) in degrees between a tracker's arms and the fit's; NaN where not known."""
     result: FloatArray = np.full((len(fit.frame), len(LIMBS)), np.nan)
     _, ours, theirs = np.intersect1d(fit.frame, run.frame, return_indices=True)
-    for limb in limbs:
-        if limb in _DIRECTIONS:
-            start, end = (LANDMARKS.index(name) for name in _DIRECTIONS[limb])
+    for i, limb in enumerate(LIMBS):
+        if limb.endswith("arm"):
+            start, end = (LANDMARKS.index(names[0]) for names in LIMB_ENDS[limb])
             own = fit.nine[ours, end] - fit.nine[ours, start]
             other = run.points[theirs, end] - run.points[theirs, start]
-            result[ours, LIMBS.index(limb)] = np.degrees(angle_between(own, other))
+            result[ours, i] = np.degrees(angle_between(own, other))
     return result
 
 

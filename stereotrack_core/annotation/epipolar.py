@@ -53,38 +53,11 @@ class EpipolarCurve:
     pixels: FloatArray
     distance: FloatArray
 
-    def between(self, near: float, far: float) -> EpipolarCurve:
-        """The part at distances from `near` to `far`, such as around a measured depth."""
-        if not len(self.distance) or far < self.distance[0] or near > self.distance[-1]:
-            return EpipolarCurve(np.empty((0, 2)), np.empty(0))
-        ends = np.clip([near, far], self.distance[0], self.distance[-1])
-        inner = (self.distance > ends[0]) & (self.distance < ends[1])
-        distance = np.concatenate([ends[:1], self.distance[inner], ends[1:]])
-        columns = [np.interp(distance, self.distance, self.pixels[:, i]) for i in (0, 1)]
-        return EpipolarCurve(np.stack(columns, axis=1), distance)
-
 
 def epipolar_curve(
     from_camera: Camera, pixel: FloatArray, to_camera: Camera, volume: Volume
-) -> FloatArray:
-    """Raw pixels (K, 2) of :func:`epipolar_samples`, free of NaN; K may be 0."""
-    return epipolar_samples(from_camera, pixel, to_camera, volume).pixels
-
-
-def epipolar_samples(
-    from_camera: Camera, pixel: FloatArray, to_camera: Camera, volume: Volume
 ) -> EpipolarCurve:
-    """The curve of a click in another image, cut to the volume and to the image.
-
-    Parameters
-    ----------
-    from_camera : Camera
-        Where the click is.
-    pixel : (2,) float64
-        Raw pixels of the click.
-    volume : Volume
-        Where the landmark can be.
-    """
+    """The curve of a click (2,), raw pixels, in another image, cut to the volume and the image."""
     origin = from_camera.position_world
     direction = from_camera.rays_world(np.asarray(pixel, dtype=np.float64))
     near, far = ray_in_volume(origin, direction, volume)
@@ -103,16 +76,9 @@ def epipolar_samples(
 def volume_in_sight(volume: Volume, cameras: Sequence[Camera]) -> Volume:
     """The working volume, or one of its size where the cameras look, if they do not see it.
 
-    Parameters
-    ----------
-    volume : Volume
-        Of the parameters; its default is meant for a person near the world's origin.
-
-    Returns
-    -------
-    Volume
-        The same one where two cameras (or the only one) see some of it; otherwise around the point
-        nearest to all optical axes.
+    The volume's default is meant for a person near the world's origin. It is taken where two
+    cameras (or the only one) see some of it; otherwise one around the point nearest to all optical
+    axes.
     """
     shares = np.linspace(0.0, 1.0, _GRID)
     grid = np.stack(np.meshgrid(shares, shares, shares), axis=-1).reshape(-1, 3)
@@ -121,12 +87,19 @@ def volume_in_sight(volume: Volume, cameras: Sequence[Camera]) -> Volume:
     if not cameras or np.max(seen) >= min(2, len(cameras)):
         return volume
     half = 0.5 * (volume.high - volume.low)
-    places = np.array([camera.position_world for camera in cameras])
-    axes = np.array([camera.camera_from_world.rotation[2] for camera in cameras])
-    middle = nearest_to_rays(places, axes)
-    if not np.isfinite(middle).all() or not ((middle - places) * axes).sum(axis=1).min() > 0:
-        middle = (places + np.linalg.norm(half) * axes).mean(axis=0)
+    middle = watched_point(cameras, float(np.linalg.norm(half)))
     return Volume(middle - half, middle + half)
+
+
+def watched_point(cameras: Sequence[Camera], away: float) -> FloatArray:
+    """The point (3,), world, that cameras look at together; else one so far in front of them."""
+    origins = np.array([camera.position_world for camera in cameras])
+    axes = np.array([camera.camera_from_world.rotation[2] for camera in cameras])
+    point = nearest_to_rays(origins, axes)
+    if np.isfinite(point).all() and (((point - origins) * axes).sum(axis=1) > 0).all():
+        return point
+    middle: FloatArray = (origins + away * axes).mean(axis=0)
+    return middle
 
 
 def ray_in_volume(origin: FloatArray, direction: FloatArray, volume: Volume) -> tuple[float, float]:

@@ -19,10 +19,8 @@ import numpy as np
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.arrays import FloatArray, ImageArray, IntArray
 from stereotrack_core.errors import InputError
-from stereotrack_core.parameters import ParameterGroup, parameter
 from stereotrack_core.recording.reader import FrameReader
 
-_GROUP = "Following"
 _CRITERIA = (cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_COUNT, 40, 1e-3)
 _LEAST_TEXTURE = 1e-4
 """Least eigenvalue of the gradients in the patch, as OpenCV norms it, at 480 lines."""
@@ -35,23 +33,16 @@ at 480 lines. Clothes do not move as the joint under them does: on rendered reco
 the patch was off by 0.5 px in the median after 20 frames, and by 5 px in one case of twenty."""
 
 
-@dataclass(frozen=True)
-class FollowSettings(ParameterGroup):
-    """How a patch is followed, and when it counts as lost."""
+_WINDOW, _LEVELS = 13, 3
+"""Side of the patch in pixels at 480 lines, and levels of the image pyramid above the first."""
 
-    follow_window: int = parameter(13, _GROUP, (7, 61), unit="px")(
-        "Side of the patch in images of 480 lines; scaled for larger images."
-    )
-    follow_levels: int = parameter(3, _GROUP, (0, 6))(
-        "Levels of the image pyramid above the first."
-    )
-    follow_back: float = parameter(1.0, _GROUP, (0.1, 20.0), unit="px")(
-        "Largest distance from the start after one step forward and back, at 480 lines."
-    )
-    follow_score: float = parameter(0.8, _GROUP, (0.0, 1.0))(
-        "Smallest correlation with the clicked patch."
-    )
-    follow_frames: int = parameter(30, _GROUP, (1, 100000))("Largest number of frames to follow.")
+_BACK = 1.0
+"""Largest distance in pixels from the start after one step forward and back, at 480 lines."""
+
+_SCORE = 0.8
+"""Smallest correlation with the clicked patch."""
+
+_MOST_FRAMES = 30
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,41 +76,30 @@ class Followed:
 def follow_patch(
     images: Iterable[ImageArray | None],
     start: FloatArray,
-    settings: FollowSettings | None = None,
     *,
     cancelled: Callable[[], bool] | None = None,
 ) -> Followed:
-    """Follow the patch around a pixel of the first picture through the others.
+    """Follow the patch around a pixel (2,) of the first picture through the others.
 
-    Parameters
-    ----------
-    images : iterable of (H, W) uint8, or None
-        Grey pictures in the order of following, forward or backward; None for one that cannot be
-        read, which ends it. Read one by one, as far as needed.
-    start : (2,) float64
-        Raw pixel in the first picture.
-    cancelled : callable, optional
-        Asked before every picture whether to stop; what was followed is kept.
+    The grey pictures (H, W), in the order of following, are read one by one as far as needed; None
+    stands for one that cannot be read, which ends it. Before every picture `cancelled` is asked
+    whether to stop; what was followed is kept.
 
-    Raises
-    ------
-    ValueError
-        Where there is no first picture.
+    ValueError where there is no first picture.
     """
-    settings = FollowSettings() if settings is None else settings
     pictures = iter(images)
     first = next(pictures, None)
     if first is None:
         raise ValueError("there is no first image to follow a patch from")
-    patch = _Patch(first, np.asarray(start, dtype=np.float64), settings)
+    patch = _Patch(first, np.asarray(start, dtype=np.float64))
     steps = [_Step(patch.start, 1.0, 0.0)]
     before, trouble = first, ""
     while not trouble:
-        picture, end = _next_picture(pictures, len(steps), settings, cancelled)
+        picture, end = _next_picture(pictures, len(steps), cancelled)
         if picture is None:
             return _followed(steps, len(steps), end, patch.scale)
         steps.append(patch.step(before, steps[-1].pixel, picture))
-        trouble = _trouble(steps[-1], picture, settings, patch.scale)
+        trouble = _trouble(steps[-1], picture, patch.scale)
         before = picture
     return _followed(steps, len(steps) - 1, trouble, patch.scale)
 
@@ -136,18 +116,17 @@ class _Step:
 class _Patch:
     """The patch that was clicked."""
 
-    def __init__(self, picture: ImageArray, start: FloatArray, settings: FollowSettings) -> None:
+    def __init__(self, picture: ImageArray, start: FloatArray) -> None:
         self.start = start
         self.scale = max(1.0, min(picture.shape[:2]) / _LINES)
         self._picture = picture
-        self._window = (round(settings.follow_window * self.scale) | 1,) * 2
-        self._levels = settings.follow_levels
+        self._window = (round(_WINDOW * self.scale) | 1,) * 2
         self._content = cv2.getRectSubPix(picture, self._window, start.tolist())
 
     def step(self, before: ImageArray, at: FloatArray, picture: ImageArray) -> _Step:
         """Go from a place in the last picture to the next one."""
-        found = self._flow(before, at, picture, at, self._levels)
-        back = self._flow(picture, found, before, found, self._levels)
+        found = self._flow(before, at, picture, at, _LEVELS)
+        back = self._flow(picture, found, before, found, _LEVELS)
         step = _Step(found, self._score(picture, found), float(np.linalg.norm(back - at)))
         if not np.isfinite(found).all():
             return step
@@ -192,12 +171,11 @@ class _Patch:
 def _next_picture(
     pictures: Iterator[ImageArray | None],
     done: int,
-    settings: FollowSettings,
     cancelled: Callable[[], bool] | None,
 ) -> tuple[ImageArray | None, str]:
     """The next picture, or why there is none."""
-    if done > settings.follow_frames:
-        return None, f"the limit of {settings.follow_frames} frames was reached"
+    if done > _MOST_FRAMES:
+        return None, f"the limit of {_MOST_FRAMES} frames was reached"
     if cancelled is not None and cancelled():
         return None, "stopped"
     try:
@@ -207,7 +185,7 @@ def _next_picture(
     return picture, "the image cannot be read"
 
 
-def _trouble(step: _Step, picture: ImageArray, settings: FollowSettings, scale: float) -> str:
+def _trouble(step: _Step, picture: ImageArray, scale: float) -> str:
     """Why a step cannot be relied on; empty where it can."""
     if not np.isfinite(step.pixel).all():
         return "the image has no texture here"
@@ -215,14 +193,14 @@ def _trouble(step: _Step, picture: ImageArray, settings: FollowSettings, scale: 
     x, y = step.pixel
     if not (-0.5 <= x <= width - 0.5 and -0.5 <= y <= height - 0.5):
         return "it leaves the image"
-    if not step.back <= scale * settings.follow_back:
+    if not step.back <= scale * _BACK:
         missed = (
             f"misses the start by {step.back:.1f} px"
             if np.isfinite(step.back)
             else "does not find the start"
         )
         return f"following backwards {missed}"
-    if not step.score >= settings.follow_score:
+    if not step.score >= _SCORE:
         return f"the patch has changed too much (correlation {step.score:.2f})"
     return ""
 
@@ -248,15 +226,7 @@ def _spread(score: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True, eq=False)
 class FollowedClick:
-    """A click followed through a recording.
-
-    Attributes
-    ----------
-    click : Click
-    frame : (F,) int64
-        Frames of the rows, descending where it was followed backward.
-    followed : Followed
-    """
+    """A click followed through frames (F,), which descend where it was followed backward."""
 
     click: Click
     frame: IntArray
@@ -272,26 +242,17 @@ class FollowedClick:
 def follow_click(
     reader: FrameReader,
     click: Click,
+    frames: range,
     *,
-    backwards: bool = False,
-    settings: FollowSettings | None = None,
     cancelled: Callable[[], bool] | None = None,
 ) -> FollowedClick:
-    """Follow a click through the recording, forward or backward.
+    """Follow a click over frames that begin with its own, forward or backward.
 
     A reader that was opened for the camera's view alone decodes the least.
 
-    Raises
-    ------
-    InputError
-        Where the camera shows no image of the recording, or the click's own picture cannot be read.
-    ValueError
-        Where the click has no position.
+    InputError where the camera shows no image of the recording, or the click's own picture
+    cannot be read.
     """
-    if click.position is None:
-        raise ValueError("a landmark outside the image cannot be followed")
-    end, step = (-1, -1) if backwards else (reader.frame_count, 1)
-    frames = range(click.frame, end, step)
     pictures = pictures_of(reader, click.camera, frames)
     first = next(pictures, None)
     if first is None:
@@ -300,9 +261,8 @@ def follow_click(
             where=reader.recording.name,
             remedy="Start from another frame.",
         )
-    followed = follow_patch(
-        chain([first], pictures), np.array(click.position), settings, cancelled=cancelled
-    )
+    start = np.array(click.position)
+    followed = follow_patch(chain([first], pictures), start, cancelled=cancelled)
     return FollowedClick(click, np.array(frames[: len(followed.pixels)]), followed)
 
 
@@ -311,10 +271,7 @@ def pictures_of(
 ) -> Iterator[ImageArray | None]:
     """Grey pictures (H, W) of a camera, one by one; None for one that cannot be read.
 
-    Raises
-    ------
-    InputError
-        Where none of the reader's views shows this camera.
+    InputError where none of the reader's views shows this camera.
     """
     for view in reader.views:
         if view.image.camera == camera or (view.left is not None and view.left.camera == camera):

@@ -140,13 +140,13 @@ def _curves(question: HintQuestion, clicks: list[Click]) -> dict[str, tuple[Curv
         own = []
         for click in clicks:
             if click.camera != name and click.position is not None:
-                pixels = epipolar_curve(
+                curve = epipolar_curve(
                     question.cameras[click.camera],
                     np.array(click.position),
                     question.cameras[name],
                     question.volume,
                 )
-                own.append(Curve(click.landmark, click.camera, pixels))
+                own.append(Curve(click.landmark, click.camera, curve.pixels))
         found[name] = tuple(own)
     return found
 

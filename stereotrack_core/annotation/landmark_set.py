@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import cached_property
 from pathlib import Path
@@ -134,13 +134,7 @@ class LandmarkSet:
 
 
 def landmark_set_of(facts: Mapping[str, Any]) -> LandmarkSet:
-    """The set that plain data describe.
-
-    Raises
-    ------
-    InputError
-        Where they do not describe one.
-    """
+    """The set that plain data describe; InputError where they do not describe one."""
     name = str(facts.get("name", ""))
     entries = facts.get("landmarks")
     if not isinstance(entries, Sequence) or isinstance(entries, str):
@@ -202,41 +196,33 @@ def _place(landmark: Landmark, body: BodyModel, frames: PartFrames) -> FloatArra
 
 
 def _both_sides(
-    place: str, part: str, colours: tuple[str, str], limb: str, along: float
-) -> tuple[Landmark, Landmark]:
-    sides = ("left", "right")
-    left, right = (
-        Landmark(
-            name=f"{side}_{place}",
-            colour=colour,
-            limb=limb.format(side=side),
-            part=part.format(side=side),
-            along=along,
-            mirror=f"{other}_{place}",
-        )
-        for side, other, colour in zip(sides, reversed(sides), colours, strict=True)
-    )
-    return left, right
+    place: str,
+    limb: str,
+    part: str,
+    colours: tuple[str, str],
+    along: float = 0.0,
+    to_the_right: float = 0.0,
+) -> Iterator[Landmark]:
+    for side, other, colour, across in (
+        ("left", "right", colours[0], 0.0 - to_the_right),
+        ("right", "left", colours[1], to_the_right),
+    ):
+        own, fixed_to = limb.format(side=side), part.format(side=side)
+        mirror = f"{other}_{place}"
+        yield Landmark(f"{side}_{place}", colour, own, fixed_to, along, across, mirror=mirror)
 
 
-def _hip(side: str, other: str, across: float) -> Landmark:
-    return Landmark(
-        f"{side}_hip", "#8c8c8c", "torso", "torso", across=across, mirror=f"{other}_hip"
-    )
-
-
-_UPPER_ARM_COLOURS = ("#0072B2", "#D55E00")
-_FOREARM_COLOURS = ("#56B4E9", "#E69F00")
+_UPPER, _FORE, _GREY = ("#0072B2", "#D55E00"), ("#56B4E9", "#E69F00"), ("#8c8c8c", "#8c8c8c")
+_UPPER_ARM, _FOREARM = "{side}_upper_arm", "{side}_forearm"
 
 NINE = LandmarkSet(
     "nine landmarks",
     (
-        *_both_sides("shoulder", "{side}_upper_arm", _UPPER_ARM_COLOURS, "{side}_upper_arm", 0.0),
-        *_both_sides("elbow", "{side}_forearm", _UPPER_ARM_COLOURS, "{side}_upper_arm", 0.0),
-        *_both_sides("hand", "{side}_forearm", _FOREARM_COLOURS, "{side}_forearm", 1.0),
+        *_both_sides("shoulder", _UPPER_ARM, _UPPER_ARM, _UPPER),
+        *_both_sides("elbow", _UPPER_ARM, _FOREARM, _UPPER),
+        *_both_sides("hand", _FOREARM, _FOREARM, _FORE, along=1.0),
         Landmark("head", "#009E73", "head", "head", along=1.0),
-        _hip("left", "right", -0.5),
-        _hip("right", "left", 0.5),
+        *_both_sides("hip", "torso", "torso", _GREY, to_the_right=0.5),
     ),
 )
 """The landmarks of every reference and run, in the order of ``LANDMARKS``."""
@@ -245,10 +231,7 @@ NINE = LandmarkSet(
 def read_landmark_set(path: Path) -> LandmarkSet:
     """The set that a file describes; one without a name gets the file's.
 
-    Raises
-    ------
-    InputError
-        Where the file cannot be read or does not describe a set; it names the landmark.
+    InputError where the file cannot be read or does not describe a set; it names the landmark.
     """
     facts: dict[str, Any] = {"name": path.stem, **load_toml(path)}
     try:
@@ -261,10 +244,7 @@ def read_landmark_set(path: Path) -> LandmarkSet:
 def write_landmark_set(path: Path, landmarks: LandmarkSet) -> None:
     """Write a set so that :func:`read_landmark_set` gives it again.
 
-    Raises
-    ------
-    InputError
-        Where the file cannot be written.
+    InputError where the file cannot be written.
     """
     facts = landmarks.facts()
     rows = [{**row, "offset": list(row["offset"])} for row in facts["landmarks"]]

@@ -10,8 +10,6 @@ with the weights w_l of the landmarks in it and its unit vector d.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from stereotrack_core.annotation.landmark_set import LandmarkSet
@@ -41,6 +39,9 @@ _LIMB_OF_AXIS: tuple[str, ...] = tuple(
     "torso" if axis == "torso_cross_axis" else axis for axis in AXES
 )
 
+COUNTS = np.array([float(limb in SCORED) for limb in _LIMB_OF_AXIS])
+"""Ones (7,) for the axes of limbs whose errors are reported, zeros for the others."""
+
 OWN_AXES = [AXES.index(limb) for limb in LIMBS]
 """Places of the limbs' own axes, in the order of ``LIMBS``."""
 
@@ -52,19 +53,10 @@ _SHORTEST = 0.05
 
 
 def axis_quadratics(nine: FloatArray, landmark_set: LandmarkSet) -> FloatArray:
-    """What turns covariances into angles: v (..., a) = sum over l of tr(Q (..., l, a) P_l).
+    """Q (..., n, 7, 3, 3) with which v (..., a) = sum over l of tr(Q (..., l, a) P_l).
 
-    Parameters
-    ----------
-    nine : (..., 9, 3) float64, world, metres
-        The landmarks of every reference.
-    landmark_set : LandmarkSet
-        n landmarks.
-
-    Returns
-    -------
-    (..., n, 7, 3, 3) float64, 1 / square metres
-        In the order of :data:`AXES`; NaN where an axis is not known.
+    Of the nine landmarks (..., 9, 3), world, and n landmarks of a set, in the order of
+    :data:`AXES`, in 1 / square metres; NaN where an axis is not known.
     """
     result: FloatArray = np.zeros((*nine.shape[:-2], len(landmark_set.names), len(AXES), 3, 3))
     for i, (weights, limb) in enumerate(zip(_WEIGHTS.values(), _LIMB_OF_AXIS, strict=True)):
@@ -93,11 +85,7 @@ def limb_sigma_deg(
 ) -> FloatArray:
     """Root mean square angles (..., 6) in degrees by which limbs may be off.
 
-    Parameters
-    ----------
-    nine : (..., 9, 3) float64, world, metres
-    covariance : (..., n, 3, 3) float64, square metres
-        Of the landmarks of the set, taken for independent.
+    The covariances (..., n, 3, 3) of the set's landmarks are taken for independent.
     """
     v = mean_squares(axis_quadratics(nine, landmark_set), covariance)
     result: FloatArray = np.degrees(np.sqrt(np.maximum(v[..., OWN_AXES], 0.0)))
@@ -118,8 +106,3 @@ def axis_sigma_deg(
     cross = AXES.index("torso_cross_axis")
     result[..., cross] *= np.nan_to_num(relative[..., cross], nan=1.0, posinf=1.0)
     return result
-
-
-def scored(limbs: Sequence[str] = SCORED) -> FloatArray:
-    """Ones (7,) for the axes of limbs that count, zeros for the others."""
-    return np.array([float(limb in limbs) for limb in _LIMB_OF_AXIS])

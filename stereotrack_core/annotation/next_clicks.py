@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,14 +16,13 @@ from stereotrack_core.annotation.click_gains import (
     shares_around,
 )
 from stereotrack_core.annotation.doubts import (
-    Doubt,
     disagreement_deg,
     doubtful_camera,
     doubts_of,
     own_mistakes,
     swaps_of,
 )
-from stereotrack_core.annotation.fit.results import FrameFit, TrajectoryFit
+from stereotrack_core.annotation.fit.results import TrajectoryFit
 from stereotrack_core.annotation.landmark_set import LandmarkSet
 from stereotrack_core.annotation.limb_axes import AXES, SCORED
 from stereotrack_core.arrays import BoolArray, FloatArray
@@ -38,8 +37,6 @@ class Suggestion:
 
     Attributes
     ----------
-    frame : int
-    camera, landmark : str
     gain_deg : float
         By how much the click is expected to bring down the angle by which the limbs of this frame
         may be off (root mean square), summed up over the limbs and the torso's cross axis; degrees.
@@ -76,13 +73,9 @@ class StopSign:
     frames : int
         Frames that count.
     frames_missing : int
-        Those of them in which a limb misses the wanted accuracy.
+        Those of them in which a limb misses the wanted accuracy, or nothing is known.
     missing_by_limb : mapping from limb to int
         Frames in which that limb misses it; limbs that nobody misses are there with 0.
-    unknown : int
-        Frames that nothing is known of (gaps); they are among the missing ones.
-    rms_deg : mapping from limb to float
-        How good each limb is over the frames that are known; NaN where none is.
     allowed : float
         Share of the frames that may miss it.
     """
@@ -91,9 +84,7 @@ class StopSign:
     frames: int
     frames_missing: int
     missing_by_limb: Mapping[str, int]
-    unknown: int
-    rms_deg: Mapping[str, float]
-    allowed: float = 0.0
+    allowed: float = 0.05
 
     @property
     def reached(self) -> bool:
@@ -114,13 +105,7 @@ class StopSign:
         return f"{text}: target reached" if self.reached else text
 
 
-def good_enough(
-    limb_sigma_deg: FloatArray,
-    wanted_deg: float,
-    *,
-    limbs: Sequence[str] = SCORED,
-    allowed: float = 0.05,
-) -> StopSign:
+def good_enough(limb_sigma_deg: FloatArray, wanted_deg: float) -> StopSign:
     """Count what misses the wanted accuracy.
 
     Parameters
@@ -128,33 +113,17 @@ def good_enough(
     limb_sigma_deg : (F, 6) float64
         Root mean square angle by which each limb may be off, in the order of ``LIMBS``; NaN where
         nothing is known, which misses every accuracy. Leave out flagged gaps.
-    limbs : sequence of str
-        Those that count.
-    allowed : float
-        Share of the frames that may miss it.
 
     Raises
     ------
     ValueError
-        Where the wanted accuracy is not positive or the share is none.
+        Where the wanted accuracy is not positive.
     """
-    if not wanted_deg > 0 or not 0 <= allowed < 1:
-        raise ValueError(f"{wanted_deg} deg in all but a share of {allowed} is not a valid target")
-    sigma = limb_sigma_deg[:, [LIMBS.index(limb) for limb in limbs]]
-    missing = ~(sigma <= wanted_deg)
-    known = np.isfinite(sigma)
-    counts = np.maximum(known.sum(axis=0), 1)
-    rms = np.sqrt(np.square(np.where(known, sigma, 0.0)).sum(axis=0) / counts)
-    rms = np.where(known.any(axis=0), rms, np.nan)
-    return StopSign(
-        wanted_deg=wanted_deg,
-        frames=len(sigma),
-        frames_missing=int(missing.any(axis=1).sum()),
-        missing_by_limb={limb: int(missing[:, i].sum()) for i, limb in enumerate(limbs)},
-        unknown=int((~known.any(axis=1)).sum()),
-        rms_deg={limb: float(rms[i]) for i, limb in enumerate(limbs)},
-        allowed=allowed,
-    )
+    if not wanted_deg > 0:
+        raise ValueError(f"{wanted_deg} deg is not a valid target")
+    missing = ~(limb_sigma_deg[:, [LIMBS.index(limb) for limb in SCORED]] <= wanted_deg)
+    by_limb = {limb: int(missing[:, i].sum()) for i, limb in enumerate(SCORED)}
+    return StopSign(wanted_deg, len(missing), int(missing.any(axis=1).sum()), by_limb)
 
 
 _LARGE_GAP = 10
@@ -175,20 +144,10 @@ _UNKNOWN_DEG = 90.0
 
 @dataclass(frozen=True)
 class Wish:
-    """Which suggestions are wanted; empty collections mean all.
-
-    Attributes
-    ----------
-    count : int
-        At most so many.
-    frames : range or None
-    cameras, landmarks : collection of str
-    """
+    """Which suggestions are wanted: at most so many, in these frames or in all."""
 
     count: int = 20
     frames: range | None = None
-    cameras: Collection[str] = ()
-    landmarks: Collection[str] = ()
 
 
 class NextClicks:
@@ -207,10 +166,6 @@ class NextClicks:
         What a tracker says.
     gaps : sequence of range
         Flagged stretches, where nothing is asked for.
-    limbs : sequence of str
-        Limbs whose errors count.
-    reach : int
-        Frames on each side that a click tells about (see :mod:`click_reach`).
     """
 
     def __init__(
@@ -223,16 +178,12 @@ class NextClicks:
         sigma: Mapping[str, float] | float = USUAL_SIGMA,
         run: LandmarkTrajectory | None = None,
         gaps: Sequence[range] = (),
-        limbs: Sequence[str] = SCORED,
-        reach: int = REACH,
     ) -> None:
         known = tuple(clicks)
         self._cameras, self._set = cameras, landmark_set
-        self._sigma = sigma if isinstance(sigma, float | int) else _middle(sigma)
-        self.gains = ClickGains(
-            cameras, landmark_set, fit, known, sigma=sigma, limbs=limbs, reach=reach
-        )
-        self._limbs = tuple(limbs)
+        usual = list(sigma.values()) if isinstance(sigma, Mapping) else [sigma]
+        self._sigma = float(np.median(usual or [USUAL_SIGMA]))
+        self.gains = ClickGains(cameras, landmark_set, fit, known, sigma=sigma)
         self._doubts = doubts_of(fit, cameras, self._sigma)
         if self._doubts:
             # to click again where a camera is wrong would help nobody
@@ -241,15 +192,15 @@ class NextClicks:
             self._doubts = {key: self._doubts[key] for key in kept}
         suspicious = {key.frame for key in self._doubts}
         self._swaps = swaps_of(known, cameras, landmark_set, suspicious, self._sigma)
-        self._apart_deg = None if run is None else disagreement_deg(fit, run, limbs)
+        self._apart_deg = None if run is None else disagreement_deg(fit, run)
         self._barred: BoolArray = np.zeros(len(fit.frame), dtype=np.bool_)
         for gap in gaps:
             self._barred |= (fit.frame >= gap.start) & (fit.frame < gap.stop)
 
-    def update(self, frame: int, clicks: Iterable[Click], fit: FrameFit | None = None) -> None:
+    def update(self, frame: int, clicks: Iterable[Click]) -> None:
         """Take in the present clicks of an edited frame; see :meth:`ClickGains.update`."""
         there = tuple(clicks)
-        self.gains.update(frame, there, fit)
+        self.gains.update(frame, there)
         for known in (self._doubts, self._swaps):
             for key in [key for key in known if key.frame == frame]:
                 del known[key]
@@ -269,8 +220,8 @@ class NextClicks:
     def _new(self, wish: Wish) -> Iterator[Suggestion]:
         """Places without a click."""
         gain = self._weighed()
-        total = over_frames(gain, self.gains.clicked(), self.gains.reach)
-        total[(gain <= 0) | ~self._wanted(wish)] = 0.0
+        total = over_frames(gain, self.gains.clicked(), REACH)
+        total[(gain <= 0) | ~self._wanted(wish)[:, None, None]] = 0.0
         for _ in range(wish.count):
             row, camera, landmark = (int(i) for i in np.unravel_index(total.argmax(), total.shape))
             value = float(total[row, camera, landmark])
@@ -296,19 +247,9 @@ class NextClicks:
         return gain
 
     def _wanted(self, wish: Wish) -> BoolArray:
-        """Places (F, C, n) that may be suggested."""
-        frames = ~self._barred
-        if wish.frames is not None:
-            frames &= np.isin(self.gains.frame, wish.frames)
-        cameras, landmarks = (
-            np.array([not wanted or name in wanted for name in names])
-            for names, wanted in (
-                (self.gains.names, wish.cameras),
-                (self._set.names, wish.landmarks),
-            )
-        )
-        result: BoolArray = frames[:, None, None] & cameras[:, None] & landmarks
-        return result
+        """Frames (F,) in which something may be suggested."""
+        inside = True if wish.frames is None else np.isin(self.gains.frame, wish.frames)
+        return ~self._barred & inside
 
     def _excess(self) -> FloatArray:
         """Degrees (F, 6) by which tracker and fit disagree more than the fit may be off."""
@@ -319,16 +260,19 @@ class NextClicks:
 
     def _doubted(self, wish: Wish) -> Iterator[Suggestion]:
         """Clicks that should be looked at again."""
+        wanted = self._wanted(wish)
         for key, doubt in (self._doubts | self._swaps).items():
             row = self.gains.row(key.frame)
-            if row is None or self._barred[row] or not _asked_for(key, wish):
+            if row is None or not wanted[row]:
                 continue
             camera = self.gains.names.index(key.camera)
             landmark = self._set.names.index(key.landmark)
             if self.gains.state[row, camera, landmark] != Place.CLICKED:
                 continue
-            gain = _gain_of(doubt, float(self.gains.gain[row, camera, landmark]))
-            total = gain * self._told(row, landmark)
+            new_click = float(self.gains.gain[row, camera, landmark])
+            gain = doubt.mistake * new_click + (1.0 - doubt.mistake) * doubt.angle_deg
+            clicked = self.gains.clicked()[:, landmark]
+            total = gain * float(shares_around(row, clicked, REACH)[1].sum())
             yield Suggestion(*key, gain, doubt.words, click_there=True, over_frames_deg=total)
 
     def _unknown(self, wish: Wish) -> Iterator[Suggestion]:
@@ -338,18 +282,16 @@ class NextClicks:
         edges = np.flatnonzero(np.diff(np.concatenate([[0], waiting.astype(int), [0]])))
         for first, end in edges.reshape(-1, 2):
             frame = int(self.gains.frame[(first + end - 1) // 2])
-            camera = next(iter(wish.cameras or self.gains.names))
-            landmark = next(iter(wish.landmarks or self._set.names))
-            key = ClickKey(frame, camera, landmark)
-            if _asked_for(key, wish):
+            if wish.frames is None or frame in wish.frames:
                 reason = f"no information on {end - first} frame{'s' if end - first > 1 else ''}"
-                gain = _UNKNOWN_DEG * len(self._limbs)
-                yield Suggestion(*key, gain, reason, over_frames_deg=gain * (end - first))
+                gain = _UNKNOWN_DEG * len(SCORED)
+                place = (frame, self.gains.names[0], self._set.names[0])
+                yield Suggestion(*place, gain, reason, over_frames_deg=gain * (end - first))
 
     def _reason(self, row: int, camera: int, landmark: int) -> str:
         """Why a click is asked for: which limb it is for, and what is the matter there."""
         axis = int(np.argmax(self.gains.by_axis(row, camera, landmark)))
-        sigma = float(self.gains.axis_sigma_deg(row)[axis])
+        sigma = float(self.gains.sigma_deg[row, axis])
         said = []
         excess = self._excess()[row]
         if excess.max() > 0 and self._apart_deg is not None:
@@ -370,11 +312,6 @@ class NextClicks:
             said.append("occluded, position must be estimated")
         return ", ".join(said)
 
-    def _told(self, row: int, landmark: int) -> float:
-        """Frames, by their shares, that a click of a landmark tells about."""
-        clicked = self.gains.clicked()[:, landmark]
-        return float(shares_around(row, clicked, self.gains.reach)[1].sum())
-
     def _gap(self, row: int, landmark: int) -> int:
         """Frames between the clicks of a landmark before and after a frame; 0 where it has one."""
         clicked = np.flatnonzero(self.gains.clicked()[:, landmark])
@@ -386,37 +323,6 @@ class NextClicks:
         return high - low - 1
 
 
-def next_clicks(
-    cameras: Mapping[str, Camera],
-    landmark_set: LandmarkSet,
-    fit: TrajectoryFit,
-    clicks: Iterable[Click],
-    *,
-    sigma: Mapping[str, float] | float = USUAL_SIGMA,
-    run: LandmarkTrajectory | None = None,
-    gaps: Sequence[range] = (),
-    limbs: Sequence[str] = SCORED,
-    wish: Wish | None = None,
-) -> tuple[Suggestion, ...]:
-    """The places where a click helps most, best first; see :class:`NextClicks`."""
-    ranking = NextClicks(
-        cameras, landmark_set, fit, clicks, sigma=sigma, run=run, gaps=gaps, limbs=limbs
-    )
-    return ranking.best(wish)
-
-
-def _gain_of(doubt: Doubt, new_click: float) -> float:
-    return doubt.mistake * new_click + (1.0 - doubt.mistake) * doubt.angle_deg
-
-
-def _asked_for(key: ClickKey, wish: Wish) -> bool:
-    return (
-        (wish.frames is None or key.frame in wish.frames)
-        and (not wish.cameras or key.camera in wish.cameras)
-        and (not wish.landmarks or key.landmark in wish.landmarks)
-    )
-
-
 def _apart(found: Iterable[Suggestion], count: int) -> Iterator[Suggestion]:
     """The best ones, of which none is of the same click."""
     seen: set[ClickKey] = set()
@@ -426,7 +332,3 @@ def _apart(found: Iterable[Suggestion], count: int) -> Iterator[Suggestion]:
         if one.key not in seen:
             seen.add(one.key)
             yield one
-
-
-def _middle(sigma: Mapping[str, float]) -> float:
-    return float(np.median(list(sigma.values()))) if sigma else USUAL_SIGMA

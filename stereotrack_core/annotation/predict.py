@@ -30,7 +30,6 @@ class PredictedPoint:
 
     Attributes
     ----------
-    landmark : str
     world : (3,) float64, metres
     covariance : (3, 3) float64, square metres
         Of the point; grows with the residuals where the clicks contradict each other.
@@ -71,26 +70,11 @@ def predicted_point(
 ) -> PredictedPoint | None:
     """The point of one landmark at one frame, and how far every click is from what others say.
 
-    Parameters
-    ----------
-    cameras : mapping from name to Camera
-        Left and right images of a stereo camera count as cameras.
-    clicks : iterable of Click
-        Of one landmark at one frame; deleted ones, those outside the image and those in unknown
-        cameras take no part.
-    sigma : float or mapping from landmark to float
-        Usual standard deviation of a click in pixels per axis.
+    Left and right images of a stereo camera count as cameras. Deleted clicks, those outside the
+    image and those in unknown cameras take no part. None with clicks in fewer than two places, or
+    where their rays do not meet in front of the cameras.
 
-    Returns
-    -------
-    PredictedPoint or None
-        None with clicks in fewer than two places, or where their rays do not meet in front of the
-        cameras.
-
-    Raises
-    ------
-    ValueError
-        Where the clicks are of several landmarks or frames.
+    ValueError where the clicks are of several landmarks or frames.
     """
     there = {
         click.camera: click

@@ -57,15 +57,7 @@ def from_run(
     landmark_set: LandmarkSet = NINE,
     frames: range | None = None,
 ) -> Iterator[Prediction]:
-    """The landmarks that a tracker found in every image of the frames that it has tracked.
-
-    Parameters
-    ----------
-    name : str
-        Of the run in the project; the source is ``run NAME``.
-    landmark_set : LandmarkSet
-        Landmarks that the run does not have are left out.
-    """
+    """The landmarks of a set that a tracker found in every image; the source is ``run NAME``."""
     known = run.tracked & _within(run.frame, frames)
     names = [name for name in landmark_set.names if name in run.landmark_names]
     places = [run.landmark_names.index(one) for one in names]
@@ -90,16 +82,9 @@ def from_neighbours(
 ) -> Iterator[Prediction]:
     """Straight from one click of a landmark in an image to its next one there.
 
-    Parameters
-    ----------
-    clicks : iterable of Click
-        Deleted ones and those outside the image end a stretch without a prediction over it.
-    gaps : sequence of range
-        Flagged stretches, over which nothing is filled in.
-    longest : int
-        Frames between two clicks over which it is worth while.
-    sigma : float or mapping from landmark to float
-        Usual standard deviation of a click in pixels per axis.
+    Deleted clicks and those outside the image end a stretch without a prediction over it, as do
+    gaps, and more frames between two clicks than `longest`. `sigma` is the usual standard deviation
+    of a click in pixels per axis.
     """
     rows: dict[tuple[str, str], list[Click]] = defaultdict(list)
     for click in clicks:

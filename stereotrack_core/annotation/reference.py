@@ -43,7 +43,6 @@ class Reference:
         Root mean square angle by which each limb may be off, in the order of ``LIMBS``.
     filled : (F,) bool or None
         Frames that nobody annotated, filled in between annotated ones.
-    landmark_names : tuple of str
     meta : mapping
         How it was made; JSON-serialisable.
     """

@@ -38,7 +38,6 @@ class Swap:
 
     Attributes
     ----------
-    frame : int
     first, second : str
         The landmarks.
     cameras : tuple of str
@@ -63,19 +62,11 @@ class Swap:
 def epipolar_distance(
     camera: Camera, pixels: FloatArray, other: Camera, other_pixels: FloatArray
 ) -> FloatArray:
-    """Distance in pixels of points in one image from the epipolar lines of points in another.
+    """Distance (...) in pixels of points (..., 2) in one image from epipolar lines of those in
+    another.
 
-    Measured on the undistorted image, at its focal length; the mean over both images.
-
-    Parameters
-    ----------
-    pixels, other_pixels : (..., 2) float64
-        Raw pixels.
-
-    Returns
-    -------
-    (...) float64
-        NaN where a point is NaN or the cameras are in one place.
+    Measured on the undistorted image, at its focal length; the mean over both images. NaN where a
+    point is NaN or the cameras are in one place.
     """
     one = _homogeneous(camera.normalised(pixels))
     two = _homogeneous(other.normalised(other_pixels))
@@ -142,14 +133,18 @@ def _swap(
     views = views[:MOST_VIEWS]
     missing = (np.nan, np.nan)
     points = {name: np.array([positions[name].get(one, missing) for one in pair]) for name in views}
-    costs = _Costs(points, cameras, _GROSS * sigma)
-    if not costs.known:
+    costs, terms = _costs(points, cameras, _GROSS * sigma)
+    if not terms:
         return None
+
+    def squares(exchanged: Sequence[bool]) -> float:
+        return sum(own[exchanged[i] != exchanged[j]] for (i, j), own in costs.items())
+
     as_they_are = (False,) * len(views)
     others = [(False, *rest) for rest in product((False, True), repeat=len(views) - 1)]
-    best = min(others, key=costs.squares)
-    gain = (costs.squares(as_they_are) - costs.squares(best)) / (2.0 * sigma) ** 2
-    now, after = costs.rms(as_they_are), costs.rms(best)
+    best = min(others, key=squares)
+    gain = (squares(as_they_are) - squares(best)) / (2.0 * sigma) ** 2
+    now, after = (math.sqrt(squares(one) / terms) for one in (as_they_are, best))
     if gain < LEAST_GAIN or after > now / math.sqrt(2.0):
         return None
     exchanged = [name for name, changes in zip(views, best, strict=True) if changes]
@@ -158,45 +153,28 @@ def _swap(
     return Swap(frame, *pair, tuple(sorted(fewer)), len(exchanged) != len(kept), now, after)
 
 
-class _Costs:
-    """Squared distances for every choice of views in which a pair is exchanged.
+def _costs(
+    points: Mapping[str, FloatArray], cameras: Mapping[str, Camera], largest: float
+) -> tuple[dict[tuple[int, int], tuple[float, float]], int]:
+    """Squared distances between two views each with a pair as it is and exchanged, square pixels.
 
-    Attributes
-    ----------
-    known : bool
-        Whether there is anything to compare: two views, one of them with both landmarks.
+    Also the number of distances; none where there is nothing to compare: two views, one of them
+    with both landmarks.
     """
-
-    def __init__(
-        self, points: Mapping[str, FloatArray], cameras: Mapping[str, Camera], largest: float
-    ) -> None:
-        self._pairs: list[tuple[int, int, float, float]] = []
-        terms = 0
-        for (i, one), (j, two) in combinations(enumerate(points), 2):
-            if np.isnan(points[one]).any() and np.isnan(points[two]).any():
-                continue  # one click each: to exchange them would leave nothing to compare
-            distances = epipolar_distance(
-                *(cameras[one], points[one][:, None]), *(cameras[two], points[two][None])
-            )
-            both_ways = np.stack([distances.diagonal(), distances[::-1].diagonal()])
-            squares = np.minimum(both_ways, largest) ** 2
-            if np.isfinite(squares).any(axis=1).all():
-                straight, crossed = np.nansum(squares, axis=1)
-                self._pairs.append((i, j, float(straight), float(crossed)))
-                terms += int(np.isfinite(squares[0]).sum())
-        self.known = terms > 0
-        self._terms = terms
-
-    def squares(self, exchanged: Sequence[bool]) -> float:
-        """Sum of the squared distances with the pair exchanged in these views, square pixels."""
-        return sum(
-            straight if exchanged[i] == exchanged[j] else crossed
-            for i, j, straight, crossed in self._pairs
+    costs, terms = {}, 0
+    for (i, one), (j, two) in combinations(enumerate(points), 2):
+        if np.isnan(points[one]).any() and np.isnan(points[two]).any():
+            continue  # one click each: to exchange them would leave nothing to compare
+        distances = epipolar_distance(
+            *(cameras[one], points[one][:, None]), *(cameras[two], points[two][None])
         )
-
-    def rms(self, exchanged: Sequence[bool]) -> float:
-        """Root mean square distance in pixels."""
-        return math.sqrt(self.squares(exchanged) / self._terms)
+        both_ways = np.stack([distances.diagonal(), distances[::-1].diagonal()])
+        squared = np.minimum(both_ways, largest) ** 2
+        if np.isfinite(squared).any(axis=1).all():
+            straight, crossed = np.nansum(squared, axis=1)
+            costs[i, j] = float(straight), float(crossed)
+            terms += int(np.isfinite(squared[0]).sum())
+    return costs, terms
 
 
 def _homogeneous(points: FloatArray) -> FloatArray:

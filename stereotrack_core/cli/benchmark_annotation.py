@@ -7,8 +7,8 @@ from argparse import Namespace
 from collections.abc import Sequence
 from typing import Any
 
-from stereotrack_core.annotation.fit.depth import recorded_depth
 from stereotrack_core.annotation.fit.settings import FitSettings
+from stereotrack_core.annotation.fit.stretch import recorded_depth
 from stereotrack_core.cli.output import OK, Table, number, put_result, say
 from stereotrack_core.cli.progress import progress
 from stereotrack_core.errors import InputError

@@ -30,17 +30,9 @@ _UP = np.array([0.0, 1.0, 0.0])
 
 @dataclass(frozen=True, eq=False)
 class Joint:
-    """A joint with its motion; centimetres, y up.
+    """A joint with its motion: rotations (F, 3, 3), parent_from_joint; centimetres, y up.
 
-    Attributes
-    ----------
-    name : str
-    parent : str
-        Empty for the root.
-    offset : (3,) float64
-        In the parent's rest frame.
-    rotation : (F, 3, 3) float64
-        parent_from_joint.
+    The offset (3,) is in the parent's rest frame; the root's parent is empty.
     """
 
     name: str
@@ -144,10 +136,7 @@ _BVH_FROM_WORLD = 100.0 * np.array([[-1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 1.0
 def write_bvh(path: Path, trajectory: LandmarkTrajectory, fps: float) -> None:
     """Write the skeleton's motion, and ``<path>.json`` with what the format cannot say.
 
-    Raises
-    ------
-    InputError
-        For a trajectory in which a landmark is never known.
+    InputError for a trajectory in which a landmark is never known.
     """
     fps = checked_fps(fps)
     first, points = contiguous(trajectory, str(path))

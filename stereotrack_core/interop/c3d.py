@@ -146,21 +146,11 @@ _LAST_FRAME = 0xFFFF - 1
 def write_c3d(
     path: Path, trajectory: LandmarkTrajectory, fps: float, residual: FloatArray | None = None
 ) -> None:
-    """Write landmarks, and the tracker's residual as the residual of every point.
+    """Write landmarks, and the tracker's residual (F,), metres, as the residual of every point.
 
-    Parameters
-    ----------
-    trajectory : LandmarkTrajectory
-        Frames between its frames are written as missing.
-    fps : float
-        Frames per second.
-    residual : (F,) float64, metres, optional
-        The format keeps whole millimetres of it.
+    The format keeps whole millimetres of it. Frames between those of the trajectory are missing.
 
-    Raises
-    ------
-    InputError
-        For a frame number that the format cannot count.
+    InputError for a frame number that the format cannot count.
     """
     frame = trajectory.frame
     if len(frame) and (frame[0] < 0 or frame[-1] > _LAST_FRAME):
@@ -209,11 +199,8 @@ def read_c3d(path: Path) -> tuple[LandmarkTrajectory, float]:
     The axes are taken as this program writes them (z up); landmarks that the file lacks are
     NaN, points with other names are left out.
 
-    Raises
-    ------
-    InputError
-        For a damaged file, other axes, an unknown unit, or a file without any of the nine
-        landmarks.
+    InputError for a damaged file, other axes, an unknown unit, or a file without any of the
+    nine landmarks.
     """
     try:
         content = _parse_c3d(read_bytes(path, TABLE_BYTES))

@@ -45,10 +45,7 @@ def write_coco(
 ) -> None:
     """Write clicks of all cameras; deleted ones, flag and sigma are left out.
 
-    Raises
-    ------
-    InputError
-        Where the file cannot be written.
+    InputError where the file cannot be written.
     """
     names = landmarks.names
     images, annotations = [], []
@@ -79,10 +76,7 @@ def write_coco(
 def read_coco(source: LabelSource) -> Labels:
     """Read the keypoints of one person.
 
-    Raises
-    ------
-    InputError
-        Where the file is no COCO file, or none of its keypoints is known.
+    InputError where the file is no COCO file, or none of its keypoints is known.
     """
     path = source.path
     content = _content(path)

@@ -45,10 +45,7 @@ def read_deeplabcut(source: LabelSource) -> Labels:
 
     Predictions whose likelihood is less than 0.6 are left out.
 
-    Raises
-    ------
-    InputError
-        Where the file cannot be read at all, or none of its landmarks is known.
+    InputError where the file cannot be read at all, or none of its landmarks is known.
     """
     path = source.path
     lines = read_cells(path)
@@ -135,10 +132,7 @@ def file_of_camera(path: Path, camera: str) -> Path:
 
     Pictures of the camera lie in a folder of its name.
 
-    Raises
-    ------
-    InputError
-        Where the camera's name is none that a file or a folder can have.
+    InputError where the camera's name is none that a file or a folder can have.
     """
     if camera.strip() in ("", ".", "..") or any(sign in _NOT_IN_FILES for sign in camera):
         raise InputError(

@@ -26,10 +26,7 @@ from stereotrack_core.tracking.stored import pose_of_run
 def first_pose(text: str, frame: int) -> FirstPose:
     """Where ``--init`` says that tracking begins.
 
-    Raises
-    ------
-    InputError
-        For a file that does not know `frame`.
+    InputError for a file that does not know `frame`.
     """
     if text in {"auto", "tpose"}:
         return text

@@ -19,10 +19,7 @@ from stereotrack_core.reading import TABLE_BYTES, parsed_json, read_bytes
 def read_journal(path: Path) -> list[dict[str, Any]]:
     """All complete entries, the oldest first; none where there is no file.
 
-    Raises
-    ------
-    InputError
-        Where the file cannot be read.
+    InputError where the file cannot be read.
     """
     if not path.exists():
         return []
@@ -62,13 +59,7 @@ class Journal:
         self.close()
 
     def append(self, entry: Mapping[str, Any]) -> None:
-        """Write one entry.
-
-        Raises
-        ------
-        InputError
-            Where the disk is full or gone.
-        """
+        """Write one entry; InputError where the disk is full or gone."""
         line = json.dumps(entry, ensure_ascii=False, allow_nan=False).encode() + b"\n"
         try:
             self._file.write(b"\n" + line if self._torn else line)

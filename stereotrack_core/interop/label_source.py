@@ -64,7 +64,6 @@ class LabelSource:
         Ours.
     camera : str or None
         Camera or view that the file is of, where it does not say so itself.
-    names : mapping from their landmark to ours, or None
     """
 
     path: Path
@@ -117,10 +116,7 @@ def pictures_of(
 ) -> list[tuple[Camera, int, dict[str, Click]]]:
     """Clicks of these landmarks by picture: camera, frame, and the clicks by landmark, in order.
 
-    Raises
-    ------
-    InputError
-        Where the recording has no such camera.
+    InputError where the recording has no such camera.
     """
     pictures: dict[tuple[str, int], dict[str, Click]] = {}
     for click in clicks:
@@ -226,10 +222,7 @@ def camera_of(path: str, recording: Recording, stated: str | None, *, where: str
     A view's name means its reference image. Looked for in the folders of the path, from the last
     to the first, then in the words of the file's name.
 
-    Raises
-    ------
-    InputError
-        Where no camera, or more than one, can be meant.
+    InputError where no camera, or more than one, can be meant.
     """
     known = {view.name: view.image.camera for view in recording.views}
     known |= {camera: camera for camera in recording.cameras}
@@ -263,10 +256,7 @@ def camera_of(path: str, recording: Recording, stated: str | None, *, where: str
 def frame_of(path: str, *, where: str) -> int:
     """The frame that a numbered picture is of: the last number of its name.
 
-    Raises
-    ------
-    InputError
-        Where there is none.
+    InputError where there is none.
     """
     stem = PurePosixPath(path.replace("\\", "/")).name.split(".")[0]
     match = _LAST_NUMBER.search(stem)
@@ -280,13 +270,7 @@ def frame_of(path: str, *, where: str) -> int:
 
 
 def checked_frame(number: float, *, where: str) -> int:
-    """The number of a frame.
-
-    Raises
-    ------
-    InputError
-        Where no recording has a frame of that number.
-    """
+    """The number of a frame; InputError where no recording has a frame of that number."""
     if not 0 <= number <= LARGEST or number != int(number):
         raise InputError(
             f"{number:g} is not a frame number", where=where, remedy="Frames are counted from 0."

@@ -9,10 +9,12 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import NamedTuple
 
 from stereotrack_core.annotation.click import Click, ClickKey, Visibility
 from stereotrack_core.atomic import write_file
 from stereotrack_core.errors import InputError
+from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.interop.coco import read_coco
 from stereotrack_core.interop.deeplabcut import is_deeplabcut, read_deeplabcut
 from stereotrack_core.interop.label_source import Labels, LabelSource
@@ -37,10 +39,7 @@ _TRAJECTORY_COLUMNS = {"frame", "landmark", "x", "y", "z"}
 def is_trajectory(path: Path) -> bool:
     """Whether a file holds points in space instead of clicks.
 
-    Raises
-    ------
-    InputError
-        Where it cannot be read.
+    InputError where it cannot be read.
     """
     suffix = path.suffix.lower()
     if suffix != ".csv":
@@ -54,10 +53,7 @@ def read_labels(source: LabelSource, frames: int | None = None) -> Labels:
 
     `frames` is the number of frames of the recording, where it is known.
 
-    Raises
-    ------
-    InputError
-        Where the file cannot be read at all, or is of a kind that is not understood.
+    InputError where the file cannot be read at all, or is of a kind that is not understood.
     """
     suffix = source.path.suffix.lower()
     read = {".json": read_coco, ".slp": read_sleap}.get(suffix)
@@ -124,12 +120,8 @@ def read_clicks(
 ) -> Labels:
     """Read clicks of a recording, and everything that is wrong in the file.
 
-    Parameters
-    ----------
-    recording : Recording
-        ``view`` names one of its views (that view's reference image) or one of its cameras.
-    frames : int, optional
-        Number of frames of the recording, where it is known.
+    A ``view`` names a view of the recording (that view's reference image) or a camera. `frames` is
+    the number of the recording's frames, where it is known.
 
     Raises
     ------
@@ -146,7 +138,7 @@ def read_clicks(
     clicks = []
     for line, cells in read_rows(path, COLUMNS, problems):
         try:
-            click = _click(path, line, cells, recording, landmarks, frames)
+            click = _click(_Line(path, line, cells), recording, landmarks, frames)
             if click.key in lines:
                 raise InputError(
                     f"line {line} repeats {click.landmark} of frame {click.frame} in "
@@ -188,99 +180,72 @@ def _row(click: Click, recording: Recording) -> tuple[int, str, str, str, str, i
             where=recording.name,
             remedy="Rename the camera or the view; a clicks file cannot distinguish them.",
         )
-    x, y = ("", "") if click.position is None else map(_number_text, click.position)
+    x, y = ("", "") if click.position is None else (repr(float(value)) for value in click.position)
     return click.frame, name, click.landmark, x, y, int(click.visibility)
 
 
-def _number_text(value: float) -> str:
-    return repr(float(value))
+class _Line(NamedTuple):
+    """A line of a clicks file."""
+
+    path: Path
+    number: int
+    cells: dict[str, str]
+
+    def wrong(self, what: str, remedy: str) -> InputError:
+        """The complaint about it."""
+        return InputError(f"line {self.number}: {what}", where=str(self.path), remedy=remedy)
 
 
 def _click(
-    path: Path,
-    line: int,
-    cells: dict[str, str],
-    recording: Recording,
-    landmarks: Sequence[str],
-    frames: int | None,
+    line: _Line, recording: Recording, landmarks: Sequence[str], frames: int | None
 ) -> Click:
-    frame = whole_number(cells["frame"], path, line, "frame")
+    cells = line.cells
+    frame = whole_number(cells["frame"], line.path, line.number, "frame")
     if frame < 0 or (frames is not None and frame >= frames):
         last = "" if frames is None else f", the last one is {frames - 1}"
-        raise _wrong(
-            path, line, f"frame {frame} does not exist", f"Frames are counted from 0{last}."
+        raise line.wrong(f"frame {frame} does not exist", f"Frames are counted from 0{last}.")
+    views = {view.name: view.image.camera for view in recording.views}
+    cameras = {**{camera: camera for camera in recording.cameras}, **views}
+    name, landmark, visibility = cells["view"], cells["landmark"], cells["visibility"]
+    if name not in cameras:
+        known = list(dict.fromkeys((*views, *recording.cameras)))
+        raise line.wrong(
+            f"unknown view or camera {name!r}",
+            f"Use one of {', '.join(known)}; {known[0]} is that view's reference image.",
         )
-    camera = _camera(path, line, cells["view"], recording)
-    landmark = cells["landmark"]
     if landmark not in landmarks:
-        raise _wrong(
-            path,
-            line,
-            f"unknown landmark {landmark!r}",
-            f"The landmarks are {', '.join(landmarks)}.",
-        )
-    visibility = cells["visibility"]
+        remedy = f"The landmarks are {', '.join(landmarks)}."
+        raise line.wrong(f"unknown landmark {landmark!r}", remedy)
     if visibility not in ("0", "1", "2"):
-        raise _wrong(
-            path,
-            line,
+        raise line.wrong(
             f"invalid visibility {visibility!r}",
             "Write 2 for seen, 1 for guessed behind something, 0 for outside the image.",
         )
     seen = Visibility(int(visibility))
+    shape = recording.cameras[cameras[name]]
     position = None
     if seen != Visibility.OUTSIDE:
-        position = _position(path, line, cells, recording, camera)
-    return Click(frame, camera, landmark, position, seen, origin="imported")
+        position = _pixel(line, "x", shape.width, shape), _pixel(line, "y", shape.height, shape)
+    return Click(frame, shape.name, landmark, position, seen, origin="imported")
 
 
-def _camera(path: Path, line: int, name: str, recording: Recording) -> str:
-    for view in recording.views:
-        if view.name == name:
-            return view.image.camera
-    if name in recording.cameras:
-        return name
-    known = [view.name for view in recording.views]
-    known += [camera for camera in recording.cameras if camera not in known]
-    raise _wrong(
-        path,
-        line,
-        f"unknown view or camera {name!r}",
-        f"Use one of {', '.join(known)}; {known[0]} is that view's reference image.",
-    )
-
-
-def _position(
-    path: Path, line: int, cells: dict[str, str], recording: Recording, camera: str
-) -> tuple[float, float]:
-    values = []
-    shape = recording.cameras[camera]
-    for column, length in (("x", shape.width), ("y", shape.height)):
-        text = cells[column]
-        try:
-            value = float(text)
-        except ValueError:
-            value = math.nan
-        if not math.isfinite(value):
-            raise _wrong(
-                path,
-                line,
-                f"{column} is {text!r}",
-                "Write pixels as a number; a landmark without a position has the visibility 0.",
-            )
-        if not -0.5 <= value <= length - 0.5:
-            raise _wrong(
-                path,
-                line,
-                f"{column} = {text} is outside the image of {camera} ({length} pixels)",
-                "Write raw-image pixels (the centre of the first pixel is 0), or the visibility 0.",
-            )
-        values.append(value)
-    return values[0], values[1]
-
-
-def _wrong(path: Path, line: int, what: str, remedy: str) -> InputError:
-    return InputError(f"line {line}: {what}", where=str(path), remedy=remedy)
+def _pixel(line: _Line, column: str, length: int, camera: Camera) -> float:
+    text = line.cells[column]
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise line.wrong(
+            f"{column} is {text!r}",
+            "Write pixels as a number; a landmark without a position has the visibility 0.",
+        )
+    if not -0.5 <= value <= length - 0.5:
+        raise line.wrong(
+            f"{column} = {text} is outside the image of {camera.name} ({length} pixels)",
+            "Write raw-image pixels (the centre of the first pixel is 0), or the visibility 0.",
+        )
+    return value
 
 
 def _line_of(problem: InputError) -> int:

@@ -19,10 +19,7 @@ _METRES = {"m": 1.0, "cm": 0.01, "mm": 0.001}
 def contiguous(trajectory: LandmarkTrajectory, where: str) -> tuple[int, FloatArray]:
     """First frame, and landmarks (F, 9, 3) of every frame from there on; NaN in the gaps.
 
-    Raises
-    ------
-    InputError
-        For a trajectory without frames, or with few in a long stretch.
+    InputError for a trajectory without frames, or with few in a long stretch.
     """
     frame = trajectory.frame
     if not len(frame):
@@ -42,13 +39,7 @@ def contiguous(trajectory: LandmarkTrajectory, where: str) -> tuple[int, FloatAr
 
 
 def checked_fps(fps: float) -> float:
-    """Frame rate in Hz.
-
-    Raises
-    ------
-    InputError
-        Unless it is a positive number.
-    """
+    """Frame rate in Hz; InputError unless it is a positive number."""
     if not np.isfinite(fps) or fps <= 0:
         raise InputError(
             f"{fps!r} is not a frame rate",
@@ -59,13 +50,7 @@ def checked_fps(fps: float) -> float:
 
 
 def metres_per(unit: str, where: str) -> float:
-    """Metres in a unit of length.
-
-    Raises
-    ------
-    InputError
-        For a unit that is not known.
-    """
+    """Metres in a unit of length; InputError for a unit that is not known."""
     metres = _METRES.get(unit)
     if metres is None:
         raise InputError(f"unknown unit {unit!r}", where=where, remedy="Use m or mm.")
@@ -77,10 +62,7 @@ def landmark_columns(names: Sequence[str], where: str, points: str) -> dict[str,
 
     `points` is what the format calls them.
 
-    Raises
-    ------
-    InputError
-        Where none of them does.
+    InputError where none of them does.
     """
     columns = {name: names.index(name) for name in LANDMARKS if name in names}
     if not columns:

@@ -73,7 +73,6 @@ class ArchiveFormat:
         What such a file is called, such as ``run file of this program``.
     remedy : str
         What to do about a file that is none.
-    layout : mapping of ArrayLayout by name
     """
 
     what: str
@@ -83,11 +82,8 @@ class ArchiveFormat:
     def read(self, file: BinaryIO, where: str) -> dict[str, NDArray[Any]]:
         """Arrays of the layout by name; others are ignored.
 
-        Raises
-        ------
-        InputError
-            For a damaged archive, a missing array, one of another kind or shape, and for more than
-            such a file can hold.
+        InputError for a damaged archive, a missing array, one of another kind or shape, and
+        for more than such a file can hold.
         """
         with self.decoding(where):
             size = file.seek(0, os.SEEK_END)
@@ -136,13 +132,7 @@ def archive_bytes(arrays: Mapping[str, Any], *, compressed: bool = True) -> byte
 
 
 def array_names(file: BinaryIO) -> frozenset[str]:
-    """Names of the arrays in an archive.
-
-    Raises
-    ------
-    InputError
-        Where it is none.
-    """
+    """Names of the arrays in an archive; InputError where it is none."""
     wrong = decoding("", "this is not an archive of arrays", "Use another copy of the file.")
     with wrong, zipfile.ZipFile(file) as archive:
         return frozenset(name.removesuffix(".npy") for name in archive.namelist())

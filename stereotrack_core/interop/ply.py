@@ -10,19 +10,8 @@ import numpy as np
 from stereotrack_core.arrays import FloatArray, ImageArray, IntArray
 from stereotrack_core.atomic import write_file
 
-VIEW_COLOURS: ImageArray = np.array(
-    [
-        [0, 114, 178],
-        [230, 159, 0],
-        [0, 158, 115],
-        [204, 121, 167],
-        [86, 180, 233],
-        [213, 94, 0],
-        [240, 228, 66],
-        [140, 140, 140],
-    ],
-    dtype=np.uint8,
-)
+_COLOURS = "0072B2 E69F00 009E73 CC79A7 56B4E9 D55E00 F0E442 8C8C8C"
+VIEW_COLOURS: ImageArray = np.frombuffer(bytes.fromhex(_COLOURS), np.uint8).reshape(-1, 3)
 """RGB of the views in their order (Okabe-Ito, safe for colour-blind eyes); repeats after 8."""
 
 _VERTEX = np.dtype(
@@ -35,17 +24,9 @@ _PLY_TYPES = {"<f4": "float", "|u1": "uchar"}
 def write_cloud(
     path: Path, points: FloatArray, view: IntArray, view_names: Sequence[str], frame: int
 ) -> None:
-    """Write a cloud.
+    """Write points (N, 3), world, metres, each with the index (N,) of its view.
 
-    Parameters
-    ----------
-    points : (N, 3) float64, world, metres
-    view : (N,) int64
-        Index into `view_names`.
-    view_names : sequence of str
-        Kept in a comment.
-    frame : int
-        Kept in a comment.
+    The names of the views and the frame are kept in comments.
     """
     vertices = np.empty(len(points), dtype=_VERTEX)
     for k, name in enumerate(("x", "y", "z")):

@@ -49,10 +49,7 @@ _FARTHEST = 1e6
 def write_reference(path: Path, reference: Reference) -> None:
     """Write a reference with everything that it states; an interrupted write leaves the old file.
 
-    Raises
-    ------
-    InputError
-        Where the file cannot be written.
+    InputError where the file cannot be written.
     """
     write_file(path, reference_bytes(reference))
 
@@ -83,13 +80,7 @@ def check_reference_file(path: Path) -> None:
 
 
 def read_reference(path: Path) -> Reference:
-    """Read a reference.
-
-    Raises
-    ------
-    InputError
-        For a file that is missing, damaged or no reference.
-    """
+    """Read a reference; InputError for a file that is missing, damaged or no reference."""
     with open_file(path, _MOST_BYTES) as file:
         return _reference_in(file, str(path))
 
@@ -119,13 +110,7 @@ def reference_bytes(reference: Reference) -> bytes:
 
 
 def reference_of_bytes(data: bytes, where: str) -> Reference:
-    """The reference that is the content of a file.
-
-    Raises
-    ------
-    InputError
-        Where it is none.
-    """
+    """The reference that is the content of a file; InputError where it is none."""
     return _reference_in(io.BytesIO(data), where)
 
 

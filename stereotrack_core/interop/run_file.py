@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import TypeAlias
 
 from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.errors import InputError
+from stereotrack_core.interop.bvh import write_bvh
+from stereotrack_core.interop.c3d import read_c3d, write_c3d
 from stereotrack_core.interop.reference_npz import (
     fps_of_reference,
     is_reference,
@@ -14,25 +18,52 @@ from stereotrack_core.interop.reference_npz import (
 )
 from stereotrack_core.interop.run_journal import PART_SUFFIX, read_unfinished
 from stereotrack_core.interop.run_npz import check_run, read_npz, write_npz
+from stereotrack_core.interop.trc import read_trc, write_trc
 from stereotrack_core.reading import check_file
-from stereotrack_core.recording.landmarks import LandmarkTrajectory
+from stereotrack_core.recording.landmarks import LandmarkTrajectory, read_landmarks, write_landmarks
 from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.stored import fps_of_run
 
-RUN_SUFFIXES: tuple[str, ...] = (".npz", ".csv", ".trc", ".c3d", ".bvh")
-"""What a run can be written as; only ``.npz`` keeps all of it."""
+Timed: TypeAlias = tuple[LandmarkTrajectory, float | None]
+"""A trajectory, with frames per second where the file states them."""
 
-_TRAJECTORY_SUFFIXES: tuple[str, ...] = (".npz", ".csv", ".trc", ".c3d", PART_SUFFIX)
+
+def _read_archive(path: Path) -> Timed:
+    if is_reference(path):
+        reference = read_reference(path)
+        return reference.trajectory(), fps_of_reference(reference)
+    return _read_timed_run(path)
+
+
+def _read_timed_run(path: Path) -> Timed:
+    run = read_run(path)
+    return run.trajectory(), fps_of_run(run) if "fps" in run.meta else None
+
+
+_READERS: Mapping[str, Callable[[Path], Timed]] = {
+    ".npz": _read_archive,
+    ".csv": lambda path: (read_landmarks(path), None),
+    ".trc": read_trc,
+    ".c3d": read_c3d,
+    PART_SUFFIX: _read_timed_run,
+}
 """What landmarks can be read from."""
+
+_WRITERS: Mapping[str, Callable[[Path, LandmarkTrajectory, float], None]] = {
+    ".trc": write_trc,
+    ".c3d": write_c3d,
+    ".bvh": write_bvh,
+}
+"""What landmarks can be written as that states a frame rate."""
+
+RUN_SUFFIXES: tuple[str, ...] = (".npz", ".csv", *_WRITERS)
+"""What a run can be written as; only ``.npz`` keeps all of it."""
 
 
 def run_suffix(path: Path) -> str:
     """The suffix that says how a run is written.
 
-    Raises
-    ------
-    InputError
-        For a suffix that is not in :data:`RUN_SUFFIXES`.
+    InputError for a suffix that is not in :data:`RUN_SUFFIXES`.
     """
     return _suffix(path, RUN_SUFFIXES)
 
@@ -81,29 +112,17 @@ def write_trajectory(
     """
     suffix = _suffix(path, RUN_SUFFIXES[1:])
     if suffix == ".csv":
-        from stereotrack_core.recording.landmarks import write_landmarks
-
         write_landmarks(path, trajectory)
-        return
-    if fps is None:
+    elif fps is None:
         raise InputError(
             "the frame rate is not known",
             where=str(path),
             remedy="Give it, for example with --fps 30, or use .csv, which needs none.",
         )
-    match suffix:
-        case ".trc":
-            from stereotrack_core.interop.trc import write_trc
-
-            write_trc(path, trajectory, fps)
-        case ".c3d":
-            from stereotrack_core.interop.c3d import write_c3d
-
-            write_c3d(path, trajectory, fps, residual)
-        case ".bvh":
-            from stereotrack_core.interop.bvh import write_bvh
-
-            write_bvh(path, trajectory, fps)
+    elif suffix == ".c3d":
+        write_c3d(path, trajectory, fps, residual)
+    else:
+        _WRITERS[suffix](path, trajectory, fps)
 
 
 def holds_run(path: Path) -> bool:
@@ -144,41 +163,15 @@ def read_run(path: Path) -> Run:
 def read_trajectory(path: Path) -> LandmarkTrajectory:
     """Landmarks of a run, a reference (.npz) or a landmarks file (.csv, .trc, .c3d).
 
-    Raises
-    ------
-    InputError
-        For an unknown suffix or a damaged file.
+    InputError for an unknown suffix or a damaged file.
     """
     return read_timed_trajectory(path)[0]
 
 
-def read_timed_trajectory(path: Path) -> tuple[LandmarkTrajectory, float | None]:
+def read_timed_trajectory(path: Path) -> Timed:
     """The same, with frames per second where the file states them."""
     path = Path(path)
-    match _suffix(path, _TRAJECTORY_SUFFIXES):
-        case ".npz":
-            if is_reference(path):
-                reference = read_reference(path)
-                return reference.trajectory(), fps_of_reference(reference)
-            return _timed(read_npz(path))
-        case suffix if suffix == PART_SUFFIX:
-            return _timed(read_run(path))
-        case ".csv":
-            from stereotrack_core.recording.landmarks import read_landmarks
-
-            return read_landmarks(path), None
-        case ".trc":
-            from stereotrack_core.interop.trc import read_trc
-
-            return read_trc(path)
-        case _:
-            from stereotrack_core.interop.c3d import read_c3d
-
-            return read_c3d(path)
-
-
-def _timed(run: Run) -> tuple[LandmarkTrajectory, float | None]:
-    return run.trajectory(), fps_of_run(run) if "fps" in run.meta else None
+    return _READERS[_suffix(path, tuple(_READERS))](path)
 
 
 def _suffix(path: Path, known: tuple[str, ...]) -> str:
@@ -193,13 +186,7 @@ def _suffix(path: Path, known: tuple[str, ...]) -> str:
 
 
 def reference_in(path: Path) -> Reference:
-    """The reference that a file of a trajectory holds.
-
-    Raises
-    ------
-    InputError
-        Where it cannot be read.
-    """
+    """The reference that a file of a trajectory holds; InputError where it cannot be read."""
     if is_reference(path):
         return read_reference(path)
     trajectory = read_trajectory(path)

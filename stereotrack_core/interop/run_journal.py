@@ -51,15 +51,7 @@ def part_of(run: Path) -> Path:
 
 @dataclass(frozen=True)
 class Wish:
-    """What else was asked for when the run was begun.
-
-    Attributes
-    ----------
-    smooth : bool
-        To go over it backwards at the end.
-    count : int or None
-        To stop after so many frames.
-    """
+    """What else was asked for when the run was begun: to smooth it at the end, how many frames."""
 
     smooth: bool = False
     count: int | None = None
@@ -143,10 +135,7 @@ def has_frames(path: Path) -> bool:
 def read_unfinished(path: Path) -> tuple[UnfinishedRun, Wish]:
     """What is left of a run that was stopped, and what else it was to be.
 
-    Raises
-    ------
-    InputError
-        For a file that is missing, cannot be read, or holds something else.
+    InputError for a file that is missing, cannot be read, or holds something else.
     """
     head: Record | None = None
     frames: dict[int, TrackedFrame] = {}

@@ -82,23 +82,14 @@ def run_bytes(run: Run) -> bytes:
 
 
 def run_of_bytes(data: bytes, where: str) -> Run:
-    """The run of :func:`run_bytes`, or of a run file's content.
-
-    Raises
-    ------
-    InputError
-        Where it is none.
-    """
+    """The run of :func:`run_bytes`, or of a run file's content; InputError where it is none."""
     return _run_of(Path(where), io.BytesIO(data), None)
 
 
 def read_npz(path: Path) -> Run:
     """Read a run file.
 
-    Raises
-    ------
-    InputError
-        For a file that is missing, damaged, or not a run of this program.
+    InputError for a file that is missing, damaged, or not a run of this program.
     """
     with open_file(path, _MOST_BYTES) as file:
         return _run_of(path, file, path.absolute().parent)
@@ -140,13 +131,7 @@ def _arrays_of(run: Run, meta: Mapping[str, Any]) -> dict[str, NDArray[Any]]:
 
 
 def check_run(path: Path, run: Run) -> None:
-    """Refuse numbers that no run has.
-
-    Raises
-    ------
-    InputError
-        Where it has some.
-    """
+    """Refuse numbers that no run has; InputError where it has some."""
     frame = run.frame
     in_order = bool((frame[1:] > frame[:-1]).all())
     possible = not len(frame) or (frame[0] >= 0 and frame[-1] <= LAST_FRAME)

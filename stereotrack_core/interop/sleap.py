@@ -30,10 +30,7 @@ def write_sleap(
 ) -> None:
     """Write the clicks of all cameras; each camera is a video.
 
-    Raises
-    ------
-    InputError
-        Where the file cannot be written, or sleap-io is not installed.
+    InputError where the file cannot be written, or sleap-io is not installed.
     """
     sio = _library(path)
     names = landmarks.names
@@ -77,10 +74,8 @@ def write_sleap(
 def read_sleap(source: LabelSource) -> Labels:
     """Read what people have labelled; predictions are left out.
 
-    Raises
-    ------
-    InputError
-        Where the file cannot be read, sleap-io is not installed, or no landmark is known.
+    InputError where the file cannot be read, sleap-io is not installed, or no landmark is
+    known.
     """
     path = source.path
     sio = _library(path)

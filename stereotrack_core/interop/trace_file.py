@@ -25,11 +25,8 @@ _OF_POINTS = ("part", "place", "foot", "direction", "residual", "sigma", "weight
 def write_trace(path: Path, trace: StepTrace, correction: int) -> None:
     """Write all numbers of a trace (``.npz``) or a correction's cross-covariance (``.csv``).
 
-    Raises
-    ------
-    InputError
-        For another suffix, for a table where there is no such correction, and where nothing can be
-        written.
+    InputError for another suffix, for a table where there is no such correction, and where
+    nothing can be written.
     """
     suffix = path.suffix.lower()
     if suffix == ".npz":

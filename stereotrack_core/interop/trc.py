@@ -55,10 +55,7 @@ def read_trc(path: Path) -> tuple[LandmarkTrajectory, float]:
 
     Landmarks that the file lacks are NaN; columns with other names are left out.
 
-    Raises
-    ------
-    InputError
-        For a damaged file, an unknown unit, or a file without any of the nine landmarks.
+    InputError for a damaged file, an unknown unit, or a file without any of the nine landmarks.
     """
     lines = read_cells(path, delimiter="\t", quoting=csv.QUOTE_NONE)
     if len(lines) < 5 or lines[0][:1] != ["PathFileType"]:

@@ -205,15 +205,9 @@ def place(click: Click) -> PlaceClicks:
 
 @dataclass(frozen=True)
 class MoveClicks(Edit):
-    """Move existing clicks in their image (drag, nudge); repeated moves can become one edit.
+    """Move existing clicks in their image (drag, nudge), in pixels; moves can become one edit.
 
     Whatever they came from, they are a person's own then.
-
-    Attributes
-    ----------
-    keys : tuple of ClickKey
-    by : (float, float)
-        Pixels.
     """
 
     kind: ClassVar[str] = "move clicks"
@@ -260,7 +254,6 @@ class MarkClicks(Edit):
 
     Attributes
     ----------
-    keys : tuple of ClickKey
     visibility : Visibility, optional
         Outside takes the position away.
     flag : str, optional
@@ -389,12 +382,8 @@ class _Reading(State):
 class AcceptPredictions(Edit):
     """Let predictions be clicks, noted as accepted; where a person has clicked, that click stays.
 
-    Attributes
-    ----------
-    predictions : tuple of Prediction
-        Of several for one landmark in one image the last one counts.
-    even_deleted : bool
-        Also where somebody has taken a click away; for a single prediction that was looked at.
+    Of several predictions for one landmark in one image the last one counts. With `even_deleted`,
+    also where somebody has taken a click away; for a single prediction that was looked at.
     """
 
     kind: ClassVar[str] = "accept predictions"

@@ -151,10 +151,7 @@ def make_database(path: Path, recording: Row | None = None) -> None:
 
     `recording` has the name, relative path, absolute path and fingerprint.
 
-    Raises
-    ------
-    InputError
-        Where something of that name exists, or the place cannot be written to.
+    InputError where something of that name exists, or the place cannot be written to.
     """
     if path.exists():
         raise InputError(
@@ -314,10 +311,7 @@ def copy_files(path: Path, folder: Path) -> Path:
 def copy_whole(database: sqlite3.Connection, path: Path) -> None:
     """Copy a project to another file and read the copy back; all of it is there, or nothing.
 
-    Raises
-    ------
-    InputError
-        Where the copy cannot be written or is not whole.
+    InputError where the copy cannot be written or is not whole.
     """
     _check_nothing_beside(path)
     with replacing(path) as temporary:

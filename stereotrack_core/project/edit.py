@@ -22,8 +22,6 @@ class Change:
 
     Attributes
     ----------
-    table : Table
-    key : tuple
     before, after : tuple or None
         Values of the row; None where there is no such row.
     """
@@ -136,10 +134,7 @@ class Edit(ABC):
     def changes(self, state: State, stamp: Stamp) -> Iterable[Change]:
         """The rows that it changes.
 
-        Raises
-        ------
-        InputError
-            Where it makes no sense in the present state; nothing is changed then.
+        InputError where it makes no sense in the present state; nothing is changed then.
         """
 
     def contents(self) -> Iterable[bytes]:

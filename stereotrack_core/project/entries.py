@@ -44,24 +44,9 @@ def fetch(database: sqlite3.Connection, path: Path, name: str) -> bytes:
     return data
 
 
-_WORDS = {"landmark_set": "landmark set", "parameter_set": "parameters"}
-
-
 @dataclass(frozen=True)
 class Entry:
-    """A named thing, without its large data.
-
-    Attributes
-    ----------
-    name : str
-    facts : mapping
-        JSON-serialisable.
-    content : str or None
-        Hash of the data that belong to it.
-    who, at : str
-        Who saved it, and when.
-    deleted : bool
-    """
+    """A named thing, without its large data, of which it has the hash; who saved it, and when."""
 
     name: str
     facts: Mapping[str, Any]
@@ -75,18 +60,8 @@ class Entries:
     """The named things of one table."""
 
     def __init__(self, table: Table, access: Access) -> None:
-        self._table = table
+        self.table = table
         self._access = access
-
-    @property
-    def table_name(self) -> str:
-        """What :class:`SaveEntry` and its like call this table."""
-        return self._table.name
-
-    @property
-    def word(self) -> str:
-        """What a person calls one of them."""
-        return _word_of(self._table)
 
     def names(self) -> tuple[str, ...]:
         """Names, oldest first."""
@@ -96,25 +71,19 @@ class Entries:
         """All of them, oldest first."""
         condition = "" if with_deleted else "WHERE deleted = 0"
         rows = self._access.rows(
-            f"SELECT {self._table.columns} FROM {self._table.name} {condition}"  # noqa: S608
+            f"SELECT {self.table.columns} FROM {self.table.name} {condition}"  # noqa: S608
             " ORDER BY at, name"
         )
         with self._access.making_sense():
             return tuple(_entry(row[0], row[1:]) for row in rows)
 
     def get(self, name: str) -> Entry:
-        """The one of that name.
-
-        Raises
-        ------
-        InputError
-            Where there is none.
-        """
-        values = self._access.read(self._table, (name,))
+        """The one of that name; InputError where there is none."""
+        values = self._access.read(self.table, (name,))
         with self._access.making_sense():
             entry = None if values is None else _entry(name, values)
         if entry is None or entry.deleted:
-            raise _missing(self._table, name)
+            raise _missing(self.table, name)
         return entry
 
     def making_sense(self) -> AbstractContextManager[None]:
@@ -124,16 +93,13 @@ class Entries:
     def data(self, name: str) -> bytes:
         """The large data that belong to the one of that name.
 
-        Raises
-        ------
-        InputError
-            Where there is none of that name, or it has no data.
+        InputError where there is none of that name, or it has no data.
         """
         entry = self.get(name)
         if entry.content is None:
             raise InputError(
                 "its data are missing",
-                where=f"{_word_of(self._table)} {name}",
+                where=f"{self.table.word} {name}",
                 remedy="Delete it and save it again.",
             )
         with self._access.alone() as database:
@@ -142,18 +108,10 @@ class Entries:
 
 @dataclass(frozen=True)
 class SaveEntry(Edit):
-    """Save a named thing; one of that name is replaced only where that is said.
+    """Save a named thing in a table of entries; one of that name is replaced only where that is
+    said.
 
-    Attributes
-    ----------
-    table : str
-        One of the tables of entries.
-    name : str
-    facts : str
-        JSON object.
-    data : bytes, optional
-        Large data.
-    replacing : bool
+    Its facts are a JSON object, its data may be large.
     """
 
     kind: ClassVar[str] = "save"
@@ -165,17 +123,17 @@ class SaveEntry(Edit):
 
     def words(self) -> str:
         """``save run accurate``."""
-        return f"save {_word_of(EDITED_TABLES[self.table])} {self.name}"
+        return f"save {EDITED_TABLES[self.table].word} {self.name}"
 
     def changes(self, state: State, stamp: Stamp) -> Iterable[Change]:
         """Its row."""
         table = EDITED_TABLES[self.table]
         if not self.name.strip():
-            raise InputError(f"the {_word_of(table)} has no name", remedy="Give it one.")
+            raise InputError(f"the {table.word} has no name", remedy="Give it one.")
         before = state.row(table, (self.name,))
         if before is not None and not before[-1] and not self.replacing:
             raise InputError(
-                f"there is a {_word_of(table)} {self.name!r} already",
+                f"there is a {table.word} {self.name!r} already",
                 remedy="Choose another name, or confirm that it is to be replaced.",
             )
         content = None if self.data is None else hash_of(self.data)
@@ -198,7 +156,7 @@ class DeleteEntry(Edit):
 
     def words(self) -> str:
         """``delete run accurate``."""
-        return f"delete {_word_of(EDITED_TABLES[self.table])} {self.name}"
+        return f"delete {EDITED_TABLES[self.table].word} {self.name}"
 
     def changes(self, state: State, stamp: Stamp) -> Iterable[Change]:
         """Its row."""
@@ -209,14 +167,7 @@ class DeleteEntry(Edit):
 
 @dataclass(frozen=True)
 class Choose(Edit):
-    """Say which of the named things is used: the subject, the set of landmarks, and so on.
-
-    Attributes
-    ----------
-    table : str
-    name : str or None
-        None: none of them.
-    """
+    """Say which of a table's named things is used, or with None that none is."""
 
     kind: ClassVar[str] = "choose"
     table: str
@@ -224,7 +175,7 @@ class Choose(Edit):
 
     def words(self) -> str:
         """``use subject P2``."""
-        word = _word_of(EDITED_TABLES[self.table])
+        word = EDITED_TABLES[self.table].word
         return f"use no {word}" if self.name is None else f"use {word} {self.name}"
 
     def changes(self, state: State, stamp: Stamp) -> Iterable[Change]:  # noqa: ARG002 - as all
@@ -236,22 +187,11 @@ class Choose(Edit):
 
 
 def row_of(state: State, table: Table, name: str) -> Row:
-    """Row of a named thing.
-
-    Raises
-    ------
-    InputError
-        Where there is none of that name.
-    """
+    """Row of a named thing; InputError where there is none of that name."""
     row = state.row(table, (name,))
     if row is None or row[-1]:
         raise _missing(table, name)
     return row
-
-
-def _word_of(table: Table) -> str:
-    """What a person calls the things of a table."""
-    return _WORDS.get(table.name, table.name)
 
 
 def facts_as_json(facts: Mapping[str, Any]) -> str:
@@ -273,7 +213,7 @@ def _entry(name: Any, values: Row) -> Entry:
 
 def _missing(table: Table, name: str) -> InputError:
     return InputError(
-        f"the project has no {_word_of(table)} {name!r}",
+        f"the project has no {table.word} {name!r}",
         remedy="Choose one of those listed.",
     )
 

@@ -46,16 +46,7 @@ class Entry:
 
 @dataclass(frozen=True)
 class Changed:
-    """What has just happened to a project.
-
-    Attributes
-    ----------
-    words : str
-        The edit in words.
-    how : {"done", "undone", "redone"}
-    changes : tuple of Change
-        Row by row, in the order in which they were written.
-    """
+    """What has just happened to a project: an edit in words, and its rows in their order."""
 
     words: str
     how: Literal["done", "undone", "redone"]

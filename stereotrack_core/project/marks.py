@@ -16,16 +16,14 @@ GAP, REVIEW = "gap", "review"
 
 @dataclass(frozen=True)
 class FrameFlag:
-    """A flag on a frame, for one landmark or for the whole frame.
+    """A flag on a frame, for one landmark or, without its name, for the whole frame.
 
     Attributes
     ----------
-    frame : int
     landmark : str
         Empty: the whole frame.
     kind : str
         :data:`GAP`, :data:`REVIEW`, or any other word.
-    note : str
     who, at : str
         Filled in by the project.
     """
@@ -108,7 +106,6 @@ class SetKeyframes(Edit):
 
     Attributes
     ----------
-    frames : tuple of int
     state : {"wanted", "done", "none"}
     """
 

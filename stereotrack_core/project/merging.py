@@ -32,10 +32,7 @@ def mean_click(conflict: Difference) -> Click:
     It is as visible and as sure as the worse of both says; where both state how sure they are,
     the mean of two independent clicks is surer.
 
-    Raises
-    ------
-    InputError
-        Where one of them has no place.
+    InputError where one of them has no place.
     """
     mine, theirs = conflict.first, conflict.second
     if conflict.apart is None or mine is None or theirs is None or mine.position is None:
@@ -62,19 +59,9 @@ def mean_click(conflict: Difference) -> Click:
 class Incoming:
     """Clicks from elsewhere beside those of the project; what contradicts is decided by a person.
 
-    Where the project says something else, also where it says that a click was deleted, nothing
-    happens until then.
-
-    Attributes
-    ----------
-    source : str
-        Where they come from: a file or a project, as the person knows it.
-    new : tuple of Click
-        The project says nothing about them.
-    same : tuple of Click
-        The project says the same.
-    conflicts : tuple of Difference
-        ``first`` is the project's click, ``second`` the other; one of them may be deleted.
+    The project says nothing about the new ones, and the same as some. Where it says something else,
+    also that a click was deleted, nothing happens until then: ``first`` of a conflict is the
+    project's click, ``second`` the other; one of them may be deleted.
     """
 
     source: str
@@ -133,16 +120,10 @@ class Incoming:
 def incoming(
     mine: Iterable[Click], theirs: Iterable[Click], source: str, *, complete: bool = True
 ) -> Incoming:
-    """Compare clicks from elsewhere with those of the project.
+    """Compare clicks from elsewhere with those of the project, both with the deleted ones.
 
-    Parameters
-    ----------
-    mine : iterable of Click
-        All clicks of the project, deleted ones too.
-    theirs : iterable of Click
-        Where a deleted click meets nothing, nothing comes of it.
-    complete : bool
-        Whether the source can say flag and sigma; a clicks file cannot, and leaves them alone.
+    Where a deleted click meets nothing, nothing comes of it. A source that is not complete cannot
+    say flag and sigma, as a clicks file, and leaves them alone.
     """
     ours = {click.key: click for click in mine}
     others = list(theirs)

@@ -1,37 +1,269 @@
-"""Open a project file: who may, on which drive, in which format, and what to tell about it."""
+"""Open a project file: who may, on which drive, in which format, and what to tell about it.
+
+One program at a time writes; a crashed one is not in the way.
+"""
 
 from __future__ import annotations
 
+import ctypes
+import getpass
+import os
+import socket
 import sqlite3
+import subprocess
+import sys
 import tempfile
 from collections.abc import Sequence
 from contextlib import ExitStack, closing, suppress
 from dataclasses import dataclass
+from datetime import UTC, datetime
 from pathlib import Path
+from typing import IO
 
 from stereotrack_core.errors import Finding, InputError
+from stereotrack_core.file_lock import take_lock
 from stereotrack_core.project.connection import connect, connect_for_reading
 from stereotrack_core.project.database import (
+    ProjectInUse,
     beside,
+    check_beside,
     check_header,
     code_of,
     copy_files,
     is_in_place,
     making_sense,
-)
-from stereotrack_core.project.owner import (
-    Mount,
-    Owner,
-    ProjectLock,
-    in_use,
-    is_held,
-    lock_path,
-    myself,
-    network_type,
-    read_owner,
-    write_owner,
+    transaction,
 )
 from stereotrack_core.project.validity import check_rows, check_whole
+
+
+@dataclass(frozen=True)
+class Owner:
+    """A program that has the project open for writing."""
+
+    host: str
+    process: int
+    who: str
+    at: str
+
+
+def now() -> str:
+    """Present time, ISO 8601, UTC."""
+    return datetime.now(UTC).isoformat(timespec="milliseconds")
+
+
+def user() -> str:
+    """Name of the person at this machine."""
+    try:
+        return getpass.getuser()
+    except (OSError, KeyError, ImportError):  # no such user is known to the system
+        return "somebody"
+
+
+def myself() -> Owner:
+    """The program that asks."""
+    return Owner(socket.gethostname(), os.getpid(), user(), now())
+
+
+def read_owner(database: sqlite3.Connection) -> Owner | None:
+    """Who has it, or had it when it crashed."""
+    row = database.execute("SELECT host, process, who, at FROM owner").fetchone()
+    return None if row is None else Owner(*row)
+
+
+def write_owner(database: sqlite3.Connection, owner: Owner | None) -> None:
+    """Note who has it; None: nobody."""
+    with transaction(database):
+        database.execute("DELETE FROM owner WHERE only = 1")
+        if owner is not None:
+            database.execute(
+                "INSERT INTO owner VALUES (1, ?, ?, ?, ?)",
+                (owner.host, owner.process, owner.who, owner.at),
+            )
+
+
+def in_use(path: Path, owner: Owner | None = None, remedy: str = "") -> ProjectInUse:
+    """The complaint of the second program, which names the first one."""
+    if owner is None:
+        owner = _owner_of_file(path)
+    if owner is None:
+        who = "it is open in another program"
+    else:
+        who = (
+            f"it is already open: process {owner.process} on {owner.host}, user {owner.who}, "
+            f"since {owner.at.replace('T', ' ')[:16]} UTC"
+        )
+    remedy = remedy or "Close it there, or open it read-only."
+    return ProjectInUse(who, where=str(path), remedy=remedy)
+
+
+def _owner_of_file(path: Path) -> Owner | None:
+    try:
+        with closing(connect_for_reading(path)) as database, making_sense(path):
+            check_rows(database, path, ("owner",))
+            return read_owner(database)
+    except (InputError, sqlite3.Error):
+        return None
+
+
+_MOUNTS = Path("/proc/self/mounts")
+_DRIVE_REMOTE = 4
+"""What Windows' GetDriveTypeW says of a drive of the network."""
+
+_NETWORK_TYPES = frozenset(
+    {
+        *("9p", "afp", "afpfs", "afs", "beegfs", "ceph", "cifs", "coda", "davfs", "davfs2"),
+        *("drvfs", "fuse.davfs2", "fuse.gcsfuse", "fuse.glusterfs", "fuse.rclone"),
+        *("fuse.s3fs", "fuse.sshfs", "gfs2", "glusterfs", "gpfs", "lustre", "ncpfs", "nfs"),
+        *("nfs4", "ocfs2", "orangefs", "smb3", "smbfs", "vboxsf", "virtiofs", "webdav"),
+    }
+)
+"""File systems whose shared memory is not shared between the machines that write to them."""
+
+Mount = tuple[str, str]
+"""Where a file system is mounted, and its type."""
+
+
+def network_type(path: Path, mounts: Sequence[Mount] | None = None) -> str | None:
+    """Type of the network file system that holds `path`; None for a drive of this machine.
+
+    The path need not exist. `mounts` has mount points and types; the machine's own without it.
+    """
+    place = os.path.realpath(path)
+    if mounts is None and sys.platform == "win32":
+        return _windows_type(place)
+    found = ("", "")
+    for mounted, kind in _machine_mounts() if mounts is None else mounts:
+        inside = place == mounted or place.startswith(mounted.rstrip("/") + "/")
+        if inside and len(mounted) >= len(found[0]):
+            found = (mounted, kind)
+    return found[1] if found[1] in _NETWORK_TYPES else None
+
+
+def _machine_mounts() -> tuple[Mount, ...]:
+    """What is mounted where; nothing where the machine does not tell."""
+    try:
+        if sys.platform == "darwin":
+            listed = subprocess.run(
+                ["/sbin/mount"], capture_output=True, text=True, check=False, timeout=5
+            )
+            return mounts_of_macos(listed.stdout)
+        return mounts_of_linux(_MOUNTS.read_text(encoding="utf-8", errors="surrogateescape"))
+    except (OSError, subprocess.TimeoutExpired):
+        return ()
+
+
+def mounts_of_linux(text: str) -> tuple[Mount, ...]:
+    """Mounts in the layout of ``/proc/mounts``, where spaces in paths are written as octal."""
+    rows = (line.split(" ") for line in text.splitlines())
+    return tuple((_unescaped(row[1]), row[2]) for row in rows if len(row) >= 3)
+
+
+def _unescaped(path: str) -> str:
+    for code, sign in (("\\040", " "), ("\\011", "\t"), ("\\012", "\n"), ("\\134", "\\")):
+        path = path.replace(code, sign)
+    return path
+
+
+def mounts_of_macos(text: str) -> tuple[Mount, ...]:
+    """Mounts as ``mount`` prints them: ``device on /place (type, options)``."""
+    mounts = []
+    for line in text.splitlines():
+        place, _, options = line.partition(" on ")[2].rpartition(" (")
+        if place:
+            mounts.append((place, options.split(",")[0].rstrip(")")))
+    return tuple(mounts)
+
+
+def _windows_type(place: str) -> str | None:
+    if place.startswith("\\\\"):
+        return "network share"
+    library = getattr(ctypes, "windll", None)
+    drive = os.path.splitdrive(place)[0] + "\\"
+    if library is not None and library.kernel32.GetDriveTypeW(drive) == _DRIVE_REMOTE:
+        return "network drive"
+    return None
+
+
+def lock_path(project: Path) -> Path:
+    """The file whose lock stands for the project."""
+    return project.with_name(f".{project.name}.lock")
+
+
+def is_held(project: Path) -> bool:
+    """Whether a program has the lock now; True as well where that cannot be told."""
+    try:
+        with lock_path(project).open("rb") as file:
+            return not take_lock(file)
+    except FileNotFoundError:
+        return False
+    except OSError:
+        return True
+
+
+class ProjectLock:
+    """Taken on construction, given back by :meth:`release`.
+
+    It is the operating system's, on a file beside the project (SQLite's own locks on the project
+    file itself would be lost if another handle on it were closed). The system lets go of it when
+    the program ends in whichever way.
+
+    Attributes
+    ----------
+    holds : bool
+        False on drives that know no locks; only the note within the project tells its owner there.
+
+    Raises
+    ------
+    BlockingIOError
+        When another program has it.
+    InputError
+        When no file can be made beside the project.
+    """
+
+    def __init__(self, project: Path) -> None:
+        self._path = lock_path(project)
+        self.holds = True
+        self._file: IO[bytes] | None = self._locked()
+
+    def _locked(self) -> IO[bytes]:
+        check_beside(self._path)
+        while True:
+            try:
+                file = self._path.open("ab")
+            except OSError as error:
+                raise InputError(
+                    f"cannot write beside the project ({error.strerror})",
+                    where=str(self._path.parent),
+                    remedy="Open the project read-only, or copy it elsewhere.",
+                ) from error
+            try:
+                self.holds = take_lock(file)
+            except BlockingIOError:
+                file.close()
+                raise
+            if not self.holds or _is_still(file, self._path):
+                return file
+            file.close()  # its owner removed it between opening and locking
+
+    def release(self) -> None:
+        """Give the lock back; a second time does nothing."""
+        if self._file is None:
+            return
+        if sys.platform == "win32":
+            self._file.close()
+        with suppress(PermissionError):  # Windows: the next program already has it open
+            self._path.unlink(missing_ok=True)
+        self._file.close()
+        self._file = None
+
+
+def _is_still(file: IO[bytes], path: Path) -> bool:
+    try:
+        return os.path.samestat(os.fstat(file.fileno()), path.stat())
+    except FileNotFoundError:
+        return False
+
 
 _UNCERTAIN = (
     "Close it there. If that program is certainly no longer running, force unlock the project."

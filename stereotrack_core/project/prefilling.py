@@ -10,11 +10,9 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import partial
 
-import numpy as np
-
 from stereotrack_core.annotation.click import Click, Prediction
 from stereotrack_core.annotation.fit.results import TrajectoryFit
-from stereotrack_core.annotation.follow import FollowedClick, follow_patch, pictures_of
+from stereotrack_core.annotation.follow import FollowedClick, follow_click
 from stereotrack_core.annotation.prefill import (
     FIT,
     FOLLOWING,
@@ -213,11 +211,7 @@ def follow_selection(
                     raise Cancelled
                 words = f"{way.click.landmark.replace('_', ' ')} in {way.click.camera}"
                 on_progress(len(found) / count, words)
-                pictures = pictures_of(reader, way.click.camera, way.frames)
-                start = np.array(way.click.position)
-                followed = follow_patch(pictures, start, cancelled=cancelled)
-                frame = np.array(way.frames[: len(followed.pixels)])
-                found.append(FollowedClick(way.click, frame, followed))
+                found.append(follow_click(reader, way.click, way.frames, cancelled=cancelled))
     predictions = from_following(found, sigma=project.click_sigmas())
     kept = keep_predictions(project, FOLLOWING, predictions, selection)
     return f"{counted(kept, 'point')} found by following {counted(count, 'click')}."

@@ -18,8 +18,14 @@ from stereotrack_core.project.edit import Edit, Stamp
 from stereotrack_core.project.entries import Entries, ViewSettings
 from stereotrack_core.project.history import Changed, History
 from stereotrack_core.project.marks import Marks
-from stereotrack_core.project.opening import Opened, open_for_reading, open_for_writing
-from stereotrack_core.project.owner import Mount, now, user
+from stereotrack_core.project.opening import (
+    Mount,
+    Opened,
+    now,
+    open_for_reading,
+    open_for_writing,
+    user,
+)
 from stereotrack_core.project.predictions import Predictions
 from stereotrack_core.project.schema import (
     CHOICE,
@@ -56,8 +62,6 @@ class Project:
 
     Attributes
     ----------
-    path : Path
-    read_only : bool
     notes : tuple of Finding
         What the person should know about opening it.
     who : str
@@ -107,7 +111,7 @@ class Project:
                 try:
                     load(entries, name)
                 except ProjectDamaged as error:
-                    where = f"{self.path}, {entries.word} {name}"
+                    where = f"{self.path}, {entries.table.word} {name}"
                     remedy = "It is not used. Choose another one, or save it again."
                     yield Finding("warning", where, error.detail, remedy)
 
@@ -199,7 +203,7 @@ class Project:
 
     def chosen(self, entries: Entries) -> str | None:
         """Name of the one that is used (:class:`entries.Choose`); None where none is."""
-        row = self._access.read(CHOICE, (entries.table_name,))
+        row = self._access.read(CHOICE, (entries.table.name,))
         name = None if row is None else str(row[0])
         return name if name in entries.names() else None
 
@@ -239,10 +243,7 @@ class Project:
     def recording_place(self) -> RecordingPlace:
         """Where the recording was when the project saw it last.
 
-        Raises
-        ------
-        InputError
-            Where the project was made without one.
+        InputError where the project was made without one.
         """
         place = self._place()
         if place is None:
@@ -272,10 +273,8 @@ class Project:
     def use_recording(self, folder: Path, *, even_another: bool = False) -> None:
         """Take the recording from this folder from now on.
 
-        Raises
-        ------
-        InputError
-            Where it is no usable recording, or another one and that was not allowed for.
+        InputError where it is no usable recording, or another one and that was not allowed
+        for.
         """
         place = place_of(folder, self.path)
         known = self._place()
@@ -290,10 +289,7 @@ class Project:
     def save_copy(self, path: Path) -> None:
         """Write the project as it is to another file; works even where its own file has vanished.
 
-        Raises
-        ------
-        InputError
-            Where that cannot be written, or is the project itself.
+        InputError where that cannot be written, or is the project itself.
         """
         path = resolved(path)
         if path == self.path:

@@ -30,18 +30,10 @@ _HISTORY = ("edit", "edit_change")
 
 @dataclass(frozen=True)
 class Rescued:
-    """What was saved.
+    """What was saved into a new project: number of rows by table.
 
-    Attributes
-    ----------
-    path : Path
-        The new project.
-    rows : mapping
-        Number of rows by table.
-    from_history : int
-        Rows of people's work that were damaged in their table, but stood in the history.
-    history_whole : bool
-        Whether the history came along; otherwise the new project begins without one.
+    Rows of people's work that were damaged in their table may stand in the history; without a whole
+    history the new project begins with none.
     """
 
     path: Path
@@ -56,10 +48,7 @@ def rescue(damaged: Path, target: Path) -> Rescued:
     The damaged file is not touched. The history only comes along where it agrees with the rows:
     undo has to be right or absent.
 
-    Raises
-    ------
-    InputError
-        Where nothing can be read, or the target exists or cannot be written.
+    InputError where nothing can be read, or the target exists or cannot be written.
     """
     with tempfile.TemporaryDirectory() as folder:
         check_files(damaged)

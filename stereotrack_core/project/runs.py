@@ -200,14 +200,9 @@ def _text(value: Any) -> str:
 
 @dataclass(frozen=True)
 class KeptRun:
-    """A run of a project, without its numbers.
+    """A run of a project, without its numbers: who kept it, and when.
 
-    Attributes
-    ----------
-    content : str
-        Hash of its numbers; tells runs apart whatever they are called.
-    who, at : str
-        Who kept it, and when.
+    The hash of its numbers tells runs apart whatever they are called.
     """
 
     name: str
@@ -218,14 +213,9 @@ class KeptRun:
 
 
 def keep_run(name: str, run: Run, note: str = "", *, replacing: bool = False) -> SaveEntry:
-    """The edit that puts a complete run into the project.
+    """The edit that puts a complete run into the project, with what a person has to say about it.
 
-    Parameters
-    ----------
-    name : str
-        A run of that name is replaced only where that is said; see :func:`free_name`.
-    note : str
-        What a person has to say about it.
+    A run of that name is replaced only where that is said; see :func:`free_name`.
     """
     facts = facts_as_json(facts_to_keep(run, note))
     return SaveEntry(RUN.name, name, facts, run_bytes(run), replacing)
@@ -341,14 +331,7 @@ def unfinished_runs(project: Path) -> tuple[Path, ...]:
 
 @dataclass(frozen=True)
 class TakenIn:
-    """A run that the project keeps now.
-
-    Attributes
-    ----------
-    name : str
-    last : int
-        Its last frame.
-    """
+    """A run that the project keeps now, and its last frame."""
 
     name: str
     last: int
@@ -357,10 +340,8 @@ class TakenIn:
 def take_in(project: Project, path: Path) -> TakenIn | None:
     """Keep a run that was under way, and remove its file; None where there is nothing to keep.
 
-    Raises
-    ------
-    InputError
-        Where the file holds something else, or the project cannot be written to; it stays then.
+    InputError where the file holds something else, or the project cannot be written to; it
+    stays then.
     """
     run = read_run(path)
     taken = None

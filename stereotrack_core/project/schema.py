@@ -32,11 +32,14 @@ class Table:
         Columns that identify a row.
     values : tuple of str
         The others.
+    word : str
+        What a person calls a row.
     """
 
     name: str
     key: tuple[str, ...]
     values: tuple[str, ...]
+    word: str = ""
 
     @cached_property
     def columns(self) -> str:
@@ -92,12 +95,12 @@ CLICK = Table("click", ("frame", "camera", "landmark"), _CLICK_VALUES)
 REPEAT_CLICK = Table("repeat_click", ("round", *CLICK.key), _CLICK_VALUES)
 FRAME_FLAG = Table("frame_flag", ("frame", "landmark", "kind"), ("note", *_STAMP))
 KEYFRAME = Table("keyframe", ("frame",), ("done", *_STAMP))
-REFERENCE = Table("reference", *_ENTRY)
-RUN = Table("run", *_ENTRY)
-SUBJECT = Table("subject", *_ENTRY)
-LANDMARK_SET = Table("landmark_set", *_ENTRY)
-PARAMETER_SET = Table("parameter_set", *_ENTRY)
-DESCRIPTION = Table("description", *_ENTRY)
+REFERENCE = Table("reference", *_ENTRY, "reference")
+RUN = Table("run", *_ENTRY, "run")
+SUBJECT = Table("subject", *_ENTRY, "subject")
+LANDMARK_SET = Table("landmark_set", *_ENTRY, "landmark set")
+PARAMETER_SET = Table("parameter_set", *_ENTRY, "parameters")
+DESCRIPTION = Table("description", *_ENTRY, "description")
 CHOICE = Table("choice", ("name",), ("value",))
 
 TABLES_OF_ENTRIES: dict[str, Table] = {

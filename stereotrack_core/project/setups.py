@@ -32,14 +32,7 @@ from stereotrack_core.recording.description import LENGTHS, Recording, Stream, S
 
 @dataclass(frozen=True)
 class ParameterSet:
-    """Parameters by name, as they differ from a preset.
-
-    Attributes
-    ----------
-    preset : str
-    values : mapping
-        From a parameter's name to its value; JSON-serialisable.
-    """
+    """Parameters by name, JSON-serialisable, as they differ from a preset."""
 
     preset: str
     values: Mapping[str, Any]
@@ -73,10 +66,7 @@ def load_reference(references: Entries, name: str) -> Reference:
 def save_subject(subject: Subject, *, origin: str = "entered") -> SaveEntry:
     """The edit that keeps a subject's proportions under the subject's name.
 
-    Parameters
-    ----------
-    origin : str
-        How they are known: ``entered``, ``measured from clicks``, ``found by the tracker``.
+    The origin is ``entered``, ``measured from clicks`` or ``found by the tracker``.
     """
     facts = {**asdict(subject), "origin": origin}
     return SaveEntry(SUBJECT.name, subject.name, facts_as_json(facts), replacing=True)
@@ -104,10 +94,7 @@ def save_landmark_set(landmarks: LandmarkSet) -> SaveEntry:
 def load_landmark_set(sets: Entries, name: str | None) -> LandmarkSet:
     """A set of landmarks of the project, the nine without a name.
 
-    Raises
-    ------
-    InputError
-        Where there is none of that name.
+    InputError where there is none of that name.
     """
     if name is None or (name == NINE.name and name not in sets.names()):
         return NINE
@@ -162,10 +149,7 @@ class Corrections:
     def applied_to(self, recording: Recording) -> Recording:
         """The recording as it is with these corrections.
 
-        Raises
-        ------
-        InputError
-            Where a stream or a camera is not in the recording.
+        InputError where a stream or a camera is not in the recording.
         """
         streams = {f"{view.name}/{key}" for view in recording.views for key in view.streams()}
         for names in (self.time_offsets, self.first_frames, self.stream_cameras):
@@ -179,17 +163,12 @@ class Corrections:
         )
 
     def _view(self, view: View) -> View:
-        def corrected(key: str, stream: Stream | None) -> Stream | None:
-            return None if stream is None else self._stream(f"{view.name}/{key}", stream)
-
-        image = "right" if view.kind == "stereo" else "image"
-        return replace(
-            view,
-            image=self._stream(f"{view.name}/{image}", view.image),
-            left=corrected("left", view.left),
-            depth=corrected("depth", view.depth),
-            mask=corrected("mask", view.mask),
-        )
+        changed: dict[str, Any] = {}
+        for key in ("image", "left", "depth", "mask"):
+            if (stream := getattr(view, key)) is not None:
+                own = "right" if key == "image" and view.kind == "stereo" else key
+                changed[key] = self._stream(f"{view.name}/{own}", stream)
+        return replace(view, **changed)
 
     def _stream(self, name: str, stream: Stream) -> Stream:
         return replace(

@@ -28,11 +28,8 @@ class RecordingPlace:
 
     Attributes
     ----------
-    name : str
     relative : str
         From the project's folder, with ``/``; empty where there is no such way (another drive).
-    absolute : str
-    fingerprint : str
     """
 
     name: str
@@ -53,13 +50,7 @@ class Whereabouts:
 
 
 def place_of(folder: Path, project: Path) -> RecordingPlace:
-    """How a project remembers a recording.
-
-    Raises
-    ------
-    InputError
-        Where the folder is no usable recording.
-    """
+    """How a project remembers a recording; InputError where the folder is no usable recording."""
     recording = open_recording(folder)
     absolute = folder.resolve()
     try:

@@ -8,9 +8,8 @@ import cv2
 import numpy as np
 import pytest
 
-from stereotrack_core.annotation.click import Click, Visibility
+from stereotrack_core.annotation.click import Click
 from stereotrack_core.annotation.follow import (
-    FollowSettings,
     follow_click,
     follow_patch,
     pictures_of,
@@ -84,8 +83,8 @@ def test_nothing_to_hold_on_to_is_said():
 
 
 def test_it_stops_when_asked_at_the_limit_and_at_damaged_pictures():
-    few = FollowSettings(follow_frames=4)
-    assert follow_patch(moving(20), np.array([150.0, 140]), few).reliable_until == 5
+    found = follow_patch(moving(40), np.array([150.0, 140]))
+    assert (found.reliable_until, found.reason) == (31, "the limit of 30 frames was reached")
     asked = iter([False, False, True])
     found = follow_patch(moving(20), np.array([150.0, 140]), cancelled=lambda: next(asked))
     assert (found.reliable_until, found.reason) == (3, "stopped")
@@ -130,8 +129,8 @@ def recording(tmp_path):
 def test_click_is_followed_in_its_own_camera_both_ways(recording, colour, camera, sign):
     click = Click(4, camera, "left_elbow", (150.0, 120.0))
     with FrameReader(recording, colour=colour) as reader:
-        after = follow_click(reader, click)
-        before = follow_click(reader, click, backwards=True)
+        after = follow_click(reader, click, range(4, 8))
+        before = follow_click(reader, click, range(4, -1, -1))
     assert after.frame.tolist() == [4, 5, 6, 7]
     assert before.frame.tolist() == [4, 3, 2, 1, 0]
     assert np.allclose(after.followed.pixels[-1], [150, 120] + 3 * sign * RATE, atol=0.2)
@@ -146,13 +145,10 @@ def test_damaged_frames_and_foreign_cameras_are_told(recording):
     (recording.folder / "N_right" / "005.png").write_bytes(b"no picture")
     click = Click(4, "N_right", "left_elbow", (150.0, 120.0))
     with FrameReader(recording, colour=False) as reader:
-        found = follow_click(reader, click)
+        found = follow_click(reader, click, range(4, 8))
         assert found.followed.reason == "the image cannot be read"
         assert found.followed.reliable_until == 1
         with pytest.raises(InputError, match="cannot be read"):
-            follow_click(reader, replace(click, frame=5))
+            follow_click(reader, replace(click, frame=5), range(5, 8))
         with pytest.raises(InputError, match="no stream of the recording uses the camera 'X'"):
             list(pictures_of(reader, "X", [0]))
-        outside = Click(4, "N_right", "left_elbow", None, Visibility.OUTSIDE)
-        with pytest.raises(ValueError, match="outside"):
-            follow_click(reader, outside)

@@ -25,7 +25,7 @@ from stereotrack_core.experiments.sweep.store import (
     stored_results,
 )
 from stereotrack_core.program import main
-from stereotrack_core.project.owner import ProjectLock
+from stereotrack_core.project.opening import ProjectLock
 
 pytestmark = pytest.mark.xdist_group("cli")
 QUICK = (

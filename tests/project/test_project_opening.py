@@ -16,10 +16,10 @@ import pytest
 
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.errors import InputError
-from stereotrack_core.project import owner
+from stereotrack_core.project import opening
 from stereotrack_core.project.clicks import place
 from stereotrack_core.project.database import make_database
-from stereotrack_core.project.owner import lock_path
+from stereotrack_core.project.opening import lock_path
 from stereotrack_core.project.project import Project
 
 ROOT = Path(__file__).parents[2]
@@ -176,9 +176,9 @@ def test_closing_ends_well_where_nothing_can_be_written(project, project_path):
 def test_another_machine_on_a_network_drive_is_asked_for(project, project_path, monkeypatch):
     """The system's lock may not reach from machine to machine; the note in the file does."""
     project.close()
-    left = owner.Owner("other-machine", 5, "B", owner.now())
+    left = opening.Owner("other-machine", 5, "B", opening.now())
     with closing(sqlite3.connect(project_path, isolation_level=None)) as database:
-        owner.write_owner(database, left)
+        opening.write_owner(database, left)
     with pytest.raises(InputError, match=r"process 5 on other-machine.*force unlock the project"):
         Project.open(project_path, mounts=NETWORK)
     with Project.open(project_path, mounts=NETWORK, take_over=True) as taken:

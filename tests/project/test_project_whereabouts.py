@@ -14,7 +14,7 @@ from stereotrack_core.annotation.click import Click
 from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.clicks import place
-from stereotrack_core.project.owner import (
+from stereotrack_core.project.opening import (
     mounts_of_linux,
     mounts_of_macos,
     network_type,

@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QFileDialog, QInputDialog, QMessageBox
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.history import Changed
-from stereotrack_core.project.owner import user
+from stereotrack_core.project.opening import user
 from stereotrack_core.project.rescue import Rescued, rescue
 from stereotrack_core.project.whereabouts import SUFFIX
 

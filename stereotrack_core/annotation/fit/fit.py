@@ -11,16 +11,14 @@ from stereotrack_core.annotation.click import (
     measurements,
 )
 from stereotrack_core.annotation.fit.context import CLICKED_SHAPE, FitContext
-from stereotrack_core.annotation.fit.depth import MeasuredDepth, recorded_depth
 from stereotrack_core.annotation.fit.live import fitted_frame
 from stereotrack_core.annotation.fit.results import FrameFit, TrajectoryFit
 from stereotrack_core.annotation.fit.settings import FitSettings
+from stereotrack_core.annotation.fit.stretch import MeasuredDepth, recorded_depth
 from stereotrack_core.annotation.fit.trajectory import Clouds, fitted_trajectory
 from stereotrack_core.annotation.landmark_set import NINE, LandmarkSet
 from stereotrack_core.blas_threads import one_blas_thread
 from stereotrack_core.body.model import body_model
-from stereotrack_core.body.parameters import BodyParameters
-from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.proportions import Proportions, proportions_of
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.errors import InputError
@@ -36,9 +34,6 @@ class ClickFit:
     ----------
     fps : float
         Frame sets per second.
-    shape : BodyParameters, optional
-        The body's surface, for measured points. When not given, a trajectory's is fitted to
-        clicked frames, and a single frame has an average one.
     views : mapping from camera name to view name, optional
         How people call the cameras.
     """
@@ -51,38 +46,22 @@ class ClickFit:
         settings: FitSettings | None = None,
         *,
         fps: float = 10.0,
-        shape: BodyParameters | None = None,
         views: Mapping[str, str] | None = None,
     ) -> None:
         self.settings = FitSettings() if settings is None else settings
+        body = body_model(proportions, CLICKED_SHAPE)
         self._context = FitContext(
-            cameras,
-            landmark_set,
-            body_model(proportions, (shape or CLICKED_SHAPE).replaced(girdle=False)),
-            shape,
-            self.settings,
-            fps,
-            views or {},
+            cameras, landmark_set, body, None, self.settings, fps, views or {}
         )
 
     def frame(
-        self,
-        measurements: Sequence[Click],
-        *,
-        cloud: Cloud | MeasuredDepth | None = None,
-        start: Pose | None = None,
+        self, measurements: Sequence[Click], *, cloud: Cloud | MeasuredDepth | None = None
     ) -> FrameFit:
-        """Fit one frame; what the clicks do not decide, the usual pose does.
+        """Fit one frame to clicks, which may be few or none.
 
-        Parameters
-        ----------
-        measurements : sequence of Click
-            May be few, or none.
-        cloud : Cloud or MeasuredDepth, optional
-            Measured points of the frame; used where the settings say so. Fitting one frame again
-            and again, :func:`measured_depth` need be called only once.
-        start : Pose, optional
-            A pose nearby, such as that of the frame before. It is then what is expected.
+        What the clicks do not decide, the measured points of a cloud do where the settings say so,
+        and else the usual pose. Fitting one frame again and again, :func:`measured_depth` need be
+        called only once.
 
         Raises
         ------
@@ -90,7 +69,7 @@ class ClickFit:
             For a camera that is not known.
         """
         with one_blas_thread():
-            return fitted_frame(self._context, measurements, cloud, start)
+            return fitted_frame(self._context, measurements, cloud)
 
     def trajectory(
         self,
@@ -187,8 +166,8 @@ def fit_reference(
         with FrameReader(recording, views=views, read_ahead=0) as reader:
             frames = range(reader.frame_count)
     by_frame: dict[int, list[Click]] = defaultdict(list)
-    for click in clicks_in(recording, clicks, views):
-        if click.frame in frames and click.position is not None:
+    for click in measurements(clicks_in(recording, clicks, views), landmarks.names, sigma):
+        if click.frame in frames:
             by_frame[click.frame].append(click)
     if not by_frame:
         where = "" if views is None else " of these views"
@@ -197,13 +176,11 @@ def fit_reference(
             where=source,
             remedy="Click a few frames first, or choose other frames or views.",
         )
-    names = landmarks.names
-    measured = {frame: measurements(own, names, sigma) for frame, own in by_frame.items()}
     known = proportions_of(recording.subject) if proportions is None else proportions
     fitting = ClickFit(recording.cameras, landmarks, known, settings, fps=recording.fps)
     with recorded_depth(recording, settings, views) as depth:
         return fitting.trajectory(
-            measured, frames, clouds=depth, gaps=gaps, on_frame=on_frame, cancelled=cancelled
+            by_frame, frames, clouds=depth, gaps=gaps, on_frame=on_frame, cancelled=cancelled
         )
 
 

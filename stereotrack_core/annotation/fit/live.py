@@ -11,16 +11,21 @@ together with the clicks.
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.linalg
 
 from stereotrack_core.annotation.click import Click
-from stereotrack_core.annotation.fit.context import FitContext
-from stereotrack_core.annotation.fit.depth import MeasuredDepth
+from stereotrack_core.annotation.fit.context import (
+    TRUNK,
+    FitContext,
+    pose_at,
+    standing,
+    triangulated,
+    watched_place,
+)
 from stereotrack_core.annotation.fit.residuals import (
     ClickResidual,
     Clicks,
@@ -30,23 +35,10 @@ from stereotrack_core.annotation.fit.residuals import (
     mixture_weight,
     scatter,
 )
-from stereotrack_core.annotation.fit.results import (
-    FrameFit,
-    exact_residuals,
-    reported,
-    used_cameras,
-    words,
-)
+from stereotrack_core.annotation.fit.results import FrameFit, frame_fit
 from stereotrack_core.annotation.fit.settings import FitSettings
-from stereotrack_core.annotation.fit.start import (
-    TRUNK,
-    pose_at,
-    standing,
-    triangulated,
-    watched_place,
-)
 from stereotrack_core.annotation.fit.state import FitState, Freedom, pose_sigmas, shift_sigmas
-from stereotrack_core.annotation.fit.stretch import Fitted, FrameData, depth_cost
+from stereotrack_core.annotation.fit.stretch import Fitted, FrameData, MeasuredDepth, depth_cost
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.pose import PartFrames, Pose
 from stereotrack_core.depth.cloud import Cloud
@@ -73,14 +65,7 @@ _LIMITS = TrackingParameters()
 
 @dataclass(frozen=True, eq=False)
 class Expected:
-    """What is expected before any click.
-
-    Attributes
-    ----------
-    pose : Pose
-    sigma : (of_pose,) float64
-        How firmly.
-    """
+    """A pose that is expected before any click, and how firmly: sigma (of_pose,)."""
 
     pose: Pose
     sigma: FloatArray
@@ -100,34 +85,23 @@ class _Seen:
 
 
 class Descent:
-    """Fits one frame's clicks from any pose to begin with.
-
-    Parameters
-    ----------
-    freedom : Freedom
-        Of clicks alone, without the surface's slips.
-    """
+    """Fits one frame's clicks from any pose to begin with; `freedom` is that of clicks alone."""
 
     def __init__(
         self, freedom: Freedom, settings: FitSettings, clicks: Clicks, expected: Expected
     ) -> None:
-        self._freedom, self._clicks, self._expected = freedom, clicks, expected
+        self.expected = expected
+        self._freedom, self._clicks = freedom, clicks
         self._mistakes = settings.mistake_share, settings.mistake_spread
         self._prior = np.concatenate([expected.sigma, shift_sigmas(freedom, settings)]) ** -2.0
 
     def descend(
         self, state: FitState, sigma: FloatArray, steps: int, *, roughly: bool = False
     ) -> tuple[FitState, float]:
-        """Go downhill from a state; where that leads, and what it costs.
+        """Go downhill from a state, trying at most so many steps; where that leads, and its cost.
 
-        Parameters
-        ----------
-        sigma : (M,) float64
-            Pixels per axis by which right clicks are taken to scatter.
-        steps : int
-            At most so many are tried.
-        roughly : bool
-            Without limits, and only until steps are worth little.
+        `sigma` (M,) has the pixels per axis by which right clicks are taken to scatter. Roughly is
+        without limits, and only until steps are worth little.
         """
         f, damping = self._freedom, _FIRST_DAMPING
         limited, settled = not roughly, _ROUGHLY if roughly else _SETTLED
@@ -152,14 +126,7 @@ class Descent:
         return here.state, here.cost
 
     def judged(self, state: FitState, sigma: FloatArray) -> tuple[Judgement, FloatArray]:
-        """Judge every click by all others, where a descent has come to rest.
-
-        Returns
-        -------
-        Judgement
-        P : (n, n) float64
-            Covariance of the error state.
-        """
+        """What all others say of each click where a descent has come to rest, and P there."""
         here = self._seen(state, sigma)
         A, _ = self._normal(here, sigma)
         P = np.asarray(scipy.linalg.inv(A, check_finite=False), dtype=np.float64)
@@ -175,16 +142,16 @@ class Descent:
         f = self._freedom
         body = f.body_at(state.offsets)
         frames = body.frames(state.pose)
-        stacked = PartFrames(frames.rotations[None], frames.origins[None])
         local = f.own_place(state.offsets)
         clicks = ClickResidual(self._clicks, f, local, np.repeat(sigma**2, 2))
-        residual = (clicks.measured - clicks.predicted(stacked)[0]).reshape(-1, 2)
+        residual = clicks.missed(frames)
         limits = limit_residuals(body, state.pose, _LIMITS, f.joints) if limited else ()
-        away = f.pose_difference(self._expected.pose, state.pose)
+        away = f.pose_difference(self.expected.pose, state.pose)
         expected = np.concatenate([away, -state.offsets.ravel()])
         cost = float(self._prior @ expected**2) + float(
             mixture_cost(residual, sigma, *self._mistakes).sum()
         )
+        stacked = PartFrames(frames.rotations[None], frames.origins[None])
         for row in limits:
             off = row.measured - row.predicted(stacked)[0]
             cost += float((off**2 / row.variance).sum())
@@ -226,9 +193,6 @@ _ROUNDS = 5
 _USUAL = (1.0, 60.0, 50.0)
 """How far a body may be from the usual pose: metres; degrees of the torso, of a joint."""
 
-_NEARBY = (0.2, 30.0, 40.0)
-"""How far it may be from a pose nearby."""
-
 _ENOUGH = 3
 """Landmarks of the trunk that tell how it is turned."""
 
@@ -236,55 +200,51 @@ _TOP = 95.0
 """Percentile of the measured points' heights at which the head is."""
 
 
-@dataclasses.dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class _Way:
     """A descent, how far it has come, and what that costs."""
 
     descent: Descent
     state: FitState
-    expected: Expected
     cost: float
 
 
 def fitted_frame(
-    context: FitContext,
-    measurements: Sequence[Click],
-    cloud: Cloud | MeasuredDepth | None,
-    start: Pose | None,
+    context: FitContext, measurements: Sequence[Click], cloud: Cloud | MeasuredDepth | None
 ) -> FrameFit:
     """Fit one frame; see :meth:`ClickFit.frame`."""
     data = context.data(measurements, cloud)
-    ways = _ways(context, data, start)
-    sigma = np.maximum(data.clicks.sigma, _WIDEST)
-    ways = [_further(way, sigma, roughly=len(ways) > 1) for way in ways]
-    ways = sorted(ways, key=lambda way: way.cost + _missed(context, data, way.state.pose))[:_KEPT]
-    sigma = np.maximum(data.clicks.sigma, _NARROWER[0])
-    ways = [_further(way, sigma, roughly=len(ways) > 1) for way in ways]
-    best = min(ways, key=lambda way: way.cost + _missed(context, data, way.state.pose))
-    best, sigma = _narrowed(best, data.clicks.sigma)
+    ways = _ways(context, data)
+    for least, kept in ((_WIDEST, _KEPT), (_NARROWER[0], 1)):
+        sigma = np.maximum(data.clicks.sigma, least)
+        ways = [_further(way, sigma, roughly=len(ways) > 1) for way in ways]
+        missed = [_missed(context, data, way.state.pose) for way in ways]
+        order = np.argsort(
+            [way.cost + m for way, m in zip(ways, missed, strict=True)], kind="stable"
+        )
+        ways = [ways[i] for i in order[:kept]]
+    best, sigma = _narrowed(ways[0], data.clicks.sigma)
     factor = float(np.max(sigma / data.clicks.sigma, initial=1.0))
     found = _finished(context, data, best, sigma)
-    freedom = (context.by_clicks if data.depth is None else context.by_depth).freedom
-    return _as_frame(context, freedom, measurements, found, factor)
+    stretch = context.by_clicks if data.depth is None else context.by_depth
+    return frame_fit(stretch.freedom, found, context, measurements, factor)
 
 
-def _ways(context: FitContext, data: FrameData, start: Pose | None) -> list[_Way]:
+def _ways(context: FitContext, data: FrameData) -> list[_Way]:
     """Descents at their beginnings."""
     f = context.by_clicks.freedom
     points = triangulated(data.clicks, len(context.whole.landmarks))
     found = []
-    for usual in _usual_poses(context, points, data, start):
-        sigma = pose_sigmas(f, *(_USUAL if start is None else _NEARBY))
-        expected = Expected(usual, sigma)
+    for usual in _usual_poses(context, points, data):
+        expected = Expected(usual, pose_sigmas(f, *_USUAL))
         begin = f.still(pose_at(points, context.body, context.whole, usual))
         descent = Descent(f, context.settings, data.clicks, expected)
-        found.append(_Way(descent, begin, expected, np.inf))
+        found.append(_Way(descent, begin, np.inf))
     return found
 
 
 def _further(way: _Way, sigma: FloatArray, *, roughly: bool = False) -> _Way:
-    state, cost = way.descent.descend(way.state, sigma, _STEPS, roughly=roughly)
-    return dataclasses.replace(way, state=state, cost=cost)
+    return _Way(way.descent, *way.descent.descend(way.state, sigma, _STEPS, roughly=roughly))
 
 
 def _narrowed(way: _Way, stated: FloatArray) -> tuple[_Way, FloatArray]:
@@ -308,11 +268,12 @@ def _finished(context: FitContext, data: FrameData, way: _Way, sigma: FloatArray
     if data.depth is None:
         judgement, P = way.descent.judged(way.state, sigma)
         return Fitted([way.state], P[None], [judgement])
-    stretch, firmly = context.by_depth, way.expected.sigma
-    data = dataclasses.replace(data, clicks=dataclasses.replace(data.clicks, sigma=sigma))
-    firmly = np.append(firmly, np.full(stretch.freedom.of_pose - len(firmly), firmly[-1]))
-    begin = dataclasses.replace(stretch.freedom.still(way.state.pose), offsets=way.state.offsets)
-    return stretch.fit_one(data, begin, way.expected.pose, firmly, range(_ROUNDS))
+    stretch, expected = context.by_depth, way.descent.expected
+    data = replace(data, clicks=replace(data.clicks, sigma=sigma))
+    firmly = np.full(stretch.freedom.of_pose, expected.sigma[-1])
+    firmly[: len(expected.sigma)] = expected.sigma
+    begin = replace(stretch.freedom.still(way.state.pose), offsets=way.state.offsets)
+    return stretch.fit_one(data, begin, expected.pose, firmly, range(_ROUNDS))
 
 
 def _missed(context: FitContext, data: FrameData, pose: Pose) -> float:
@@ -321,22 +282,16 @@ def _missed(context: FitContext, data: FrameData, pose: Pose) -> float:
     return depth_cost(context.by_depth, data.depth.points, pose)
 
 
-def _usual_poses(
-    context: FitContext, points: FloatArray, data: FrameData, start: Pose | None
-) -> tuple[Pose, ...]:
+def _usual_poses(context: FitContext, points: FloatArray, data: FrameData) -> list[Pose]:
     """Poses to begin from: one where the trunk shows how it is turned, else four ways round."""
-    if start is not None:
-        return (start,)
-    place = _place(context, data)
     if not len(data.clicks) and data.depth is None:
-        return (context.usual,)
-    names = context.whole.names
-    known = [bool(np.isfinite(points[names.index(name)]).all()) for name in TRUNK]
-    if sum(known) >= _ENOUGH:
+        return [context.usual]
+    place, names = _place(context, data), context.whole.names
+    yaws = 0.5 * np.pi * np.arange(4)
+    if np.isfinite(points[[names.index(name) for name in TRUNK]]).all(axis=1).sum() >= _ENOUGH:
         x = pose_at(points, context.body, context.whole, context.usual).torso[:, 0]
-        return (standing(context.body, place, float(np.arctan2(x[1], x[0]))),)
-    quarters = 0.5 * np.pi * np.arange(4)
-    return tuple(standing(context.body, place, float(yaw)) for yaw in quarters)
+        yaws = np.arctan2(x[1:2], x[:1])
+    return [standing(context.body, place, float(yaw)) for yaw in yaws]
 
 
 def _place(context: FitContext, data: FrameData) -> FloatArray:
@@ -348,40 +303,3 @@ def _place(context: FitContext, data: FrameData) -> FloatArray:
     below = 0.5 * lengths.torso_length + lengths.shoulder_to_head
     top = float(np.percentile(points[:, 2], _TOP))
     return np.append(np.median(points[:, :2], axis=0), top - below)
-
-
-def _as_frame(
-    context: FitContext,
-    freedom: Freedom,
-    measurements: Sequence[Click],
-    found: Fitted,
-    factor: float,
-) -> FrameFit:
-    state, P, judgement = found.states[0], found.P[0], found.judgements[0]
-    names = context.asked.names
-    report = reported(freedom, state, P, len(names))
-    residual = exact_residuals(measurements, names, report.places, context.cameras)
-    return FrameFit(
-        pose=state.pose,
-        covariance=P,
-        landmarks_world=report.places,
-        landmark_covariance=report.covariance,
-        residual_px=residual,
-        leverage=judgement.leverage,
-        mistake=judgement.mistake,
-        limb_sigma_deg=report.limb_sigma_deg,
-        used_cameras=used_cameras(measurements, names, judgement.mistake),
-        words=(
-            *_rough(factor),
-            *words(
-                names, report, measurements, judgement, residual, context.cameras, context.views
-            ),
-        ),
-        sigma_factor=factor,
-    )
-
-
-def _rough(factor: float) -> tuple[str, ...]:
-    if factor <= 1.0:
-        return ()
-    return (f"the clicks scatter {factor:.1f} times as much as their stated uncertainty",)

@@ -104,13 +104,7 @@ def undistorted_clicks(
 class ClickResidual:
     """Places of clicked landmarks in the pictures: raw pixels, x and y of each click in turn.
 
-    Attributes
-    ----------
-    clicks : Clicks
-    freedom : Freedom
-    local : (L, 3) float64
-        The landmarks in their parts' frames.
-    variance : (2 M,) float64
+    `local` (L, 3) are the landmarks in their parts' frames, `variance` is (2 M,).
     """
 
     clicks: Clicks
@@ -122,6 +116,12 @@ class ClickResidual:
     def measured(self) -> FloatArray:
         """The clicks (2 M,)."""
         return _pixels(self.clicks, self.clicks.normalised)
+
+    def missed(self, frames: PartFrames) -> FloatArray:
+        """Click minus landmark (M, 2) in pixels at one pose."""
+        stacked = PartFrames(frames.rotations[None], frames.origins[None])
+        result: FloatArray = (self.measured - self.predicted(stacked)[0]).reshape(-1, 2)
+        return result
 
     def predicted(self, frames: PartFrames) -> FloatArray:
         """The landmarks (S, 2 M) for stacked poses."""
@@ -159,20 +159,14 @@ def _pixels(clicks: Clicks, normalised: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True, eq=False)
 class SlippingSurface:
-    """Distances of measured points, or outlines, from a surface that may slip against its limbs.
+    """Distances of measured points, or outlines, from a surface that slips against its limbs.
 
-    Attributes
-    ----------
-    surface : SurfaceResidual
-        Paired at the slipped frames.
-    freedom : Freedom
-    slipped : PartFrames or None
-        Of the pose that the points were paired at; None where the surface does not slip.
+    The points were paired at the slipped frames.
     """
 
     surface: SurfaceResidual
     freedom: Freedom
-    slipped: PartFrames | None
+    slipped: PartFrames
 
     @property
     def measured(self) -> FloatArray:
@@ -192,8 +186,6 @@ class SlippingSurface:
         """Derivatives (m, n) of the feet on their directions."""
         s = self.surface
         J = self.freedom.jacobian(s.foot, s.direction, s.part, frames)
-        if self.slipped is None:
-            return J
         first = self.freedom.of_slips.start
         for limb in range(len(LIMBS)):
             a, b = np.searchsorted(s.part, [limb, limb + 1])
@@ -261,14 +253,11 @@ def judged(
         Click minus fitted place, pixels.
     spread : (M, 2, 2) float64
         Covariance J P J' of the fitted places, in which the clicks have had their say.
-    sigma : (M,) float64
-        Of right clicks, pixels per axis.
-    weight : (M,) float64
-        With which the clicks took part: their variance was sigma^2 / weight.
-    share : float
-        Expected share of gross mistakes.
-    mistake_spread : float
-        Their standard deviation, pixels per axis.
+    sigma, weight : (M,) float64
+        Of right clicks, pixels per axis; and with which they took part: their variance was
+        sigma^2 / weight.
+    share, mistake_spread : float
+        Expected share of gross mistakes, and their standard deviation, pixels per axis.
     """
     if not len(residual):
         return Judgement(np.zeros(0), np.zeros(0), np.zeros(0))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -9,8 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stereotrack_core.annotation.click import Click, ClickKey
-from stereotrack_core.annotation.fit.residuals import Judgement
+from stereotrack_core.annotation.fit.context import FitContext
 from stereotrack_core.annotation.fit.state import FitState, Freedom
+from stereotrack_core.annotation.fit.stretch import Fitted
 from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.body.limbs import LIMB_ENDS, LIMBS
 from stereotrack_core.body.pose import Pose
@@ -30,23 +32,15 @@ class FrameFit:
 
     Attributes
     ----------
-    pose : Pose
-    covariance : (n, n) float64
-        Of the error state: the pose's numbers first (see :mod:`body.manifold`), then the
-        freedom of the joints and landmarks.
     landmarks_world : (L, 3) float64, metres
         In the order of the set of landmarks.
     landmark_covariance : (L, 3, 3) float64, square metres, world
     residual_px : (M, 2) float64
         Click minus fitted place, raw pixels, in the order of the measurements.
-    leverage : (M,) float64
-        0: the rest decides where the landmark is in this picture; 1: this click alone does.
     mistake : (M,) float64
         Probability that the click is a gross mistake.
     limb_sigma_deg : (6,) float64
         Root mean square angle by which each limb may be off, in the order of ``LIMBS``.
-    used_cameras : (L,) int64
-        Cameras in which a landmark has a click that is probably no mistake.
     words : tuple of str
         What a person should know, most important first.
     sigma_factor : float
@@ -54,16 +48,13 @@ class FrameFit:
     """
 
     pose: Pose
-    covariance: FloatArray
     landmarks_world: FloatArray
     landmark_covariance: FloatArray
     residual_px: FloatArray
-    leverage: FloatArray
     mistake: FloatArray
     limb_sigma_deg: FloatArray
-    used_cameras: IntArray
-    words: tuple[str, ...] = ()
-    sigma_factor: float = 1.0
+    words: tuple[str, ...]
+    sigma_factor: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,6 +103,8 @@ class TrajectoryFit:
         return tuple(sorted(key for key, p in self.mistake.items() if p > MISTAKEN))
 
 
+_SEEN_BY = {0: "not clicked in any camera", 1: "seen by one camera"}
+
 _UNSURE = 0.02
 """Metres of standard deviation in the worst direction from which a landmark is spoken of."""
 
@@ -124,16 +117,7 @@ _ALONG = np.cos(np.radians(35.0))
 
 @dataclass(frozen=True, eq=False)
 class Reported:
-    """One frame in the world.
-
-    Attributes
-    ----------
-    places : (L, 3) float64, metres
-    covariance : (L, 3, 3) float64
-    limb_sigma_deg : (6,) float64
-    nine : (9, 3) float64
-        In the order of ``LANDMARKS``.
-    """
+    """Landmarks (L, 3) of one frame in the world with their covariances, limbs (6,), the nine."""
 
     places: FloatArray
     covariance: FloatArray
@@ -187,43 +171,60 @@ def exact_residuals(
     return np.array(found, dtype=np.float64).reshape(-1, 2)
 
 
-def used_cameras(
-    measurements: Sequence[Click], names: Sequence[str], mistake: FloatArray
-) -> IntArray:
-    """Cameras (L,) with a click of each landmark that is probably right."""
-    count = np.zeros(len(names), dtype=np.int64)
-    for one, p in zip(measurements, mistake, strict=True):
-        count[names.index(one.landmark)] += bool(p <= MISTAKEN)
-    return count
+def frame_fit(
+    freedom: Freedom,
+    found: Fitted,
+    context: FitContext,
+    measurements: Sequence[Click],
+    factor: float,
+) -> FrameFit:
+    """What a fit of one frame says, whose clicks scatter by a factor more than they state."""
+    judgement, names = found.judgements[0], context.asked.names
+    report = reported(freedom, found.states[0], found.P[0], len(names))
+    residual = exact_residuals(measurements, names, report.places, context.cameras)
+    said = _words(report, measurements, judgement.mistake, residual, context)
+    if factor > 1.0:
+        said = [f"the clicks scatter {factor:.1f} times as much as their stated uncertainty", *said]
+    return FrameFit(
+        pose=found.states[0].pose,
+        landmarks_world=report.places,
+        landmark_covariance=report.covariance,
+        residual_px=residual,
+        mistake=judgement.mistake,
+        limb_sigma_deg=report.limb_sigma_deg,
+        words=tuple(said),
+        sigma_factor=factor,
+    )
 
 
-def words(
-    names: Sequence[str],
+def _words(
     report: Reported,
     measurements: Sequence[Click],
-    judgement: Judgement,
+    mistake: FloatArray,
     residual: FloatArray,
-    cameras: Mapping[str, Camera],
-    views: Mapping[str, str],
-) -> tuple[str, ...]:
+    context: FitContext,
+) -> list[str]:
     """What a person should know: mistakes first, then what is least certain."""
-    said = []
-    order = np.argsort(-judgement.mistake, kind="stable")
-    for i in order[judgement.mistake[order] > MISTAKEN]:
+    said, names, views = [], context.asked.names, context.views
+    order = np.argsort(-mistake, kind="stable")
+    for i in order[mistake[order] > MISTAKEN]:
         one, off = measurements[i], float(np.linalg.norm(residual[i]))
         said.append(mistake_words(one.landmark, views.get(one.camera, one.camera), off))
-    used = used_cameras(measurements, names, judgement.mistake)
+    right = Counter(
+        one.landmark for one, p in zip(measurements, mistake, strict=True) if p <= MISTAKEN
+    )
     values, vectors = np.linalg.eigh(report.covariance)
     sigma = np.sqrt(np.maximum(values[:, -1], 0.0))
     for i in np.argsort(-sigma, kind="stable"):
         if sigma[i] > _UNSURE:
-            along = _along(vectors[i, :, -1], report.places[i], cameras, views)
-            seen = _seen_by(used[i])
+            along = _along(vectors[i, :, -1], report.places[i], context.cameras, views)
+            count = right[names[i]]
+            seen = _SEEN_BY.get(count, f"seen by {count} cameras")
             said.append(f"{_label(names[i])}: {1000.0 * sigma[i]:.0f} mm{along}, {seen}")
     for limb, degrees in zip(LIMBS, report.limb_sigma_deg, strict=True):
         if degrees > _UNSURE_LIMB:
             said.append(f"{_label(limb)}: uncertainty {degrees:.0f} degrees")
-    return tuple(said)
+    return said
 
 
 def mistake_words(landmark: str, view: str, off_px: float) -> str:
@@ -233,11 +234,6 @@ def mistake_words(landmark: str, view: str, off_px: float) -> str:
 
 def _label(name: str) -> str:
     return name.replace("_", " ")
-
-
-def _seen_by(count: int) -> str:
-    numbers = {0: "not clicked in any camera", 1: "seen by one camera"}
-    return numbers.get(int(count), f"seen by {count} cameras")
 
 
 def _along(

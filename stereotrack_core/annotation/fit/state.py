@@ -48,14 +48,9 @@ def _is_joint(landmark: Landmark) -> bool:
 
 @dataclass(frozen=True, eq=False)
 class FitState:
-    """A pose and the shifts around it.
+    """A pose and the shifts around it: of landmarks (L, 3) in metres, and of surfaces (6, 6).
 
-    Attributes
-    ----------
-    pose : Pose
-    offsets : (L, 3) float64, metres
-    slips : (6, 6) float64
-        For each limb metres and radians in its frame; no rows without depth.
+    Slips are metres and radians in each limb's frame; without depth there are no rows.
     """
 
     pose: Pose
@@ -65,15 +60,9 @@ class FitState:
 
 @dataclass(frozen=True, eq=False)
 class Freedom:
-    """Which number of the error state moves what.
+    """Which number of the error state moves what, for a body with the subject's own lengths.
 
-    Attributes
-    ----------
-    landmark_set : LandmarkSet
-    body : BodyModel
-        With the subject's own lengths.
-    with_depth : bool
-        Whether legs and the slips of the surface are in the state.
+    With depth, legs and the slips of the surface are in the state.
     """
 
     landmark_set: LandmarkSet
@@ -262,18 +251,9 @@ class Movement:
     ) -> Walk:
         """The walk in error states around a trajectory.
 
-        Parameters
-        ----------
-        states : sequence of FitState
-            Points of linearisation, one for each of K frames.
-        speeds : (K, of_pose) float64
-            Per frame.
-        factors : (K - 1, of_pose) float64
-            On the variances of the movement.
-        usual : Pose
-            What is expected of the first frame.
-        pose_sigma : (of_pose,) float64
-            How firmly.
+        States of K frames are the points of linearisation, `speeds` (K, of_pose) are per frame,
+        `factors` (K - 1, of_pose) are on the variances of the movement. Of the first frame `usual`
+        is expected, as firmly as `pose_sigma` (of_pose,) says.
         """
         f = self.freedom
         at = np.array([self._numbers(s, v) for s, v in zip(states, speeds, strict=True)])
@@ -299,11 +279,7 @@ class Movement:
 
         Expected variance of a normal distribution whose own variance is unknown, which makes
         the movement one of Student's distribution; position, rotation and each joint alone.
-
-        Parameters
-        ----------
-        noise : (K - 1, N) float64
-            Expected squares of what was left of the movement.
+        `noise` (K - 1, N) has the expected squares of what was left of the movement.
         """
         n, of_pose = self.freedom.columns.n, self.freedom.of_pose
         relative = noise / self.noise

@@ -1,14 +1,18 @@
-"""Successive frames fitted together: linearise everywhere, smooth, judge the clicks, again."""
+"""Successive frames fitted together: linearise everywhere, smooth, judge the clicks, again.
+
+Of a cloud the fit is told points that look for the body, and edges for its outlines.
+"""
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
-from stereotrack_core.annotation.fit.depth import MeasuredDepth
 from stereotrack_core.annotation.fit.residuals import (
     ClickResidual,
     Clicks,
@@ -18,25 +22,102 @@ from stereotrack_core.annotation.fit.residuals import (
     mixture_weight,
 )
 from stereotrack_core.annotation.fit.settings import FitSettings
-from stereotrack_core.annotation.fit.start import without_twists
 from stereotrack_core.annotation.fit.state import FitState, Freedom, Movement, shift_sigmas, slipped
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.model import BodyModel
-from stereotrack_core.body.pose import PartFrames, Pose
+from stereotrack_core.body.pose import PartFrames, Pose, rotation_towards
+from stereotrack_core.body.skeleton import PARENTS, PARTS, TORSO
+from stereotrack_core.depth.chain import DepthChain
+from stereotrack_core.depth.cloud import Cloud
+from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.errors import Cancelled
 from stereotrack_core.filtering.linearisation import Information, posterior
 from stereotrack_core.filtering.smoothing import smooth
+from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.tracking.correction import Residual, gathered
 from stereotrack_core.tracking.parameters import TrackingParameters
 from stereotrack_core.tracking.residuals.limits import limit_residuals
-from stereotrack_core.tracking.residuals.silhouette import SilhouetteObservation
+from stereotrack_core.tracking.residuals.silhouette import EdgeMap, SilhouetteObservation, edge_maps
 from stereotrack_core.tracking.residuals.surface import (
     SurfaceResidual,
     Trust,
     surface_distances,
     surface_residual,
 )
+
+_FARTHEST = 1.0e4
+"""Pixels and metres beyond what half precision must hold."""
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuredDepth:
+    """Points (N, 3), world, of one instant, small enough that those of a recording are kept."""
+
+    points: FloatArray
+    _edges: tuple[EdgeMap, ...]
+    _halves: tuple[tuple[NDArray[np.float16], NDArray[np.float16]], ...]
+
+    def edges(self) -> tuple[EdgeMap, ...]:
+        """Edges of the person in the views that know them."""
+        return tuple(
+            replace(edge, distance=distance.astype(np.float32), range_z=range_z.astype(np.float32))
+            for edge, (distance, range_z) in zip(self._edges, self._halves, strict=True)
+        )
+
+
+def measured_depth(cloud: Cloud, wanted: int, *, outlines: bool) -> MeasuredDepth:
+    """Keep of a cloud what the fit needs: points, drawn evenly, the same for the same frame.
+
+    Edges, for outlines, are kept in half precision, which is enough near an edge.
+    """
+    points = cloud.points
+    if len(points) > wanted:
+        rng = np.random.default_rng(cloud.frame)
+        points = points[np.sort(rng.choice(len(points), wanted, replace=False))]
+    maps = edge_maps(cloud) if outlines else ()
+    nothing = np.empty((0, 0), dtype=np.float32)
+    halves = tuple(
+        (
+            np.clip(edge.distance, -_FARTHEST, _FARTHEST).astype(np.float16),
+            np.clip(edge.range_z, -_FARTHEST, _FARTHEST).astype(np.float16),
+        )
+        for edge in maps
+    )
+    bare = tuple(replace(edge, distance=nothing, range_z=nothing) for edge in maps)
+    return MeasuredDepth(points, bare, halves)
+
+
+@contextmanager
+def recorded_depth(
+    recording: Recording, settings: FitSettings, views: Sequence[str] | None = None
+) -> Iterator[Callable[[int], MeasuredDepth] | None]:
+    """Give a function from frame to depth; None where no view gives any or none is wanted.
+
+    InputError where images cannot be read.
+    """
+    names = [
+        view.name
+        for view in recording.views
+        if view.kind != "mono" and (views is None or view.name in views)
+    ]
+    if not names or not settings.use_depth:
+        yield None
+        return
+    with FrameReader(recording, views=names, colour=False) as reader:
+        chain = DepthChain(recording, DepthParameters(), views=names)
+        try:
+            chain.learn_background(reader, range(reader.frame_count))
+
+            def depth_of(frame: int) -> MeasuredDepth:
+                cloud = chain.process(reader.frame_set(frame))
+                return measured_depth(cloud, settings.depth_points, outlines=settings.use_outlines)
+
+            yield depth_of
+        finally:
+            chain.close()
+
 
 _LEAST_SIGMAS = (20.0, 12.0, 6.0)
 """Pixels that clicks are taken to scatter at least in the first rounds, before gross mistakes
@@ -54,13 +135,7 @@ _STEP_LIMIT = 0.5
 
 @dataclass(frozen=True, eq=False)
 class FrameData:
-    """What is known of one frame.
-
-    Attributes
-    ----------
-    clicks : Clicks
-    depth : MeasuredDepth or None
-    """
+    """What is known of one frame."""
 
     clicks: Clicks
     depth: MeasuredDepth | None = None
@@ -68,16 +143,7 @@ class FrameData:
 
 @dataclass(frozen=True, eq=False)
 class Fitted:
-    """Frames of a stretch.
-
-    Attributes
-    ----------
-    states : sequence of FitState
-    P : (K, n, n) float64
-        Covariances of the error states.
-    judgements : sequence of Judgement
-        Of each frame's clicks.
-    """
+    """K frames of a stretch: their states with covariances P (K, n, n), and what clicks are."""
 
     states: Sequence[FitState]
     P: FloatArray
@@ -87,10 +153,10 @@ class Fitted:
 class Stretch:
     """Fits successive frames together."""
 
-    def __init__(self, freedom: Freedom, settings: FitSettings, movement: Movement) -> None:
+    def __init__(self, freedom: Freedom, settings: FitSettings, fps: float) -> None:
         self.freedom = freedom
         self.settings = settings
-        self.movement = movement
+        self.movement = Movement(freedom, settings, fps)
         self._limits = TrackingParameters()
 
     def fit(
@@ -105,14 +171,7 @@ class Stretch:
     ) -> Fitted:
         """Fit all frames, from poses that are roughly right.
 
-        Parameters
-        ----------
-        usual : Pose
-            What is expected of the first frame.
-        pose_sigma : (of_pose,) float64
-            How firmly.
-        cancelled : callable, optional
-            Asked in every round.
+        Of the first frame `usual` is expected, as firmly as `pose_sigma` (of_pose,) says.
 
         Raises
         ------
@@ -120,7 +179,7 @@ class Stretch:
         """
         f, move = self.freedom, self.movement
         n = f.columns.n
-        states = [f.still(pose) for pose in without_twists(start)]
+        states = [f.still(pose) for pose in _without_twists(start)]
         speeds = np.zeros((len(data), f.of_pose))
         factors = np.ones((len(data) - 1, f.of_pose))
         judgements = [_all_right(frame.clicks) for frame in data]
@@ -150,16 +209,9 @@ class Stretch:
         pose_sigma: FloatArray,
         rounds: Iterable[int],
     ) -> Fitted:
-        """Fit one frame from a state that is nearly right.
+        """Fit one frame from a state that is nearly right; see :meth:`fit`.
 
-        Parameters
-        ----------
-        usual : Pose
-            What is expected.
-        pose_sigma : (of_pose,) float64
-            How firmly.
-        rounds : iterable of int
-            Numbers of the rounds, as :meth:`fit` counts them.
+        The rounds have the numbers that :meth:`fit` gives them.
         """
         f = self.freedom
         prior = np.concatenate([pose_sigma, shift_sigmas(f, self.settings)]) ** -2.0
@@ -226,9 +278,7 @@ class Stretch:
     def weighed(self, clicks: Clicks, state: FitState) -> Judgement:
         """Weigh the clicks of a frame by where a state puts their landmarks."""
         s, row = self.settings, self.click_residual(clicks, state, np.ones(2 * len(clicks)))
-        frames = self.freedom.body_at(state.offsets).frames(state.pose)
-        stacked = PartFrames(frames.rotations[None], frames.origins[None])
-        residual = (row.measured - row.predicted(stacked)[0]).reshape(-1, 2)
+        residual = row.missed(self.freedom.body_at(state.offsets).frames(state.pose))
         weight = mixture_weight(residual, clicks.sigma, s.mistake_share, s.mistake_spread)
         return dataclasses.replace(_all_right(clicks), mistake=1.0 - weight)
 
@@ -242,8 +292,7 @@ class Stretch:
         row = self.click_residual(clicks, state, np.ones(2 * len(clicks)))
         frames = self.freedom.body_at(state.offsets).frames(state.pose)
         J = row.jacobian(frames, self.freedom.columns).reshape(len(clicks), 2, -1)
-        stacked = PartFrames(frames.rotations[None], frames.origins[None])
-        residual = (row.measured - row.predicted(stacked)[0]).reshape(-1, 2)
+        residual = row.missed(frames)
         spread = J @ P @ np.swapaxes(J, 1, 2)
         return judged(residual, spread, sigma, old.weight, s.mistake_share, s.mistake_spread)
 
@@ -257,6 +306,30 @@ def depth_cost(stretch: Stretch, points: FloatArray, pose: Pose) -> float:
     squared = np.minimum(distance, 1.0) ** 2
     limited = squared / (1.0 + squared / p.loss_scale**2) / p.sigma_measurement**2
     return stretch.settings.depth_effective * float(limited.mean())
+
+
+def _without_twists(poses: Sequence[Pose]) -> list[Pose]:
+    """The same poses, parts turned about their own axes as little as can be between frames.
+
+    How a part is turned about its own axis is no part of the state, but its numbers are counted
+    along axes that turn with it.
+    """
+    found: list[Pose] = []
+    for pose in poses:
+        if found:
+            rotations = pose.rotations.copy()
+            before = found[-1].rotations
+            turned = pose.rotations
+            for part in range(1, len(PARTS)):
+                parent = PARENTS[part]
+                undone = np.eye(3)
+                if parent != TORSO:
+                    undone = rotations[parent].T @ turned[parent]
+                direction = undone @ turned[part][:, 2]
+                rotations[part] = rotation_towards(before[part], direction)
+            pose = dataclasses.replace(pose, rotations=rotations)
+        found.append(pose)
+    return found
 
 
 def _with_loose_legs(row: SurfaceResidual) -> SurfaceResidual:

@@ -15,8 +15,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from stereotrack_core.annotation.click import Click, ClickKey
-from stereotrack_core.annotation.fit.context import FitContext
-from stereotrack_core.annotation.fit.depth import MeasuredDepth
+from stereotrack_core.annotation.fit.context import (
+    FitContext,
+    filled_over_time,
+    pose_at,
+    triangulated,
+)
 from stereotrack_core.annotation.fit.residuals import MEDIAN_SURPRISE
 from stereotrack_core.annotation.fit.results import (
     CLICKED,
@@ -26,9 +30,14 @@ from stereotrack_core.annotation.fit.results import (
     exact_residuals,
     reported,
 )
-from stereotrack_core.annotation.fit.start import filled_over_time, pose_at, triangulated
 from stereotrack_core.annotation.fit.state import Freedom, pose_sigmas
-from stereotrack_core.annotation.fit.stretch import Fitted, FrameData, Stretch, depth_cost
+from stereotrack_core.annotation.fit.stretch import (
+    Fitted,
+    FrameData,
+    MeasuredDepth,
+    Stretch,
+    depth_cost,
+)
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.pose import HANGING, Pose, rotation_towards

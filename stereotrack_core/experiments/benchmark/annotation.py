@@ -14,10 +14,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from stereotrack_core.annotation.click import Click, ClickKey
+from stereotrack_core.annotation.fit.context import pose_at, standing
 from stereotrack_core.annotation.fit.fit import ClickFit
 from stereotrack_core.annotation.fit.results import TrajectoryFit
 from stereotrack_core.annotation.fit.settings import FitSettings
-from stereotrack_core.annotation.fit.start import pose_at, standing
 from stereotrack_core.annotation.fit.trajectory import Clouds
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.arrays import BoolArray

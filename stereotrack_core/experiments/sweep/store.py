@@ -18,7 +18,7 @@ from stereotrack_core.experiments.runner.job import Job, JobResult
 from stereotrack_core.experiments.sweep.points import varied_names
 from stereotrack_core.interop.journal import Journal, read_journal
 from stereotrack_core.plain_data import Kind, check_kind
-from stereotrack_core.project.owner import ProjectLock
+from stereotrack_core.project.opening import ProjectLock
 from stereotrack_core.reading import read_json
 from stereotrack_core.recording.csv_table import csv_text, read_csv_table
 

@@ -6,8 +6,8 @@ from itertools import pairwise
 
 import pytest
 
-from stereotrack_core.annotation.fit.depth import recorded_depth
 from stereotrack_core.annotation.fit.settings import FitSettings
+from stereotrack_core.annotation.fit.stretch import recorded_depth
 from stereotrack_core.experiments.benchmark.annotation import CASES, annotated
 from stereotrack_core.recording.folder import open_recording
 

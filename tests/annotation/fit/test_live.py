@@ -25,7 +25,6 @@ def test_exact_clicks_give_the_pose():
     assert off(fit).max() < 1e-3
     assert np.abs(fit.residual_px).max() < 0.5
     assert (fit.mistake < 0.1).all()
-    assert fit.used_cameras.tolist() == [4] * 9
     assert fit.words == ()
 
 
@@ -48,7 +47,6 @@ def test_a_gross_mistake_is_named_and_does_not_pull():
     assert np.flatnonzero(fit.mistake > MISTAKEN).tolist() == [wrong]
     assert off(fit).max() < 0.03
     landmark = clicks[wrong].landmark
-    assert fit.used_cameras[NINE.names.index(landmark)] == 3
     assert f"{landmark.replace('_', ' ')} in {clicks[wrong].camera}" in fit.words[0]
     assert "outlier" in fit.words[0]
 
@@ -77,11 +75,6 @@ def test_few_clicks_and_none_give_the_usual_pose_without_certainty():
         assert found.limb_sigma_deg.shape == (len(LIMBS),)
 
 
-def test_a_pose_nearby_is_what_is_expected():
-    found = fitting().frame((), start=pose(3))
-    np.testing.assert_allclose(found.landmarks_world, places(3), atol=0.02)
-
-
 @pytest.mark.parametrize("turn", [0.0, 2.0, 4.0])
 def test_the_person_may_face_anywhere(turn):
     c, s = np.cos(turn), np.sin(turn)
@@ -100,10 +93,11 @@ def test_the_person_may_face_anywhere(turn):
 
 def test_measured_points_place_what_is_not_clicked():
     rng = np.random.default_rng(6)
-    clicks = clicked(0, rng, names=("left_shoulder", "right_shoulder", "left_hip", "right_hip"))
+    names = [name for name in NINE.names if not name.endswith("hand")]
+    clicks = clicked(0, rng, names=names)
     cloud = cloud_of(surface_points(BODY, pose(0), 3000, rng, noise=0.005))
-    without = fitting().frame(clicks, cloud=cloud, start=pose(6))
-    again = fitting(use_depth=False).frame(clicks, cloud=cloud, start=pose(6))
+    without = fitting().frame(clicks, cloud=cloud)
+    again = fitting(use_depth=False).frame(clicks, cloud=cloud)
     assert off(without).max() < 0.05
     assert off(again).max() > 0.08
     assert (without.limb_sigma_deg[2:] < again.limb_sigma_deg[2:]).all()

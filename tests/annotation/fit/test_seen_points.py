@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from stereotrack_core.annotation.fit.context import triangulated
 from stereotrack_core.annotation.fit.residuals import undistorted_clicks
-from stereotrack_core.annotation.fit.start import triangulated
 from stereotrack_core.annotation.landmark_set import NINE
 from tests.annotation.fit.scenes import CAMERAS, clicked, moved_click, places
 

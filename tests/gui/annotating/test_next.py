@@ -146,7 +146,7 @@ ROWS = (
     Suggestion(30, "W", "head", 1.2, "probable outlier, 40 px", click_there=True),
     Suggestion(5, "S", "left_elbow", 0.4, "left upper arm uncertain (2.1 deg)"),
 )
-SIGN = StopSign(3.0, 40, 12, {"left_forearm": 12, "torso": 0}, 0, {}, 0.05)
+SIGN = StopSign(3.0, 40, 12, {"left_forearm": 12, "torso": 0})
 COLOURS = {one.name: one.colour for one in NINE.landmarks}
 
 
