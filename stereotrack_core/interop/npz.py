@@ -122,12 +122,12 @@ class ArchiveFormat:
 
 
 def archive_bytes(arrays: Mapping[str, Any], *, compressed: bool = True) -> bytes:
-    """Content of an archive with these arrays."""
+    """Content of an archive with these arrays, none of which may hold objects."""
+    if objects := [name for name, array in arrays.items() if np.asarray(array).dtype.hasobject]:
+        raise TypeError(f"arrays of objects would be pickled: {', '.join(objects)}")
     file = io.BytesIO()
-    if compressed:
-        np.savez_compressed(file, allow_pickle=False, **arrays)
-    else:
-        np.savez(file, allow_pickle=False, **arrays)
+    # numpy 2.0 takes `allow_pickle` for one more array
+    (np.savez_compressed if compressed else np.savez)(file, **arrays)
     return file.getvalue()
 
 

@@ -63,7 +63,7 @@ def test_a_file_need_not_say_which_limbs_are_lost(tmp_path, random, make_run):
     write_run(path, run)
     with np.load(path, allow_pickle=False) as stored:
         others = {name: stored[name] for name in stored.files if name != "limb_lost"}
-    np.savez_compressed(path, allow_pickle=False, **others)
+    np.savez_compressed(path, **others)
     unknown = np.full((len(run.frame), 6), np.nan)
     assert_same_run(read_run(path), dataclasses.replace(run, limb_lost=unknown))
 
@@ -75,7 +75,7 @@ def test_a_file_of_another_format_is_refused(tmp_path, random, make_run):
         arrays = {name: stored[name] for name in stored.files}
     meta = json.loads(str(arrays.pop("meta")))
     assert meta["format"] == 1
-    np.savez(path, allow_pickle=False, meta=np.array(json.dumps({**meta, "format": 2})), **arrays)
+    np.savez(path, meta=np.array(json.dumps({**meta, "format": 2})), **arrays)
     with pytest.raises(InputError, match="a run file of format 2, and this program reads format 1"):
         read_run(path)
 

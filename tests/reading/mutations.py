@@ -260,7 +260,7 @@ def with_meta(content: bytes, change: Callable[[Any], Any]) -> bytes:
         arrays = dict(stored)
     arrays["meta"] = np.array(json.dumps(change(json.loads(str(arrays["meta"])))))
     file = io.BytesIO()
-    np.savez_compressed(file, allow_pickle=False, **arrays)
+    np.savez_compressed(file, **arrays)
     return file.getvalue()
 
 
