@@ -126,8 +126,10 @@ def archive_bytes(arrays: Mapping[str, Any], *, compressed: bool = True) -> byte
     if objects := [name for name, array in arrays.items() if np.asarray(array).dtype.hasobject]:
         raise TypeError(f"arrays of objects would be pickled: {', '.join(objects)}")
     file = io.BytesIO()
-    # numpy 2.0 takes `allow_pickle` for one more array
-    (np.savez_compressed if compressed else np.savez)(file, **arrays)
+    if compressed:  # without `allow_pickle`, which numpy 2.0 takes for one more array
+        np.savez_compressed(file, **arrays)
+    else:
+        np.savez(file, **arrays)
     return file.getvalue()
 
 

@@ -244,7 +244,7 @@ def test_a_run_is_saved_and_opened_again(opened, qtbot, tmp_path):
 
 def test_closing_while_tracking_ends_the_run_and_the_process(opened, qtbot):
     trigger(opened, "run")
-    qtbot.waitUntil(lambda: tracked(opened) == 1, timeout=60_000)
+    qtbot.waitUntil(lambda: tracked(opened) >= 1, timeout=60_000)
     processes = multiprocessing.active_children()
     opened.close()
     assert opened.context.session.track.entry is None
