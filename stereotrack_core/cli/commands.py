@@ -1,16 +1,21 @@
-"""The commands of the program."""
+"""The commands of the program, and ``stereotrack help``, which tells of them."""
 
 from __future__ import annotations
 
-from argparse import ArgumentParser
+from argparse import ArgumentParser, Namespace
 from dataclasses import dataclass
 from importlib import import_module
 from typing import NoReturn
 
+from stereotrack_core.cli.arguments import option
+from stereotrack_core.cli.output import OK, put
 from stereotrack_core.errors import InputError, did_you_mean
 from stereotrack_core.version import __version__
 
 PROGRAM = "stereotrack"
+
+DESCRIPTION = "List all commands, or show the help of one command."
+OPTIONS = (option("command_name COMMAND", "a command (default: list all commands)", nargs="?"),)
 
 
 class _Parser(ArgumentParser):
@@ -85,7 +90,7 @@ COMMANDS: tuple[Command, ...] = (
     ),
     Command("reproduce", "reproduce", "reproduce the tables and curves of the thesis"),
     Command("bench", "bench", "run the README's benchmarks, as ratios"),
-    Command("help", "help", "list all commands, or show the help of one command"),
+    Command("help", "commands", "list all commands, or show the help of one command"),
 )
 
 
@@ -102,8 +107,8 @@ def parser_of(command: Command) -> ArgumentParser:
     """The parser of a command; ``run`` of what it has read does the command."""
     module = import_module(f"stereotrack_core.cli.{command.module}")
     own = _Parser(f"{PROGRAM} {command.name}", description=module.DESCRIPTION)
-    for option in module.OPTIONS:
-        own.add_argument(*option.names, **option.keywords)
+    for one in module.OPTIONS:
+        own.add_argument(*one.names, **one.keywords)
     own.add_argument(
         "--debug", action="store_true", help="show the traceback of an unexpected error"
     )
@@ -120,3 +125,12 @@ def command_named(name: str) -> Command:
             remedy=f"{did_you_mean(name, known)}`{PROGRAM} help` lists all commands.",
         )
     return known[name]
+
+
+def run(args: Namespace) -> int:
+    """Print the list of commands, or one command's own help."""
+    if args.command_name is None:
+        put(command_list())
+    else:
+        parser_of(command_named(args.command_name)).print_help()
+    return OK

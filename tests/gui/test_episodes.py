@@ -44,7 +44,7 @@ def test_episodes_of_the_active_run_are_listed_and_explained(reviewing):
     assert rows(reviewing)[0][5] == "error"
     assert "1 failure" in reviewing.features.review.episodes.panel.words.text()
     lanes = {lane.name: lane for lane in reviewing.context.docks.timeline.lanes}
-    assert [(span.first, span.last) for span in lanes["episodes"].spans] == [(1, 3)]
+    assert [(span.first, span.last) for span in lanes["failures"].spans] == [(1, 3)]
 
 
 def test_keys_go_to_the_worst_frame_and_a_loop_stays_in_the_episode(reviewing, qtbot):
@@ -96,7 +96,7 @@ def test_another_threshold_and_another_run_find_others(reviewing, qtbot):
     add_run(reviewing, "good", off=0.05)
     settle(reviewing, qtbot)
     assert rows(reviewing) == []
-    assert "episodes" not in [lane.name for lane in reviewing.context.docks.timeline.lanes]
+    assert "failures" not in [lane.name for lane in reviewing.context.docks.timeline.lanes]
 
 
 def test_strips_and_a_video_are_written_in_the_background(reviewing, qtbot, tmp_path):

@@ -24,7 +24,7 @@ from ...session.truth import Truth
 from ...widgets.timeline.lanes import Lane, Span
 from .per_run import PerRun
 
-LANE_NAMES = {"truth": "episodes", "signs": "failures (without reference)"}
+LANE_NAMES = {"truth": "failures", "signs": "failures (without reference)"}
 LANE_COLOURS = {"truth": "#CC79A7", "signs": "#b8860b"}
 
 
