@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
-from typing import Literal, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 import tomli_w
 
@@ -143,8 +143,13 @@ def read_subject(path: Path) -> Subject:
 
     Raises InputError at the first thing that is wrong.
     """
+    return subject_in(load_toml(path), str(path))
+
+
+def subject_in(values: Mapping[str, Any], where: str) -> Subject:
+    """The subject that a table of names and values describes; as :func:`read_subject`."""
     complaints: list[InputError] = []
-    table = Table(load_toml(path), str(path), complaints)
+    table = Table(values, where, complaints)
     lengths = {key: table.number(key) for key in LENGTHS}
     for key, length in lengths.items():
         if length is not None and length <= 0:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Any
@@ -14,11 +13,10 @@ from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.proportions import proportions_of
 from stereotrack_core.errors import InputError
 from stereotrack_core.plain_data import Kind, check_kind
-from stereotrack_core.recording.description import Subject
+from stereotrack_core.recording.description import LENGTHS, Subject, subject_in
 from stereotrack_core.tracking.frame import Run, joints_named
 
 _VALUES: Kind = {str: (bool, int, float, str)}
-_LENGTHS = tuple(field.name for field in dataclasses.fields(Subject) if field.name != "name")
 
 _META_KINDS: Mapping[str, Kind] = MappingProxyType(
     {
@@ -31,7 +29,7 @@ _META_KINDS: Mapping[str, Kind] = MappingProxyType(
         "body": _VALUES,
         **dict.fromkeys(("seed", "format"), int),
         "views": [str],
-        "subject": {"name": str, **dict.fromkeys(_LENGTHS, float)},
+        "subject": {"name": str, **dict.fromkeys(LENGTHS, float)},
         "bridged": [int],
         "first_pose": {"position": [float], "rotations": [[[float]]]},
         "frames": [int, int],
@@ -56,7 +54,7 @@ def check_meta(meta: Any, where: str, remedy: str) -> None:
     """
     check_kind(meta, _META_KINDS, where, remedy)
     for name, length in (meta.get("subject") or {}).items():
-        if name in _LENGTHS and length is not None and length <= 0:
+        if name in LENGTHS and length is not None and length <= 0:
             raise InputError(
                 f"a length of {length:g} m is not possible",
                 where=f"{where}, subject.{name}",
@@ -102,12 +100,11 @@ def body_of_run(run: Run) -> BodyModel:
 
 
 def subject_of_meta(meta: Mapping[str, Any]) -> Subject | None:
-    """Whose body was tracked."""
+    """Whose body was tracked; InputError where its lengths are impossible."""
     stored = meta.get("subject")
     if not isinstance(stored, dict):
         return None
-    fields = {field.name for field in dataclasses.fields(Subject)}
-    return Subject(**{key: value for key, value in stored.items() if key in fields})
+    return subject_in({key: value for key, value in stored.items() if value != ""}, "subject")
 
 
 def shape_of_meta(meta: Mapping[str, Any]) -> BodyShape:

@@ -147,6 +147,14 @@ def test_the_run_says_where_it_comes_from(recording, fast_run):
     assert (fast_run.seconds >= 0).all()
 
 
+@pytest.mark.parametrize("length", [1e308, -0.2, "wide"])
+def test_impossible_lengths_of_a_stored_body_are_refused(fast_run, length):
+    subject = {"name": "", "hip_width": length, "torso_length": None}
+    run = dataclasses.replace(fast_run, meta={**fast_run.meta, "subject": subject})
+    with pytest.raises(InputError, match=r"subject, hip_width"):
+        body_of_run(run)
+
+
 def test_poses_of_a_stored_run_reproduce_its_landmarks(recording, fast_run, tmp_path):
     write_run(tmp_path / "run.npz", fast_run)
     stored = read_run(tmp_path / "run.npz")
