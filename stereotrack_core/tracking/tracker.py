@@ -31,7 +31,7 @@ from stereotrack_core.tracking.initialise.finder import (
 from stereotrack_core.tracking.initialise.people import own_points, share_at_sides, trunk_support
 from stereotrack_core.tracking.initialise.trunk import turned_round
 from stereotrack_core.tracking.parameters import Settings, TrackingParameters
-from stereotrack_core.tracking.state import Setup
+from stereotrack_core.tracking.state import Setup, elapsed
 from stereotrack_core.tracking.step_recorder import StepRecorder
 from stereotrack_core.tracking.ukf import ThesisTracker
 
@@ -68,6 +68,13 @@ seen as a whole, and any body."""
 _DOUBT = 0.2
 """Factor on these shares while a pose is on trial."""
 
+_CONFIRMED_BY = 3
+"""Successive frames that show enough of a body which was partly out of sight before it is stated,
+as tracks of many objects are begun (doi:10.1109/ICIP.2016.7533003)."""
+
+_FASTEST = 3.0
+"""Metres per second beyond which hips have not moved: another pose has been taken."""
+
 
 class PersonTracker:
     """Follow a person with a filter, and look for the pose wherever it was not there before.
@@ -75,6 +82,9 @@ class PersonTracker:
     What is found may be mistaken, above all front for back. So other poses that explain the
     first cloud nearly as well are followed beside the best one for some frames, until the sum of
     their costs tells which is right.
+
+    Once a body was partly out of sight, a pose that is found is stated from the third frame on: at
+    the edge of the volume, what is left of a body is easily explained by a whole one elsewhere.
 
     Parameters
     ----------
@@ -113,6 +123,7 @@ class PersonTracker:
         self._age, self._unchanged = 0, _SETTLED
         self._cost = self._doubt = 0.0
         self._rivals: list[Candidate] = []
+        self._unconfirmed = 0
 
     def reinitialise(self) -> None:
         """Know nothing: the next cloud that shows somebody is searched."""
@@ -130,17 +141,25 @@ class PersonTracker:
         if estimate.tracked:
             compared = self._on_trial if self._unchanged < _SETTLED else self._settled
             estimate = compared(cloud, estimate, trace)
+        partial = self._unconfirmed > 0
         if estimate.tracked and (reason := self._why_partial(cloud)):
-            estimate = self.leader.lost(before, cloud, reason)
-        if estimate.tracked:
-            self.leader.correspondences.learn(self.pose, estimate.unexplained_fraction)
-        else:
+            estimate, partial = self.leader.lost(before, cloud, reason), True
+        if not estimate.tracked:
             self.reinitialise()
-        return estimate
+            self._unconfirmed = _CONFIRMED_BY if partial else 0
+            return estimate
+        self.leader.correspondences.learn(self.pose, estimate.unexplained_fraction)
+        if self._unconfirmed:
+            seconds = elapsed(before.time, cloud.frame) / self.setup.fps
+            moved = float(np.linalg.norm(self.pose.position - before.pose.position))
+            since = _CONFIRMED_BY if moved > _FASTEST * seconds else self._unconfirmed
+            self._unconfirmed = since - 1
+        return _unstated(estimate) if self._unconfirmed else estimate
 
     def memory(self) -> Memory:
         """All that the next step depends on, the rivals on trial too."""
-        trial = [self._present, self._age, self._unchanged, self._cost, self._doubt]
+        counts = (self._unconfirmed, self._age, self._unchanged)
+        trial = [self._present, *counts, self._cost, self._doubt]
         kept = {**self.leader.memory(), "trial": np.array(trial, float)}
         for k, rival in enumerate(self._rivals):
             own = {**rival.filter.memory(), "cost": np.array(rival.cost)}
@@ -150,8 +169,9 @@ class PersonTracker:
     def recall(self, memory: Memory) -> None:
         """Go on as the tracker would whose memory this is."""
         self.leader.recall(memory)
-        present, age, unchanged, self._cost, self._doubt = memory["trial"].tolist()
-        self._present, self._age, self._unchanged = bool(present), int(age), int(unchanged)
+        present, *counts, self._cost, self._doubt = memory["trial"].tolist()
+        self._present = bool(present)
+        self._unconfirmed, self._age, self._unchanged = map(int, counts)
         self._rivals = []
         for k in range(sum(name.endswith(".cost") for name in memory)):
             first = f"{_RIVAL}{k}."
@@ -165,7 +185,9 @@ class PersonTracker:
         found = self.finder.poses_in(cloud, self.pose)
         if found:
             best, *others = found
+            unconfirmed = self._unconfirmed
             self.start(best.pose, cloud.frame)
+            self._unconfirmed = unconfirmed
             if trace is not None:
                 trace.reinitialised()
             self._cost, self._unchanged = best.cost, 0
@@ -245,6 +267,12 @@ class PersonTracker:
         if cut > doubt * _HALF_CUT or (support < _WHOLE and cut > doubt * _CUT):
             return "the body is partly outside the working volume"
         return ""
+
+
+def _unstated(estimate: Estimate) -> Estimate:
+    """The estimate of a frame whose pose the next ones have to confirm."""
+    reason = "the body comes back into view; the next frames tell whether its pose is right"
+    return Estimate(False, reason, estimate.pose, estimate.x, estimate.P)
 
 
 _BASELINES = "stereotrack_core.experiments.baselines"

@@ -49,5 +49,7 @@ def test_away_is_not_tracked_and_back_is_found_again(name, tmp_path, run):
     leaving = slice(gone - 8, gone)
     assert not (stored.tracked[leaving] & (off[leaving] > 0.2)).any()
     back = int(np.flatnonzero(out > WHOLE)[-1]) + 1
+    coming = slice(int(np.flatnonzero(out > 0)[-1]) + 1, back + FOUND_WITHIN)
+    assert not (stored.tracked[coming] & (off[coming] > 0.2)).any()
     assert stored.tracked[back + FOUND_WITHIN :].all()
     assert np.median(off[back + FOUND_WITHIN : back + FOUND_WITHIN + 10]) < 0.12
