@@ -40,37 +40,28 @@ OUTLINE_NAMES: tuple[tuple[str, str], ...] = (
 
 @dataclass(frozen=True, eq=False)
 class Cones:
-    """C truncated cones; each stands on its own origin with its axis along its own z.
-
-    Attributes
-    ----------
-    part : (C,) int64
-        Part that the cone belongs to.
-    rotations : (C, 3, 3) float64
-        part_from_cone.
-    origins : (C, 3) float64, metres
-        Centre of the base circle in the part's frame.
-    r1, r2, height : (C,) float64, metres
-        Radius at the base and at the far end, and the distance between them.
-    flatness : (C,) float64
-        Factor on y: 1 is round, the torso is flattened front to back.
-    round_base, round_end : (C,) bool
-        Ends with a half sphere that takes data; other ends lie inside the body.
-    outline : (C, 2) float64, metres
-        How far the person's outline lies outside of the surface, along the cone's x and y:
-        the surface is that of the clouds, which block matching widens.
-    """
+    """C truncated cones; each stands on its own origin with its axis along its own z."""
 
     part: IntArray
+    """(C,). Part that the cone belongs to."""
     rotations: FloatArray
+    """(C, 3, 3). part_from_cone."""
     origins: FloatArray
+    """(C, 3), metres. Centre of the base circle in the part's frame."""
     r1: FloatArray
     r2: FloatArray
     height: FloatArray
+    """`r1`, `r2` and `height`: (C,), metres. Radius at the base and at the far end, and the
+    distance between them."""
     flatness: FloatArray
+    """(C,). Factor on y: 1 is round, the torso is flattened front to back."""
     round_base: BoolArray
     round_end: BoolArray
+    """`round_base` and `round_end`: (C,). Ends with a half sphere that takes data; other ends lie
+    inside the body."""
     outline: FloatArray
+    """(C, 2), metres. How far the person's outline lies outside of the surface, along the cone's x
+    and y: the surface is that of the clouds, which block matching widens."""
 
     def __len__(self) -> int:
         return len(self.part)

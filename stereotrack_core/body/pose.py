@@ -180,19 +180,13 @@ REST: FloatArray = _resting()
 
 @dataclass(frozen=True, eq=False)
 class Pose:
-    """Pose of the body; leading dimensions stack poses.
-
-    Attributes
-    ----------
-    position : (..., 3) float64, world, metres
-        Hip midpoint.
-    rotations : (..., P, 3, 3) float64
-        ``world_from_torso`` for the torso, ``parent_from_part`` for all other parts, in the
-        order of ``PARTS``.
-    """
+    """Pose of the body; leading dimensions stack poses."""
 
     position: FloatArray
+    """(..., 3), world, metres. Hip midpoint."""
     rotations: FloatArray
+    """(..., P, 3, 3). ``world_from_torso`` for the torso, ``parent_from_part`` for all other parts,
+    in the order of ``PARTS``."""
 
     @property
     def torso(self) -> FloatArray:
@@ -206,17 +200,12 @@ class Pose:
 
 @dataclass(frozen=True, eq=False)
 class PartFrames:
-    """Where every part is: p_world = rotations p_part + origins.
-
-    Attributes
-    ----------
-    rotations : (..., P, 3, 3) float64
-    origins : (..., P, 3) float64, world, metres
-        The parts' joints.
-    """
+    """Where every part is: p_world = rotations p_part + origins."""
 
     rotations: FloatArray
+    """(..., P, 3, 3)."""
     origins: FloatArray
+    """(..., P, 3), world, metres. The parts' joints."""
 
     def apply(self, part: IntArray, points: FloatArray) -> FloatArray:
         """World points (..., N, 3) of points (N, 3) in the frames of parts (N,)."""

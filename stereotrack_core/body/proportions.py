@@ -10,29 +10,20 @@ from stereotrack_core.recording.description import Subject
 
 @dataclass(frozen=True)
 class Proportions:
-    """Lengths in metres between joint centres.
-
-    Attributes
-    ----------
-    shoulder_width, hip_width : float
-        Between the joint centres of both sides.
-    torso_length : float
-        Hip midpoint to shoulder midpoint.
-    upper_arm_length, forearm_length : float
-        Shoulder to elbow, elbow to wrist.
-    hand_length : float
-        Wrist to the tip of the middle finger.
-    shoulder_to_head : float
-        Shoulder midpoint to the head landmark.
-    """
+    """Lengths in metres between joint centres."""
 
     shoulder_width: float = 0.363
     hip_width: float = 0.228
+    """`shoulder_width` and `hip_width`: between the joint centres of both sides."""
     torso_length: float = 0.461
+    """Hip midpoint to shoulder midpoint."""
     upper_arm_length: float = 0.272
     forearm_length: float = 0.252
+    """`upper_arm_length` and `forearm_length`: shoulder to elbow, elbow to wrist."""
     hand_length: float = 0.194
+    """Wrist to the tip of the middle finger."""
     shoulder_to_head: float = 0.205
+    """Shoulder midpoint to the head landmark."""
 
     @property
     def elbow_to_hand(self) -> float:

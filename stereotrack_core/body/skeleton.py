@@ -55,18 +55,14 @@ class Skeleton:
 
     Frames: torso x to the person's right, y forward, z up, origin at the hip midpoint; a
     limb's z runs along the limb, away from the torso.
-
-    Attributes
-    ----------
-    joints : (P, 3) float64, metres
-        Joint of each part in its parent's frame; those of the upper arms while the shoulders
-        rest, from where the clavicles carry them away.
-    lengths : (P,) float64, metres
-        From a part's joint along its z axis to the next joint, or to the hand's or head's landmark.
     """
 
     joints: FloatArray
+    """(P, 3), metres. Joint of each part in its parent's frame; those of the upper arms while the
+    shoulders rest, from where the clavicles carry them away."""
     lengths: FloatArray
+    """(P,), metres. From a part's joint along its z axis to the next joint, or to the hand's or
+    head's landmark."""
     proportions: Proportions
 
 

@@ -23,24 +23,17 @@ _NO_PENALTY = np.zeros((0, 0))
 
 @dataclass(frozen=True, eq=False)
 class ClosestPoints:
-    """Nearest places on the surface for N data.
-
-    Attributes
-    ----------
-    cone : (N,) int64
-        Index of the nearest cone; -1 where none takes the datum.
-    distance : (N,) float64, metres
-        Signed: positive outside. Infinite where no cone takes the datum.
-    foot : (N, 3) float64, world
-    direction : (N, 3) float64, world
-        Unit vector along which the distance is measured: the side's normal, or from the foot to
-        the datum beyond an end.
-    """
+    """Nearest places on the surface for N data."""
 
     cone: IntArray
+    """(N,). Index of the nearest cone; -1 where none takes the datum."""
     distance: FloatArray
+    """(N,), metres. Signed: positive outside. Infinite where no cone takes the datum."""
     foot: FloatArray
+    """(N, 3), world."""
     direction: FloatArray
+    """(N, 3), world. Unit vector along which the distance is measured: the side's normal, or from
+    the foot to the datum beyond an end."""
 
 
 def cone_table(placed: PlacedCones) -> FloatArray:

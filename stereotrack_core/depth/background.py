@@ -23,18 +23,12 @@ noise of both."""
 
 @dataclass(frozen=True, eq=False)
 class BackgroundModel:
-    """What a pixel shows when nobody is there.
-
-    Attributes
-    ----------
-    disparity : (H, W) float32, pixels
-        d_M; finite everywhere, without meaning where `frequency` is low.
-    frequency : (H, W) float32
-        g_M: how often the disparity was valid, 0 to 1.
-    """
+    """What a pixel shows when nobody is there."""
 
     disparity: Float32Array
+    """(H, W), pixels. d_M; finite everywhere, without meaning where `frequency` is low."""
     frequency: Float32Array
+    """(H, W). g_M: how often the disparity was valid, 0 to 1."""
 
     def limit(self, threshold: float, valid_above: float) -> Float32Array:
         """Disparity (H, W) above which a pixel is foreground.

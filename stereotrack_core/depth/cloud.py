@@ -29,25 +29,21 @@ class DepthGeometry:
     A point (x, y, z) in this camera appears at u = focal x / z + c_x, v = focal y / z + c_y.
     For stereo views its disparity is d = focal baseline / z + disparity_offset, where the
     offset is c_x,left - c_x,right (2.1); a depth view has baseline 0.
-
-    Attributes
-    ----------
-    focal : float, pixels
-    c_x, c_y : float, pixels
-    baseline : float, metres
-    disparity_offset : float, pixels
-    world_from_depth : RigidTransform
-        Place of the rectified camera in the world.
     """
 
     focal: float
+    """Pixels."""
     c_x: float
     c_y: float
+    """`c_x` and `c_y`: pixels."""
     baseline: float
+    """Metres."""
     disparity_offset: float
+    """Pixels."""
     width: int
     height: int
     world_from_depth: RigidTransform
+    """Place of the rectified camera in the world."""
 
     @property
     def disparity_scale(self) -> float:
@@ -72,32 +68,23 @@ class DepthGeometry:
 
 @dataclass(frozen=True, eq=False)
 class ViewDepth:
-    """Depth of one view at one instant.
-
-    Attributes
-    ----------
-    disparity : (H, W) float32, pixels, or None
-        NaN where invalid; None for depth views.
-    range_z : (H, W) float32, metres
-        Along the rectified camera's z, NaN where not known.
-    foreground : (H, W) bool
-        Valid and in front of the background model.
-    silhouette : (H, W) bool or None
-        Where the picture differs from the empty scene's, generously; None where that is not
-        known.
-    outline : (H, W) bool or None
-        The same with sharp edges, for those who measure them.
-    picture : (H, W, 3) uint8 or None
-        The reference picture, rectified, BGR; None where colours are not wanted or not there.
-    """
+    """Depth of one view at one instant."""
 
     geometry: DepthGeometry
     disparity: Float32Array | None
+    """(H, W), pixels. NaN where invalid; None for depth views."""
     range_z: Float32Array
+    """(H, W), metres. Along the rectified camera's z, NaN where not known."""
     foreground: BoolArray
+    """(H, W). Valid and in front of the background model."""
     silhouette: BoolArray | None = None
+    """(H, W). Where the picture differs from the empty scene's, generously; None where that is not
+    known."""
     outline: BoolArray | None = None
+    """(H, W). The same with sharp edges, for those who measure them."""
     picture: ImageArray | None = None
+    """(H, W, 3). The reference picture, rectified, BGR; None where colours are not wanted or not
+    there."""
 
     @property
     def person(self) -> BoolArray:
@@ -113,69 +100,49 @@ class ViewDepth:
 
 @dataclass(frozen=True)
 class PointCounts:
-    """What is left of a view's measurements after each step on the way to the cloud.
-
-    Attributes
-    ----------
-    measured : int
-        Pixels with a valid disparity or depth value, in the part of the image that was searched.
-    person : int
-        Of these, those of the foreground or the mask, without small patches.
-    taken : int
-        Points that were made of these: on every so many rows and columns.
-    inside : int
-        Of these, those inside the working volume.
-    kept : int
-        Of these, those that are no outliers.
-    middle : (x, y, z) or None
-        Median of the points, world, metres, where hardly any is inside the volume.
-    """
+    """What is left of a view's measurements after each step on the way to the cloud."""
 
     measured: int = 0
+    """Pixels with a valid disparity or depth value, in the part of the image that was searched."""
     person: int = 0
+    """Of these, those of the foreground or the mask, without small patches."""
     taken: int = 0
+    """Points that were made of these: on every so many rows and columns."""
     inside: int = 0
+    """Of these, those inside the working volume."""
     kept: int = 0
+    """Of these, those that are no outliers."""
     middle: tuple[float, float, float] | None = None
+    """(x, y, z). Median of the points, world, metres, where hardly any is inside the volume."""
 
 
 @dataclass(frozen=True, eq=False)
 class Cloud:
-    """Measured points of all views in the world at one instant.
-
-    Attributes
-    ----------
-    points : (N, 3) float64, world, metres
-        Inside the working volume, outliers removed.
-    view : (N,) int64
-        Index into `view_names`.
-    pixels : (N, 2) int64
-        Column and row in the view's rectified depth image.
-    depths : mapping from view name to ViewDepth
-        Views without a measurement at this instant are absent.
-    problems : mapping from view name to str
-        Why a view is absent or suspicious, as a sentence.
-    seconds : mapping from stage name to seconds
-    colours : (N, 3) float64 or None
-        Of the points, BGR from 0 to 255, as the first view would see them once the cameras are
-        calibrated against each other; None where colours are not wanted or not there.
-    detections : tuple of Detection
-        What came since the frame before, up to this one's instant.
-    counts : mapping from view name to PointCounts
-        Where each view's points went; views without images are absent.
-    """
+    """Measured points of all views in the world at one instant."""
 
     frame: int
     points: FloatArray
+    """(N, 3), world, metres. Inside the working volume, outliers removed."""
     view: IntArray
+    """(N,). Index into `view_names`."""
     pixels: IntArray
+    """(N, 2). Column and row in the view's rectified depth image."""
     view_names: tuple[str, ...]
     depths: Mapping[str, ViewDepth]
+    """By view name. Views without a measurement at this instant are
+    absent."""
     problems: Mapping[str, str] = field(default_factory=dict)
+    """By view name. Why a view is absent or suspicious, as a sentence."""
     seconds: Mapping[str, float] = field(default_factory=dict)
+    """By stage name."""
     colours: FloatArray | None = None
+    """(N, 3). Of the points, BGR from 0 to 255, as the first view would see them once the cameras
+    are calibrated against each other; None where colours are not wanted or not there."""
     detections: tuple[Detection, ...] = ()
+    """What came since the frame before, up to this one's instant."""
     counts: Mapping[str, PointCounts] = field(default_factory=dict)
+    """By view name. Where each view's points went; views without images
+    are absent."""
 
     def part(self, chosen: BoolArray) -> Cloud:
         """The cloud with some of its points (N,) alone; images and the rest stay."""

@@ -47,16 +47,11 @@ class ColourPairs:
 
 @dataclass(frozen=True, eq=False)
 class ColourCalibration:
-    """How every view's colours become those of the first view.
-
-    Attributes
-    ----------
-    gains : (V, 3) float64
-        c_first = gains[v] c_v, for each channel.
-    """
+    """How every view's colours become those of the first view."""
 
     views: tuple[str, ...]
     gains: FloatArray
+    """(V, 3). c_first = gains[v] c_v, for each channel."""
 
     @staticmethod
     def none(views: Sequence[str]) -> ColourCalibration:

@@ -15,15 +15,11 @@ from stereotrack_core.depth.parameters import DepthParameters
 
 @dataclass(frozen=True, eq=False)
 class Volume:
-    """Working volume: a box along the world's axes.
-
-    Attributes
-    ----------
-    low, high : (3,) float64, world, metres
-    """
+    """Working volume: a box along the world's axes."""
 
     low: FloatArray
     high: FloatArray
+    """`low` and `high`: (3,), world, metres."""
 
     @staticmethod
     def of(p: DepthParameters) -> Volume:

@@ -12,17 +12,12 @@ from stereotrack_core.arrays import FloatArray
 
 @dataclass(frozen=True, eq=False)
 class Correction:
-    """Change of the state and its covariance after a correction.
-
-    Attributes
-    ----------
-    dx : (n,) float64
-        To be added to the state.
-    P : (n, n) float64
-    """
+    """Change of the state and its covariance after a correction."""
 
     dx: FloatArray
+    """(n,). To be added to the state."""
     P: FloatArray
+    """(n, n)."""
 
 
 def normalised(nu: FloatArray, variance: FloatArray) -> float:

@@ -21,20 +21,14 @@ class Linearisation:
     """An affine stand-in of the measurement function: z = mean + D' w + e.
 
     w is the whitened error state: dx = L w with P = L L'. The Jacobian is H = D' L^-1.
-
-    Attributes
-    ----------
-    mean : (m,) float64
-        Mean of the predicted measurement over the sigma points.
-    D : (n, m) float64
-        Whitened statistical Jacobian.
-    spread : (m,) float64
-        Variance of e, the linearisation's own error: diag(P_zz - H P H').
     """
 
     mean: FloatArray
+    """(m,). Mean of the predicted measurement over the sigma points."""
     D: FloatArray
+    """(n, m). Whitened statistical Jacobian."""
     spread: FloatArray
+    """(m,). Variance of e, the linearisation's own error: diag(P_zz - H P H')."""
 
 
 def linearised(Y: FloatArray, weights: SigmaWeights, *, about: str = "mean") -> Linearisation:
@@ -58,18 +52,12 @@ def linearised(Y: FloatArray, weights: SigmaWeights, *, about: str = "mean") -> 
 
 @dataclass(frozen=True, eq=False)
 class Information:
-    """Normal equations gathered from measurements.
-
-    Attributes
-    ----------
-    A : (n, n) float64
-        H' R^-1 H.
-    b : (n,) float64
-        H' R^-1 times the innovation at the point of linearisation.
-    """
+    """Normal equations gathered from measurements."""
 
     A: FloatArray
+    """(n, n). H' R^-1 H."""
     b: FloatArray
+    """(n,). H' R^-1 times the innovation at the point of linearisation."""
 
     def __add__(self, other: Information) -> Information:
         return Information(self.A + other.A, self.b + other.b)

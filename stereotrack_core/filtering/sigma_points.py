@@ -11,20 +11,14 @@ from stereotrack_core.arrays import FloatArray
 
 @dataclass(frozen=True, eq=False)
 class SigmaWeights:
-    """Spread and weights of the 2n + 1 sigma points of an n-dimensional state.
-
-    Attributes
-    ----------
-    spread : float
-        Factor on the columns of the covariance's square root: sqrt(n + lambda).
-    mean, covariance : (2n + 1,) float64
-        Weights for means and for covariances; the first is the middle point's and may be
-        negative.
-    """
+    """Spread and weights of the 2n + 1 sigma points of an n-dimensional state."""
 
     spread: float
+    """Factor on the columns of the covariance's square root: sqrt(n + lambda)."""
     mean: FloatArray
     covariance: FloatArray
+    """`mean` and `covariance`: (2n + 1,). Weights for means and for covariances; the first is the
+    middle point's and may be negative."""
 
 
 def scaled_weights(n: int, alpha: float, beta: float, kappa: float) -> SigmaWeights:

@@ -70,42 +70,30 @@ def _reachable(P: FloatArray, predicted: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True, eq=False)
 class Walk:
-    """How a state goes on: x_k+1 = F x_k + c_k + w_k, w_k of covariance Q_k.
-
-    Attributes
-    ----------
-    F : (N, N) float64
-    c : (K - 1, N) float64
-    Q : (K - 1, N) float64
-        Diagonals.
-    mean : (N,) float64
-        Of the first frame, before its measurements.
-    P : (N, N) float64
-        Its covariance.
-    """
+    """How a state goes on: x_k+1 = F x_k + c_k + w_k, w_k of covariance Q_k."""
 
     F: FloatArray
+    """(N, N)."""
     c: FloatArray
+    """(K - 1, N)."""
     Q: FloatArray
+    """(K - 1, N). Diagonals."""
     mean: FloatArray
+    """(N,). Of the first frame, before its measurements."""
     P: FloatArray
+    """(N, N). Its covariance."""
 
 
 @dataclass(frozen=True, eq=False)
 class Smooth:
-    """What all measurements say about all frames.
-
-    Attributes
-    ----------
-    mean : (K, N) float64
-    P : (K, N, N) float64
-    noise : (K - 1, N) float64
-        Expected squares of w.
-    """
+    """What all measurements say about all frames."""
 
     mean: FloatArray
+    """(K, N)."""
     P: FloatArray
+    """(K, N, N)."""
     noise: FloatArray
+    """(K - 1, N). Expected squares of w."""
 
 
 def smooth(walk: Walk, measured: list[Information]) -> Smooth:

@@ -75,25 +75,18 @@ def solved(
 
 @dataclass(frozen=True, eq=False)
 class Line:
-    """A residual, linearised at one pose: z - z_hat = D' w + e, with dx = L w.
-
-    Attributes
-    ----------
-    nu : (m,) float64
-        Innovation z - z_hat.
-    D : (n, m) float64
-        Transposed Jacobian.
-    R : (m,) float64
-        Variances of e, with the linearisation's own error.
-    L : (n, n) float64 or None
-        Lower root of the covariance whose sigma points were used; None stands for the identity.
-    """
+    """A residual, linearised at one pose: z - z_hat = D' w + e, with dx = L w."""
 
     residual: Residual
     nu: FloatArray
+    """(m,). Innovation z - z_hat."""
     D: FloatArray
+    """(n, m). Transposed Jacobian."""
     R: FloatArray
+    """(m,). Variances of e, with the linearisation's own error."""
     L: FloatArray | None = None
+    """(n, n). Lower root of the covariance whose sigma points were used; None stands for the
+    identity."""
 
     @property
     def H(self) -> FloatArray:  # noqa: N802

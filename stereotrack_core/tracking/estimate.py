@@ -34,90 +34,65 @@ which no filter of single frames knows of.
 
 @dataclass(frozen=True, eq=False)
 class Correspondences:
-    """Pairs of measured and model points that the last correction used.
-
-    Attributes
-    ----------
-    data, model : (m, 3) float64, world, metres
-    limb : (m,) int64
-        Part of the body: index into ``PARTS``, whose first six are ``LIMBS``.
-    weight : (m,) float64
-        1 for full trust, 0 for none.
-    """
+    """Pairs of measured and model points that the last correction used."""
 
     data: FloatArray
     model: FloatArray
+    """`data` and `model`: (m, 3), world, metres."""
     limb: IntArray
+    """(m,). Part of the body: index into ``PARTS``, whose first six are ``LIMBS``."""
     weight: FloatArray
+    """(m,). 1 for full trust, 0 for none."""
 
 
 @dataclass(frozen=True, eq=False)
 class Prior:
-    """What a frame's correction began from, seen from the frame before.
-
-    Attributes
-    ----------
-    movement : (n,) float64
-        Displacement from the last frame's pose that was expected.
-    P : (n, n) float64
-        Covariance that was really used, as far as it was widened.
-    carried : (n,) bool
-        False for numbers that were not predicted but looked for anew, as those of arms that
-        the search has put elsewhere.
-    """
+    """What a frame's correction began from, seen from the frame before."""
 
     movement: FloatArray
+    """(n,). Displacement from the last frame's pose that was expected."""
     P: FloatArray
+    """(n, n). Covariance that was really used, as far as it was widened."""
     carried: BoolArray
+    """(n,). False for numbers that were not predicted but looked for anew, as those of arms that
+    the search has put elsewhere."""
 
 
 @dataclass(frozen=True, eq=False)
 class Estimate:
-    """Pose of one frame and how far it can be trusted.
-
-    Attributes
-    ----------
-    reason : str
-        Why the frame is not tracked; empty when it is.
-    pose : Pose
-        Where not tracked: what the tracker would start from.
-    x : (n,) float64
-        State as named by the tracker's ``state_names``.
-    P : (n, n) float64
-    unexplained_fraction : float
-        Mean of d^2 / (d^2 + 50 mm^2) over the data: 0 is best (docs/method.md 4.6).
-    residual : float, metres
-        Weighted root mean square distance after the last correction.
-    innovation : float
-        Normalised: root mean square of z - z_hat, over the points of the frame's first correction,
-        each over its predicted standard deviation sqrt(H P H' + R). 1 is as expected, more a
-        surprise.
-    limb_sigma_deg : (6,) float64
-        Root mean square angle of each limb's direction, in the order of ``LIMBS``; that of the
-        covariance times :data:`OVERCONFIDENCE`.
-    seconds : mapping from stage name to seconds
-    prior : Prior or None
-        None where the frame was not predicted from the one before.
-    limb_lost : (6,) float64
-        Probability that the limb is lost, more than 45 deg off; NaN where that is not known.
-    limb_features : (6, S) float64 or None
-        What that was said by, in the order of ``FEATURES``; see :mod:`tracking.failure.features`.
-    """
+    """Pose of one frame and how far it can be trusted."""
 
     tracked: bool
     reason: str
+    """Why the frame is not tracked; empty when it is."""
     pose: Pose
+    """Where not tracked: what the tracker would start from."""
     x: FloatArray
+    """(n,). State as named by the tracker's ``state_names``."""
     P: FloatArray
+    """(n, n)."""
     unexplained_fraction: float = float("nan")
+    """Mean of d^2 / (d^2 + 50 mm^2) over the data: 0 is best (docs/method.md 4.6)."""
     residual: float = float("nan")
+    """Metres. Weighted root mean square distance after the last correction."""
     innovation: float = float("nan")
+    """Normalised: root mean square of z - z_hat, over the points of the frame's first correction,
+    each over its predicted standard deviation sqrt(H P H' + R). 1 is as expected, more a
+    surprise."""
     limb_sigma_deg: FloatArray = field(default_factory=lambda: np.full(len(LIMBS), np.nan))
+    """(6,). Root mean square angle of each limb's direction, in the order of ``LIMBS``; that of the
+    covariance times :data:`OVERCONFIDENCE`."""
     correspondences: Correspondences | None = None
     seconds: Mapping[str, float] = field(default_factory=dict)
+    """By stage name."""
     prior: Prior | None = None
+    """None where the frame was not predicted from the one before."""
     limb_lost: FloatArray = field(default_factory=lambda: np.full(len(LIMBS), np.nan))
+    """(6,). Probability that the limb is lost, more than 45 deg off; NaN where that is not
+    known."""
     limb_features: FloatArray | None = None
+    """(6, S). What that was said by, in the order of ``FEATURES``; see
+    :mod:`tracking.failure.features`."""
 
 
 class Tracker(Protocol):

@@ -36,24 +36,17 @@ from stereotrack_core.tracking.step_recorder import StepRecorder
 
 @dataclass(frozen=True, eq=False)
 class Measurements:
-    """What one frame measures; paired anew with every pose.
-
-    Attributes
-    ----------
-    data : (N, 3) or (N, 6) float64
-        Points of the cloud that look for the model.
-    observed : tuple of Observation
-        What sensors beside the cloud's points saw.
-    trace : StepRecorder or None
-        Records what is done with them.
-    """
+    """What one frame measures; paired anew with every pose."""
 
     setup: Setup
     cloud: Cloud
     data: FloatArray
+    """(N, 3) or (N, 6). Points of the cloud that look for the model."""
     correspondences: DataToModel
     observed: tuple[Observation, ...] = ()
+    """What sensors beside the cloud's points saw."""
     trace: StepRecorder | None = None
+    """Records what is done with them."""
 
     def surface(self, pose: Pose, *, wide: bool, every: int = 1) -> SurfaceResidual:
         """Distances of the data, or of every so many, from the surface that is nearest."""
@@ -112,43 +105,28 @@ def sensors_for(p: TrackingParameters) -> tuple[Sensor, ...]:
 
 @dataclass(frozen=True, eq=False)
 class Prediction(Belief):
-    """A frame's prediction from the frame before.
-
-    Attributes
-    ----------
-    movement : (n,) float64
-        Displacement from the last frame's pose that was expected.
-    gone : float
-        Frames that have gone by.
-    learned : (n, n) float64 or None
-        Covariance that measurements between the frames have taken off; None without any.
-    """
+    """A frame's prediction from the frame before."""
 
     movement: FloatArray
+    """(n,). Displacement from the last frame's pose that was expected."""
     gone: float
+    """Frames that have gone by."""
     learned: FloatArray | None = None
+    """(n, n). Covariance that measurements between the frames have taken off; None without any."""
 
 
 @dataclass(frozen=True, eq=False)
 class Posterior(Belief):
-    """What an estimator has found.
-
-    Attributes
-    ----------
-    surface : SurfaceResidual
-        Pairs of points of the last correction.
-    innovation : float
-        Normalised, of the frame's first correction.
-    P0 : (n, n) float64
-        Covariance of the prediction that was really used, as far as it was widened.
-    carried : (n,) bool
-        False for numbers that were not predicted but looked for anew.
-    """
+    """What an estimator has found."""
 
     surface: SurfaceResidual
+    """Pairs of points of the last correction."""
     innovation: float
+    """Normalised, of the frame's first correction."""
     P0: FloatArray
+    """(n, n). Covariance of the prediction that was really used, as far as it was widened."""
     carried: BoolArray
+    """(n,). False for numbers that were not predicted but looked for anew."""
 
 
 class Estimator(ABC):

@@ -32,52 +32,37 @@ from stereotrack_core.versions import versions
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """What tracking gave, frame by frame; F frames, n states, S stages.
-
-    Attributes
-    ----------
-    frame : (F,) int64
-        Frame numbers of the recording.
-    landmarks : (F, 9, 3) float64, world, metres
-        NaN where not tracked; in the order of ``LANDMARKS``.
-    x : (F, n) float64
-        State; NaN where not tracked. Metres and radians, see `state_names`.
-    P : (F, n, n) float64
-        Covariance of the error state.
-    tracked : (F,) bool
-    unexplained_fraction : (F,) float64
-        Of the cloud, 0 is best: mean of d^2 / (d^2 + 50 mm^2); the run file's ``coverage``.
-    residual : (F,) float64, metres
-        Weighted root mean square of the residuals after the last correction.
-    innovation : (F,) float64
-        Normalised, see :class:`Estimate`: of the points of the frame's first correction, over the
-        standard deviations predicted of them.
-    limb_sigma_deg : (F, 6) float64
-        Standard deviation of each limb's direction, in the order of ``LIMBS``.
-    limb_lost : (F, 6) float64
-        Probability that the limb's direction is more than 45 deg off, in the order of ``LIMBS``;
-        NaN where not known: for torso and head.
-    seconds : (F, S) float64
-        Wall time of each stage.
-    meta : mapping
-        Program version, preset, parameters, seed, recording and its fingerprint, subject;
-        JSON-serialisable.
-    """
+    """What tracking gave, frame by frame; F frames, n states, S stages."""
 
     frame: IntArray
+    """(F,). Frame numbers of the recording."""
     landmarks: FloatArray
+    """(F, 9, 3), world, metres. NaN where not tracked; in the order of ``LANDMARKS``."""
     x: FloatArray
+    """(F, n). State; NaN where not tracked. Metres and radians, see `state_names`."""
     P: FloatArray
+    """(F, n, n). Covariance of the error state."""
     state_names: tuple[str, ...]
     tracked: BoolArray
+    """(F,)."""
     unexplained_fraction: FloatArray
+    """(F,). Of the cloud, 0 is best: mean of d^2 / (d^2 + 50 mm^2); the run file's ``coverage``."""
     residual: FloatArray
+    """(F,), metres. Weighted root mean square of the residuals after the last correction."""
     innovation: FloatArray
+    """(F,). Normalised, see :class:`Estimate`: of the points of the frame's first correction, over
+    the standard deviations predicted of them."""
     limb_sigma_deg: FloatArray
+    """(F, 6). Standard deviation of each limb's direction, in the order of ``LIMBS``."""
     limb_lost: FloatArray
+    """(F, 6). Probability that the limb's direction is more than 45 deg off, in the order of
+    ``LIMBS``; NaN where not known: for torso and head."""
     seconds: FloatArray
+    """(F, S). Wall time of each stage."""
     stage_names: tuple[str, ...]
     meta: Mapping[str, Any]
+    """Program version, preset, parameters, seed, recording and its fingerprint, subject;
+    JSON-serialisable."""
     landmark_names: tuple[str, ...] = LANDMARKS
 
     def trajectory(self) -> LandmarkTrajectory:
@@ -87,23 +72,17 @@ class Run:
 
 @dataclass(frozen=True, eq=False)
 class TrackedFrame:
-    """What is known about one frame after tracking; see :class:`Estimate` and :class:`Run`.
-
-    Attributes
-    ----------
-    landmarks : (9, 3) float64, world, metres
-        NaN where not tracked.
-    seconds : mapping from stage name to seconds
-    contradicted : float
-        See :func:`contradicted_share`; NaN also in most frames, which were not asked.
-    """
+    """What is known about one frame after tracking; see :class:`Estimate` and :class:`Run`."""
 
     frame: int
     estimate: Estimate
     landmarks: FloatArray
+    """(9, 3), world, metres. NaN where not tracked."""
     cloud: Cloud
     seconds: Mapping[str, float]
+    """By stage name."""
     contradicted: float = float("nan")
+    """See :func:`contradicted_share`; NaN also in most frames, which were not asked."""
 
     def without_cloud(self) -> TrackedFrame:
         """The same frame without its cloud and correspondences, to be kept in numbers."""
@@ -180,39 +159,27 @@ def cloudless(
 
 @dataclass(frozen=True, eq=False)
 class Origin:
-    """Where a run comes from: all that is needed to repeat it.
-
-    Attributes
-    ----------
-    fingerprint : str
-        Of the recording's files.
-    spec : RunSpec
-        With the frames that were asked for and the views that were used; a run that was stopped
-        has fewer frames. Pictures in colour have grey values that differ a little.
-    shape : BodyShape
-        Of the body that was tracked: the settings', or what was fitted.
-    smoothed : bool
-        Whether the frames went through the backward pass.
-    bridged : tuple of int
-        Frames that were not tracked and whose poses come from the backward pass alone.
-    given : str
-        Where a first pose came from that was given and not looked for, in words.
-    made : str
-        When tracking began, ISO 8601, UTC.
-    resumed_at : tuple of int
-        Frames with which tracking went on after it had been stopped.
-    """
+    """Where a run comes from: all that is needed to repeat it."""
 
     recording: Recording
     fingerprint: str
+    """Of the recording's files."""
     spec: RunSpec
+    """With the frames that were asked for and the views that were used; a run that was stopped has
+    fewer frames. Pictures in colour have grey values that differ a little."""
     state_names: tuple[str, ...]
     shape: BodyShape
+    """Of the body that was tracked: the settings', or what was fitted."""
     smoothed: bool = False
+    """Whether the frames went through the backward pass."""
     bridged: tuple[int, ...] = ()
+    """Frames that were not tracked and whose poses come from the backward pass alone."""
     given: str = "pose"
+    """Where a first pose came from that was given and not looked for, in words."""
     made: str = ""
+    """When tracking began, ISO 8601, UTC."""
     resumed_at: tuple[int, ...] = ()
+    """Frames with which tracking went on after it had been stopped."""
 
     def meta(self) -> dict[str, Any]:
         """JSON-serialisable description."""

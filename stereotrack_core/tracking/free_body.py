@@ -51,21 +51,15 @@ _HEIGHT_SIGMA = 0.06
 class FreeBody:
     """A body of which some numbers are free: lengths as logarithms of ratios, the surface's as
     they are.
-
-    Attributes
-    ----------
-    proportions : Proportions
-        What lengths are expected to be.
-    shape : BodyParameters
-        What the surface is expected to be.
-    lengths, surface : tuple of str
-        Names of the free ones.
     """
 
     proportions: Proportions
+    """What lengths are expected to be."""
     shape: BodyParameters
+    """What the surface is expected to be."""
     lengths: tuple[str, ...] = ()
     surface: tuple[str, ...] = tuple(SHAPE_SIGMAS)
+    """`lengths` and `surface`: names of the free ones."""
 
     @property
     def start(self) -> FloatArray:

@@ -40,12 +40,7 @@ AnyTracker = TypeVar("AnyTracker", bound=ThesisTracker | PersonTracker)
 
 @dataclass(frozen=True, eq=False)
 class Beginning:
-    """A tracker about to do a frame, and a sentence that says where it begins.
-
-    Attributes
-    ----------
-    tracker : ThesisTracker or PersonTracker
-    """
+    """A tracker about to do a frame, and a sentence that says where it begins."""
 
     tracker: ThesisTracker | PersonTracker
     words: str
@@ -53,18 +48,13 @@ class Beginning:
 
 @dataclass(frozen=True, eq=False)
 class Way:
-    """How a frame is tracked.
-
-    Attributes
-    ----------
-    views : tuple of str
-        That are used.
-    """
+    """How a frame is tracked."""
 
     recording: Recording
     settings: Settings
     body: BodyModel
     views: tuple[str, ...]
+    """That are used."""
     seed: int
 
     def tracker(self) -> ThesisTracker | PersonTracker:
@@ -79,19 +69,13 @@ class Way:
 
 @dataclass(frozen=True, eq=False)
 class Known:
-    """What a run says around a frame.
-
-    Attributes
-    ----------
-    before, earlier : Estimate or None
-        Of the frame before, and of the one before that.
-    here : Estimate or None
-        Of the frame itself.
-    """
+    """What a run says around a frame."""
 
     before: Estimate | None = None
     earlier: Estimate | None = None
+    """`before` and `earlier`: of the frame before, and of the one before that."""
     here: Estimate | None = None
+    """Of the frame itself."""
 
 
 def beginning_at(way: Way, known: Known, cloud: Cloud) -> Beginning:

@@ -60,18 +60,13 @@ _EXPLAINED = 0.7
 
 @dataclass(frozen=True)
 class EstimatedLengths:
-    """Lengths that explain a sequence best.
-
-    Attributes
-    ----------
-    sigma : mapping from a length's name to its standard deviation, metres
-    frames : int
-        That they were fitted to; 0 where nothing but the height is known.
-    """
+    """Lengths that explain a sequence best."""
 
     proportions: Proportions
     sigma: Mapping[str, float] = field(default_factory=dict)
+    """Standard deviations by a length's name, metres."""
     frames: int = 0
+    """That they were fitted to; 0 where nothing but the height is known."""
 
     def subject(self) -> Subject:
         """Who has these lengths."""

@@ -37,19 +37,13 @@ SUFFIX = ".toml"
 
 @dataclass(frozen=True)
 class UserPreset:
-    """Settings that somebody has named.
-
-    Attributes
-    ----------
-    base : str
-        One of :data:`PRESETS`, from which all other values come.
-    values : mapping
-        What differs from it, by the parameter's name.
-    """
+    """Settings that somebody has named."""
 
     name: str
     base: str
+    """One of :data:`PRESETS`, from which all other values come."""
     values: Mapping[str, Value] = field(default_factory=dict)
+    """What differs from it, by the parameter's name."""
 
     @property
     def settings(self) -> Settings:

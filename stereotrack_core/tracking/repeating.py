@@ -36,25 +36,17 @@ _AGAIN = "Track the recording again with this version."
 
 @dataclass(frozen=True, eq=False)
 class StoredSpec:
-    """What a run says about how it was made.
-
-    Attributes
-    ----------
-    spec : RunSpec
-        Without detections; where `init` is :data:`UNSTATED`, the run began with a pose that it
-        does not state.
-    count : int
-        How many of the frames were tracked; fewer where the run was stopped.
-    subject : Subject or None
-        Whose body was tracked.
-    detections : mapping or None
-        Source, fingerprint and count of what a detector has said; None where nothing.
-    """
+    """What a run says about how it was made."""
 
     spec: RunSpec
+    """Without detections; where `init` is :data:`UNSTATED`, the run began with a pose that it does
+    not state."""
     count: int
+    """How many of the frames were tracked; fewer where the run was stopped."""
     subject: Subject | None
+    """Whose body was tracked."""
     detections: Mapping[str, Any] | None
+    """Source, fingerprint and count of what a detector has said; None where nothing."""
 
     @property
     def states_first_pose(self) -> bool:
@@ -149,28 +141,19 @@ def other_versions(meta: Mapping[str, Any]) -> tuple[str, ...]:
 
 @dataclass(frozen=True)
 class Sameness:
-    """How a run that was repeated compares with the first one.
-
-    Attributes
-    ----------
-    frames : int
-        Of the first run.
-    missing : int
-        Frames that only one of them has.
-    different : int
-        Frames in which any number differs in any bit.
-    first : int or None
-        The first of these.
-    largest : float, metres
-        Largest distance between the same landmark of both; 0 where none differs, NaN where one
-        of the runs lacks a landmark that the other has.
-    """
+    """How a run that was repeated compares with the first one."""
 
     frames: int
+    """Of the first run."""
     missing: int
+    """Frames that only one of them has."""
     different: int
+    """Frames in which any number differs in any bit."""
     first: int | None
+    """The first of these."""
     largest: float
+    """Metres. Largest distance between the same landmark of both; 0 where none differs, NaN where
+    one of the runs lacks a landmark that the other has."""
 
     @property
     def equal(self) -> bool:

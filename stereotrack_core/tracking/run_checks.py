@@ -80,16 +80,11 @@ _LOOK = "Inspect a cloud with `stereotrack cloud`."
 
 @dataclass(frozen=True)
 class Cause:
-    """Why views gave too few points, or what they gave was not tracked.
-
-    Attributes
-    ----------
-    what : str
-        A clause.
-    """
+    """Why views gave too few points, or what they gave was not tracked."""
 
     views: tuple[str, ...]
     what: str
+    """A clause."""
     remedy: str
 
     def sentence(self) -> str:

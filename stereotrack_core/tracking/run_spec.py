@@ -18,25 +18,6 @@ FirstPose: TypeAlias = str | Pose
 class RunSpec:
     """Everything that a run depends on besides its recording and the program's version.
 
-    Attributes
-    ----------
-    preset : str
-        Name of the preset that they were made from, for the run's description.
-    frames : range or None
-        Half-open; None: all.
-    views : sequence of str or None
-        None: all that give depth.
-    seed : int
-        Of all that is random.
-    init : str or Pose
-        First pose.
-    smooth : bool
-        Whether the frames are gone over backwards as well.
-    detections : Detections or None
-        Head and hands that a detector has seen.
-    colour : bool or None
-        Whether pictures are read in colour; None: as the parameters need it.
-
     Examples
     --------
     >>> spec = RunSpec(preset("accurate"), frames=range(40), views=["N", "S"], seed=1)
@@ -45,13 +26,21 @@ class RunSpec:
 
     settings: Settings
     preset: str = ""
+    """Name of the preset that they were made from, for the run's description."""
     frames: range | None = None
+    """Half-open; None: all."""
     views: Sequence[str] | None = None
+    """None: all that give depth."""
     seed: int = 0
+    """Of all that is random."""
     init: FirstPose = "auto"
+    """First pose."""
     smooth: bool = False
+    """Whether the frames are gone over backwards as well."""
     detections: Detections | None = None
+    """Head and hands that a detector has seen."""
     colour: bool | None = None
+    """Whether pictures are read in colour; None: as the parameters need it."""
 
     def frames_of(self, count: int) -> range:
         """Frames to track of a recording that has so many."""

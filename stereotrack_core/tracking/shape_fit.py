@@ -37,20 +37,14 @@ _POSE_SIGMA = 0.5
 
 @dataclass(frozen=True, eq=False)
 class SeenPose:
-    """One frame that the shape is fitted to.
-
-    Attributes
-    ----------
-    data : (N, 3) float64, world
-    pose : Pose
-        As followed with the present shape.
-    edges : tuple of EdgeMap
-        Of the views that know the person's outline.
-    """
+    """One frame that the shape is fitted to."""
 
     data: FloatArray
+    """(N, 3), world."""
     pose: Pose
+    """As followed with the present shape."""
     edges: tuple[EdgeMap, ...] = ()
+    """Of the views that know the person's outline."""
 
 
 def fitted_shape(
@@ -94,18 +88,12 @@ def fitted_surface(
 
 @dataclass(frozen=True, eq=False)
 class Adjusted:
-    """Numbers of the body and poses that explain the data of all frames best.
-
-    Attributes
-    ----------
-    theta : (k,) float64
-        Of a :class:`FreeBody`.
-    sigma : (k,) float64
-        Standard deviations.
-    """
+    """Numbers of the body and poses that explain the data of all frames best."""
 
     theta: FloatArray
+    """(k,). Of a :class:`FreeBody`."""
     sigma: FloatArray
+    """(k,). Standard deviations."""
     poses: tuple[Pose, ...]
 
 
@@ -304,18 +292,13 @@ _ERECT = np.cos(np.radians(12.0))
 
 @dataclass(frozen=True, eq=False)
 class UprightResidual:
-    """Components of the trunk's long axis along two horizontal directions.
-
-    Attributes
-    ----------
-    across : (2, 3) float64, world
-        Unit vectors to the person's right and forward.
-    measured, variance : (2,) float64
-    """
+    """Components of the trunk's long axis along two horizontal directions."""
 
     across: FloatArray
+    """(2, 3), world. Unit vectors to the person's right and forward."""
     measured: FloatArray
     variance: FloatArray
+    """`measured` and `variance`: (2,)."""
 
     def predicted(self, frames: PartFrames) -> FloatArray:
         """Components (S, 2) for stacked poses."""

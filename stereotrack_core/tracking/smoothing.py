@@ -39,14 +39,10 @@ class ErrorState:
 
     The covariance is taken as it is from pose to pose; that leaves out half of the turn between
     them, as the tracker's own correction does.
-
-    Attributes
-    ----------
-    joints : tuple of int
-        Parts whose two numbers follow position and rotation.
     """
 
     joints: tuple[int, ...]
+    """Parts whose two numbers follow position and rotation."""
 
     def difference(self, to: Estimate, origin: Estimate) -> FloatArray:
         """Error state (n,) that displaces `origin` to `to`."""
@@ -97,19 +93,13 @@ class AdditiveErrorState(ErrorState):
 
 @dataclass(frozen=True, eq=False)
 class Smoothed:
-    """Frames after the backward pass.
-
-    Attributes
-    ----------
-    frames : tuple of TrackedFrame
-        Unexplained fraction, residual, innovation and what is said of lost limbs remain those of
-        the forward pass; NaN where bridged.
-    bridged : tuple of int
-        Numbers of the frames that were not tracked and lie in a gap that was bridged.
-    """
+    """Frames after the backward pass."""
 
     frames: tuple[TrackedFrame, ...]
+    """Unexplained fraction, residual, innovation and what is said of lost limbs remain those of the
+    forward pass; NaN where bridged."""
     bridged: tuple[int, ...]
+    """Numbers of the frames that were not tracked and lie in a gap that was bridged."""
 
 
 def error_state_of(joints: tuple[int, ...]) -> ErrorState:

@@ -28,16 +28,11 @@ _START = np.array([0.1, 0.1, 0.1, *np.radians([20.0, 20.0, 20.0])]) ** 2
 
 @dataclass(frozen=True, eq=False)
 class Belief:
-    """A pose and how certain it is.
-
-    Attributes
-    ----------
-    P : (n, n) float64
-        Covariance of the states, or of the pose's error state; metres and radians.
-    """
+    """A pose and how certain it is."""
 
     pose: Pose
     P: FloatArray
+    """(n, n). Covariance of the states, or of the pose's error state; metres and radians."""
 
     @property
     def sigma(self) -> FloatArray:
@@ -57,42 +52,28 @@ class Belief:
 
 @dataclass(frozen=True, eq=False)
 class State(Belief):
-    """What a tracker carries from frame to frame.
-
-    Attributes
-    ----------
-    movement : (n,) float64
-        By which the pose has moved in a frame.
-    time : float or None
-        Frame that the pose belongs to; None: the one before the next cloud's.
-    """
+    """What a tracker carries from frame to frame."""
 
     movement: FloatArray
+    """(n,). By which the pose has moved in a frame."""
     time: float | None
+    """Frame that the pose belongs to; None: the one before the next cloud's."""
 
 
 @dataclass(frozen=True, eq=False)
 class Setup:
-    """What a tracker is made for; it never changes while it tracks.
-
-    Attributes
-    ----------
-    cameras : (V, 3) float64, world, metres
-        Optical centres of the views.
-    fps : float
-        Frame sets per second; the process noise is stated for 10 Hz.
-    seed : int
-        Of all that is random.
-    volume : Volume or None
-        Working volume, where it is known: who is cut by its sides is not tracked.
-    """
+    """What a tracker is made for; it never changes while it tracks."""
 
     body: BodyModel
     parameters: TrackingParameters
     cameras: FloatArray
+    """(V, 3), world, metres. Optical centres of the views."""
     fps: float
+    """Frame sets per second; the process noise is stated for 10 Hz."""
     seed: int
+    """Of all that is random."""
     volume: Volume | None = None
+    """Working volume, where it is known: who is cut by its sides is not tracked."""
 
     @property
     def joints(self) -> tuple[int, ...]:

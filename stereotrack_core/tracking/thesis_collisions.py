@@ -14,18 +14,12 @@ from stereotrack_core.body.skeleton import FOREARMS, TORSO, UPPER_ARMS
 
 @dataclass(frozen=True)
 class Clearance:
-    """Least distances and angles that a pose must keep.
-
-    Attributes
-    ----------
-    distance : float, metres
-        Of elbow and hand from the torso's elliptic cross-section, measured radially.
-    elbow_angle : float, radians
-        Between upper arm and forearm.
-    """
+    """Least distances and angles that a pose must keep."""
 
     distance: float
+    """Metres. Of elbow and hand from the torso's elliptic cross-section, measured radially."""
     elbow_angle: float
+    """Radians. Between upper arm and forearm."""
 
 
 def collisions_avoided(body: BodyModel, pose: Pose, clearance: Clearance) -> Pose:

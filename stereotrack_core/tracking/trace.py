@@ -28,143 +28,96 @@ REASONS: tuple[str, ...] = (
 
 @dataclass(frozen=True, eq=False)
 class SigmaPoints:
-    """Poses that stand for a belief, (2.12) to (2.14).
-
-    Attributes
-    ----------
-    deviations : (2n + 1, n) float64
-        From the mean; the first is zero.
-    poses : Pose
-        Stacked (2n + 1).
-    used : bool
-        False where the tracker works with derivatives: the same points are then only an
-        illustration of the belief.
-    """
+    """Poses that stand for a belief, (2.12) to (2.14)."""
 
     deviations: FloatArray
+    """(2n + 1, n). From the mean; the first is zero."""
     poses: Pose
+    """Stacked (2n + 1)."""
     used: bool
+    """False where the tracker works with derivatives: the same points are then only an illustration
+    of the belief."""
 
 
 @dataclass(frozen=True, eq=False)
 class Points:
-    """Pairs of points that a correction used, in the order of their parts; m of them.
-
-    Attributes
-    ----------
-    part : (m,) int64
-        Index into ``PARTS``.
-    place : (m, 3) float64, world, metres
-        Measured points.
-    foot : (m, 3) float64, world, metres
-        Their partners on the model.
-    direction : (m, 3) float64, world
-        Unit vectors along which the pairs are compared.
-    residual : (m,) float64, metres
-        z - z_hat: how far the measured point is ahead of its partner in that direction.
-    sigma : (m,) float64, metres
-        Standard deviation that the measurement is taken to have.
-    weight : (m,) float64
-        1 for full trust, 0 for none.
-    """
+    """Pairs of points that a correction used, in the order of their parts; m of them."""
 
     part: IntArray
+    """(m,). Index into ``PARTS``."""
     place: FloatArray
+    """(m, 3), world, metres. Measured points."""
     foot: FloatArray
+    """(m, 3), world, metres. Their partners on the model."""
     direction: FloatArray
+    """(m, 3), world. Unit vectors along which the pairs are compared."""
     residual: FloatArray
+    """(m,), metres. z - z_hat: how far the measured point is ahead of its partner in that
+    direction."""
     sigma: FloatArray
+    """(m,), metres. Standard deviation that the measurement is taken to have."""
     weight: FloatArray
+    """(m,). 1 for full trust, 0 for none."""
 
 
 @dataclass(frozen=True, eq=False)
 class Unused:
-    """Points that were there and not used; k of them.
-
-    Attributes
-    ----------
-    place : (k, 3) float64, world, metres
-    part : (k,) int64
-        -1 for measured points, which belong to no part.
-    why : (k,) int64
-        Index into :data:`REASONS`.
-    """
+    """Points that were there and not used; k of them."""
 
     place: FloatArray
+    """(k, 3), world, metres."""
     part: IntArray
+    """(k,). -1 for measured points, which belong to no part."""
     why: IntArray
+    """(k,). Index into :data:`REASONS`."""
 
 
 @dataclass(frozen=True, eq=False)
 class Rows:
-    """Further rows of a correction, of one kind.
-
-    Attributes
-    ----------
-    kind : str
-        "elbow", "rest", "torso", "arms", "outline" or "detection".
-    part : (m,) int64
-    residual : (m,) float64
-        z - z_hat in the unit.
-    sigma : (m,) float64
-        In the same unit.
-    unit : str
-        "m", "rad" or "px".
-    dx : (n,) float64
-        What they contributed to the correction.
-    """
+    """Further rows of a correction, of one kind."""
 
     kind: str
+    """One of "elbow", "rest", "torso", "arms", "outline" or "detection"."""
     part: IntArray
+    """(m,)."""
     residual: FloatArray
+    """(m,). z - z_hat in the unit."""
     sigma: FloatArray
+    """(m,). In the same unit."""
     unit: str
+    """One of "m", "rad" or "px"."""
     dx: FloatArray
+    """(n,). What they contributed to the correction."""
 
 
 @dataclass(frozen=True, eq=False)
 class Correction:
-    """One iteration.
-
-    Attributes
-    ----------
-    stage : str
-        "follow", "again" (from a wider prior) or "refine" (a pair of places for the arms).
-    iteration : int
-        From 1 on, within the stage.
-    prior : Belief
-        What is corrected.
-    before : Belief
-        Where the measurement is linearised: for the thesis's tracker the same as the prior.
-    sigma_points : SigmaPoints
-        Of `before`.
-    rows : tuple of Rows
-        Beside the points: limits, collisions, arms apart, outlines, detections.
-    P_xz : (n, m) float64
-        Cross-covariance of states and points, (2.18), (2.11).
-    P_zz : (m,) float64, square metres
-        Variances of the predicted measurement.
-    gain : (n, m) float64
-        Columns of the Kalman gain that belong to the points.
-    dx : (n,) float64
-        The correction, metres and radians.
-    from_prior : (n,) float64
-        The part of it that draws back to the prior's pose.
-    """
+    """One iteration."""
 
     stage: str
+    """One of "follow", "again" (from a wider prior) or "refine" (a pair of places for the arms)."""
     iteration: int
+    """From 1 on, within the stage."""
     prior: Belief
+    """What is corrected."""
     before: Belief
+    """Where the measurement is linearised: for the thesis's tracker the same as the prior."""
     sigma_points: SigmaPoints
+    """Of `before`."""
     points: Points
     unused: Unused
     rows: tuple[Rows, ...]
+    """Beside the points: limits, collisions, arms apart, outlines, detections."""
     P_xz: FloatArray
+    """(n, m). Cross-covariance of states and points, (2.18), (2.11)."""
     P_zz: FloatArray
+    """(m,), square metres. Variances of the predicted measurement."""
     gain: FloatArray
+    """(n, m). Columns of the Kalman gain that belong to the points."""
     dx: FloatArray
+    """(n,). The correction, metres and radians."""
     from_prior: FloatArray
+    """(n,). The part of it that draws back to the prior's pose."""
     after: Belief
 
     @property
@@ -183,68 +136,48 @@ class Correction:
 
 @dataclass(frozen=True)
 class ArmJump:
-    """How one arm was moved to avoid collisions.
-
-    Attributes
-    ----------
-    side : int
-        0 for the left arm, 1 for the right one.
-    elbow_missing, hand_missing : float, metres
-        By which the least distance from the torso was not kept; 0 where it was.
-    bend_missing : float, radians
-        By which the elbow was folded too far; 0 where it was not.
-    upper_turn, fore_turn : float, radians
-        By which the limbs were turned in the end.
-    """
+    """How one arm was moved to avoid collisions."""
 
     side: int
+    """0 for the left arm, 1 for the right one."""
     elbow_missing: float
     hand_missing: float
+    """`elbow_missing` and `hand_missing`: metres. By which the least distance from the torso was
+    not kept; 0 where it was."""
     bend_missing: float
+    """Radians. By which the elbow was folded too far; 0 where it was not."""
     upper_turn: float
     fore_turn: float
+    """`upper_turn` and `fore_turn`: radians. By which the limbs were turned in the end."""
 
 
 @dataclass(frozen=True, eq=False)
 class Jump:
-    """The thesis's collision avoidance after the last iteration (3.2.4).
-
-    Attributes
-    ----------
-    arms : tuple of ArmJump
-        Left and right.
-    least_distance : float, metres
-    least_angle : float, radians
-    """
+    """The thesis's collision avoidance after the last iteration (3.2.4)."""
 
     before: Pose
     after: Pose
     arms: tuple[ArmJump, ...]
+    """Left and right."""
     least_distance: float
+    """Metres."""
     least_angle: float
+    """Radians."""
 
 
 @dataclass(frozen=True, eq=False)
 class Proposals:
-    """Places for one arm that were scored; K of them.
-
-    Attributes
-    ----------
-    side : int
-        0 for the left arm, 1 for the right one.
-    upper, fore : (K, 3) float64
-        Directions in the torso's frame.
-    terms : mapping from name to (K,) float64
-        What speaks against them: data, sight, anatomy, change.
-    kept : (K,) bool
-        Whether pairs were made with them.
-    """
+    """Places for one arm that were scored; K of them."""
 
     side: int
+    """0 for the left arm, 1 for the right one."""
     upper: FloatArray
     fore: FloatArray
+    """`upper` and `fore`: (K, 3). Directions in the torso's frame."""
     terms: Mapping[str, FloatArray]
+    """By name. What speaks against them: data, sight, anatomy, change."""
     kept: BoolArray
+    """(K,). Whether pairs were made with them."""
 
     @property
     def cost(self) -> FloatArray:
@@ -255,107 +188,73 @@ class Proposals:
 
 @dataclass(frozen=True, eq=False)
 class Pair:
-    """Places for both arms at once that the tracker has tried.
-
-    Attributes
-    ----------
-    proposed, pose : Pose
-        Before and after they were refined.
-    terms : mapping from name to float
-        What speaks against the refined pose, by name.
-    cost : float
-        Its sum.
-    """
+    """Places for both arms at once that the tracker has tried."""
 
     proposed: Pose
     pose: Pose
+    """`proposed` and `pose`: before and after they were refined."""
     terms: Mapping[str, float]
+    """By name. What speaks against the refined pose, by name."""
     cost: float
+    """Its sum."""
     chosen: bool
 
 
 @dataclass(frozen=True, eq=False)
 class Search:
-    """The search for the arms.
-
-    Attributes
-    ----------
-    followed : Pair
-        What following alone has found; chosen if nothing else was clearly better.
-    pairs : tuple of Pair
-        In the order in which they were tried.
-    proposals : tuple of Proposals
-        Left and right.
-    gain : float
-        By which another pair must cost less.
-    """
+    """The search for the arms."""
 
     followed: Pair
+    """What following alone has found; chosen if nothing else was clearly better."""
     pairs: tuple[Pair, ...]
+    """In the order in which they were tried."""
     proposals: tuple[Proposals, ...]
+    """Left and right."""
     gain: float
+    """By which another pair must cost less."""
     seconds: float
 
 
 @dataclass(frozen=True, eq=False)
 class StepTrace:
-    """Everything that a tracker did in one frame.
-
-    Attributes
-    ----------
-    method : str
-        "thesis", "manifold", or the estimator's name for a baseline.
-    state_names : tuple of str
-        Of the n numbers of covariances and corrections.
-    before, predicted, after : Belief
-        Of the frame before, predicted for this one, and found.
-    corrections : tuple of Correction
-        In their order, without those that refine pairs of places for the arms.
-    refinements : tuple of tuple of Correction
-        Those, pair by pair.
-    measured : tuple of Points
-        Pairs of points of trackers that do not correct by them; first and last.
-    estimate : Estimate
-        What the tracker said about the frame.
-    notes : tuple of str
-        Sentences about what is unusual.
-    seconds : mapping from step to seconds
-    """
+    """Everything that a tracker did in one frame."""
 
     frame: int
     method: str
+    """One of "thesis", "manifold", or the estimator's name for a baseline."""
     body: BodyModel
     state_names: tuple[str, ...]
+    """Of the n numbers of covariances and corrections."""
     before: Belief
     predicted: Belief
     after: Belief
+    """`before`, `predicted` and `after`: of the frame before, predicted for this one, and found."""
     corrections: tuple[Correction, ...]
+    """In their order, without those that refine pairs of places for the arms."""
     estimate: Estimate
+    """What the tracker said about the frame."""
     refinements: tuple[tuple[Correction, ...], ...] = ()
+    """Those, pair by pair."""
     measured: tuple[Points, ...] = ()
+    """Pairs of points of trackers that do not correct by them; first and last."""
     search: Search | None = None
     jump: Jump | None = None
     notes: tuple[str, ...] = ()
+    """Sentences about what is unusual."""
     seconds: Mapping[str, float] = field(default_factory=dict)
+    """By step."""
 
 
 @dataclass(frozen=True, eq=False)
 class Movement:
-    """From one pose to another.
-
-    Attributes
-    ----------
-    shift : float, metres
-        Of the torso.
-    turn : float, radians
-        Of the torso.
-    limbs : (6,) float64, radians
-        Of the limbs' directions, in the order of ``LIMBS``.
-    """
+    """From one pose to another."""
 
     shift: float
+    """Metres. Of the torso."""
     turn: float
+    """Radians. Of the torso."""
     limbs: FloatArray
+    """(6,), radians. Of the limbs' directions, in the order of ``LIMBS``."""
 
 
 def movement(body: BodyModel, origin: Pose, to: Pose) -> Movement:

@@ -27,26 +27,19 @@ from stereotrack_core.tracking.trace import SigmaPoints
 
 @dataclass(frozen=True, eq=False)
 class Projection:
-    """Pairs of points, each projected on the line that joins them, (3.5) to (3.8).
-
-    Attributes
-    ----------
-    drawn, sampled : SurfacePoints
-        Model points, fixed to their parts: all, and those that do not lie on their partner.
-    predicted : (m, 3) float64, world
-        The model points at x_hat: p_zhat.
-    measured : (m, 3) float64, world
-        Their nearest measured points: p_z.
-    e : (m, 3) float64
-        Unit vectors from p_zhat to p_z, evaluated once at x_hat. With directions recomputed for
-        every sigma point the tracker is destroyed.
-    """
+    """Pairs of points, each projected on the line that joins them, (3.5) to (3.8)."""
 
     drawn: SurfacePoints
     sampled: SurfacePoints
+    """`drawn` and `sampled`: model points, fixed to their parts: all, and those that do not lie on
+    their partner."""
     predicted: FloatArray
+    """(m, 3), world. The model points at x_hat: p_zhat."""
     measured: FloatArray
+    """(m, 3), world. Their nearest measured points: p_z."""
     e: FloatArray
+    """(m, 3). Unit vectors from p_zhat to p_z, evaluated once at x_hat. With directions recomputed
+    for every sigma point the tracker is destroyed."""
 
     @property
     def z(self) -> FloatArray:

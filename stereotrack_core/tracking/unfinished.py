@@ -20,21 +20,14 @@ INCOMPLETE = "incomplete"
 
 @dataclass(frozen=True, eq=False)
 class Checkpoint:
-    """The tracker between two frames.
-
-    Attributes
-    ----------
-    frame : int
-        The last one that it has seen.
-    started : bool
-        Whether somebody has been there, so that it was given a first pose.
-    memory : mapping from name to array
-        See :class:`Tracker`.
-    """
+    """The tracker between two frames."""
 
     frame: int
+    """The last one that it has seen."""
     started: bool
+    """Whether somebody has been there, so that it was given a first pose."""
     memory: Memory
+    """By name. See :class:`Tracker`."""
 
 
 class RunKeeper(Protocol):
@@ -51,25 +44,17 @@ class RunKeeper(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class UnfinishedRun:
-    """What is left of a run that was stopped.
-
-    Attributes
-    ----------
-    frames : tuple of TrackedFrame
-        Ascending; without clouds.
-    meta : mapping
-        As a complete run has it.
-    wall_seconds : float
-        That were spent on it.
-    checkpoint : Checkpoint or None
-        The last one up to which no frame is missing; None where the run has to begin anew.
-    """
+    """What is left of a run that was stopped."""
 
     frames: tuple[TrackedFrame, ...]
+    """Ascending; without clouds."""
     state_names: tuple[str, ...]
     meta: Mapping[str, Any]
+    """As a complete run has it."""
     wall_seconds: float
+    """That were spent on it."""
     checkpoint: Checkpoint | None = None
+    """The last one up to which no frame is missing; None where the run has to begin anew."""
 
     @property
     def asked(self) -> range:

@@ -20,16 +20,12 @@ LEFT, RIGHT = 0, 1
 
 @dataclass(frozen=True, eq=False)
 class Arms:
-    """K proposals for one arm.
-
-    Attributes
-    ----------
-    upper, fore : (K, 3) float64
-        Unit vectors from shoulder to elbow and from elbow to hand, torso's frame.
-    """
+    """K proposals for one arm."""
 
     upper: FloatArray
     fore: FloatArray
+    """`upper` and `fore`: (K, 3). Unit vectors from shoulder to elbow and from elbow to hand,
+    torso's frame."""
 
     def __len__(self) -> int:
         return len(self.upper)
@@ -67,24 +63,18 @@ def with_arm(pose: Pose, side: int, upper: FloatArray, fore: FloatArray) -> Pose
 
 @dataclass(frozen=True, eq=False)
 class ArmShape:
-    """One arm's place and size, as balls swept along three segments.
-
-    Attributes
-    ----------
-    side : int
-        ``LEFT`` or ``RIGHT``.
-    shoulder : (3,) float64, torso's frame
-    upper_length, fore_length, hand_length : float, metres
-    radii : (3, 2) float64, metres
-        Of upper arm, forearm and hand, at both ends.
-    """
+    """One arm's place and size, as balls swept along three segments."""
 
     side: int
+    """``LEFT`` or ``RIGHT``."""
     shoulder: FloatArray
+    """(3,), torso's frame."""
     upper_length: float
     fore_length: float
     hand_length: float
+    """`upper_length`, `fore_length` and `hand_length`: metres."""
     radii: FloatArray
+    """(3, 2), metres. Of upper arm, forearm and hand, at both ends."""
 
     @property
     def reach(self) -> float:

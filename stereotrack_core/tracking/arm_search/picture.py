@@ -24,32 +24,25 @@ COLUMNS = 11
 
 @dataclass(frozen=True, eq=False)
 class SeenPicture:
-    """One view at one instant, thinned out.
-
-    Attributes
-    ----------
-    measured : (h, w) float32, 1/metres
-        Inverse range; 0 where not known.
-    person : (h, w) int8
-        1 where the person is.
-    left, top, step : float, pixels
-        Place of the first pixel in the image, and distance to the next.
-    pinhole : (3,) float64
-    camera_from_world : (3, 4) float64
-    eye : (3,) float64, world
-    scale : float
-        Disparity over inverse range.
-    """
+    """One view at one instant, thinned out."""
 
     measured: Float32Array
+    """(h, w), 1/metres. Inverse range; 0 where not known."""
     person: FloatArray
+    """(h, w). 1 where the person is."""
     left: float
     top: float
     step: float
+    """`left`, `top` and `step`: pixels. Place of the first pixel in the image, and distance to the
+    next."""
     pinhole: FloatArray
+    """(3,)."""
     camera_from_world: FloatArray
+    """(3, 4)."""
     eye: FloatArray
+    """(3,), world."""
     scale: float
+    """Disparity over inverse range."""
 
     def drawn(self, table: FloatArray) -> Float32Array:
         """Inverse ranges (h, w) of cones (C, 18); 0 where there are none."""
@@ -106,18 +99,12 @@ def outline_table(cones: Cones, frames: PartFrames) -> FloatArray:
 
 @dataclass(frozen=True)
 class Likeness:
-    """How pictures are compared.
-
-    Attributes
-    ----------
-    sigma : float, pixels
-        Difference of disparities that counts half.
-    unknown : float
-        Share of a pixel of the person without a range that speaks against a body there.
-    """
+    """How pictures are compared."""
 
     sigma: float
+    """Pixels. Difference of disparities that counts half."""
     unknown: float
+    """Share of a pixel of the person without a range that speaks against a body there."""
 
     def unlike_pairs(
         self, seen: SeenPicture, rest: Float32Array, left: Float32Array, right: Float32Array

@@ -80,31 +80,21 @@ that an arm on the torso is told from the torso."""
 
 @dataclass(frozen=True, eq=False)
 class Evidence:
-    """Data that speak about the arms at one instant.
-
-    Attributes
-    ----------
-    points : (N, 3) float64, torso's frame
-        Within reach of a shoulder.
-    body_distance : (N,) float64, metres
-        From torso, head and legs.
-    shapes : tuple of ArmShape
-        Of the left and the right arm, from where the shoulders are.
-    frames : PartFrames
-        Of the present pose; proposals are in its torso's frame.
-    weight : float
-        Of one datum, so that at most the wanted number counts.
-    pictures : tuple of SeenPicture
-        What the views saw, thinned out; none where they are not compared.
-    """
+    """Data that speak about the arms at one instant."""
 
     points: FloatArray
+    """(N, 3), torso's frame. Within reach of a shoulder."""
     body_distance: FloatArray
+    """(N,), metres. From torso, head and legs."""
     shapes: tuple[ArmShape, ArmShape]
+    """Of the left and the right arm, from where the shoulders are."""
     frames: PartFrames
+    """Of the present pose; proposals are in its torso's frame."""
     depths: tuple[ViewDepth, ...]
     weight: float
+    """Of one datum, so that at most the wanted number counts."""
     pictures: tuple[SeenPicture, ...]
+    """What the views saw, thinned out; none where they are not compared."""
 
     @cached_property
     def side_by_side(self) -> FloatArray:

@@ -61,16 +61,12 @@ _FEET = 0.35
 
 @dataclass(frozen=True, eq=False)
 class SurfaceGraph:
-    """Neighbouring nodes of a cloud.
-
-    Attributes
-    ----------
-    nodes : (M, 3) float64, world, metres
-    lengths : (M, M) sparse float64, metres
-    """
+    """Neighbouring nodes of a cloud."""
 
     nodes: FloatArray
+    """(M, 3), world, metres."""
     lengths: sparse.csr_matrix
+    """(M, M) sparse float64, metres."""
 
 
 def extremities(points: FloatArray, time: float) -> tuple[Detection, ...]:

@@ -53,20 +53,15 @@ class DetectionResidual:
 
     Pictures are those of an ideal camera without distortion: pixels of the raw picture are
     undistorted once, and the prediction is a pinhole's.
-
-    Attributes
-    ----------
-    point : (3,) float64
-        In the frame of the part.
-    measured : (3,) or (2,) float64
-        World, metres; or undistorted pixels seen from the principal point.
-    variance : (3,) or (2,) float64
     """
 
     part: int
     point: FloatArray
+    """(3,). In the frame of the part."""
     measured: FloatArray
+    """(3,) or (2,). World, metres; or undistorted pixels seen from the principal point."""
     variance: FloatArray
+    """(3,) or (2,)."""
     camera: Camera | None = None
 
     def predicted(self, frames: PartFrames) -> FloatArray:
@@ -206,15 +201,11 @@ def _pixel_gradients(camera: Camera, world: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True)
 class DetectionObservation:
-    """Detections of one instant; given anew to the points of the body at every pose.
-
-    Attributes
-    ----------
-    gate : float, metres
-    """
+    """Detections of one instant; given anew to the points of the body at every pose."""
 
     detections: tuple[Detection, ...]
     gate: float
+    """Metres."""
 
     def residuals(self, body: BodyModel, pose: Pose) -> tuple[DetectionResidual, ...]:
         """Residuals at a pose; see :func:`detection_residuals`."""

@@ -51,21 +51,16 @@ _ELBOW_SIGMA = np.radians(3.0)
 
 @dataclass(frozen=True, eq=False)
 class DirectionResidual:
-    """Components of parts' directions across axes that are fixed to their parents.
-
-    Attributes
-    ----------
-    part, parent : (m,) int64
-    across : (m, 3) float64
-        Unit vectors in the parents' frames.
-    measured, variance : (m,) float64
-    """
+    """Components of parts' directions across axes that are fixed to their parents."""
 
     part: IntArray
     parent: IntArray
+    """`part` and `parent`: (m,)."""
     across: FloatArray
+    """(m, 3). Unit vectors in the parents' frames."""
     measured: FloatArray
     variance: FloatArray
+    """`measured` and `variance`: (m,)."""
 
     def jacobian(self, frames: PartFrames, columns: Columns) -> FloatArray:
         """Derivatives (m, n): only a part's own joint turns it against its parent."""
@@ -87,23 +82,17 @@ class DirectionResidual:
 
 @dataclass(frozen=True, eq=False)
 class ClearanceResidual:
-    """Distances of points of parts from the torso, along fixed directions of the torso's frame.
-
-    Attributes
-    ----------
-    part : (m,) int64
-    points : (m, 3) float64
-        In the frames of the parts.
-    outward : (m, 3) float64
-        In the torso's frame.
-    measured, variance : (m,) float64
-    """
+    """Distances of points of parts from the torso, along fixed directions of the torso's frame."""
 
     part: IntArray
+    """(m,)."""
     points: FloatArray
+    """(m, 3). In the frames of the parts."""
     outward: FloatArray
+    """(m, 3). In the torso's frame."""
     measured: FloatArray
     variance: FloatArray
+    """`measured` and `variance`: (m,)."""
 
     def jacobian(self, frames: PartFrames, columns: Columns) -> FloatArray:
         """Derivatives (m, n): the torso's own movement changes nothing."""
@@ -123,26 +112,19 @@ class ClearanceResidual:
 
 @dataclass(frozen=True, eq=False)
 class ApartResidual:
-    """Distances between places on two arms along fixed directions.
-
-    Attributes
-    ----------
-    left, right : (m,) int64
-        Parts.
-    on_left, on_right : (m, 3) float64
-        Places in the parts' frames.
-    direction : (m, 3) float64, world
-        Unit vectors from the right arm to the left one.
-    measured, variance : (m,) float64
-    """
+    """Distances between places on two arms along fixed directions."""
 
     left: IntArray
     right: IntArray
+    """`left` and `right`: (m,). Parts."""
     on_left: FloatArray
     on_right: FloatArray
+    """`on_left` and `on_right`: (m, 3). Places in the parts' frames."""
     direction: FloatArray
+    """(m, 3), world. Unit vectors from the right arm to the left one."""
     measured: FloatArray
     variance: FloatArray
+    """`measured` and `variance`: (m,)."""
 
     def jacobian(self, frames: PartFrames, columns: Columns) -> FloatArray:
         """Derivatives (m, n)."""

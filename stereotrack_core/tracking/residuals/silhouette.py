@@ -44,24 +44,16 @@ _AROUND = 32
 
 @dataclass(frozen=True, eq=False)
 class EdgeMap:
-    """Distances from the silhouette's edge in one view, around the person.
-
-    Attributes
-    ----------
-    distance : (h, w) float32, pixels
-        Positive outside of the silhouette, negative inside.
-    range_z : (h, w) float32, metres
-        NaN where not known.
-    pinhole : (5,) float64
-        Focal length, principal point, and the place of the map's first pixel in the image.
-    camera_from_world : (3, 4) float64
-        Rotation and translation.
-    """
+    """Distances from the silhouette's edge in one view, around the person."""
 
     distance: Float32Array
+    """(h, w), pixels. Positive outside of the silhouette, negative inside."""
     range_z: Float32Array
+    """(h, w), metres. NaN where not known."""
     pinhole: FloatArray
+    """(5,). Focal length, principal point, and the place of the map's first pixel in the image."""
     camera_from_world: FloatArray
+    """(3, 4). Rotation and translation."""
 
 
 def edge_maps(cloud: Cloud) -> tuple[EdgeMap, ...]:
@@ -142,23 +134,16 @@ _ALONG = np.array([0.1, 0.3, 0.5, 0.7, 0.9])
 
 @dataclass(frozen=True, eq=False)
 class Contours:
-    """Outlines of one pose in all views and how far the edges are from them.
-
-    Attributes
-    ----------
-    cone : (m,) int64
-    foot : (m, 3) float64, world
-        On the surface, where a view grazes it.
-    direction : (m, 3) float64, world
-        Unit vector along which the edge is away, across the line of sight.
-    distance : (m,) float64, metres
-        From the outline to the edge, positive outwards.
-    """
+    """Outlines of one pose in all views and how far the edges are from them."""
 
     cone: IntArray
+    """(m,)."""
     foot: FloatArray
+    """(m, 3), world. On the surface, where a view grazes it."""
     direction: FloatArray
+    """(m, 3), world. Unit vector along which the edge is away, across the line of sight."""
     distance: FloatArray
+    """(m,), metres. From the outline to the edge, positive outwards."""
 
 
 def contours_of(
@@ -198,19 +183,13 @@ def contours_of(
 
 @dataclass(frozen=True, eq=False)
 class SilhouetteObservation:
-    """The edges of one instant, against which outlines are measured.
-
-    Attributes
-    ----------
-    sigma : float, metres
-        Standard deviation of a contour's distance from its edge.
-    effective : float
-        Effective sample size of all contours of a frame set.
-    """
+    """The edges of one instant, against which outlines are measured."""
 
     edges: tuple[EdgeMap, ...]
     sigma: float
+    """Metres. Standard deviation of a contour's distance from its edge."""
     effective: float = EFFECTIVE
+    """Effective sample size of all contours of a frame set."""
 
     def residuals(self, body: BodyModel, pose: Pose) -> tuple[SurfaceResidual, ...]:
         """Distances between the outlines of a pose and the edges near them."""

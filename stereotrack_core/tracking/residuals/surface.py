@@ -48,31 +48,24 @@ def unexplained_fraction(distance: FloatArray) -> float:
 
 @dataclass(frozen=True, eq=False)
 class SurfaceResidual:
-    """Signed distances of data from the surface; the feet move rigidly with their parts.
-
-    Attributes
-    ----------
-    data : (m, 3) float64, world
-        Sorted by part.
-    part : (m,) int64
-    foot : (m, 3) float64, world
-    foot_in_part : (m, 3) float64
-        In the frame of the part.
-    direction : (m, 3) float64, world
-        Along which the distance is measured, held fixed.
-    distance : (m,) float64, metres
-    variance : (m,) float64, square metres
-    weight : (m,) float64
-    """
+    """Signed distances of data from the surface; the feet move rigidly with their parts."""
 
     data: FloatArray
+    """(m, 3), world. Sorted by part."""
     part: IntArray
+    """(m,)."""
     foot: FloatArray
+    """(m, 3), world."""
     foot_in_part: FloatArray
+    """(m, 3). In the frame of the part."""
     direction: FloatArray
+    """(m, 3), world. Along which the distance is measured, held fixed."""
     distance: FloatArray
+    """(m,), metres."""
     variance: FloatArray
+    """(m,), square metres."""
     weight: FloatArray
+    """(m,)."""
 
     @property
     def measured(self) -> FloatArray:
@@ -91,24 +84,16 @@ class SurfaceResidual:
 
 @dataclass(frozen=True)
 class Trust:
-    """How data are weighted.
-
-    Attributes
-    ----------
-    reach : float, metres
-        Data farther from the model belong to nothing.
-    scale : float, metres
-        Distance at which the weight has fallen to a quarter.
-    sigma : float, metres
-        Standard deviation of one independent measurement.
-    effective : float
-        Independent measurements in the data.
-    """
+    """How data are weighted."""
 
     reach: float
+    """Metres. Data farther from the model belong to nothing."""
     scale: float
+    """Metres. Distance at which the weight has fallen to a quarter."""
     sigma: float
+    """Metres. Standard deviation of one independent measurement."""
     effective: float
+    """Independent measurements in the data."""
 
 
 def surface_residual(
