@@ -51,6 +51,16 @@ def test_pictures_are_small_enough_for_a_repository():
     assert [path.name for path in pictures if path.stat().st_size > 300_000] == []
 
 
+def test_pages_and_paragraphs_can_be_read_in_one_go():
+    for page in sorted((ROOT / "docs").glob("*.md")):
+        text = page.read_text(encoding="utf-8")
+        assert len(text.splitlines()) <= 450, page.name
+        prose = re.sub(r"^```.*?^```", "", text, flags=re.MULTILINE | re.DOTALL)
+        for part in re.split(r"\n\s*\n", prose):
+            is_prose = not re.match(r"\s*(\||[-*] |\d+\. |#|!|<)", part)
+            assert not (is_prose and len(part.splitlines()) > 6), f"{page.name}: {part[:60]}"
+
+
 def test_links_between_the_pages_lead_somewhere():
     lost = [
         f"{page.name}: {target}"
