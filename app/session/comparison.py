@@ -109,7 +109,7 @@ def _against(truth: Judgement) -> str:
 def _candidate(entry: RunEntry) -> Candidate:
     frames = list(entry.ordered())
     unexplained_fraction = np.array(
-        [frame.unexplained_fraction for frame in frames], dtype=np.float64
+        [frame.estimate.unexplained_fraction for frame in frames], dtype=np.float64
     )
     return Candidate(entry.name, entry.trajectory(), unexplained_fraction)
 

@@ -154,7 +154,11 @@ class InstantPresenter(QObject):
 
     def _correspondences(self, frame: int) -> Correspondences | None:
         newest = self._newest
-        return newest.correspondences if newest is not None and newest.frame == frame else None
+        return (
+            newest.estimate.correspondences
+            if newest is not None and newest.frame == frame
+            else None
+        )
 
     def _drawing_at(self, frame: int) -> StepDrawing | None:
         drawing = self._view_state.drawing

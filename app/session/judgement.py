@@ -146,9 +146,11 @@ def _judged(frames: Sequence[TrackedFrame], truth: Truth | None) -> Judgement:
     numbers = np.array([frame.frame for frame in frames], dtype=np.int64)
     tracked = np.array([frame.tracked for frame in frames], dtype=bool)
     unexplained_fraction = np.array(
-        [frame.unexplained_fraction for frame in frames], dtype=np.float64
+        [frame.estimate.unexplained_fraction for frame in frames], dtype=np.float64
     )
-    chances = np.array([frame.limb_lost for frame in frames]).reshape(len(frames), len(LIMBS))
+    chances = np.array([frame.estimate.limb_lost for frame in frames]).reshape(
+        len(frames), len(LIMBS)
+    )
     lost = {limb: chances[:, LIMBS.index(limb)] for limb in MEASURED_LIMBS}
     if truth is not None:
         points = np.array([frame.landmarks for frame in frames]).reshape(
@@ -158,7 +160,9 @@ def _judged(frames: Sequence[TrackedFrame], truth: Truth | None) -> Judgement:
         return Judgement(
             "error", numbers, limbs, tracked, unexplained_fraction, errors, lost, truth
         )
-    sigma = np.array([frame.limb_sigma_deg for frame in frames]).reshape(len(frames), len(LIMBS))
+    sigma = np.array([frame.estimate.limb_sigma_deg for frame in frames]).reshape(
+        len(frames), len(LIMBS)
+    )
     limbs = {limb: sigma[:, LIMBS.index(limb)] for limb in MEASURED_LIMBS}
     return Judgement("sigma", numbers, limbs, tracked, unexplained_fraction, None, lost)
 
@@ -215,11 +219,18 @@ class Doubt:
 
 def doubts(tracked: TrackedFrame) -> tuple[Doubt, ...]:
     """Limbs that the tracker is unsure of by its signs or its covariance, the worst first."""
-    chance, sigma = np.nan_to_num(tracked.limb_lost), np.nan_to_num(tracked.limb_sigma_deg)
+    chance, sigma = (
+        np.nan_to_num(tracked.estimate.limb_lost),
+        np.nan_to_num(tracked.estimate.limb_sigma_deg),
+    )
     unsure = (chance > UNCERTAIN_SHARE) | (sigma > UNCERTAIN_DEG)
     order = [int(i) for i in np.lexsort((-sigma, -chance)) if unsure[i]]
     return tuple(
-        Doubt(LIMBS[i], float(tracked.limb_lost[i]), probable_cause(tracked.landmarks, LIMBS[i]))
+        Doubt(
+            LIMBS[i],
+            float(tracked.estimate.limb_lost[i]),
+            probable_cause(tracked.landmarks, LIMBS[i]),
+        )
         for i in order
     )
 

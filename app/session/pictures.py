@@ -227,7 +227,7 @@ def _overlay(
     matched = instant.correspondences
     if "correspondences" in shown and matched is not None:
         pairs = project(np.stack([matched.data, matched.model], axis=1))
-        limbs = matched.limb
+        limbs = matched.part
     return Overlay(
         shapes=shapes,
         paths=limb_paths(shapes),

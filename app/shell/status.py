@@ -108,7 +108,7 @@ def frame_words(tracked: TrackedFrame, judgement: Judgement | None = None) -> st
     unsure = doubts(tracked)
     if unsure:
         return _some([f"{limb_words(doubt.limb)} {doubt.words}" for doubt in unsure])
-    if not np.isfinite(tracked.limb_lost).any():
+    if not np.isfinite(tracked.estimate.limb_lost).any():
         return _joined("failure not assessed", _spread_words(tracked))
     against = _against(tracked)
     return f"no limb flagged, but {' and '.join(against)}" if against else "no limb flagged"
@@ -137,17 +137,19 @@ def _error_words(tracked: TrackedFrame, errors: Mapping[str, float]) -> str:
 def _against(tracked: TrackedFrame) -> list[str]:
     """What is not usual about a frame as a whole."""
     found = []
-    if not np.isfinite([tracked.unexplained_fraction, tracked.residual]).all():
+    if not np.isfinite([tracked.estimate.unexplained_fraction, tracked.estimate.residual]).all():
         found.append("the fit of the model to the points is not known")
-    if tracked.unexplained_fraction > USUAL_UNEXPLAINED:
-        found.append(f"{100.0 * tracked.unexplained_fraction:.0f} % of the points are unexplained")
-    if tracked.residual > USUAL_RESIDUAL:
-        found.append(f"points are {1000.0 * tracked.residual:.0f} mm off the model")
+    if tracked.estimate.unexplained_fraction > USUAL_UNEXPLAINED:
+        found.append(
+            f"{100.0 * tracked.estimate.unexplained_fraction:.0f} % of the points are unexplained"
+        )
+    if tracked.estimate.residual > USUAL_RESIDUAL:
+        found.append(f"points are {1000.0 * tracked.estimate.residual:.0f} mm off the model")
     return found
 
 
 def _spread_words(tracked: TrackedFrame) -> str:
-    sigma = tracked.limb_sigma_deg
+    sigma = tracked.estimate.limb_sigma_deg
     known = sigma[np.isfinite(sigma)]
     return f"at most ± {known.max():.0f}° (filter estimate)" if len(known) else ""
 

@@ -6,44 +6,34 @@ Rz(-gamma) Ry(beta) Rx(-alpha). Everything here uses R = Rz(gamma) Ry(beta) Rx(a
 
 from __future__ import annotations
 
+from itertools import chain
+
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.pose import REST, Pose
 from stereotrack_core.body.skeleton import (
     CLAVICLES,
+    FOREARMS,
     HEAD,
-    LEFT_FOREARM,
     LEFT_PARTS,
-    LEFT_SHANK,
-    LEFT_THIGH,
-    LEFT_UPPER_ARM,
     PARENTS,
     PARTS,
-    RIGHT_FOREARM,
-    RIGHT_SHANK,
-    RIGHT_THIGH,
-    RIGHT_UPPER_ARM,
+    SHANKS,
+    THIGHS,
     TORSO,
+    UPPER_ARMS,
 )
 
 MIRROR = np.diag([-1.0, 1.0, 1.0])
 
-THESIS_JOINTS: tuple[int, ...] = (
-    LEFT_UPPER_ARM,
-    LEFT_FOREARM,
-    RIGHT_UPPER_ARM,
-    RIGHT_FOREARM,
-)
+THESIS_JOINTS: tuple[int, ...] = tuple(chain.from_iterable(zip(UPPER_ARMS, FOREARMS, strict=True)))
 """Joints of the thesis's 14 states, in their order."""
 
 ALL_JOINTS: tuple[int, ...] = (
     *THESIS_JOINTS,
     HEAD,
-    LEFT_THIGH,
-    LEFT_SHANK,
-    RIGHT_THIGH,
-    RIGHT_SHANK,
+    *chain.from_iterable(zip(THIGHS, SHANKS, strict=True)),
     *CLAVICLES,
 )
 """Joints of a state that includes head, legs and shoulder girdle; begins with the thesis's."""
@@ -121,14 +111,14 @@ def state_of_pose(pose: Pose, joints: tuple[int, ...]) -> FloatArray:
     """
     numbers: list[FloatArray] = [*np.moveaxis(pose.position, -1, 0)]
     numbers += [*np.moveaxis(angles_of_rotation(pose.torso), -1, 0)]
-    chain: dict[int, tuple[FloatArray, FloatArray]] = {}
+    known: dict[int, tuple[FloatArray, FloatArray]] = {}
     for part in joints:
         parent = PARENTS[part]
         direction = pose.rotations[..., part, :, 2]
         if parent != TORSO:
-            given, own = chain[parent]
+            given, own = known[parent]
             direction = np.einsum("...ji,...jk,...k->...i", own, given, direction)
         alpha, beta = joint_angles(part, direction)
-        chain[part] = (pose.rotations[..., part, :, :], joint_rotation(part, alpha, beta))
+        known[part] = (pose.rotations[..., part, :, :], joint_rotation(part, alpha, beta))
         numbers += [alpha, beta]
     return np.stack(numbers, axis=-1)

@@ -17,10 +17,8 @@ from stereotrack_core.body.skeleton import (
     CLAVICLES,
     FOREARMS,
     HEAD,
-    LEFT_SHANK,
-    LEFT_THIGH,
-    RIGHT_SHANK,
-    RIGHT_THIGH,
+    SHANKS,
+    THIGHS,
     TORSO,
     UPPER_ARMS,
     Skeleton,
@@ -173,8 +171,8 @@ def _legs(p: Proportions, b: BodyParameters) -> list[_Cone]:
     # A leg hangs with its y axis to the back.
     front = (0.0, -b.leg_forward, 0.0)
     parts = (
-        *((part, 0.09, 0.062, p.thigh_length) for part in (LEFT_THIGH, RIGHT_THIGH)),
-        *((part, 0.06, 0.05, p.shank_length) for part in (LEFT_SHANK, RIGHT_SHANK)),
+        *((part, 0.09, 0.062, p.thigh_length) for part in THIGHS),
+        *((part, 0.06, 0.05, p.shank_length) for part in SHANKS),
     )
     return [_Cone(part, r1 * k, r2 * k, height, origin=front) for part, r1, r2, height in parts]
 

@@ -11,8 +11,7 @@ from stereotrack_core.body.pose import HANGING, Pose, hanging_pose, rotation_tow
 from stereotrack_core.body.skeleton import (
     FOREARMS,
     HEAD,
-    LEFT_THIGH,
-    RIGHT_THIGH,
+    THIGHS,
     TORSO,
     UPPER_ARMS,
 )
@@ -94,7 +93,7 @@ def pose_of_landmarks(points: FloatArray) -> Pose:
         world_from_upper = rotations[TORSO] @ rotations[upper_arm]
         along = world_from_upper.T @ _direction(hand - elbow)
         rotations[forearm] = rotation_towards(np.eye(3), along)
-    for thigh in (LEFT_THIGH, RIGHT_THIGH):
+    for thigh in THIGHS:
         rotations[thigh] = torso.T @ HANGING
     return Pose(hips, rotations)
 

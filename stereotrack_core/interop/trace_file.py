@@ -20,6 +20,7 @@ from stereotrack_core.tracking.trace import REASONS, Correction, StepTrace
 TRACE_SUFFIXES = (".csv", ".npz")
 
 _OF_POINTS = ("part", "place", "foot", "direction", "residual", "sigma", "weight")
+"""What files call the numbers of :class:`Correspondences`, in their order."""
 
 
 def write_trace(path: Path, trace: StepTrace, correction: int) -> None:
@@ -62,8 +63,8 @@ def _cross_covariance_csv(names: tuple[str, ...], correction: Correction) -> str
         [
             i,
             PARTS[points.part[i]],
-            *points.place[i].tolist(),
-            *points.foot[i].tolist(),
+            *points.data[i].tolist(),
+            *points.model[i].tolist(),
             float(points.residual[i]),
             float(points.sigma[i]),
             float(points.weight[i]),
@@ -112,7 +113,7 @@ def _correction_arrays(correction: Correction) -> Mapping[str, NDArray[np.generi
         **_belief("after", correction.after),
         "sigma_deviations": correction.sigma_points.deviations,
         **_pose("sigma", correction.sigma_points.poses),
-        **{name: getattr(points, name) for name in _OF_POINTS},
+        **dict(zip(_OF_POINTS, vars(points).values(), strict=True)),
         "unused_place": unused.place,
         "unused_why": unused.why,
         **{name: getattr(correction, name) for name in ("P_xz", "P_zz", "gain", "dx")},

@@ -60,10 +60,7 @@ class DataToModel:
         """
         p, body = self.setup.parameters, self.setup.body
         frames = body.frames(pose)
-        scale = p.first_loss_scale if wide else p.loss_scale
-        trust = Trust(
-            p.max_correspondence_distance, scale, p.sigma_measurement, p.effective_sample_size
-        )
+        trust = Trust.of(p, wide=wide)
         if self._known is None or data.shape[1] == 3:
             return surface_residual(data, body, frames, trust)
         places = np.ascontiguousarray(data[:, :3])

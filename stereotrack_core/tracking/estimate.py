@@ -34,13 +34,21 @@ which no filter of single frames knows of.
 
 @dataclass(frozen=True, eq=False)
 class Correspondences:
-    """Pairs of measured and model points that the last correction used."""
+    """Pairs of m measured and model points that a correction used, in the order of their parts."""
 
+    part: IntArray
+    """(m,). Index into ``PARTS``, whose first six are ``LIMBS``."""
     data: FloatArray
+    """(m, 3), world, metres. Measured points."""
     model: FloatArray
-    """`data` and `model`: (m, 3), world, metres."""
-    limb: IntArray
-    """(m,). Part of the body: index into ``PARTS``, whose first six are ``LIMBS``."""
+    """(m, 3), world, metres. Their partners on the model."""
+    direction: FloatArray
+    """(m, 3), world. Unit vectors along which the pairs are compared."""
+    residual: FloatArray
+    """(m,), metres. z - z_hat: how far the measured point is ahead of its partner in that
+    direction."""
+    sigma: FloatArray
+    """(m,), metres. Standard deviation that the measurement is taken to have."""
     weight: FloatArray
     """(m,). 1 for full trust, 0 for none."""
 

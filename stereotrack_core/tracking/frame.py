@@ -24,7 +24,7 @@ from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.detections import Detections
 from stereotrack_core.recording.fingerprint import calibration_fingerprint
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
-from stereotrack_core.tracking.estimate import Correspondences, Estimate
+from stereotrack_core.tracking.estimate import Estimate
 from stereotrack_core.tracking.run_spec import RunSpec
 from stereotrack_core.version import __version__
 from stereotrack_core.versions import versions
@@ -115,36 +115,6 @@ class TrackedFrame:
         """Covariance (n, n); NaN where not tracked."""
         P = self.estimate.P
         return P if self.tracked else np.full_like(P, np.nan)
-
-    @property
-    def unexplained_fraction(self) -> float:
-        """Share of the cloud that the model does not explain."""
-        return self.estimate.unexplained_fraction
-
-    @property
-    def residual(self) -> float:
-        """Weighted root mean square distance, metres."""
-        return self.estimate.residual
-
-    @property
-    def innovation(self) -> float:
-        """Normalised innovation of the first correction."""
-        return self.estimate.innovation
-
-    @property
-    def limb_sigma_deg(self) -> FloatArray:
-        """Root mean square angle (6,) of the limbs' directions, degrees."""
-        return self.estimate.limb_sigma_deg
-
-    @property
-    def limb_lost(self) -> FloatArray:
-        """Probability (6,) that each limb is lost; NaN where not known."""
-        return self.estimate.limb_lost
-
-    @property
-    def correspondences(self) -> Correspondences | None:
-        """Pairs that the last correction used."""
-        return self.estimate.correspondences
 
 
 def cloudless(
@@ -250,11 +220,11 @@ def assembled(
         P=_stacked([_covariance(frame, joints) for frame in frames], (n, n)),
         state_names=state_names,
         tracked=np.array([frame.tracked for frame in frames], dtype=bool),
-        unexplained_fraction=np.array([frame.unexplained_fraction for frame in frames]),
-        residual=np.array([frame.residual for frame in frames]),
-        innovation=np.array([frame.innovation for frame in frames]),
-        limb_sigma_deg=_stacked([frame.limb_sigma_deg for frame in frames], (6,)),
-        limb_lost=_stacked([frame.limb_lost for frame in frames], (6,)),
+        unexplained_fraction=np.array([frame.estimate.unexplained_fraction for frame in frames]),
+        residual=np.array([frame.estimate.residual for frame in frames]),
+        innovation=np.array([frame.estimate.innovation for frame in frames]),
+        limb_sigma_deg=_stacked([frame.estimate.limb_sigma_deg for frame in frames], (6,)),
+        limb_lost=_stacked([frame.estimate.limb_lost for frame in frames], (6,)),
         seconds=np.array(seconds).reshape(len(frames), len(names)),
         stage_names=names,
         meta=meta,

@@ -21,7 +21,7 @@ from stereotrack_core.filtering.sigma_points import sigma_deviations
 from stereotrack_core.tracking.arm_search.search import ArmSearch
 from stereotrack_core.tracking.correction import innovation_of
 from stereotrack_core.tracking.correspondences import DataToModel
-from stereotrack_core.tracking.estimate import Correspondences, Estimate, Memory, Prior
+from stereotrack_core.tracking.estimate import Estimate, Memory, Prior
 from stereotrack_core.tracking.estimator import (
     Estimator,
     Measurements,
@@ -196,7 +196,7 @@ class PoseFilter:
             P=state.P.copy(),
             residual=float(np.sqrt(squared)),
             innovation=found.innovation,
-            correspondences=Correspondences(surface.data, surface.foot, surface.part, weight),
+            correspondences=surface.pairs(),
             seconds={"track": seconds},
             prior=prior,
         )

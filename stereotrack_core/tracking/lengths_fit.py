@@ -120,13 +120,14 @@ class WellSeenFrames:
 
     def add(self, tracked: TrackedFrame) -> None:
         """Take a frame in that has been tracked by pairs of data and model."""
-        pairs = tracked.correspondences
+        estimate = tracked.estimate
+        pairs = estimate.correspondences
         if tracked.pose is None or pairs is None:
             return
         if self._given % self._every == 0:
             seen = SeenPose(pairs.data, tracked.pose)
-            lost = float(np.max(tracked.limb_lost[[*UPPER_ARMS, *FOREARMS]]))
-            self._kept.append(_Candidate(seen, tracked.unexplained_fraction, lost))
+            lost = float(np.max(estimate.limb_lost[[*UPPER_ARMS, *FOREARMS]]))
+            self._kept.append(_Candidate(seen, estimate.unexplained_fraction, lost))
         self._given += 1
         if len(self._kept) > _MOST:
             self._kept = self._kept[::2]

@@ -56,7 +56,7 @@ def misfits(frames: Iterable[TrackedFrame], settings: Settings) -> tuple[str, ..
             "background behind them (hardly any in good recordings); the views are inconsistent"
         )
     with_legs = settings.tracking.matching == "data_to_model" and settings.body.legs
-    shares = [frame.unexplained_fraction for frame in every if frame.tracked]
+    shares = [frame.estimate.unexplained_fraction for frame in every if frame.tracked]
     if with_legs and shares and (unexplained := float(np.nanmedian(shares))) > MOST_UNEXPLAINED:
         found.append(
             f"{100 * unexplained:.0f} % of the cloud is not explained by the body (at most 28 % "

@@ -164,16 +164,12 @@ def _normal_equations(
     standing: tuple[UprightResidual, ...],
 ) -> _Normal:
     body = free.body(theta)
-    p = parameters
-    trust = Trust(
-        p.max_correspondence_distance, p.loss_scale, p.sigma_measurement, p.effective_sample_size
-    )
-    surface = surface_residual(data, body, body.frames(pose), trust)
+    surface = surface_residual(data, body, body.frames(pose), Trust.of(parameters))
     n = 6 + 2 * len(joints)
     near = np.concatenate([_STEP * np.eye(n), -_STEP * np.eye(n)])
     frames = body.frames(displaced(pose, near, joints))
     A, a = np.eye(n) / _POSE_SIGMA**2, np.zeros(n)
-    for residual in (*limit_residuals(body, pose, p, joints), *standing):
+    for residual in (*limit_residuals(body, pose, parameters, joints), *standing):
         J = _differences(residual.predicted(frames))
         here = residual.predicted(body.frames(displaced(pose, np.zeros((1, n)), joints)))[0]
         A += (J / residual.variance) @ J.T

@@ -12,15 +12,13 @@ import numpy as np
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 from stereotrack_core.body.angles import THESIS_JOINTS, state_names
 from stereotrack_core.body.manifold import difference, displaced, error_names
-from stereotrack_core.body.model import BodyModel
 from stereotrack_core.body.pose import PartFrames, Pose
 from stereotrack_core.body.sampling import SurfacePoints
-from stereotrack_core.body.skeleton import FOREARMS, TORSO, UPPER_ARMS
+from stereotrack_core.body.skeleton import FOREARMS
 from stereotrack_core.filtering.sigma_points import sigma_deviations
-from stereotrack_core.geometry.rotation import angle_between
 from stereotrack_core.tracking.arm_search.arms import Arms
 from stereotrack_core.tracking.correction import Line, Residual
-from stereotrack_core.tracking.estimate import Estimate
+from stereotrack_core.tracking.estimate import Correspondences, Estimate
 from stereotrack_core.tracking.residuals.keypoints import DetectionResidual
 from stereotrack_core.tracking.residuals.limits import (
     ApartResidual,
@@ -29,18 +27,15 @@ from stereotrack_core.tracking.residuals.limits import (
 )
 from stereotrack_core.tracking.residuals.surface import SurfaceResidual
 from stereotrack_core.tracking.state import Belief, Setup
-from stereotrack_core.tracking.thesis_collisions import Clearance, pushed_out
+from stereotrack_core.tracking.thesis_collisions import Jump
 from stereotrack_core.tracking.trace import (
     HIDDEN,
     INSIDE,
     ON_PARTNER,
     SURPLUS,
     TOO_FAR,
-    ArmJump,
     Correction,
-    Jump,
     Pair,
-    Points,
     Proposals,
     Rows,
     Search,
@@ -94,7 +89,7 @@ class StepRecorder:
         self._corrections: list[Correction] = []
         self._refinements: list[tuple[Correction, ...]] = []
         self._refining: list[Correction] = []
-        self._measured: list[Points] = []
+        self._measured: list[Correspondences] = []
         self._proposals: list[Proposals] = []
         self._tried: list[tuple[Pose, Pose]] = []
         self._searching: tuple[ArmSearch, Evidence, Pose] | None = None
@@ -142,9 +137,9 @@ class StepRecorder:
         self._lap("predict")
 
     def corresponded(self, data: FloatArray, surface: SurfaceResidual) -> None:
-        """Data (N, 3 or more) have found their feet on the model, as far as they are near."""
+        """Data (N, 3 or more) have found their closest points on the model, where near."""
         self._data = data
-        self._measured = [*self._measured[:1], _points_of(surface)]
+        self._measured = [*self._measured[:1], surface.pairs()]
         self._lap("arm search" if self._searching else "find correspondences")
 
     def corrected(
@@ -171,7 +166,9 @@ class StepRecorder:
                 prior=prior,
                 before=at,
                 sigma_points=SigmaPoints(dX, displaced(at.pose, dX, setup.joints), used),
-                points=_points_of(surface, own[0] if own else None),
+                points=replace(surface.pairs(), residual=own[0].nu, sigma=np.sqrt(own[0].R))
+                if own
+                else surface.pairs(),
                 unused=self._too_far(surface),
                 rows=_rows([line for line in lines if line.residual is not surface], after.P),
                 P_xz=P_xz,
@@ -262,7 +259,7 @@ class StepRecorder:
                 prior=before,
                 before=before,
                 sigma_points=sigma_points,
-                points=Points(
+                points=Correspondences(
                     pairs.sampled.part[order],
                     pairs.measured[order],
                     pairs.predicted[order],
@@ -284,10 +281,10 @@ class StepRecorder:
         self._drawn = []
         self._mark = perf_counter()
 
-    def avoided(self, before: Pose, after: Pose, clearance: Clearance) -> None:
-        """Collisions were avoided by a jump."""
+    def avoided(self, jump: Jump) -> None:
+        """Collisions were avoided."""
         self._lap("collisions")
-        self._jump = _jump_of(self._setup.body, before, after, clearance)
+        self._jump = jump
 
     def _lap(self, step: str) -> None:
         """Count the time since the last one for a step."""
@@ -316,19 +313,6 @@ class StepRecorder:
         left = places[~_is_among(places, surface.data)]
         part = np.full(len(left), -1, dtype=np.int64)
         return Unused(left, part, np.full(len(left), TOO_FAR, dtype=np.int64))
-
-
-def _points_of(surface: SurfaceResidual, line: Line | None = None) -> Points:
-    """Pairs of a residual, as they are or as a correction saw them."""
-    return Points(
-        surface.part,
-        surface.data,
-        surface.foot,
-        surface.direction,
-        surface.distance if line is None else line.nu,
-        np.sqrt(surface.variance if line is None else line.R),
-        surface.weight,
-    )
 
 
 def _is_among(rows: FloatArray, others: FloatArray) -> BoolArray:
@@ -369,36 +353,6 @@ def _unused(
 
 def _keys(points: SurfacePoints) -> FloatArray:
     return np.column_stack([points.cone.astype(np.float64), points.points])
-
-
-def _jump_of(body: BodyModel, before: Pose, after: Pose, clearance: Clearance) -> Jump:
-    """Say what collision avoidance found and did."""
-    arms = tuple(_arm_jump(body, before, after, side, clearance) for side in (0, 1))
-    return Jump(before, after, arms, clearance.distance, clearance.elbow_angle)
-
-
-def _arm_jump(
-    body: BodyModel, before: Pose, after: Pose, side: int, clearance: Clearance
-) -> ArmJump:
-    upper, fore = UPPER_ARMS[side], FOREARMS[side]
-    frames, moved = body.frames(before), body.frames(after)
-    hand = frames.origins[fore] + body.skeleton.lengths[fore] * frames.rotations[fore, :, 2]
-    along = before.rotations[fore, :, 2]
-    bend = float(np.arccos(np.clip(along[2], -1.0, 1.0)))
-    turned = angle_between(frames.rotations[..., 2], moved.rotations[..., 2])
-    return ArmJump(
-        side=side,
-        elbow_missing=_missing(body, frames, frames.origins[fore], clearance.distance),
-        hand_missing=_missing(body, frames, hand, clearance.distance),
-        bend_missing=max(0.0, bend - (np.pi - clearance.elbow_angle)),
-        upper_turn=float(turned[upper]),
-        fore_turn=float(turned[fore]),
-    )
-
-
-def _missing(body: BodyModel, frames: PartFrames, point: FloatArray, least: float) -> float:
-    local = (point - frames.origins[TORSO]) @ frames.rotations[TORSO]
-    return float(np.linalg.norm(pushed_out(body, local, least) - local))
 
 
 def _rows(lines: Sequence[Line], P: FloatArray) -> tuple[Rows, ...]:

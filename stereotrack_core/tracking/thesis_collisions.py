@@ -8,39 +8,57 @@ import numpy as np
 
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.model import BodyModel
-from stereotrack_core.body.pose import PartFrames, Pose, rotation_towards
+from stereotrack_core.body.pose import Pose, rotation_towards
 from stereotrack_core.body.skeleton import FOREARMS, TORSO, UPPER_ARMS
 
 
 @dataclass(frozen=True)
-class Clearance:
-    """Least distances and angles that a pose must keep."""
+class ArmCollision:
+    """How far one arm did not keep the least distances and angles; 0 where it did."""
 
-    distance: float
-    """Metres. Of elbow and hand from the torso's elliptic cross-section, measured radially."""
-    elbow_angle: float
-    """Radians. Between upper arm and forearm."""
+    elbow_missing: float
+    hand_missing: float
+    """`elbow_missing` and `hand_missing`: metres, to the least distance from the torso."""
+    bend_missing: float
+    """Radians by which the elbow was folded too far."""
 
 
-def collisions_avoided(body: BodyModel, pose: Pose, clearance: Clearance) -> Pose:
+@dataclass(frozen=True, eq=False)
+class Jump:
+    """What collision avoidance has found and done."""
+
+    before: Pose
+    after: Pose
+    arms: tuple[ArmCollision, ArmCollision]
+    """Left and right."""
+    least_distance: float
+    """Metres."""
+
+
+def collisions_avoided(
+    body: BodyModel, pose: Pose, least_distance: float, least_elbow_angle: float
+) -> Jump:
     """Move elbows and hands off the torso and unfold arms that are folded too far.
 
-    The shoulder is corrected first; then the elbow, so that the hand comes as near as possible
-    to where it was before anything was changed, or to where the torso lets it be.
+    They keep `least_distance`, in metres and measured radially, from the torso's elliptic
+    cross-section, and upper arm and forearm the least angle between them, in radians. The shoulder
+    is corrected first; then the elbow, so that the hand comes as near as possible to where it was
+    before anything was changed, or to where the torso lets it be.
     """
-    for upper, fore in zip(UPPER_ARMS, FOREARMS, strict=True):
-        pose = _arm_corrected(body, pose, upper, fore, clearance)
-    return pose
+    limits = least_distance, np.pi - least_elbow_angle
+    halfway, left = _arm_corrected(body, pose, UPPER_ARMS[0], FOREARMS[0], *limits)
+    after, right = _arm_corrected(body, halfway, UPPER_ARMS[1], FOREARMS[1], *limits)
+    return Jump(pose, after, (left, right), least_distance)
 
 
 def _arm_corrected(
-    body: BodyModel, pose: Pose, upper: int, fore: int, clearance: Clearance
-) -> Pose:
-    frames = body.frames(pose)
-    elbow = _in_torso(frames, frames.origins[fore])
-    hand = _in_torso(frames, _hand(body, frames, fore))
-    free_elbow = pushed_out(body, elbow, clearance.distance)
-    free_hand = pushed_out(body, hand, clearance.distance)
+    body: BodyModel, pose: Pose, upper: int, fore: int, least: float, largest_bend: float
+) -> tuple[Pose, ArmCollision]:
+    frames, bend = body.frames(pose), _bend(pose, fore)
+    torso, origin = frames.rotations[TORSO], frames.origins[TORSO]
+    hand = frames.origins[fore] + body.skeleton.lengths[fore] * frames.rotations[fore, :, 2]
+    elbow, hand = (torso.T @ (place - origin) for place in (frames.origins[fore], hand))
+    free_elbow, free_hand = (_pushed_out(body, place, least) for place in (elbow, hand))
     if free_elbow is not elbow:
         pose = _aimed(pose, upper, free_elbow - body.skeleton.joints[upper])
     if free_elbow is not elbow or free_hand is not hand:
@@ -48,21 +66,19 @@ def _arm_corrected(
         target = frames.rotations[TORSO] @ free_hand + frames.origins[TORSO]
         local = frames.rotations[upper].T @ (target - frames.origins[fore])
         pose = _aimed(pose, fore, local)
-    return _unfolded(pose, fore, clearance.elbow_angle)
+    collision = ArmCollision(
+        elbow_missing=float(np.linalg.norm(free_elbow - elbow)),
+        hand_missing=float(np.linalg.norm(free_hand - hand)),
+        bend_missing=max(0.0, bend - largest_bend),
+    )
+    return _unfolded(pose, fore, largest_bend), collision
 
 
-def _in_torso(frames: PartFrames, point: FloatArray) -> FloatArray:
-    result: FloatArray = frames.rotations[TORSO].T @ (point - frames.origins[TORSO])
-    return result
+def _bend(pose: Pose, fore: int) -> float:
+    return float(np.arccos(np.clip(pose.rotations[fore, 2, 2], -1.0, 1.0)))
 
 
-def _hand(body: BodyModel, frames: PartFrames, fore: int) -> FloatArray:
-    length = body.skeleton.lengths[fore]
-    result: FloatArray = frames.origins[fore] + length * frames.rotations[fore, :, 2]
-    return result
-
-
-def pushed_out(body: BodyModel, point: FloatArray, distance: float) -> FloatArray:
+def _pushed_out(body: BodyModel, point: FloatArray, distance: float) -> FloatArray:
     """Move a point (3,), torso frame, radially to the least distance; the same array if it has."""
     if not 0.0 <= point[2] <= body.skeleton.proportions.torso_length:
         return point
@@ -88,14 +104,12 @@ def _aimed(pose: Pose, part: int, direction: FloatArray) -> Pose:
     return Pose(pose.position, rotations)
 
 
-def _unfolded(pose: Pose, fore: int, least: float) -> Pose:
-    """Open the elbow to the least angle in the plane in which it is bent."""
-    along = pose.rotations[fore, :, 2]
-    largest_bend = np.pi - least
-    bend = np.arccos(np.clip(along[2], -1.0, 1.0))
-    if bend <= largest_bend:
+def _unfolded(pose: Pose, fore: int, largest_bend: float) -> Pose:
+    """Open the elbow as far as it must be, in the plane in which it is bent."""
+    if _bend(pose, fore) <= largest_bend:
         return pose
-    across = along[:2] / max(float(np.linalg.norm(along[:2])), 1e-9)
+    across = pose.rotations[fore, :2, 2]
+    across = across / max(float(np.linalg.norm(across)), 1e-9)
     if not across.any():
         across = np.array([0.0, 1.0])
     return _aimed(pose, fore, np.append(np.sin(largest_bend) * across, np.cos(largest_bend)))

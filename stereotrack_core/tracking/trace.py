@@ -12,8 +12,9 @@ from stereotrack_core.body.model import BodyModel
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.filtering.correction import normalised
 from stereotrack_core.geometry.rotation import angle_between, vector_from_rotation
-from stereotrack_core.tracking.estimate import Estimate, limb_directions
+from stereotrack_core.tracking.estimate import Correspondences, Estimate, limb_directions
 from stereotrack_core.tracking.state import Belief
+from stereotrack_core.tracking.thesis_collisions import Jump
 
 HIDDEN, INSIDE, SURPLUS, TOO_FAR, ON_PARTNER = range(5)
 REASONS: tuple[str, ...] = (
@@ -37,27 +38,6 @@ class SigmaPoints:
     used: bool
     """False where the tracker works with derivatives: the same points are then only an illustration
     of the belief."""
-
-
-@dataclass(frozen=True, eq=False)
-class Points:
-    """Pairs of points that a correction used, in the order of their parts; m of them."""
-
-    part: IntArray
-    """(m,). Index into ``PARTS``."""
-    place: FloatArray
-    """(m, 3), world, metres. Measured points."""
-    foot: FloatArray
-    """(m, 3), world, metres. Their partners on the model."""
-    direction: FloatArray
-    """(m, 3), world. Unit vectors along which the pairs are compared."""
-    residual: FloatArray
-    """(m,), metres. z - z_hat: how far the measured point is ahead of its partner in that
-    direction."""
-    sigma: FloatArray
-    """(m,), metres. Standard deviation that the measurement is taken to have."""
-    weight: FloatArray
-    """(m,). 1 for full trust, 0 for none."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,7 +84,7 @@ class Correction:
     """Where the measurement is linearised: for the thesis's tracker the same as the prior."""
     sigma_points: SigmaPoints
     """Of `before`."""
-    points: Points
+    points: Correspondences
     unused: Unused
     rows: tuple[Rows, ...]
     """Beside the points: limits, collisions, arms apart, outlines, detections."""
@@ -132,37 +112,6 @@ class Correction:
         That of the first correction is the frame's innovation.
         """
         return normalised(self.points.residual, self.P_zz + self.points.sigma**2)
-
-
-@dataclass(frozen=True)
-class ArmJump:
-    """How one arm was moved to avoid collisions."""
-
-    side: int
-    """0 for the left arm, 1 for the right one."""
-    elbow_missing: float
-    hand_missing: float
-    """`elbow_missing` and `hand_missing`: metres. By which the least distance from the torso was
-    not kept; 0 where it was."""
-    bend_missing: float
-    """Radians. By which the elbow was folded too far; 0 where it was not."""
-    upper_turn: float
-    fore_turn: float
-    """`upper_turn` and `fore_turn`: radians. By which the limbs were turned in the end."""
-
-
-@dataclass(frozen=True, eq=False)
-class Jump:
-    """The thesis's collision avoidance after the last iteration (3.2.4)."""
-
-    before: Pose
-    after: Pose
-    arms: tuple[ArmJump, ...]
-    """Left and right."""
-    least_distance: float
-    """Metres."""
-    least_angle: float
-    """Radians."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -235,7 +184,7 @@ class StepTrace:
     """What the tracker said about the frame."""
     refinements: tuple[tuple[Correction, ...], ...] = ()
     """Those, pair by pair."""
-    measured: tuple[Points, ...] = ()
+    measured: tuple[Correspondences, ...] = ()
     """Pairs of points of trackers that do not correct by them; first and last."""
     search: Search | None = None
     jump: Jump | None = None

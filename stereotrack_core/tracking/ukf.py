@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -21,7 +21,7 @@ from stereotrack_core.tracking.estimate import Correspondences, Estimate, Memory
 from stereotrack_core.tracking.failure.features import judged
 from stereotrack_core.tracking.state import Belief, Setup, elapsed, time_array, time_in
 from stereotrack_core.tracking.step_recorder import StepRecorder
-from stereotrack_core.tracking.thesis_collisions import Clearance, collisions_avoided
+from stereotrack_core.tracking.thesis_collisions import collisions_avoided
 from stereotrack_core.tracking.trace import SigmaPoints
 
 
@@ -165,12 +165,12 @@ class ThesisTracker:
 
     def avoid_collisions(self, trace: StepRecorder | None = None) -> None:
         """Set the arms to a pose that keeps the least distances (3.2.4)."""
-        p, before = self.setup.parameters, self.pose
-        clearance = Clearance(p.clearance, np.radians(p.least_elbow_angle))
-        free = collisions_avoided(self.setup.body, before, clearance)
-        self.x = np.append(self.x[:6], state_of_pose(free, THESIS_JOINTS)[6:])
+        p = self.setup.parameters
+        least = p.clearance, np.radians(p.least_elbow_angle)
+        jump = collisions_avoided(self.setup.body, self.pose, *least)
+        self.x = np.append(self.x[:6], state_of_pose(jump.after, THESIS_JOINTS)[6:])
         if trace is not None:
-            trace.avoided(before, self.pose, clearance)
+            trace.avoided(replace(jump, after=self.pose))
 
     def lost(self, reason: str) -> Estimate:
         """State a frame in which nothing could be measured."""
@@ -204,7 +204,8 @@ class ThesisTracker:
         pose = self.pose
         model = self.setup.body.frames(pose).apply(pairs.sampled.part, pairs.sampled.points)
         distance = np.einsum("mi,mi->m", pairs.e, pairs.measured - model)
-        part, weight = pairs.sampled.part, np.ones(len(model))
+        sigma = np.full(len(model), self.setup.parameters.sigma_measurement)
+        matched = pairs.sampled.part, pairs.measured, model, pairs.e
         return Estimate(
             tracked=True,
             reason="",
@@ -213,7 +214,7 @@ class ThesisTracker:
             P=self.P.copy(),
             residual=float(np.sqrt(np.mean(distance**2))),
             innovation=innovation,
-            correspondences=Correspondences(pairs.measured, model, part, weight),
+            correspondences=Correspondences(*matched, distance, sigma, np.ones(len(model))),
             seconds=seconds,
             prior=prior,
         )

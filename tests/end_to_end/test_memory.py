@@ -80,7 +80,13 @@ def test_what_is_kept_of_a_frame_is_small(sound):
         kept = [frame.without_cloud() for frame in pipeline.frames(range(4))]
     for frame in kept:
         prior = 0 if frame.estimate.prior is None else frame.estimate.prior.P.nbytes
-        arrays = (frame.landmarks, frame.P, frame.x, frame.cloud.points, frame.limb_sigma_deg)
+        arrays = (
+            frame.landmarks,
+            frame.P,
+            frame.x,
+            frame.cloud.points,
+            frame.estimate.limb_sigma_deg,
+        )
         assert sum(array.nbytes for array in arrays) + prior < 20_000
         assert not frame.cloud.depths
-        assert frame.correspondences is None
+        assert frame.estimate.correspondences is None

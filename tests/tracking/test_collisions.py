@@ -12,12 +12,15 @@ from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.geometry.rotation import angle_between
 from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.tracking.presets import preset
-from stereotrack_core.tracking.thesis_collisions import Clearance, collisions_avoided
+from stereotrack_core.tracking.thesis_collisions import collisions_avoided
 from tests.tracking.scenes import POSES, pose_with_arms
 
 BODY = body_model(AVERAGE, preset("thesis").body)
-LEAST = Clearance(0.15, np.radians(30.0))
 SIDES = ("left", "right")
+
+
+def _freed(pose):
+    return collisions_avoided(BODY, pose, 0.15, np.radians(30.0)).after
 
 
 def _in_torso(pose):
@@ -70,7 +73,7 @@ CLOSE = {
 @pytest.mark.parametrize("name", POSES)
 def test_free_poses_stay_as_they_are(name):
     assert _is_free(_in_torso(POSES[name]))
-    assert collisions_avoided(BODY, POSES[name], LEAST) is POSES[name]
+    assert _freed(POSES[name]) is POSES[name]
 
 
 @settings(max_examples=60, deadline=None)
@@ -79,7 +82,7 @@ def test_any_pose_is_left_alone_where_it_is_free_and_ends_with_open_elbows(seed)
     rng = np.random.default_rng(seed)
     x = np.concatenate([rng.normal(size=6), rng.uniform(-np.pi, np.pi, 8)])
     pose = pose_of_state(x, THESIS_JOINTS)
-    free = collisions_avoided(BODY, pose, LEAST)
+    free = _freed(pose)
     points = _in_torso(free)
     assert min(_bend(points, side) for side in SIDES) > np.radians(30.0) - 1e-9
     np.testing.assert_array_equal(free.torso, pose.torso)
@@ -91,7 +94,7 @@ def test_any_pose_is_left_alone_where_it_is_free_and_ends_with_open_elbows(seed)
 @pytest.mark.parametrize("name", CLOSE)
 def test_elbows_and_hands_come_off_the_torso(name):
     """The lengths of the arms decide how near to the least distance they can come."""
-    before, after = _in_torso(CLOSE[name]), _in_torso(collisions_avoided(BODY, CLOSE[name], LEAST))
+    before, after = _in_torso(CLOSE[name]), _in_torso(_freed(CLOSE[name]))
     moved = 0
     for side in SIDES:
         for end in ("elbow", "hand"):
@@ -106,7 +109,7 @@ def test_elbows_and_hands_come_off_the_torso(name):
 @pytest.mark.parametrize("name", CLOSE)
 @pytest.mark.parametrize("side", SIDES)
 def test_the_elbow_is_turned_to_the_nearest_free_place_outwards(name, side):
-    before, after = _in_torso(CLOSE[name]), _in_torso(collisions_avoided(BODY, CLOSE[name], LEAST))
+    before, after = _in_torso(CLOSE[name]), _in_torso(_freed(CLOSE[name]))
     elbow = before[f"{side}_elbow"]
     target = elbow.copy()
     if _clearance(elbow) < 0.15:
@@ -119,7 +122,7 @@ def test_the_elbow_is_turned_to_the_nearest_free_place_outwards(name, side):
 
 def test_the_hand_returns_to_where_it_was_when_only_the_elbow_was_too_near():
     pose = pose_with_arms([0.25, 0, -1], [1, 0.8, 0.2], [-1, 0, 0], [-1, 0.1, 0])
-    before, after = _in_torso(pose), _in_torso(collisions_avoided(BODY, pose, LEAST))
+    before, after = _in_torso(pose), _in_torso(_freed(pose))
     assert _clearance(before["right_elbow"]) < 0.15 < _clearance(before["right_hand"])
     aimed = before["right_hand"] - after["right_elbow"]
     assert angle_between(after["right_hand"] - after["right_elbow"], aimed) < 1e-7
@@ -127,7 +130,7 @@ def test_the_hand_returns_to_where_it_was_when_only_the_elbow_was_too_near():
 
 def test_an_elbow_that_is_folded_too_far_opens_in_its_plane():
     pose = pose_with_arms([1, 0, 0], [-1, 0.2, 0.1], [-1, 0, 0], [-1, 0.1, 0])
-    before, after = _in_torso(pose), _in_torso(collisions_avoided(BODY, pose, LEAST))
+    before, after = _in_torso(pose), _in_torso(_freed(pose))
     assert _bend(before, "right") < np.radians(20.0)
     assert _bend(after, "right") == pytest.approx(np.radians(30.0))
     upper = before["right_elbow"] - before["right_shoulder"]
@@ -139,12 +142,12 @@ def test_an_elbow_that_is_folded_too_far_opens_in_its_plane():
 @pytest.mark.parametrize("direction", [[0, 0, 1], [1e-13, 0, 1]])
 def test_an_elbow_folded_completely_opens_too(direction):
     pose = pose_with_arms([0, 0, -1], direction, [-1, 0, 0], [-1, 0.1, 0])
-    after = _in_torso(collisions_avoided(BODY, pose, LEAST))
+    after = _in_torso(_freed(pose))
     assert _bend(after, "right") > np.radians(30.0) - 1e-6
 
 
 @pytest.mark.parametrize("name", [*POSES, "an arm in the torso"])
 def test_the_other_arm_is_not_touched(name):
     pose = {**POSES, **CLOSE}[name]
-    free = collisions_avoided(BODY, pose, LEAST)
+    free = _freed(pose)
     np.testing.assert_array_equal(free.rotations[[2, 4]], pose.rotations[[2, 4]])

@@ -203,14 +203,14 @@ def test_frames_are_handed_on_with_their_clouds(recording):
     for k, frame in enumerate(frames):
         assert frame.frame == frame.cloud.frame == k
         assert len(frame.cloud.points) > 1000
-        assert frame.correspondences is not None
+        assert frame.estimate.correspondences is not None
         assert frame.pose is not None
         np.testing.assert_allclose(
             landmarks(pipeline.body, frame.pose), frame.landmarks, atol=1e-12
         )
         light = frame.without_cloud()
         assert len(light.cloud.points) == 0
-        assert light.correspondences is None
+        assert light.estimate.correspondences is None
         np.testing.assert_array_equal(light.landmarks, run.landmarks[k])
 
 

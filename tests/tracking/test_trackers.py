@@ -182,5 +182,5 @@ def test_signs_of_trust_tell_a_good_pose_from_a_bad_one(make_tracker, rng, name)
     assert bad.unexplained_fraction > good.unexplained_fraction + 0.02
     assert good.residual < 0.02
     pairs = good.correspondences
-    assert pairs.data.shape == pairs.model.shape == (len(pairs.limb), 3)
+    assert pairs.data.shape == pairs.model.shape == (len(pairs.part), 3)
     assert ((pairs.weight > 0) & (pairs.weight <= 1)).all()

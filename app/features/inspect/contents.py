@@ -8,11 +8,11 @@ from stereotrack_core.arrays import BoolArray, FloatArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.skeleton import limb_of_part
+from stereotrack_core.tracking.estimate import Correspondences
 from stereotrack_core.tracking.trace import (
     REASONS,
     Correction,
     Pair,
-    Points,
     Proposals,
     Rows,
     Search,
@@ -159,14 +159,14 @@ def _pairs(trace: StepTrace, step: Step, correction: Correction) -> StepContent:
     )
 
 
-def _said(points: Points) -> str:
+def _said(points: Correspondences) -> str:
     if not len(points.residual):
         return "No correspondences."
     rms = 1e3 * float(np.sqrt(np.mean(points.residual**2)))
     return f"{len(points.residual)} correspondences, root mean square {rms:.1f} mm."
 
 
-def _parts_table(points: Points) -> Table:
+def _parts_table(points: Correspondences) -> Table:
     rows, limbs = [], []
     for part in np.unique(points.part).tolist():
         own = points.part == part
@@ -279,8 +279,7 @@ def _collisions(trace: StepTrace, step: Step) -> StepContent:
     if jump is None:
         return _content(step, trace)
     said, least = [], 1e3 * jump.least_distance
-    for arm in jump.arms:
-        side = "left" if arm.side == 0 else "right"
+    for side, arm in zip(("Left", "Right"), jump.arms, strict=True):
         why = [
             f"the {name} was {1000.0 * missing:.0f} mm too close to the torso (minimum "
             f"{least:.0f} mm)"
@@ -290,7 +289,7 @@ def _collisions(trace: StepTrace, step: Step) -> StepContent:
         if arm.bend_missing > 0.0:
             why.append(f"the elbow was bent {np.degrees(arm.bend_missing):.0f}° too far")
         found = " and ".join(why) if why else "no limit was violated"
-        said.append(f"{_capital(side)} arm: {found}.")
+        said.append(f"{side} arm: {found}.")
     table = _moved_table(trace, jump.before, jump.after)
     return _content(step, trace, " ".join(said), tables=(table,))
 

@@ -10,13 +10,13 @@ from stereotrack_core.body.model import BodyModel
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.skeleton import limb_of_part
 from stereotrack_core.depth.cloud import Cloud
+from stereotrack_core.tracking.estimate import Correspondences
 from stereotrack_core.tracking.trace import (
     HIDDEN,
     INSIDE,
     ON_PARTNER,
     TOO_FAR,
     Correction,
-    Points,
     StepTrace,
 )
 
@@ -91,17 +91,17 @@ def _dots(correction: Correction) -> tuple[Marked, ...]:
         for why, colour in _UNUSED.items()
         if np.any(unused.why == why)
     ]
-    places = points.foot if sampled else points.place
+    places = points.model if sampled else points.data
     for part in np.unique(points.part).tolist():
         colour = LIMB_COLOURS.get(limb_of_part(part), _LEGS)
         marked.append(Marked(colour, places[points.part == part]))
     return tuple(marked)
 
 
-def _pairs(points: Points) -> tuple[Marked, ...]:
+def _pairs(points: Correspondences) -> tuple[Marked, ...]:
     """Lines from measured points to the model, by the colour of their residuals."""
     shade, colours = shade_of(points.residual), shade_colours()
-    ends = np.stack([points.place, points.foot], axis=1)
+    ends = np.stack([points.data, points.model], axis=1)
     return tuple(Marked(colours[k], ends[shade == k]) for k in range(SHADES) if np.any(shade == k))
 
 

@@ -9,8 +9,9 @@ import numpy as np
 from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.skeleton import PARTS, limb_of_part
+from stereotrack_core.tracking.estimate import Correspondences
 from stereotrack_core.tracking.state import Belief
-from stereotrack_core.tracking.trace import Correction, Points
+from stereotrack_core.tracking.trace import Correction
 
 from ...widgets.plots.heat_map import HeatMap
 from ...widgets.plots.histogram_view import Histogram
@@ -137,7 +138,7 @@ def deviations_table(
     return Table("Standard deviations", ("State", *headings, "Change"), tuple(rows), limbs)
 
 
-def residual_histogram(points: Points, words: str, sides: tuple[str, str]) -> Histogram:
+def residual_histogram(points: Correspondences, words: str, sides: tuple[str, str]) -> Histogram:
     """Residuals in millimetres; beyond the ends of the scale they are in the last bars."""
     residual = 1e3 * points.residual
     signed = bool(len(residual)) and float(residual.min()) < -1.0

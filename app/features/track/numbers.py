@@ -26,13 +26,13 @@ def number_rows(
     unsure = {doubt.limb: doubt.words for doubt in doubts(tracked)}
     errors = judgement.errors_at(tracked.frame) if judgement is not None else {}
     for index, limb in enumerate(LIMBS):
-        sigma = tracked.limb_sigma_deg[index]
+        sigma = tracked.estimate.limb_sigma_deg[index]
         value = f"± {sigma:.1f}°" if sigma == sigma else "unknown"
         error = errors.get(limb)
         if error is not None:
             stated = with_quality(f"{error:.1f}°", quality.get(measure_of(limb)))
             value = f"{stated}  ({value})"
-        chance = tracked.limb_lost[index]
+        chance = tracked.estimate.limb_lost[index]
         if chance == chance:
             value += f", failure probability {100.0 * chance:.0f} %"
         missed = "far off, not flagged" if error is not None and error > UNCERTAIN_DEG else ""
@@ -68,19 +68,19 @@ def _frame_rows(
         (
             "",
             "unexplained fraction",
-            f"{100.0 * tracked.unexplained_fraction:.1f} %",
+            f"{100.0 * tracked.estimate.unexplained_fraction:.1f} %",
             "Fraction of the measured points that the model does not explain; 0 is ideal.",
         ),
         (
             "",
             "residual",
-            f"{1000.0 * tracked.residual:.1f} mm",
+            f"{1000.0 * tracked.estimate.residual:.1f} mm",
             "Weighted root mean square distance between points and model.",
         ),
         (
             "",
             "normalised innovation",
-            f"{tracked.innovation:.2f}",
+            f"{tracked.estimate.innovation:.2f}",
             "Distance of the points from the prediction, relative to its predicted standard "
             "deviation; 1 is expected.",
         ),

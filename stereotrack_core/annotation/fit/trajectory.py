@@ -43,11 +43,9 @@ from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.pose import HANGING, Pose, rotation_towards
 from stereotrack_core.body.skeleton import (
     FOREARMS,
-    LEFT_SHANK,
-    LEFT_THIGH,
     PARENTS,
-    RIGHT_SHANK,
-    RIGHT_THIGH,
+    SHANKS,
+    THIGHS,
     UPPER_ARMS,
 )
 from stereotrack_core.depth.cloud import Cloud
@@ -63,7 +61,7 @@ joint."""
 _TOLD = (0.05, 8.0, 15.0)
 """How far a pose that clicks tell may be off."""
 
-_LEGS = (LEFT_THIGH, RIGHT_THIGH, LEFT_SHANK, RIGHT_SHANK)
+_LEGS = (*THIGHS, *SHANKS)
 
 _LEG_SIGMA = np.radians(45.0)
 

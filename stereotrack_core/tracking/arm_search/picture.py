@@ -18,6 +18,9 @@ from stereotrack_core.depth.cloud import Cloud, ViewDepth
 _AROUND = 25
 """Pixels around the person that are compared."""
 
+_UNKNOWN = 0.1
+"""Share of a pixel of the person without a range that speaks against a body there."""
+
 COLUMNS = 11
 """Numbers of a cone's image: column, row, radius, inverse range, bulge at both ends; in front."""
 
@@ -55,6 +58,25 @@ class SeenPicture:
         box = self.left, self.top, self.step
         _draw_each(tables, self.camera_from_world, self.pinhole, self.eye, box, pictures)
         return pictures
+
+    def unlike_pairs(
+        self,
+        rest: Float32Array,
+        left: Float32Array,
+        right: Float32Array,
+        sigma: float,
+        unknown: float = _UNKNOWN,
+    ) -> FloatArray:
+        """Pixels (K, L) in which bodies do not look as measured.
+
+        `rest` (h, w) is trunk, head and legs as :meth:`drawn` draws them; of the arms `left`
+        (K, h, w) and `right` (L, h, w) all pairs are taken. A difference of `sigma` pixels of
+        disparity counts half, a body where the person is and nothing was measured `unknown`.
+        """
+        pixels = np.empty((len(left), len(right)))
+        as_seen = self.measured, self.person, self.scale
+        disagreements(rest, left, right, *as_seen, sigma**2, unknown, pixels)
+        return pixels
 
     def area(self, place: FloatArray) -> float:
         """Square metres that a pixel shows at a place (3,), world."""
@@ -95,33 +117,6 @@ def outline_table(cones: Cones, frames: PartFrames) -> FloatArray:
     table = cone_tables(cones, frames)
     table[..., 12:14] = np.maximum(table[..., 12:14] + cones.outline[:, :1], 0.01)
     return table
-
-
-@dataclass(frozen=True)
-class Likeness:
-    """How pictures are compared."""
-
-    sigma: float
-    """Pixels. Difference of disparities that counts half."""
-    unknown: float
-    """Share of a pixel of the person without a range that speaks against a body there."""
-
-    def unlike_pairs(
-        self, seen: SeenPicture, rest: Float32Array, left: Float32Array, right: Float32Array
-    ) -> FloatArray:
-        """Pixels (K, L) in which bodies do not look as measured.
-
-        Parameters
-        ----------
-        rest : (h, w) float32
-            Trunk, head and legs as :meth:`SeenPicture.drawn` draws them.
-        left, right : (K, h, w) and (L, h, w) float32
-            Arms, of which all pairs are taken.
-        """
-        pixels = np.empty((len(left), len(right)))
-        as_seen = seen.measured, seen.person, seen.scale
-        disagreements(rest, left, right, *as_seen, self.sigma**2, self.unknown, pixels)
-        return pixels
 
 
 @numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]

@@ -28,7 +28,6 @@ from stereotrack_core.tracking.arm_search.arms import (
     with_arm,
 )
 from stereotrack_core.tracking.arm_search.picture import (
-    Likeness,
     SeenPicture,
     outline_table,
     seen_pictures,
@@ -69,9 +68,8 @@ outweigh it."""
 _PICTURE_STEP = 3
 """Every so many pixels are compared: arms are several of these wide."""
 
-_LIKENESS = Likeness(sigma=0.5, unknown=0.1)
-"""A disparity that is half a pixel off counts half, and a body where the person is and nothing was
-measured a tenth (docs/outlines.md)."""
+_UNLIKE = 0.5
+"""Pixels by which a disparity is off that counts half (docs/silhouettes.md)."""
 
 _SQUARED_SCALE = 0.035**2
 """Square of the metres at which a datum counts as half unexplained: less than an arm's radius, so
@@ -105,11 +103,8 @@ class Evidence:
 class ArmSearch:
     """Search for arms of one body.
 
-    Parameters
-    ----------
-    free : bool
-        For a body that has just been found: nothing is expected of its arms. The best places
-        differ, and change costs nothing.
+    `free`: for a body that has just been found: nothing is expected of its arms. The best places
+    differ, and change costs nothing.
     """
 
     def __init__(
@@ -232,8 +227,8 @@ class ArmSearch:
         ]
         total: FloatArray = np.zeros((len(arms[LEFT]), len(arms[RIGHT])))
         for seen in evidence.pictures:
-            drawn = [seen.drawn_each(tables) for tables in arms]
-            pixels = _LIKENESS.unlike_pairs(seen, seen.drawn(rest), *drawn)
+            left_drawn, right_drawn = (seen.drawn_each(tables) for tables in arms)
+            pixels = seen.unlike_pairs(seen.drawn(rest), left_drawn, right_drawn, _UNLIKE)
             total += seen.area(frames.origins[TORSO]) * pixels
         return self.parameters.picture_cost * total
 

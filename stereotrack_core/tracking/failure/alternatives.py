@@ -20,7 +20,6 @@ from stereotrack_core.tracking.arm_search.arms import (
     with_arm,
 )
 from stereotrack_core.tracking.arm_search.picture import (
-    Likeness,
     SeenPicture,
     outline_table,
     seen_pictures,
@@ -28,7 +27,8 @@ from stereotrack_core.tracking.arm_search.picture import (
 from stereotrack_core.tracking.arm_search.score import anatomy_cost
 
 _STEP = 5
-_LIKENESS = Likeness(sigma=0.8, unknown=0.1)
+_UNLIKE = 0.8
+"""Pixels by which a disparity is off that counts half."""
 
 _OFF = np.radians([60.0, 110.0])
 """How far the alternatives lie from the arm: an arm that is right has none among them."""
@@ -102,7 +102,7 @@ def _gains(
     for seen in pictures:
         behind = seen.drawn(rest)
         nothing = np.zeros_like(behind)[None]
-        unlike = _LIKENESS.unlike_pairs(seen, behind, seen.drawn_each(limbs), nothing)
+        unlike = seen.unlike_pairs(behind, seen.drawn_each(limbs), nothing, _UNLIKE)
         total += seen.area(poses.position[0]) * unlike[:, 0]
     gains: FloatArray = (total[0] - total[1:]) / len(pictures)
     return gains

@@ -228,7 +228,7 @@ def _looks(
 def _of_data(pairs: Correspondences, own: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Root mean square distance in centimetres and logarithm of the relative number of data."""
     distance = np.linalg.norm(pairs.data[:, :3] - pairs.model, axis=1)
-    limb, groups = LIMB_OF_PART[pairs.limb], len(LIMBS) + 1
+    limb, groups = LIMB_OF_PART[pairs.part], len(LIMBS) + 1
     squared = np.bincount(limb, pairs.weight * distance**2, groups)[:-1]
     weight = np.bincount(limb, pairs.weight, groups)[:-1]
     residual = 100.0 * np.sqrt(squared / np.maximum(weight, 1e-9))

@@ -12,10 +12,8 @@ from stereotrack_core.body.pose import Pose, hanging_pose, rotation_towards, t_p
 from stereotrack_core.body.skeleton import (
     FOREARMS,
     HEAD,
-    LEFT_SHANK,
-    LEFT_THIGH,
-    RIGHT_SHANK,
-    RIGHT_THIGH,
+    SHANKS,
+    THIGHS,
     TORSO,
     UPPER_ARMS,
 )
@@ -122,11 +120,10 @@ def _posed(posture: _Posture) -> Pose:
     down = np.array([0.0, 0.0, -1.0])
     ahead = np.array([0.0, np.sin(thigh), -np.cos(thigh)])
     behind = np.array([0.0, -np.sin(shank), -np.cos(shank)])
-    for part, direction in ((LEFT_THIGH, ahead), (RIGHT_THIGH, ahead)):
-        rotations[part] = rotation_towards(rotations[part], torso.T @ direction)
-    for part, parent in ((LEFT_SHANK, LEFT_THIGH), (RIGHT_SHANK, RIGHT_THIGH)):
-        local = (torso @ rotations[parent]).T @ behind
-        rotations[part] = rotation_towards(rotations[part], local)
+    for thigh, shank in zip(THIGHS, SHANKS, strict=True):
+        rotations[thigh] = rotation_towards(rotations[thigh], torso.T @ ahead)
+        local = (torso @ rotations[thigh]).T @ behind
+        rotations[shank] = rotation_towards(rotations[shank], local)
     for part in UPPER_ARMS:
         rotations[part] = rotation_towards(rotations[part], torso.T @ down)
     return Pose(pose.position, rotations)

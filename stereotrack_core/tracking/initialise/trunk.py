@@ -16,14 +16,8 @@ from stereotrack_core.body.skeleton import (
     CLAVICLES,
     FOREARMS,
     HEAD,
-    LEFT_FOREARM,
-    LEFT_SHANK,
-    LEFT_THIGH,
-    LEFT_UPPER_ARM,
-    RIGHT_FOREARM,
-    RIGHT_SHANK,
-    RIGHT_THIGH,
-    RIGHT_UPPER_ARM,
+    SHANKS,
+    THIGHS,
     TORSO,
     UPPER_ARMS,
 )
@@ -73,8 +67,8 @@ def _places(body: BodyModel, frames: PartFrames) -> FloatArray:
     in_torso = np.array([[x, 0.0, z] for z in (0.15, 0.5, 0.85) for x in (-half, 0.0, half)])
     in_torso *= [1.0, 1.0, length[TORSO]]
     along = [(HEAD, 0.5), (HEAD, 1.0)]
-    along += [(part, t) for part in (LEFT_THIGH, RIGHT_THIGH) for t in (0.4, 0.9)]
-    along += [(part, t) for part in (LEFT_SHANK, RIGHT_SHANK) for t in (0.5,)]
+    along += [(part, t) for part in THIGHS for t in (0.4, 0.9)]
+    along += [(part, 0.5) for part in SHANKS]
     parts = np.array([part for part, _ in along])
     reach = np.array([t * length[part] for part, t in along])
     on_limbs = frames.origins[parts] + reach[:, None] * frames.rotations[parts, :, 2]
@@ -84,15 +78,9 @@ def _places(body: BodyModel, frames: PartFrames) -> FloatArray:
 
 _HALF_TURN = np.diag([-1.0, -1.0, 1.0])
 
-_PAIRS = (
-    (LEFT_UPPER_ARM, RIGHT_UPPER_ARM),
-    (LEFT_FOREARM, RIGHT_FOREARM),
-    (LEFT_THIGH, RIGHT_THIGH),
-    (LEFT_SHANK, RIGHT_SHANK),
-    CLAVICLES,
-)
+_PAIRS = (UPPER_ARMS, FOREARMS, THIGHS, SHANKS, CLAVICLES)
 
-_LEGS = ((LEFT_THIGH, LEFT_SHANK), (RIGHT_THIGH, RIGHT_SHANK))
+_LEGS = tuple(zip(THIGHS, SHANKS, strict=True))
 
 _KNEE, _THIGH, _LEAN, _FEET = 10.0, 5.0, 8.0, 8.0
 """Costs of one knee bent forward, one thigh far behind, a trunk bent backward, two feet turned

@@ -16,11 +16,9 @@ from stereotrack_core.body.skeleton import (
     CLAVICLES,
     FOREARMS,
     HEAD,
-    LEFT_SHANK,
-    LEFT_THIGH,
     PARENTS,
-    RIGHT_SHANK,
-    RIGHT_THIGH,
+    SHANKS,
+    THIGHS,
     TORSO,
     UPPER_ARMS,
 )
@@ -33,10 +31,8 @@ _PARENTS = np.array(PARENTS, dtype=np.int64)
 
 _REST_SIGMA = {
     HEAD: np.radians(20.0),
-    LEFT_THIGH: np.radians(45.0),
-    RIGHT_THIGH: np.radians(45.0),
-    LEFT_SHANK: np.radians(60.0),
-    RIGHT_SHANK: np.radians(60.0),
+    **dict.fromkeys(THIGHS, np.radians(45.0)),
+    **dict.fromkeys(SHANKS, np.radians(60.0)),
 }
 """Standard deviation of the limbs that no measure counts from straight; they only take data."""
 

@@ -15,7 +15,7 @@ import cv2
 import numba
 import numpy as np
 
-from stereotrack_core.arrays import BoolArray, Float32Array, FloatArray, IntArray
+from stereotrack_core.arrays import BoolArray, Float32Array, FloatArray
 from stereotrack_core.body.model import BodyModel
 from stereotrack_core.body.pose import PartFrames, Pose
 from stereotrack_core.body.skeleton import CLAVICLES, FOREARMS, HEAD, PARTS, TORSO, UPPER_ARMS
@@ -132,24 +132,14 @@ _ALONG = np.array([0.1, 0.3, 0.5, 0.7, 0.9])
 """Places along a cone where its outline is measured; 0 is the base."""
 
 
-@dataclass(frozen=True, eq=False)
-class Contours:
-    """Outlines of one pose in all views and how far the edges are from them."""
-
-    cone: IntArray
-    """(m,)."""
-    foot: FloatArray
-    """(m, 3), world. On the surface, where a view grazes it."""
-    direction: FloatArray
-    """(m, 3), world. Unit vector along which the edge is away, across the line of sight."""
-    distance: FloatArray
-    """(m,), metres. From the outline to the edge, positive outwards."""
-
-
 def contours_of(
     edges: tuple[EdgeMap, ...], body: BodyModel, frames: PartFrames, farthest: float = FARTHEST
-) -> Contours:
-    """Measure the outlines of one pose against the edges of all views, within so many metres."""
+) -> ClosestPoints:
+    """Measure the contours of one pose against the edges of all views, within so many metres.
+
+    The points lie on the surface where a view grazes it, with their margins; distances to the edge
+    are positive outwards, across the line of sight.
+    """
     table = cone_tables(body.cones, frames)
     measured, limb = _MEASURED[body.cones.part], _LIMB[body.cones.part]
     room = 2 * len(_ALONG) * len(table)
@@ -174,11 +164,11 @@ def contours_of(
             cone,
         )
         kept = np.flatnonzero(np.abs(distance[:n]) < farthest)
-        found.append((cone[kept], foot[kept], direction[kept], distance[kept]))
+        found.append((cone[kept], distance[kept], foot[kept], direction[kept]))
     if not found:
         nowhere = np.empty((0, 3))
-        return Contours(np.empty(0, dtype=np.int64), nowhere, nowhere, np.empty(0))
-    return Contours(*(np.concatenate(values) for values in zip(*found, strict=True)))
+        return ClosestPoints(np.empty(0, dtype=np.int64), np.empty(0), nowhere, nowhere)
+    return ClosestPoints(*(np.concatenate(values) for values in zip(*found, strict=True)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -198,9 +188,8 @@ class SilhouetteObservation:
         frames = body.frames(pose)
         seen = contours_of(self.edges, body, frames)
         trust = Trust(FARTHEST, _LOSS_SCALE, self.sigma, self.effective)
-        feet = ClosestPoints(seen.cone, seen.distance, seen.foot, seen.direction)
         data = seen.foot + seen.distance[:, None] * seen.direction
-        return (residual_of_closest(data, parts_of_cones(body, seen.cone), feet, frames, trust),)
+        return (residual_of_closest(data, parts_of_cones(body, seen.cone), seen, frames, trust),)
 
 
 @numba.njit(cache=True, nogil=True, inline="always")  # type: ignore[untyped-decorator]
@@ -348,7 +337,7 @@ def _measure_outline(
     ends as well say nothing about a `limb` (C,). The outline lies by `margin` (C, 2) outside of the
     surface along the cones' x and y. `edge`, `range_z`, `pinhole` and `place` are those of an
     :class:`EdgeMap`, `along` (A,) are places along a cone, 0 at its base. The four arrays that are
-    filled have 2 C A rows, see :class:`Contours`.
+    filled have 2 C A rows, see :func:`contours_of`.
     """
     capsules = np.empty((table.shape[0], 7))
     eye = _centre(place)

@@ -11,6 +11,8 @@ from stereotrack_core.body.manifold import Columns, point_jacobian, points_along
 from stereotrack_core.body.model import BodyModel, placed_cones
 from stereotrack_core.body.pose import PartFrames, Pose
 from stereotrack_core.body.surface import ClosestPoints, nearest_on_surface, parts_of_cones
+from stereotrack_core.tracking.estimate import Correspondences
+from stereotrack_core.tracking.parameters import TrackingParameters
 
 UNEXPLAINED_SCALE = 0.05
 """Metres from the model at which a datum counts as half unexplained."""
@@ -73,6 +75,13 @@ class SurfaceResidual:
         result: FloatArray = np.einsum("mi,mi->m", self.direction, self.data)
         return result
 
+    def pairs(self) -> Correspondences:
+        """What is compared with what."""
+        sigma = np.sqrt(self.variance)
+        return Correspondences(
+            self.part, self.data, self.foot, self.direction, self.distance, sigma, self.weight
+        )
+
     def jacobian(self, frames: PartFrames, columns: Columns) -> FloatArray:
         """Derivatives (m, n) of the feet on their directions."""
         return point_jacobian(self.foot, self.direction, self.part, frames, columns)
@@ -94,6 +103,13 @@ class Trust:
     """Metres. Standard deviation of one independent measurement."""
     effective: float
     """Independent measurements in the data."""
+
+    @staticmethod
+    def of(p: TrackingParameters, *, wide: bool = False) -> Trust:
+        """As the parameters state it; `wide`: weights fall off slowly, as at first."""
+        scale = p.first_loss_scale if wide else p.loss_scale
+        reach = p.max_correspondence_distance
+        return Trust(reach, scale, p.sigma_measurement, p.effective_sample_size)
 
 
 def surface_residual(

@@ -13,7 +13,6 @@ from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.body.skeleton import FOREARMS, UPPER_ARMS
 from stereotrack_core.body.surface import cone_table
 from stereotrack_core.tracking.arm_search.picture import (
-    Likeness,
     disagreements,
     outline_table,
     seen_pictures,
@@ -23,7 +22,7 @@ from tests.tracking.scenes import POSES, pose_with_arms
 from tests.tracking.views import HEIGHT, WIDTH, cloud_of_body, cloud_seen, solids
 
 BODY = body_model(AVERAGE)
-LIKENESS = Likeness(sigma=0.5, unknown=0.1)
+LIKENESS = 0.5, 0.1
 OF_ARM = [np.isin(BODY.cones.part, [UPPER_ARMS[side], FOREARMS[side]]) for side in (0, 1)]
 
 
@@ -46,7 +45,7 @@ def _unlike(pictures, pose, likeness=LIKENESS):
 
 def unlike(likeness, seen, rest, left, right):
     """Pixels in which one body does not look as measured."""
-    return likeness.unlike_pairs(seen, rest, left[None], right[None])[0, 0]
+    return seen.unlike_pairs(rest, left[None], right[None], *likeness)[0, 0]
 
 
 def _pixels_drawn(pictures, pose):
@@ -249,7 +248,7 @@ def test_pixels_without_a_range_count_a_little(clouds):
     }
     pictures = seen_pictures(dataclasses.replace(clouds["t"], depths=depths), 3)
     assert not any(seen.measured.any() for seen in pictures)
-    none, some = (_unlike(pictures, POSES["t"], Likeness(0.5, share)) for share in (0.0, 0.1))
+    none, some = (_unlike(pictures, POSES["t"], (0.5, share)) for share in (0.0, 0.1))
     common = sum(
         np.count_nonzero(
             (seen.drawn(outline_table(BODY.cones, BODY.frames(POSES["t"]))) > 0) & (seen.person > 0)

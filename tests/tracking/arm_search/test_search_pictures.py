@@ -7,7 +7,7 @@ from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.tracking.arm_search import search
 from stereotrack_core.tracking.arm_search.arms import LEFT, RIGHT, arm_of_pose, with_arm
-from stereotrack_core.tracking.arm_search.picture import Likeness, outline_table, seen_pictures
+from stereotrack_core.tracking.arm_search.picture import outline_table, seen_pictures
 from stereotrack_core.tracking.arm_search.search import ArmSearch
 from stereotrack_core.tracking.parameters import TrackingParameters
 from tests.tracking.arm_search.test_picture import unlike
@@ -49,11 +49,11 @@ def test_what_pictures_say_is_in_square_metres_of_all_views(cloud):
     arms = [np.isin(BODY.cones.part, parts) for parts in ([2, 4], [3, 5])]
     chosen = ~(arms[0] | arms[1]), *arms
     tables = [outline_table(BODY.cones[which], frames) for which in chosen]
-    likeness, total, step = Likeness(0.5, 0.1), 0.0, 3
+    total, step = 0.0, 3
     for seen in seen_pictures(cloud, step):
         R = seen.camera_from_world[2, :3]
         depth = R @ (BENT.position - seen.eye)
-        pixels = unlike(likeness, seen, *(seen.drawn(table) for table in tables))
+        pixels = unlike((0.5, 0.1), seen, *(seen.drawn(table) for table in tables))
         total += pixels * (step * depth / seen.pinhole[0]) ** 2
     assert _of_pictures(cloud, BENT) == pytest.approx(p.picture_cost * total, rel=1e-6)
 

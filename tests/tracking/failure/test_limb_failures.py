@@ -11,7 +11,7 @@ from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.body.skeleton import FOREARMS, UPPER_ARMS
 from stereotrack_core.tracking.arm_search.arms import LEFT, RIGHT, with_arm
-from stereotrack_core.tracking.estimate import Correspondences, Estimate, Prior
+from stereotrack_core.tracking.estimate import Estimate, Prior
 from stereotrack_core.tracking.failure.features import (
     FEATURES,
     failure_probability,
@@ -32,7 +32,7 @@ def found_at(pose, true, rng):
     frames = BODY.frames(pose)
     data = surface_points(BODY, true, 1200, rng, noise=0.01)
     pairs = surface_residual(data, BODY, frames, Trust(0.3, 0.06, 0.02, 150.0))
-    joined = Correspondences(pairs.data, pairs.foot, pairs.part, pairs.weight)
+    joined = pairs.pairs()
     nothing = np.empty(0)
     return Estimate(
         True, "", pose, nothing, nothing, unexplained_fraction=0.1, correspondences=joined
