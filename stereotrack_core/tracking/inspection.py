@@ -79,13 +79,7 @@ class Known:
 
 
 def beginning_at(way: Way, known: Known, cloud: Cloud) -> Beginning:
-    """Begin where a run was before a frame; where none was, the person is looked for.
-
-    Parameters
-    ----------
-    cloud : Cloud
-        Of the frame.
-    """
+    """Begin where a run was before a frame; where none was, the person is looked for."""
     before, here = known.before, known.here
     if before is not None and before.tracked:
         return _as_stored(way.tracker(), before, known.earlier)
@@ -130,10 +124,7 @@ def look_inside(tracker: ThesisTracker | PersonTracker, cloud: Cloud) -> StepTra
     A copy of the tracker, with its random numbers, does the step; what is found is equal to the
     last bit to what the tracker itself would find.
 
-    Parameters
-    ----------
-    tracker : ThesisTracker or PersonTracker
-        Baselines record what they share with it.
+    `tracker`: baselines record what they share with it.
     """
     return traced_step(copy_of(tracker), cloud)
 

@@ -40,13 +40,8 @@ CHECK = (
 def misfits(frames: Iterable[TrackedFrame], settings: Settings) -> tuple[str, ...]:
     """What looks wrong about a run, as clauses; :data:`CHECK` is what to do.
 
-    Parameters
-    ----------
-    frames : iterable of TrackedFrame
-        With or without their clouds.
-    settings : Settings
-        What is unexplained says nothing about trackers whose body has no legs, and about those
-        whose model looks for the data.
+    `frames`: with or without their clouds. `settings`: what is unexplained says nothing about
+    trackers whose body has no legs, and about those whose model looks for the data.
     """
     every, found = list(frames), []
     views = [frame.contradicted for frame in every if np.isfinite(frame.contradicted)]

@@ -116,14 +116,7 @@ def smoothed(
 ) -> Smoothed:
     """Go over tracked frames backwards.
 
-    Parameters
-    ----------
-    frames : sequence of TrackedFrame
-        Successive; their clouds are not needed.
-    body : BodyModel
-        Body that was tracked.
-    fps : float
-        Frame sets per second.
+    They are successive; their clouds are not needed.
     """
     if not frames:
         return Smoothed((), ())

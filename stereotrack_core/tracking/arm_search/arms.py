@@ -192,15 +192,8 @@ def proposals(
 ) -> Arms:
     """All proposals for one arm; the first is the present one, the second the predicted.
 
-    Parameters
-    ----------
-    predicted, present : Arms
-        One arm each: from the last frame, and after following the data.
-    unexplained : (N, 3) float64, torso's frame
-        Data that nothing explains.
-    count : int
-        About how many.
-    rng : Generator
+    `predicted` and `present`: one arm each: from the last frame, and after following the data.
+    `unexplained` (N, 3), torso's frame: data that nothing explains. `count`: about how many.
     """
     near, wide = np.radians([18.0, 45.0])
     sets = [

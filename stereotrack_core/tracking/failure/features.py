@@ -65,12 +65,8 @@ def judged(
 ) -> Estimate:
     """The estimate with the features by which it can be judged, and what they say.
 
-    Parameters
-    ----------
-    sigma_points : Pose
-        Stacked (2n + 1), of the posterior.
-    movement : (n,) float64
-        Of the error state since the frame before.
+    `sigma_points`: stacked (2n + 1), of the posterior. `movement` (n,): of the error state since
+    the frame before.
     """
     begun, body = perf_counter(), setup.body
     sigma = limb_sigma_deg(body.frames(sigma_points), setup.weights.covariance)
@@ -125,14 +121,8 @@ def limb_features(
     near to the other arm, in decimetres; and how good it would be elsewhere, see
     :func:`elsewhere`.
 
-    Parameters
-    ----------
-    found : Estimate
-        With its unexplained fraction and correspondences.
-    sigma_deg : (6,) float64
-        Of the limbs' directions.
-    jump : (6,) float64
-        See :func:`unexpected`.
+    `found`: with its unexplained fraction and correspondences. `sigma_deg` (6,): of the limbs'
+    directions. `jump` (6,): see :func:`unexpected`.
     """
     pictures = seen_pictures(cloud, _STEP)
     if not pictures or found.correspondences is None:

@@ -72,12 +72,7 @@ class SurfaceGraph:
 def extremities(points: FloatArray, time: float) -> tuple[Detection, ...]:
     """Detect head and hands in the cloud of one person.
 
-    Parameters
-    ----------
-    points : (N, 3) float64, world
-        The z axis points up.
-    time : float
-        Frame that the detections are stated for.
+    `points` (N, 3), world: the z axis points up. `time`: frame that the detections are stated for.
 
     Returns
     -------
