@@ -6,8 +6,6 @@ from pathlib import Path
 import stereotrack_core as stereotrack
 from stereotrack_core.tracking.inspection import look_inside
 from stereotrack_core.tracking.run import Pipeline
-from stereotrack_core.tracking.tracker import PersonTracker
-from stereotrack_core.tracking.ukf import ThesisTracker
 
 
 def main(folder: Path, frame: int, preset: str = "accurate") -> None:
@@ -16,9 +14,7 @@ def main(folder: Path, frame: int, preset: str = "accurate") -> None:
     with Pipeline(recording, spec) as pipeline:
         before = list(pipeline.frames(range(frame)))
         cloud = pipeline.chain.process(pipeline.reader.frame_set(frame))
-        tracker = pipeline.tracker
-        assert isinstance(tracker, PersonTracker | ThesisTracker)
-        trace = look_inside(tracker, cloud)  # the tracker stays as it is
+        trace = look_inside(pipeline.tracker, cloud)  # the tracker stays as it is
 
     print(f"{len(before)} frames were tracked before; frame {trace.frame} by {trace.method}")
     for correction in trace.corrections:

@@ -8,7 +8,6 @@ import threading
 import time
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from stereotrack_core.body.model import BodyModel
 from stereotrack_core.depth.cloud import Cloud
@@ -20,8 +19,6 @@ from stereotrack_core.tracking.inspection import copy_of, traced_step
 from stereotrack_core.tracking.run import Pipeline
 from stereotrack_core.tracking.run_spec import RunSpec
 from stereotrack_core.tracking.trace import StepTrace
-from stereotrack_core.tracking.tracker import PersonTracker
-from stereotrack_core.tracking.ukf import ThesisTracker
 from stereotrack_core.worker_processes import Asker
 
 _TELL_SECONDS = 0.2
@@ -253,9 +250,7 @@ class _Work:
 
 
 def _next_step(pipeline: Pipeline, cloud: Cloud) -> StepTrace:
-    tracker: Any = pipeline.tracker
-    assert isinstance(tracker, ThesisTracker | PersonTracker)  # noqa: S101 - no others are made
-    twin = copy_of(tracker)
+    twin = copy_of(pipeline.tracker)
     if not pipeline.started and len(cloud.points):
         twin.start(pipeline.first_pose(cloud))
     return traced_step(twin, cloud)

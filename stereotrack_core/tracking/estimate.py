@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,11 +12,6 @@ from numpy.typing import NDArray
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.pose import PartFrames, Pose
-from stereotrack_core.depth.cloud import Cloud
-
-if TYPE_CHECKING:
-    from stereotrack_core.tracking.state import Setup
-    from stereotrack_core.tracking.step_recorder import StepRecorder
 
 Memory: TypeAlias = Mapping[str, NDArray[Any]]
 """All that a tracker's next step depends on, by name: with it another tracker of the same body and
@@ -101,36 +96,6 @@ class Estimate:
     limb_features: FloatArray | None = None
     """(6, S). What that was said by, in the order of ``FEATURES``; see
     :mod:`tracking.failure.features`."""
-
-
-class Tracker(Protocol):
-    """Follows a body from cloud to cloud."""
-
-    @property
-    def setup(self) -> Setup:
-        """What it is made for."""
-        ...
-
-    @property
-    def state_names(self) -> tuple[str, ...]:
-        """Names of the numbers of ``Estimate.x``."""
-        ...
-
-    def start(self, pose: Pose, *, P: FloatArray | None = None) -> None:
-        """Begin, or begin anew, from a pose; `P` is used where it is of this tracker's state."""
-        ...
-
-    def step(self, cloud: Cloud, trace: StepRecorder | None = None) -> Estimate:
-        """Follow to the next cloud; `trace` records what is done."""
-        ...
-
-    def memory(self) -> Memory:
-        """All that the next step depends on."""
-        ...
-
-    def recall(self, memory: Memory) -> None:
-        """Go on as the tracker would whose memory this is."""
-        ...
 
 
 def limb_directions(frames: PartFrames) -> FloatArray:

@@ -266,8 +266,7 @@ def in_chain_axes(pose: Pose, x: FloatArray, P: FloatArray, joints: tuple[int, .
     for k, part in enumerate(joints):
         at = slice(6 + 2 * k, 8 + 2 * k)
         turn[at, at] = (chain[part].T @ own[part])[:2, :2]
-    result: FloatArray = turn @ P @ turn.T
-    return result
+    return turn @ P @ turn.T
 
 
 def joints_named(names: tuple[str, ...]) -> tuple[int, ...] | None:

@@ -76,8 +76,7 @@ class FreeBody:
         sigmas += [SHAPE_SIGMAS[name] for name in self.surface]
         covariance = np.diag(np.square(sigmas))
         covariance[:k, :k] += _HEIGHT_SIGMA**2
-        inverse: FloatArray = np.linalg.inv(covariance)
-        return inverse
+        return np.linalg.inv(covariance)
 
     def parts(self, theta: FloatArray) -> tuple[Proportions, BodyParameters]:
         """Lengths and surface for values (k,) of the free numbers."""

@@ -25,7 +25,7 @@ from stereotrack_core.recording.detections import Detections
 from stereotrack_core.recording.fingerprint import fingerprint
 from stereotrack_core.recording.reader import FrameReader, has_colours
 from stereotrack_core.recording.selection import usable_views
-from stereotrack_core.tracking.estimate import Estimate, Tracker
+from stereotrack_core.tracking.estimate import Estimate
 from stereotrack_core.tracking.frame import Origin, Run, TrackedFrame, run_of
 from stereotrack_core.tracking.initialise.first_pose import (
     first_pose_from_images,
@@ -46,7 +46,13 @@ from stereotrack_core.tracking.run_spec import RunSpec
 from stereotrack_core.tracking.shared_clouds import CloudSource, read_cloud
 from stereotrack_core.tracking.smoothing import error_state_of, smoothed
 from stereotrack_core.tracking.stored import subject_of_meta
-from stereotrack_core.tracking.tracker import PersonTracker, initialiser_for, tracker_for
+from stereotrack_core.tracking.tracker import (
+    PersonTracker,
+    Tracker,
+    cameras_of,
+    initialiser_for,
+    tracker_for,
+)
 from stereotrack_core.tracking.unfinished import Checkpoint, RunKeeper, UnfinishedRun, recall
 
 FIT_FRAMES = 12
@@ -115,8 +121,7 @@ class Pipeline:
             self.chain = DepthChain(recording, settings.depth, views=self.views, colour=coloured)
         else:
             self.chain, reader = clouds.chain, clouds.reader
-        cameras = [recording.reference_camera(recording.view(name)) for name in self.views]
-        self._cameras = np.array([camera.position_world for camera in cameras])
+        self._cameras = cameras_of(recording, self.views)
         self.shape = BodyShape.of(settings.body)
         self.tracker = self._tracker()
         self._init, self._given = spec.init, "pose"

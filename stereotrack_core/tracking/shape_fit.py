@@ -283,8 +283,7 @@ class UprightResidual:
 
     def predicted(self, frames: PartFrames) -> FloatArray:
         """Components (S, 2) for stacked poses."""
-        result: FloatArray = frames.rotations[:, TORSO, :, 2] @ self.across.T
-        return result
+        return frames.rotations[:, TORSO, :, 2] @ self.across.T
 
 
 def upright(pose: Pose, frames: int) -> tuple[UprightResidual, ...]:

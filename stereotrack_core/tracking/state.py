@@ -37,8 +37,7 @@ class Belief:
     @property
     def sigma(self) -> FloatArray:
         """Standard deviations (n,), metres and radians."""
-        result: FloatArray = np.sqrt(np.maximum(np.diagonal(self.P), 0.0))
-        return result
+        return np.sqrt(np.maximum(np.diagonal(self.P), 0.0))
 
     @property
     def correlation(self) -> FloatArray:
@@ -46,8 +45,7 @@ class Belief:
         sigma = self.sigma
         product = np.outer(sigma, sigma)
         known = product > 0.0
-        result: FloatArray = np.where(known, self.P / np.where(known, product, 1.0), 0.0)
-        return result
+        return np.where(known, self.P / np.where(known, product, 1.0), 0.0)
 
 
 @dataclass(frozen=True, eq=False)

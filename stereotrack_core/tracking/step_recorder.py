@@ -321,8 +321,7 @@ def _gain(dX: FloatArray, dY: FloatArray, Wc: FloatArray, R: FloatArray) -> Floa
     """Kalman gain (n, m), equal to P_xz (P_zz + R)^-1; see :func:`filtering.correction.correct`."""
     V = dY / R
     M = np.eye(len(Wc)) + (V @ dY.T) * Wc
-    result: FloatArray = (dX.T * Wc) @ np.linalg.solve(M, V)
-    return result
+    return (dX.T * Wc) @ np.linalg.solve(M, V)
 
 
 def _unused(

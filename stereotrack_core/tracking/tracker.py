@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import pkgutil
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from types import MappingProxyType
+from typing import TypeAlias
 
 import numpy as np
 
@@ -17,7 +18,7 @@ from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.depth.points import Volume
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.tracking.correspondences import DataToModel
-from stereotrack_core.tracking.estimate import Estimate, Memory, Tracker
+from stereotrack_core.tracking.estimate import Estimate, Memory
 from stereotrack_core.tracking.estimator import Estimator
 from stereotrack_core.tracking.iekf import IteratedEstimator, PoseFilter
 from stereotrack_core.tracking.initialise.finder import (
@@ -270,6 +271,17 @@ def _unstated(estimate: Estimate) -> Estimate:
     """The estimate of a frame whose pose the next ones have to confirm."""
     reason = "the body comes back into view; the next frames tell whether its pose is right"
     return Estimate(False, reason, estimate.pose, estimate.x, estimate.P)
+
+
+Tracker: TypeAlias = ThesisTracker | PersonTracker
+"""Follows a body from cloud to cloud. What it keeps in its :data:`Memory` is all that its next step
+depends on; the covariance that it is started with is used where it is of its own state."""
+
+
+def cameras_of(recording: Recording, views: Sequence[str]) -> FloatArray:
+    """Optical centres (V, 3) of views, world, metres."""
+    cameras = [recording.reference_camera(recording.view(name)) for name in views]
+    return np.array([camera.position_world for camera in cameras])
 
 
 _BASELINES = "stereotrack_core.experiments.baselines"

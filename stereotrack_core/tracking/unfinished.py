@@ -10,9 +10,10 @@ import numpy as np
 
 from stereotrack_core.body.parameters import BodyShape
 from stereotrack_core.errors import InputError
-from stereotrack_core.tracking.estimate import Memory, Tracker
+from stereotrack_core.tracking.estimate import Memory
 from stereotrack_core.tracking.frame import Origin, Run, TrackedFrame, assembled
 from stereotrack_core.tracking.stored import shape_of_meta
+from stereotrack_core.tracking.tracker import Tracker
 
 INCOMPLETE = "incomplete"
 """Key of a run's meta: whether frames that were asked for are still to come."""

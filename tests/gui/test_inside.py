@@ -12,8 +12,9 @@ from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import proportions_of
 from stereotrack_core.recording.selection import usable_views
 from stereotrack_core.tracking.frame import TrackedFrame
-from stereotrack_core.tracking.inspection import Known, Way, beginning_at
+from stereotrack_core.tracking.inspection import beginning_at
 from stereotrack_core.tracking.presets import preset
+from stereotrack_core.tracking.tracker import cameras_of, tracker_for
 
 pytestmark = pytest.mark.window
 
@@ -33,8 +34,8 @@ def with_run(opened, qtbot):
     opened.context.session.track.settings = settings
     opened.context.session.clouds.set_parameters(settings.depth)
     body = body_model(proportions_of(recording.subject), settings.body)
-    way = Way(recording, settings, body, usable_views(recording, None), 0)
-    frames, tracker = {}, None
+    cameras = cameras_of(recording, usable_views(recording, None))
+    frames, tracker = {}, tracker_for(body, settings, cameras, recording.fps, 0)
     for frame in (FRAME - 1, FRAME):
         opened.context.session.clouds.ask(frame)
         qtbot.waitUntil(
@@ -42,7 +43,8 @@ def with_run(opened, qtbot):
             timeout=60_000,
         )
         cloud = opened.context.session.clouds.cloud(frame)
-        tracker = tracker or beginning_at(way, Known(), cloud).tracker
+        if not frames:
+            beginning_at(tracker, cloud)
         estimate = tracker.step(cloud)
         frames[frame] = TrackedFrame(frame, estimate, np.full((9, 3), np.nan), cloud, {})
     opened.context.session.runs.add(

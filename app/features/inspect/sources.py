@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from concurrent.futures import CancelledError
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -17,15 +18,11 @@ from stereotrack_core.errors import Cancelled
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.selection import usable_views
 from stereotrack_core.tracking.estimate import Estimate
-from stereotrack_core.tracking.inspection import (
-    Known,
-    Way,
-    beginning_at,
-    traced_step,
-)
+from stereotrack_core.tracking.inspection import beginning_at, traced_step
 from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.repeating import stored_spec
 from stereotrack_core.tracking.trace import StepTrace, movement
+from stereotrack_core.tracking.tracker import Tracker, cameras_of, tracker_for
 
 from ...session.runs import RunEntry
 from ...session.tracking import LiveRun
@@ -103,21 +100,21 @@ def run_question(
     frame: int, cloud: Cloud, recording: Recording, entry: RunEntry | None, settings: Settings
 ) -> Question:
     """About a run that has been there, or about a frame that no run knows."""
-    way, known = way_of(recording, entry, settings), Known()
-    if entry is not None:
-        known = Known(*(_estimate(entry, k) for k in (frame - 1, frame - 2, frame)))
+    new_tracker = _maker(recording, entry, settings)
+    known = [_estimate(entry, k) for k in (frame - 1, frame - 2, frame)]
     smoothed = entry is not None and _smoothed(entry)
 
     def work() -> tuple[StepTrace, Cloud, str]:
         release = one_blas_thread.hold()
         try:
-            begun = beginning_at(way, known, cloud)
-            trace = traced_step(begun.tracker, cloud)
+            tracker = new_tracker()
+            begun = beginning_at(tracker, cloud, *known)
+            trace = traced_step(tracker, cloud)
         finally:
             release()
-        return trace, cloud, begun.words + (_SMOOTHED if smoothed else "")
+        return trace, cloud, begun + (_SMOOTHED if smoothed else "")
 
-    return Question(frame, work, known.here, entry, settings)
+    return Question(frame, work, known[-1], entry, settings)
 
 
 def settings_of(entry: RunEntry) -> Settings:
@@ -133,19 +130,23 @@ def settings_of(entry: RunEntry) -> Settings:
     return stored_spec(entry.stored).spec.settings if entry.stored is not None else Settings()
 
 
-def way_of(recording: Recording, entry: RunEntry | None, settings: Settings) -> Way:
-    """How a run tracks its frames; how the next one would, where there is none."""
+def _maker(
+    recording: Recording, entry: RunEntry | None, settings: Settings
+) -> Callable[[], Tracker]:
+    """What makes a tracker as a run has it; as the next one would, where there is none."""
     usable = usable_views(recording, None)
     if entry is None:
-        body = body_model(proportions_of(recording.subject), settings.body)
-        return Way(recording, settings, body, usable, 0)
-    spec = entry.spec()
-    kept = tuple(name for name in (spec and spec.views) or () if name in usable)
-    return Way(recording, settings, entry.body, kept or usable, spec.seed if spec else 0)
+        body, views, seed = body_model(proportions_of(recording.subject), settings.body), usable, 0
+    else:
+        spec = entry.spec()
+        kept = tuple(name for name in (spec and spec.views) or () if name in usable)
+        body, views, seed = entry.body, kept or usable, spec.seed if spec else 0
+    cameras = cameras_of(recording, views)
+    return partial(tracker_for, body, settings, cameras, recording.fps, seed)
 
 
-def _estimate(entry: RunEntry, frame: int) -> Estimate | None:
-    tracked = entry.at(frame)
+def _estimate(entry: RunEntry | None, frame: int) -> Estimate | None:
+    tracked = entry.at(frame) if entry is not None else None
     return tracked.estimate if tracked is not None else None
 
 

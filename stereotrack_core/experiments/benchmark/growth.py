@@ -6,8 +6,6 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
 from stereotrack_core.blas_threads import one_blas_thread
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import proportions_of
@@ -20,7 +18,7 @@ from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.run import Pipeline
 from stereotrack_core.tracking.run_spec import RunSpec
 from stereotrack_core.tracking.shared_clouds import read_cloud
-from stereotrack_core.tracking.tracker import tracker_for
+from stereotrack_core.tracking.tracker import cameras_of, tracker_for
 
 DATA_POINTS = (500, 1000, 2000, 4000, 8000)
 
@@ -95,9 +93,7 @@ def step_milliseconds(
     judging : bool
         Whether what the step says about its own errors counts as well.
     """
-    cameras = [recording.reference_camera(recording.view(name))
-               for name in usable_views(recording, views)]  # fmt: skip
-    positions = np.array([camera.position_world for camera in cameras])
+    positions = cameras_of(recording, usable_views(recording, views))
     body = body_model(proportions_of(recording.subject), settings.body)
     tracker = tracker_for(body, settings, positions, recording.fps, 0)
     tracker.start(t_pose_in_cloud(body, clouds[0].points))

@@ -105,8 +105,7 @@ def change_cost(predicted: Arms, arms: Arms) -> FloatArray:
     """Cost (K,) of the change against the predicted arm."""
     upper = np.degrees(angle_between(arms.upper, predicted.upper)) / 30.0
     fore = np.degrees(angle_between(arms.fore, predicted.fore)) / 40.0
-    result: FloatArray = 2.0 * (np.log1p(upper**2) + np.log1p(fore**2))
-    return result
+    return 2.0 * (np.log1p(upper**2) + np.log1p(fore**2))
 
 
 def crossing_cost(left: FloatArray, right: FloatArray, least: float) -> FloatArray:

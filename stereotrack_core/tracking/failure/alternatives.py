@@ -116,8 +116,7 @@ def _around(direction: FloatArray) -> FloatArray:
         ring = turns + k * np.pi / _AROUND
         out = np.outer(np.cos(ring), aside) + np.outer(np.sin(ring), other)
         found.append(np.cos(off) * direction + np.sin(off) * out)
-    result: FloatArray = np.vstack(found)
-    return result
+    return np.vstack(found)
 
 
 def _carried(a: FloatArray, b: FloatArray, vector: FloatArray) -> FloatArray:

@@ -184,8 +184,7 @@ def _own_areas(body: BodyModel) -> FloatArray:
     cones = body.cones
     area = (cones.r1 + cones.r2) * cones.height
     sums = np.bincount(LIMB_OF_PART[cones.part], area, len(LIMBS) + 1)[:-1]
-    result: FloatArray = np.maximum(sums.astype(np.float64), 1e-3)
-    return result
+    return np.maximum(sums.astype(np.float64), 1e-3)
 
 
 def _looks(
@@ -232,8 +231,7 @@ def _axes(body: BodyModel, frames: PartFrames) -> FloatArray:
     n = len(LIMBS)
     along = body.skeleton.lengths[:n, None] * _ALONG
     steps = along[..., None] * frames.rotations[:n, None, :, 2]
-    result: FloatArray = frames.origins[:n, None] + steps
-    return result
+    return frames.origins[:n, None] + steps
 
 
 def _buried(body: BodyModel, frames: PartFrames) -> FloatArray:

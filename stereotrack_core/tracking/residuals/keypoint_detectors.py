@@ -166,8 +166,7 @@ def _slim(nodes: FloatArray, end: int) -> bool:
 
 
 def _unit(vector: FloatArray) -> FloatArray:
-    result: FloatArray = vector / max(float(np.linalg.norm(vector)), 1e-9)
-    return result
+    return vector / max(float(np.linalg.norm(vector)), 1e-9)
 
 
 def _thinned(points: FloatArray) -> FloatArray:
@@ -177,8 +176,7 @@ def _thinned(points: FloatArray) -> FloatArray:
     cube = np.floor(points / _VOXEL).astype(np.int64)
     _, index, count = np.unique(cube, axis=0, return_inverse=True, return_counts=True)
     sums = np.stack([np.bincount(index.ravel(), points[:, k]) for k in range(3)], axis=1)
-    result: FloatArray = sums / count[:, None]
-    return result
+    return sums / count[:, None]
 
 
 def _lengths(nodes: FloatArray, pairs: IntArray) -> sparse.csr_matrix:

@@ -174,16 +174,14 @@ def _focal(camera: Camera) -> float:
 
 
 def _placed(frames: PartFrames, part: int, point: FloatArray) -> FloatArray:
-    result: FloatArray = frames.rotations[..., part, :, :] @ point + frames.origins[..., part, :]
-    return result
+    return frames.rotations[..., part, :, :] @ point + frames.origins[..., part, :]
 
 
 def _pinhole(camera: Camera, world: FloatArray) -> FloatArray:
     """Undistorted pixels (..., 2), seen from the principal point; NaN behind the camera."""
     inside = camera.camera_from_world.apply(world)
     depth = np.where(inside[..., 2:] > _NEAREST, inside[..., 2:], np.nan)
-    result: FloatArray = _focal(camera) * inside[..., :2] / depth
-    return result
+    return _focal(camera) * inside[..., :2] / depth
 
 
 def _pixel_gradients(camera: Camera, world: FloatArray) -> FloatArray:

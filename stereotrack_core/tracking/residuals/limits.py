@@ -273,5 +273,4 @@ def arms_apart(body: BodyModel, frames: PartFrames, least: float) -> list[ApartR
 
 def _axes(body: BodyModel, frames: PartFrames, part: IntArray) -> FloatArray:
     """Vectors (m, 3) from joint to joint, world."""
-    result: FloatArray = body.skeleton.lengths[part, None] * frames.rotations[part, :, 2]
-    return result
+    return body.skeleton.lengths[part, None] * frames.rotations[part, :, 2]
