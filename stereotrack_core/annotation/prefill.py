@@ -128,10 +128,7 @@ def unclicked(
 ) -> Iterator[Prediction]:
     """Predictions of places that nobody has said anything about.
 
-    Parameters
-    ----------
-    said : collection of ClickKey
-        Of all clicks: also of deleted ones, and of those that say "outside".
+    `said`: of all clicks: also of deleted ones, and of those that say "outside".
     """
     return (one for one in predictions if one.key not in said)
 

@@ -12,14 +12,8 @@ from stereotrack_core.annotation.click import UNCERTAIN, Click
 class Seen(NamedTuple):
     """What all cameras together say about a landmark at a frame.
 
-    Attributes
-    ----------
-    frame : int
-    landmark : str
-    positions : int
-        Cameras in which it has a position.
-    doubted : bool
-        Whether the author of a click doubts it.
+    `positions`: cameras in which it has a position. `doubted`: whether the author of a click doubts
+    it.
     """
 
     frame: int
@@ -47,14 +41,10 @@ class Progress:
 
     Attributes
     ----------
-    keyframes : int
-        Frames that shall be annotated.
-    done : int
-        Those of them that are.
-    flagged : int
-        Keyframes that somebody wants to look at again.
-    clicks : int
-        All clicks, on whichever frame.
+    keyframes : frames that shall be annotated
+    done : those of them that are
+    flagged : keyframes that somebody wants to look at again
+    clicks : all clicks, on whichever frame
     """
 
     keyframes: int
@@ -79,12 +69,8 @@ class Progress:
 def progress(keyframes: Mapping[int, bool], flagged: Collection[int], clicks: int) -> Progress:
     """Count what is done.
 
-    Parameters
-    ----------
-    keyframes : mapping from frame to bool
-        Whether each frame that shall be annotated is done.
-    flagged : collection of int
-        Frames that are flagged, or have a click that its author doubts.
+    `keyframes` mapping from frame to bool, whether each frame that shall be annotated is done.
+    `flagged`: frames that are flagged, or have a click that its author doubts.
     """
     return Progress(
         keyframes=len(keyframes),

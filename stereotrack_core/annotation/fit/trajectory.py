@@ -97,18 +97,13 @@ def _asked_between(
 ) -> list[Pose]:
     """Poses to begin from.
 
+    Raises Cancelled.
+
     Parameters
     ----------
-    poses : sequence of Pose
-        As filled between clicked frames.
-    known : (K,) bool
-        Frames whose clicks tell the pose.
-    fps : float
-        Frame sets per second.
-
-    Raises
-    ------
-    Cancelled
+    poses : as filled between clicked frames
+    known : (K,); frames whose clicks tell the pose
+    fps : frame sets per second
     """
     f = stretch.freedom
     found = [_on_legs(pose) for pose in poses] if f.with_depth else list(poses)
