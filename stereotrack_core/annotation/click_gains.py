@@ -206,13 +206,11 @@ class ClickGains:
 
     def limb_sigma_deg(self) -> FloatArray:
         """Angles (F, 6) by which the limbs may be off, as far as clicks since the fit tell."""
-        result: FloatArray = self.sigma_deg[:, OWN_AXES]
-        return result
+        return self.sigma_deg[:, OWN_AXES]
 
     def clicked(self) -> BoolArray:
         """Whether (F, n) a landmark has a click in some image."""
-        result: BoolArray = np.asarray((self.state == Place.CLICKED).any(axis=1))
-        return result
+        return np.asarray((self.state == Place.CLICKED).any(axis=1))
 
     def by_axis(self, row: int, camera: int, landmark: int) -> FloatArray:
         """Gain (7,) of a place for each axis that counts, degrees."""

@@ -116,8 +116,7 @@ def in_image(camera: Camera, pixels: FloatArray) -> BoolArray:
     """Whether raw pixels (..., 2) lie on the camera's image; False for NaN."""
     low = pixels >= -0.5
     high = pixels <= np.array([camera.width - 0.5, camera.height - 0.5])
-    result: BoolArray = np.asarray((low & high).all(axis=-1))
-    return result
+    return np.asarray((low & high).all(axis=-1))
 
 
 def _ray_in_view(
@@ -191,5 +190,4 @@ class _Ray:
         steps = np.linalg.norm(np.diff(self.pixels(shares), axis=0), axis=1)
         length = np.concatenate([[0.0], np.cumsum(np.nan_to_num(steps))])
         count = max(2, int(np.ceil(length[-1] / _STEP)) + 1)
-        result: FloatArray = np.interp(np.linspace(0.0, length[-1], count), length, shares)
-        return result
+        return np.interp(np.linspace(0.0, length[-1], count), length, shares)

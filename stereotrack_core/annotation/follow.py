@@ -215,8 +215,7 @@ def _followed(steps: list[_Step], reliable: int, reason: str, scale: float) -> F
 def _spread(score: FloatArray) -> FloatArray:
     """Pixels per axis, at 480 lines, by which the landmark may be off the patch."""
     frames = np.arange(len(score))
-    result: FloatArray = _DRIFT * np.sqrt(frames) + _UNLIKE * (1.0 - score) * (frames > 0)
-    return result
+    return _DRIFT * np.sqrt(frames) + _UNLIKE * (1.0 - score) * (frames > 0)
 
 
 @dataclass(frozen=True, eq=False)

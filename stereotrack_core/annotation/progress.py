@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
-
-from stereotrack_core.annotation.click import UNCERTAIN, Click
 
 
 class Seen(NamedTuple):
@@ -20,19 +18,6 @@ class Seen(NamedTuple):
     landmark: str
     positions: int
     doubted: bool
-
-
-def seen(clicks: Iterable[Click]) -> tuple[Seen, ...]:
-    """Sum clicks up over the cameras; deleted ones are left out."""
-    found: dict[tuple[int, str], tuple[int, bool]] = {}
-    for click in clicks:
-        if not click.deleted:
-            positions, doubted = found.get((click.frame, click.landmark), (0, False))
-            found[click.frame, click.landmark] = (
-                positions + (click.position is not None),
-                doubted or click.flag == UNCERTAIN,
-            )
-    return tuple(Seen(*key, *value) for key, value in sorted(found.items()))
 
 
 @dataclass(frozen=True)

@@ -99,5 +99,4 @@ def _direction(vector: FloatArray) -> FloatArray:
     length = float(np.linalg.norm(vector))
     if not length > 0:
         raise ValueError("two landmarks coincide, or one is not known")
-    result: FloatArray = vector / length
-    return result
+    return vector / length

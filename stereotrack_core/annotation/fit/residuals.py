@@ -273,8 +273,7 @@ def mixture_cost(
     Clicks here are what :func:`judged` says of them, right ones or gross mistakes.
     """
     right, wrong = _mixture(residual, sigma, share, mistake_spread)
-    result: FloatArray = -2.0 * np.logaddexp(right, wrong)
-    return result
+    return -2.0 * np.logaddexp(right, wrong)
 
 
 def mixture_weight(
@@ -286,8 +285,7 @@ def mixture_weight(
     """
     right, wrong = _mixture(residual, sigma, share, mistake_spread)
     mistake = np.exp(wrong - np.logaddexp(right, wrong))
-    result: FloatArray = 1.0 - mistake + mistake * sigma**2 / (sigma**2 + mistake_spread**2)
-    return result
+    return 1.0 - mistake + mistake * sigma**2 / (sigma**2 + mistake_spread**2)
 
 
 def _mixture(

@@ -83,8 +83,7 @@ _ENDS = {
 
 def _told_by_clicks(stretch: Stretch, data: Sequence[FrameData], wanted: int) -> BoolArray:
     """Frames (K,) whose clicks tell the pose: the first `wanted` landmarks in two cameras each."""
-    found: BoolArray = np.array([_cameras(stretch, one)[:wanted].min() > 1 for one in data])
-    return found
+    return np.array([_cameras(stretch, one)[:wanted].min() > 1 for one in data])
 
 
 def _asked_between(
