@@ -28,25 +28,17 @@ class ParameterRow:
 
     Attributes
     ----------
-    name : str
-        Name for ``--set`` and the tuning panel; unique over all groups.
-    type : type
-        ``bool``, ``int``, ``float`` or ``str``.
-    default : bool, int, float or str
-        Value where nothing else is said.
-    unit : str
-        Unit of the value as a person types it; empty for pure numbers.
-    minimum, maximum : float or None
-        Closed range that is accepted.
-    choices : tuple of str
-        For ``str``: the accepted words.
-    group : str
-        Heading in the panel and the documentation.
-    help : str
-        One sentence that says what it does.
-    presets : mapping from a preset's name to its value
-        Where it is not the default. That of ``thesis`` also where the thesis decides it, by
-        section 4.2.1 or by its method, and it is the default.
+    name : name for ``--set`` and the tuning panel; unique over all groups
+    type : ``bool``, ``int``, ``float`` or ``str``
+    default : value where nothing else is said
+    unit : unit of the value as a person types it; empty for pure numbers
+    minimum, maximum : closed range that is accepted
+    choices : for ``str``: the accepted words
+    group : heading in the panel and the documentation
+    help : one sentence that says what it does
+    presets : mapping from a preset's name to its value; where it is not the default. That of
+        ``thesis`` also where the thesis decides it, by section 4.2.1 or by its method, and it is
+        the default.
     """
 
     name: str
@@ -196,10 +188,7 @@ class ParameterGroup:
     def replaced(self: ParametersT, **values: Value) -> ParametersT:
         """Return a copy with some values changed, named flatly.
 
-        Raises
-        ------
-        InputError
-            For an unknown name or a value outside its range.
+        Raises InputError for an unknown name or a value outside its range.
         """
         known = {row.name for row in self.rows()}
         for name in values:

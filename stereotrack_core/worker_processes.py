@@ -57,10 +57,7 @@ class Asker:
 
         Waits for the first so long at most; None: until there is one.
 
-        Raises
-        ------
-        EOFError
-            Where whoever asks is gone.
+        Raises EOFError where whoever asks is gone.
         """
         while self._pipe.poll(0.0 if self._orders[self._number] else seconds):
             self._receive()
@@ -143,11 +140,7 @@ class WorkerProcess:
     def order(self, word: Any, task: int | None = None) -> None:
         """Say something about a task; see :meth:`Asker.orders`.
 
-        Parameters
-        ----------
-        word : object
-        task : int, optional
-            Which of those that were given, from 1; by default the newest.
+        `task`: which of those that were given, from 1; by default the newest.
         """
         self._send(task or self._given, True, word)
 

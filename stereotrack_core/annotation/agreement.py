@@ -28,10 +28,8 @@ _RAYLEIGH_MEDIAN = sqrt(2.0 * np.log(2.0))
 class Difference:
     """What two readings say about one landmark in one image.
 
-    Attributes
-    ----------
-    first, second : Click or None
-        None where a reading says nothing; a deleted click counts as ``only`` the other's.
+    `first` and `second`: None where a reading says nothing; a deleted click counts as ``only`` the
+    other's.
     """
 
     key: ClickKey
@@ -91,21 +89,14 @@ class Agreement:
 
     Attributes
     ----------
-    landmark : str
-        Empty: all landmarks together.
-    count : int
-        Images in which both gave a position.
-    sigma : float
-        Standard deviation of a single click per axis, if both readings are equally good: the
+    landmark : empty: all landmarks together
+    count : images in which both gave a position
+    sigma : standard deviation of a single click per axis, if both readings are equally good: the
         mean square of the distance is 4 sigma^2. NaN without a common image.
-    robust_sigma : float
-        The same from the median distance, which single mistakes do not change.
-    median, p95, largest : float
-        Of the distances.
-    bias : (float, float)
-        Mean of second less first: a landmark that both understand differently.
-    disputed : int
-        Images in which one says outside, or in which one of them says nothing.
+    robust_sigma : the same from the median distance, which single mistakes do not change
+    median, p95, largest : of the distances
+    bias : mean of second less first: a landmark that both understand differently
+    disputed : images in which one says outside, or in which one of them says nothing
     """
 
     landmark: str

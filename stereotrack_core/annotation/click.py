@@ -46,28 +46,18 @@ class Click:
 
     Attributes
     ----------
-    frame : int
-        Frame of the recording, from 0.
-    camera : str
-        Name of the camera in the calibration.
-    position : (float, float) or None
-        Raw-image pixels, (0, 0) is the centre of the top-left pixel; None where the landmark is
-        outside the image.
-    visibility : Visibility
-        Seen, guessed behind something, or outside.
-    flag : str
-        Empty, or a word such as :data:`UNCERTAIN`.
-    sigma : float or None
-        Standard deviation in pixels per axis; None: as usual for this landmark.
-    origin : str
-        How it came about: ``hand``, ``accepted`` (a prediction that a person confirmed) or
-        ``imported``.
-    who : str
-        Annotator; empty until the project stamps it.
-    at : str
-        Time of the last change, ISO 8601, UTC; empty until the project stamps it.
-    deleted : bool
-        A person took it away. The position is the last one that it had.
+    frame : frame of the recording, from 0
+    camera : name of the camera in the calibration
+    position : raw-image pixels, (0, 0) is the centre of the top-left pixel; None where the landmark
+        is outside the image
+    visibility : seen, guessed behind something, or outside
+    flag : empty, or a word such as :data:`UNCERTAIN`
+    sigma : standard deviation in pixels per axis; None: as usual for this landmark
+    origin : how it came about: ``hand``, ``accepted`` (a prediction that a person confirmed) or
+        ``imported``
+    who : annotator; empty until the project stamps it
+    at : time of the last change, ISO 8601, UTC; empty until the project stamps it
+    deleted : a person took it away. The position is the last one that it had.
     """
 
     frame: int
@@ -149,12 +139,9 @@ class Prediction:
 
     Attributes
     ----------
-    source : str
-        What it comes from: ``run accurate``, ``following``, ``triangulated`` ...
-    position : (float, float)
-        Raw-image pixels.
-    sigma : float or None
-        Standard deviation in pixels per axis, where the source knows it.
+    source : what it comes from: ``run accurate``, ``following``, ``triangulated`` ...
+    position : raw-image pixels
+    sigma : standard deviation in pixels per axis, where the source knows it
     """
 
     frame: int

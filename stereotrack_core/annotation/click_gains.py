@@ -114,12 +114,10 @@ def hidden_landmarks(
 
     Parameters
     ----------
-    nine : (F, 9, 3) float64, world, metres
-        The landmarks of every reference.
-    names, points : n names and (F, n, 3) float64, world
-        The landmarks that are asked for, and where they are.
-    places : (C, 3) float64, world
-        Optical centres.
+    nine : (F, 9, 3), world, metres; the landmarks of every reference
+    names, points : n names and (F, n, 3) float64, world; the landmarks that are asked for, and
+        where they are
+    places : (C, 3), world; optical centres
     """
     sight_from = np.broadcast_to(places[None, :, None], (len(nine), len(places), len(names), 3))
     sight_to = np.broadcast_to(points[:, None], sight_from.shape)
@@ -156,28 +154,20 @@ class ClickGains:
 
     Parameters
     ----------
-    fit : TrajectoryFit
-        Of this set of landmarks.
-    clicks : iterable of Click
-        All of them; deleted ones and those outside say that nothing shall be clicked there.
-    sigma : float or mapping from landmark to float
-        Usual standard deviation of a click in pixels per axis.
+    fit : of this set of landmarks
+    clicks : all of them; deleted ones and those outside say that nothing shall be clicked there
+    sigma : float or mapping from landmark to float; usual standard deviation of a click in pixels
+        per axis
 
     Attributes
     ----------
-    names : tuple of str
-        Cameras, in the order of the arrays.
-    state : (F, C, n) uint8
-        Values of :class:`Place`.
-    seen : (F, C, n) bool
-        Whether the landmark is in the image.
-    hidden : (F, C, n) bool
-        Whether the body stands before it.
-    gain : (F, C, n) float64
-        Degrees, summed up over the limbs that count; 0 where nothing is known or seen.
-    sigma_deg : (F, 7) float64
-        Angles by which the axes, in the order of ``AXES``, may be off, as far as clicks since the
-        fit tell.
+    names : cameras, in the order of the arrays
+    state : (F, C, n); values of :class:`Place`
+    seen : (F, C, n); whether the landmark is in the image
+    hidden : (F, C, n); whether the body stands before it
+    gain : (F, C, n); degrees, summed up over the limbs that count; 0 where nothing is known or seen
+    sigma_deg : (F, 7); angles by which the axes, in the order of ``AXES``, may be off, as far as
+        clicks since the fit tell
     """
 
     def __init__(
@@ -216,13 +206,11 @@ class ClickGains:
 
     def limb_sigma_deg(self) -> FloatArray:
         """Angles (F, 6) by which the limbs may be off, as far as clicks since the fit tell."""
-        result: FloatArray = self.sigma_deg[:, OWN_AXES]
-        return result
+        return self.sigma_deg[:, OWN_AXES]
 
     def clicked(self) -> BoolArray:
         """Whether (F, n) a landmark has a click in some image."""
-        result: BoolArray = np.asarray((self.state == Place.CLICKED).any(axis=1))
-        return result
+        return np.asarray((self.state == Place.CLICKED).any(axis=1))
 
     def by_axis(self, row: int, camera: int, landmark: int) -> FloatArray:
         """Gain (7,) of a place for each axis that counts, degrees."""

@@ -26,12 +26,9 @@ class ClickPixels:
 
     Attributes
     ----------
-    frame : (F,) int64
-        Frames that have a click, ascending.
-    names : tuple of str
-        Landmarks.
-    pixel : (F, L, V, 2) float64
-        Raw-image pixels, NaN where nobody gave a position.
+    frame : (F,); frames that have a click, ascending
+    names : landmarks
+    pixel : (F, L, V, 2); raw-image pixels, NaN where nobody gave a position
     """
 
     frame: IntArray

@@ -152,12 +152,8 @@ _LIMB_LENGTH = 0.3
 class Doubt:
     """Something about a click that is there.
 
-    Attributes
-    ----------
-    mistake : float
-        Probability that it is a gross mistake.
-    angle_deg : float
-        What its residual would do to a limb, degrees.
+    `mistake`: probability that it is a gross mistake. `angle_deg`: what its residual would do to a
+    limb, degrees.
     """
 
     mistake: float

@@ -41,13 +41,9 @@ _NEAREST = 1e-3
 class EpipolarCurve:
     """Where a landmark that was clicked in one image can be in another; K samples.
 
-    Attributes
-    ----------
-    pixels : (K, 2) float64
-        Raw pixels of the other image, ordered from near to far as the first camera sees them; no
-        NaN. Nothing (0, 2) where the other camera sees no part of the ray within the volume.
-    distance : (K,) float64, metres
-        From the first camera along the ray.
+    `pixels` (K, 2), raw pixels of the other image, ordered from near to far as the first camera
+    sees them; no NaN. Nothing (0, 2) where the other camera sees no part of the ray within the
+    volume. `distance` (K,), metres, from the first camera along the ray.
     """
 
     pixels: FloatArray
@@ -105,9 +101,7 @@ def watched_point(cameras: Sequence[Camera], away: float) -> FloatArray:
 def ray_in_volume(origin: FloatArray, direction: FloatArray, volume: Volume) -> tuple[float, float]:
     """Distances at which a ray enters and leaves the volume; the second is less where it misses.
 
-    Parameters
-    ----------
-    origin, direction : (3,) float64, world, metres
+    `origin` and `direction` (3,), world, metres.
     """
     with np.errstate(divide="ignore", invalid="ignore"):
         crossings = (np.stack([volume.low, volume.high]) - origin) / direction
@@ -122,8 +116,7 @@ def in_image(camera: Camera, pixels: FloatArray) -> BoolArray:
     """Whether raw pixels (..., 2) lie on the camera's image; False for NaN."""
     low = pixels >= -0.5
     high = pixels <= np.array([camera.width - 0.5, camera.height - 0.5])
-    result: BoolArray = np.asarray((low & high).all(axis=-1))
-    return result
+    return np.asarray((low & high).all(axis=-1))
 
 
 def _ray_in_view(
@@ -197,5 +190,4 @@ class _Ray:
         steps = np.linalg.norm(np.diff(self.pixels(shares), axis=0), axis=1)
         length = np.concatenate([[0.0], np.cumsum(np.nan_to_num(steps))])
         count = max(2, int(np.ceil(length[-1] / _STEP)) + 1)
-        result: FloatArray = np.interp(np.linspace(0.0, length[-1], count), length, shares)
-        return result
+        return np.interp(np.linspace(0.0, length[-1], count), length, shares)

@@ -51,18 +51,13 @@ class Followed:
 
     Attributes
     ----------
-    pixels : (F, 2) float64
-        Raw pixels; the last row may be the unreliable one that ended it, NaN where it was lost.
-    score : (F,) float64
-        Correlation with the first patch, -1 to 1; 1 in the first.
-    forward_backward_px : (F,) float64
-        Distance from where it came from, after going back; 0 in the first.
-    sigma_px : (F,) float64
-        Standard deviation per axis to be expected besides that of the click.
-    reliable_until : int
-        Rows before this one are reliable.
-    reason : str
-        Why it ended there, in words.
+    pixels : (F, 2); raw pixels; the last row may be the unreliable one that ended it, NaN where it
+        was lost
+    score : (F,); correlation with the first patch, -1 to 1; 1 in the first
+    forward_backward_px : (F,); distance from where it came from, after going back; 0 in the first
+    sigma_px : (F,); standard deviation per axis to be expected besides that of the click
+    reliable_until : rows before this one are reliable
+    reason : why it ended there, in words
     """
 
     pixels: FloatArray
@@ -220,8 +215,7 @@ def _followed(steps: list[_Step], reliable: int, reason: str, scale: float) -> F
 def _spread(score: FloatArray) -> FloatArray:
     """Pixels per axis, at 480 lines, by which the landmark may be off the patch."""
     frames = np.arange(len(score))
-    result: FloatArray = _DRIFT * np.sqrt(frames) + _UNLIKE * (1.0 - score) * (frames > 0)
-    return result
+    return _DRIFT * np.sqrt(frames) + _UNLIKE * (1.0 - score) * (frames > 0)
 
 
 @dataclass(frozen=True, eq=False)

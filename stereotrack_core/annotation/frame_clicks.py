@@ -31,12 +31,8 @@ _AROUND = 16
 class FrameClicks:
     """The clicks of one frame, and what is known besides.
 
-    Attributes
-    ----------
-    clicks : tuple of Click
-        Of all cameras and landmarks.
-    sigmas : mapping from landmark to float
-        How good clicks are, pixels per axis, as far as measured.
+    `clicks`: of all cameras and landmarks. `sigmas` mapping from landmark to float, how good clicks
+    are, pixels per axis, as far as measured.
     """
 
     frame: int
@@ -53,12 +49,9 @@ class HintQuestion(FrameClicks):
 
     Attributes
     ----------
-    landmark : str
-        The one whose curves are wanted.
-    shown : tuple of str
-        Cameras whose images are shown.
-    volume : Volume
-        Where landmarks can be.
+    landmark : the one whose curves are wanted
+    shown : cameras whose images are shown
+    volume : where landmarks can be
     """
 
     landmark: str
@@ -70,12 +63,8 @@ class HintQuestion(FrameClicks):
 class FitQuestion(FrameClicks):
     """The body that is fitted to the clicks.
 
-    Attributes
-    ----------
-    views : mapping from camera to str
-        How people call the cameras.
-    cloud : Cloud or None
-        Measured points, where they are there and wanted.
+    `views` mapping from camera to str, how people call the cameras. `cloud`: measured points, where
+    they are there and wanted.
     """
 
     views: Mapping[str, str]
@@ -96,10 +85,8 @@ class Curve:
 class ClickHints:
     """The answer.
 
-    Attributes
-    ----------
-    points : mapping from landmark to PredictedPoint
-        Of landmarks with clicks in two places or more.
+    `points` mapping from landmark to PredictedPoint, of landmarks with clicks in two places or
+    more.
     """
 
     question: HintQuestion
@@ -175,10 +162,7 @@ _LEAST_SIGMA = 0.008
 class BoneLength:
     """A length as clicked, and as the subject has it; metres.
 
-    Attributes
-    ----------
-    sigma : float
-        Standard deviation of it, from the clicks.
+    `sigma`: standard deviation of it, from the clicks.
     """
 
     name: str
@@ -227,12 +211,9 @@ class ShownFit:
 
     Attributes
     ----------
-    residuals : mapping from ClickKey to (2,) float64
-        Click minus model, raw pixels.
-    mistakes : mapping from ClickKey to float
-        Probability that the click is a gross mistake.
-    places : mapping from landmark to (3,) float64
-        Landmarks of the model, world, metres.
+    residuals : mapping from ClickKey to (2,); click minus model, raw pixels
+    mistakes : mapping from ClickKey to float; probability that the click is a gross mistake
+    places : mapping from landmark to (3,); landmarks of the model, world, metres
     """
 
     question: FitQuestion

@@ -33,22 +33,15 @@ class Landmark:
 
     Attributes
     ----------
-    name : str
-        As in clicks and trajectories; left and right are the person's own.
-    colour : str
-        ``#rrggbb``.
-    limb : str
-        One of ``LIMBS``: where it is listed, and whose direction it tells.
-    part : str
-        One of the body's ``PARTS``: what it is fixed to.
-    along : float
-        Share of the part's length from its joint along its z axis.
-    across : float
-        Share of the hip width along the part's x axis (the torso's points to the person's right).
-    offset : (float, float, float)
-        Metres in the part's frame, added to that.
-    mirror : str
-        The landmark of the other side, that it may be mixed up with; empty: none.
+    name : as in clicks and trajectories; left and right are the person's own
+    colour : ``#rrggbb``
+    limb : one of ``LIMBS``: where it is listed, and whose direction it tells
+    part : one of the body's ``PARTS``: what it is fixed to
+    along : share of the part's length from its joint along its z axis
+    across : share of the hip width along the part's x axis (the torso's points to the person's
+        right)
+    offset : metres in the part's frame, added to that
+    mirror : the landmark of the other side, that it may be mixed up with; empty: none
     """
 
     name: str
@@ -70,10 +63,7 @@ class Landmark:
 class LandmarkSet:
     """Landmarks in the order of their keys.
 
-    Raises
-    ------
-    InputError
-        Where a landmark is not usable; it names the landmark and what would be right.
+    Raises InputError where a landmark is not usable; it names the landmark and what would be right.
     """
 
     name: str

@@ -88,8 +88,7 @@ def limb_sigma_deg(
     The covariances (..., n, 3, 3) of the set's landmarks are taken for independent.
     """
     v = mean_squares(axis_quadratics(nine, landmark_set), covariance)
-    result: FloatArray = np.degrees(np.sqrt(np.maximum(v[..., OWN_AXES], 0.0)))
-    return result
+    return np.degrees(np.sqrt(np.maximum(v[..., OWN_AXES], 0.0)))
 
 
 def axis_sigma_deg(

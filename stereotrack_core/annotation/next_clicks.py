@@ -37,15 +37,13 @@ class Suggestion:
 
     Attributes
     ----------
-    gain_deg : float
-        By how much the click is expected to bring down the angle by which the limbs of this frame
-        may be off (root mean square), summed up over the limbs and the torso's cross axis; degrees.
-    reason : str
-        Why, in words for a person; most important first.
-    click_there : bool
-        Whether there is a click already that should be looked at again.
-    over_frames_deg : float
-        The same summed up over the frames around that profit; suggestions are ranked by it.
+    gain_deg : by how much the click is expected to bring down the angle by which the limbs of this
+        frame may be off (root mean square), summed up over the limbs and the torso's cross axis;
+        degrees
+    reason : why, in words for a person; most important first
+    click_there : whether there is a click already that should be looked at again
+    over_frames_deg : the same summed up over the frames around that profit; suggestions are ranked
+        by it
     """
 
     frame: int
@@ -68,16 +66,12 @@ class StopSign:
 
     Attributes
     ----------
-    wanted_deg : float
-        Angle by which a limb may be off (root mean square), degrees.
-    frames : int
-        Frames that count.
-    frames_missing : int
-        Those of them in which a limb misses the wanted accuracy, or nothing is known.
-    missing_by_limb : mapping from limb to int
-        Frames in which that limb misses it; limbs that nobody misses are there with 0.
-    allowed : float
-        Share of the frames that may miss it.
+    wanted_deg : angle by which a limb may be off (root mean square), degrees
+    frames : frames that count
+    frames_missing : those of them in which a limb misses the wanted accuracy, or nothing is known
+    missing_by_limb : mapping from limb to int; frames in which that limb misses it; limbs that
+        nobody misses are there with 0
+    allowed : share of the frames that may miss it
     """
 
     wanted_deg: float
@@ -108,16 +102,10 @@ class StopSign:
 def good_enough(limb_sigma_deg: FloatArray, wanted_deg: float) -> StopSign:
     """Count what misses the wanted accuracy.
 
-    Parameters
-    ----------
-    limb_sigma_deg : (F, 6) float64
-        Root mean square angle by which each limb may be off, in the order of ``LIMBS``; NaN where
-        nothing is known, which misses every accuracy. Leave out flagged gaps.
+    `limb_sigma_deg` (F, 6), root mean square angle by which each limb may be off, in the order of
+    ``LIMBS``; NaN where nothing is known, which misses every accuracy. Leave out flagged gaps.
 
-    Raises
-    ------
-    ValueError
-        Where the wanted accuracy is not positive.
+    Raises ValueError where the wanted accuracy is not positive.
     """
     if not wanted_deg > 0:
         raise ValueError(f"{wanted_deg} deg is not a valid target")
@@ -158,14 +146,11 @@ class NextClicks:
 
     Parameters
     ----------
-    clicks : iterable of Click
-        All of them, deleted ones too: where a person took a click away, none is asked for.
-    sigma : float or mapping from landmark to float
-        Usual standard deviation of a click in pixels per axis.
-    run : LandmarkTrajectory, optional
-        What a tracker says.
-    gaps : sequence of range
-        Flagged stretches, where nothing is asked for.
+    clicks : all of them, deleted ones too: where a person took a click away, none is asked for
+    sigma : float or mapping from landmark to float; usual standard deviation of a click in pixels
+        per axis
+    run : what a tracker says
+    gaps : flagged stretches, where nothing is asked for
     """
 
     def __init__(

@@ -30,20 +30,17 @@ class PredictedPoint:
 
     Attributes
     ----------
-    world : (3,) float64, metres
-    covariance : (3, 3) float64, square metres
-        Of the point; grows with the residuals where the clicks contradict each other.
-    used : tuple of str
-        Cameras whose clicks placed the point.
-    pixel : mapping from camera to (2,) float64
-        Where it is in every image that shows it, raw pixels. In an image with a click: as the other
-        clicks say, where they can say so.
-    spread_px : mapping from camera to float
-        Largest standard deviation of these, from the covariance, pixels.
-    error_px : mapping from camera to float
-        For every click: how far it is from what the others predict.
-    outliers : tuple of str
-        Cameras whose click fits none of the others (see :func:`point_of_sightings`).
+    world : (3,), metres
+    covariance : (3, 3), square metres; of the point; grows with the residuals where the clicks
+        contradict each other
+    used : cameras whose clicks placed the point
+    pixel : mapping from camera to (2,); where it is in every image that shows it, raw pixels. In an
+        image with a click: as the other clicks say, where they can say so.
+    spread_px : mapping from camera to float; largest standard deviation of these, from the
+        covariance, pixels
+    error_px : mapping from camera to float; for every click: how far it is from what the others
+        predict
+    outliers : cameras whose click fits none of the others (see :func:`point_of_sightings`)
     """
 
     landmark: str

@@ -8,7 +8,7 @@ that there is nothing.
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -121,19 +121,6 @@ def from_following(
         if apart.max() <= _CONTRADICTION:
             position = (float(mean[0]), float(mean[1]))
             yield Prediction(*key, FOLLOWING, position, float(weights.sum() ** -0.5))
-
-
-def unclicked(
-    predictions: Iterable[Prediction], said: Collection[ClickKey]
-) -> Iterator[Prediction]:
-    """Predictions of places that nobody has said anything about.
-
-    Parameters
-    ----------
-    said : collection of ClickKey
-        Of all clicks: also of deleted ones, and of those that say "outside".
-    """
-    return (one for one in predictions if one.key not in said)
 
 
 def _within(frame: IntArray, frames: range | None) -> BoolArray:

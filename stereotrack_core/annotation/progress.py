@@ -2,24 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
-
-from stereotrack_core.annotation.click import UNCERTAIN, Click
 
 
 class Seen(NamedTuple):
     """What all cameras together say about a landmark at a frame.
 
-    Attributes
-    ----------
-    frame : int
-    landmark : str
-    positions : int
-        Cameras in which it has a position.
-    doubted : bool
-        Whether the author of a click doubts it.
+    `positions`: cameras in which it has a position. `doubted`: whether the author of a click doubts
+    it.
     """
 
     frame: int
@@ -28,33 +20,16 @@ class Seen(NamedTuple):
     doubted: bool
 
 
-def seen(clicks: Iterable[Click]) -> tuple[Seen, ...]:
-    """Sum clicks up over the cameras; deleted ones are left out."""
-    found: dict[tuple[int, str], tuple[int, bool]] = {}
-    for click in clicks:
-        if not click.deleted:
-            positions, doubted = found.get((click.frame, click.landmark), (0, False))
-            found[click.frame, click.landmark] = (
-                positions + (click.position is not None),
-                doubted or click.flag == UNCERTAIN,
-            )
-    return tuple(Seen(*key, *value) for key, value in sorted(found.items()))
-
-
 @dataclass(frozen=True)
 class Progress:
     """Keyframes counted.
 
     Attributes
     ----------
-    keyframes : int
-        Frames that shall be annotated.
-    done : int
-        Those of them that are.
-    flagged : int
-        Keyframes that somebody wants to look at again.
-    clicks : int
-        All clicks, on whichever frame.
+    keyframes : frames that shall be annotated
+    done : those of them that are
+    flagged : keyframes that somebody wants to look at again
+    clicks : all clicks, on whichever frame
     """
 
     keyframes: int
@@ -79,12 +54,8 @@ class Progress:
 def progress(keyframes: Mapping[int, bool], flagged: Collection[int], clicks: int) -> Progress:
     """Count what is done.
 
-    Parameters
-    ----------
-    keyframes : mapping from frame to bool
-        Whether each frame that shall be annotated is done.
-    flagged : collection of int
-        Frames that are flagged, or have a click that its author doubts.
+    `keyframes` mapping from frame to bool, whether each frame that shall be annotated is done.
+    `flagged`: frames that are flagged, or have a click that its author doubts.
     """
     return Progress(
         keyframes=len(keyframes),

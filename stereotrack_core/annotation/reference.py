@@ -33,18 +33,13 @@ class Reference:
 
     Attributes
     ----------
-    frame : (F,) int64
-        Ascending.
-    points : (F, n, 3) float64, world, metres
-        NaN where not known.
-    covariance : (F, n, 3, 3) float64, square metres, or None
-        Of each landmark's position.
-    limb_sigma_deg : (F, 6) float64 or None
-        Root mean square angle by which each limb may be off, in the order of ``LIMBS``.
-    filled : (F,) bool or None
-        Frames that nobody annotated, filled in between annotated ones.
-    meta : mapping
-        How it was made; JSON-serialisable.
+    frame : (F,); ascending
+    points : (F, n, 3), world, metres; NaN where not known
+    covariance : (F, n, 3, 3), square metres; of each landmark's position
+    limb_sigma_deg : (F, 6); root mean square angle by which each limb may be off, in the order of
+        ``LIMBS``
+    filled : (F,); frames that nobody annotated, filled in between annotated ones
+    meta : how it was made; JSON-serialisable
     """
 
     frame: IntArray
@@ -184,10 +179,7 @@ def without_gaps(
 ) -> TrajectoryFit:
     """The fit without what it has filled in of single landmarks over their gaps.
 
-    Parameters
-    ----------
-    clicked : collection of (frame, landmark)
-        These are known all the same.
+    `clicked` collection of (frame, landmark), these are known all the same.
     """
     if not gaps:
         return fit

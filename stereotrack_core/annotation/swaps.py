@@ -38,16 +38,12 @@ class Swap:
 
     Attributes
     ----------
-    first, second : str
-        The landmarks.
-    cameras : tuple of str
-        Where they should be exchanged.
-    certain : bool
-        False where to exchange them in all the other views instead fits as well and needs no more
-        exchanges: somebody has to look which.
-    distance, distance_after : float
-        Root mean square distance to the epipolar lines in pixels, as they are and after the
-        exchange.
+    first, second : the landmarks
+    cameras : where they should be exchanged
+    certain : False where to exchange them in all the other views instead fits as well and needs no
+        more exchanges: somebody has to look which
+    distance, distance_after : root mean square distance to the epipolar lines in pixels, as they
+        are and after the exchange
     """
 
     frame: int
@@ -93,12 +89,8 @@ def find_swaps(
 ) -> tuple[Swap, ...]:
     """Pairs of landmarks that were mixed up, by frame.
 
-    Parameters
-    ----------
-    pairs : sequence of (str, str)
-        Landmarks that may be mixed up, as :meth:`LandmarkSet.pairs` gives them.
-    sigma : float
-        Standard deviation of a click in pixels per axis.
+    `pairs` sequence of (str, str), landmarks that may be mixed up, as :meth:`LandmarkSet.pairs`
+    gives them. `sigma`: standard deviation of a click in pixels per axis.
 
     Notes
     -----

@@ -21,15 +21,10 @@ class Camera:
 
     Attributes
     ----------
-    width, height : int
-        Image size in pixels.
-    matrix : (3, 3) float64
-        Intrinsics in pixels.
-    distortions : (k,) float64
-        OpenCV order: 4, 5, 8, 12 or 14 coefficients; 4 for a fisheye lens.
-    fisheye : bool
-        Whether `distortions` belong to OpenCV's fisheye model.
-    camera_from_world : RigidTransform
+    width, height : image size in pixels
+    matrix : (3, 3); intrinsics in pixels
+    distortions : (k,); OpenCV order: 4, 5, 8, 12 or 14 coefficients; 4 for a fisheye lens
+    fisheye : whether `distortions` belong to OpenCV's fisheye model
     """
 
     name: str

@@ -67,21 +67,15 @@ class Disagreement:
 
     Attributes
     ----------
-    camera : str
-        Its name; empty where nobody can say which of two is wrong.
-    others : tuple of str
-        Those that agree with each other; or else the two that do not.
-    off_px : float
-        Median distance of its sightings from where the others have the points; where there are
-        no others, from each other's epipolar lines.
-    agreement_px : float
-        Median distance of the others' sightings from the points that they agree on; NaN where
-        there are no others.
-    count, off : int
-        Sightings that could be compared, and those of them that lie off.
-    late_frames : float
-        By how many frames it shows everything later than the others, where that explains more
-        than a displacement does; NaN else.
+    camera : its name; empty where nobody can say which of two is wrong
+    others : those that agree with each other; or else the two that do not
+    off_px : median distance of its sightings from where the others have the points; where there are
+        no others, from each other's epipolar lines
+    agreement_px : median distance of the others' sightings from the points that they agree on; NaN
+        where there are no others
+    count, off : sightings that could be compared, and those of them that lie off
+    late_frames : by how many frames it shows everything later than the others, where that explains
+        more than a displacement does; NaN else
     """
 
     camera: str

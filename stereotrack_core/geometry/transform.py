@@ -13,10 +13,7 @@ from stereotrack_core.arrays import FloatArray
 class RigidTransform:
     """A rotation followed by a translation: p_target = R p_source + t.
 
-    Attributes
-    ----------
-    rotation : (3, 3) float64
-    translation : (3,) float64, metres
+    `rotation` (3, 3). `translation` (3,), metres.
     """
 
     rotation: FloatArray

@@ -35,11 +35,9 @@ def nearest_to_rays(
 
     Parameters
     ----------
-    origins : (..., V, 3) float64
-    directions : (..., V, 3) float64
-        Unit vectors; rays with NaN are left out.
-    weight : (..., V) float64, optional
-        1 for all where it is not given; rays of weight NaN are left out.
+    origins : (..., V, 3)
+    directions : (..., V, 3); unit vectors; rays with NaN are left out
+    weight : (..., V); 1 for all where it is not given; rays of weight NaN are left out
 
     Returns
     -------
@@ -94,15 +92,11 @@ class Sightings:
 
     Attributes
     ----------
-    rotation : (V, 3, 3) float64
-    translation : (V, 3) float64, metres
-        camera_from_world of every camera.
-    place : (V, 2) float64
-        Undistorted image coordinates of the sightings.
-    raw_from_place : (V, 2, 2) float64
-        Derivative of raw pixels there.
-    sigma : (V,) float64
-        Standard deviations in raw pixels per axis.
+    rotation : (V, 3, 3)
+    translation : (V, 3), metres; camera_from_world of every camera
+    place : (V, 2); undistorted image coordinates of the sightings
+    raw_from_place : (V, 2, 2); derivative of raw pixels there
+    sigma : (V,); standard deviations in raw pixels per axis
     """
 
     rotation: FloatArray

@@ -99,21 +99,18 @@ def _depth_first(joints: list[Joint], joint: Joint) -> Iterator[Joint]:
 
 def _unit(vectors: FloatArray) -> FloatArray:
     length = np.linalg.norm(vectors, axis=-1, keepdims=True)
-    result: FloatArray = vectors / np.where(length == 0, 1.0, length)
-    return result
+    return vectors / np.where(length == 0, 1.0, length)
 
 
 def _frame(x: FloatArray, y: FloatArray, *, exact: str) -> FloatArray:
     """Rotations (F, 3, 3) with one axis as given and the other as near as can be."""
     z = _unit(np.cross(x, y))
     x, y = (_unit(x), np.cross(z, _unit(x))) if exact == "x" else (np.cross(_unit(y), z), _unit(y))
-    result: FloatArray = np.stack([x, y, z], axis=-1)
-    return result
+    return np.stack([x, y, z], axis=-1)
 
 
 def _relative(world_from_parent: FloatArray, world_from_child: FloatArray) -> FloatArray:
-    result: FloatArray = np.swapaxes(world_from_parent, -1, -2) @ world_from_child
-    return result
+    return np.swapaxes(world_from_parent, -1, -2) @ world_from_child
 
 
 def _local(world_from_parent: FloatArray, vectors: FloatArray) -> FloatArray:
@@ -191,8 +188,7 @@ def _euler_zxy_deg(rotation: FloatArray) -> FloatArray:
         cosine * rotation[:, 0, 2] + sine * rotation[:, 1, 2],
         cosine * rotation[:, 0, 0] + sine * rotation[:, 1, 0],
     )
-    result: FloatArray = np.rad2deg(np.unwrap(np.stack([z, x, y], axis=-1), axis=0))
-    return result
+    return np.rad2deg(np.unwrap(np.stack([z, x, y], axis=-1), axis=0))
 
 
 def _hierarchy(joints: list[Joint], joint: Joint, depth: int) -> list[str]:

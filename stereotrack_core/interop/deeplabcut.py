@@ -86,16 +86,13 @@ def write_deeplabcut(
 ) -> dict[Path, int]:
     """Write clicks as labels: one file, or with several cameras one for each, named after it.
 
+    Raises InputError where a file cannot be written, or a camera has a name that no file can have;
+    then all files stay as they were.
+
     Returns
     -------
     dict from Path to int
         How many labels are in each file; clicks without a place make none.
-
-    Raises
-    ------
-    InputError
-        Where a file cannot be written, or a camera has a name that no file can have; then all
-        files stay as they were.
     """
     by_camera: dict[str, list[Click]] = {}
     for click in clicks:

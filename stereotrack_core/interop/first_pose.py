@@ -68,14 +68,10 @@ def pose_of_landmarks(points: FloatArray) -> Pose:
     through the shoulders as can be; limbs are turned by the smallest angle from hanging. Legs
     hang, an unknown head is upright.
 
-    Parameters
-    ----------
-    points : (9, 3) float64, world, metres
+    `points` (9, 3), world, metres.
 
-    Raises
-    ------
-    ValueError
-        Where a landmark other than the head is not known or two of a limb are the same.
+    Raises ValueError where a landmark other than the head is not known or two of a limb are the
+    same.
     """
     at = dict(zip(LANDMARKS, np.asarray(points, dtype=np.float64), strict=True))
     hips = (at["left_hip"] + at["right_hip"]) / 2.0
@@ -102,5 +98,4 @@ def _direction(vector: FloatArray) -> FloatArray:
     length = float(np.linalg.norm(vector))
     if not length > 0:
         raise ValueError("two landmarks coincide, or one is not known")
-    result: FloatArray = vector / length
-    return result
+    return vector / length

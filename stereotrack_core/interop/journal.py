@@ -38,10 +38,7 @@ def read_journal(path: Path) -> list[dict[str, Any]]:
 class Journal:
     """A journal that is written to; every entry is on the disk when :meth:`append` returns.
 
-    Raises
-    ------
-    InputError
-        Where nothing can be written there.
+    Raises InputError where nothing can be written there.
     """
 
     def __init__(self, path: Path) -> None:

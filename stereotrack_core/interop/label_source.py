@@ -27,12 +27,9 @@ class Labels:
 
     Attributes
     ----------
-    clicks : tuple of Click
-        In the order of the file; what has problems is left out.
-    problems : tuple of InputError
-        Everything wrong with it, each with its place and what would be right.
-    left_out : tuple of str
-        Names in the file that mean none of our landmarks.
+    clicks : in the order of the file; what has problems is left out
+    problems : everything wrong with it, each with its place and what would be right
+    left_out : names in the file that mean none of our landmarks
     """
 
     clicks: tuple[Click, ...]
@@ -42,10 +39,7 @@ class Labels:
     def checked(self) -> tuple[Click, ...]:
         """The clicks, where there are no problems.
 
-        Raises
-        ------
-        InputError
-            The first problem, with the number of the others.
+        Raises InputError: the first problem, with the number of the others.
         """
         if not self.problems:
             return self.clicks
@@ -58,12 +52,8 @@ class Labels:
 class LabelSource:
     """A file of another tool, and what a person has said about it.
 
-    Attributes
-    ----------
-    landmarks : sequence of str
-        Ours.
-    camera : str or None
-        Camera or view that the file is of, where it does not say so itself.
+    `landmarks`: ours. `camera`: camera or view that the file is of, where it does not say so
+    itself.
     """
 
     path: Path
@@ -80,19 +70,13 @@ class LabelSource:
     ) -> Labels:
         """Clicks of all items; where one cannot be read that is a problem, and the others are.
 
+        Raises InputError where none of the landmarks is known.
+
         Parameters
         ----------
-        theirs : iterable of str
-            Names of the file's landmarks.
-        items : iterable
-            Rows, annotations or frames of the file.
-        read : callable
-            Gives the clicks of an item, with the mapping from their landmark to ours.
-
-        Raises
-        ------
-        InputError
-            Where none of the landmarks is known.
+        theirs : names of the file's landmarks
+        items : rows, annotations or frames of the file
+        read : gives the clicks of an item, with the mapping from their landmark to ours
         """
         theirs = tuple(dict.fromkeys(theirs))
         known = map_names(theirs, self.landmarks, self.names, where=str(self.path))
@@ -136,10 +120,7 @@ def pictures_of(
 def stated_names(pairs: Iterable[str], where: str = "") -> dict[str, str]:
     """Names as a person types them, ``THEIRS=OURS``; empty parts are passed over.
 
-    Raises
-    ------
-    InputError
-        Where a part is no pair of names.
+    Raises InputError where a part is no pair of names.
     """
     names = {}
     for text in filter(None, map(str.strip, pairs)):
@@ -166,17 +147,10 @@ def map_names(
     ``LElbow``, ``left-elbow``, ``Elbow_L`` are ``left_elbow``. A wrist is not matched with a hand:
     the hand's landmark is half way to the tip of the middle finger.
 
-    Parameters
-    ----------
-    stated : mapping from their name to ours
-        What the person says; it goes before everything else.
-    where : str
-        File, for complaints.
+    `stated` mapping from their name to ours, what the person says; it goes before everything else.
+    `where`: file, for complaints.
 
-    Raises
-    ------
-    InputError
-        Where none matches, two mean the same landmark, or a stated name is not known.
+    Raises InputError where none matches, two mean the same landmark, or a stated name is not known.
     """
     theirs, stated = tuple(dict.fromkeys(theirs)), stated or {}
     for one, two in stated.items():

@@ -123,10 +123,7 @@ def read_clicks(
     A ``view`` names a view of the recording (that view's reference image) or a camera. `frames` is
     the number of the recording's frames, where it is known.
 
-    Raises
-    ------
-    InputError
-        Where the file cannot be read at all.
+    Raises InputError where the file cannot be read at all.
 
     Examples
     --------
@@ -161,10 +158,8 @@ def write_clicks(path: Path, clicks: Iterable[Click], recording: Recording) -> N
     The reference image of a view is named by the view, every other camera by its name. Author,
     time, flag and sigma have no column in this format.
 
-    Raises
-    ------
-    InputError
-        Where the file cannot be written, or a view has the name of another view's camera.
+    Raises InputError where the file cannot be written, or a view has the name of another view's
+    camera.
     """
     there = (click for click in clicks if not click.deleted)
     rows = sorted(_row(click, recording) for click in there)

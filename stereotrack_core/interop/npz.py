@@ -39,12 +39,9 @@ class ArrayLayout:
 
     Attributes
     ----------
-    kind : str
-        Of NumPy's type: ``f``, ``i``, ``b`` or ``U``.
-    shape : tuple of int and str
-        A letter or word stands for the same length wherever it appears.
-    optional : bool
-        Whether it may be missing.
+    kind : of NumPy's type: ``f``, ``i``, ``b`` or ``U``
+    shape : a letter or word stands for the same length wherever it appears
+    optional : whether it may be missing
     """
 
     kind: str
@@ -67,12 +64,8 @@ class _Header:
 class ArchiveFormat:
     """Archives of one kind.
 
-    Attributes
-    ----------
-    what : str
-        What such a file is called, such as ``run file of this program``.
-    remedy : str
-        What to do about a file that is none.
+    `what`: what such a file is called, such as ``run file of this program``. `remedy`: what to do
+    about a file that is none.
     """
 
     what: str

@@ -51,19 +51,10 @@ class Record:
 class RecordFile:
     """A file that records are appended to; no other program may write to it meanwhile.
 
-    Parameters
-    ----------
-    magic : bytes
-        The eight bytes that such files begin with.
+    `magic`: the eight bytes that such files begin with.
 
-    Raises
-    ------
-    BlockingIOError
-        Where another program writes to it.
-    OSError
-        Where it cannot be written to.
-    ValueError
-        Where something else is in the file.
+    Raises BlockingIOError where another program writes to it; OSError where it cannot be written
+    to; ValueError where something else is in the file.
     """
 
     def __init__(self, path: Path, magic: bytes) -> None:
@@ -84,10 +75,7 @@ class RecordFile:
     def append(self, record: Record) -> None:
         """Write a record; what another program reads from now on holds it.
 
-        Raises
-        ------
-        OSError
-            Where the drive is full or gone; the records before are still there.
+        Raises OSError where the drive is full or gone; the records before are still there.
         """
         payload = _packed(record)
         kind = record.kind.encode("ascii")
@@ -117,12 +105,8 @@ class RecordFile:
 def read_records(path: Path, magic: bytes) -> Iterator[Record]:
     """All complete records, the oldest first; those whose checksum is wrong are left out.
 
-    Raises
-    ------
-    InputError
-        Where there is no such file, or it cannot be read.
-    ValueError
-        Where it does not begin with these bytes.
+    Raises InputError where there is no such file, or it cannot be read; ValueError where it does
+    not begin with these bytes.
     """
     with open_file(path, _MOST_BYTES) as file:
         for kind, payload in _payloads(file, magic):

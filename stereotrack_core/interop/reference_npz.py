@@ -57,10 +57,7 @@ def write_reference(path: Path, reference: Reference) -> None:
 def export_reference(path: Path, reference: Reference) -> None:
     """Write a reference: as a recording has it, or (``.npz``) with everything that it states.
 
-    Raises
-    ------
-    InputError
-        Where the file cannot be written, or has another suffix.
+    Raises InputError where the file cannot be written, or has another suffix.
     """
     check_reference_file(path)
     if path.suffix.lower() == ".npz":

@@ -71,11 +71,8 @@ def run_suffix(path: Path) -> str:
 def write_run(path: Path, run: Run) -> None:
     """Write a run completely (.npz) or its landmarks (.csv, .trc, .c3d, .bvh).
 
-    Raises
-    ------
-    InputError
-        For an unknown suffix, a place that cannot be written to, or where the format needs
-        a frame rate that the run's ``meta["fps"]`` does not state.
+    Raises InputError for an unknown suffix, a place that cannot be written to, or where the format
+    needs a frame rate that the run's ``meta["fps"]`` does not state.
 
     Examples
     --------
@@ -98,17 +95,11 @@ def write_trajectory(
 ) -> None:
     """Write landmarks (.csv, .trc, .c3d, .bvh).
 
-    Parameters
-    ----------
-    fps : float or None
-        Frames per second; only ``.csv`` needs none.
-    residual : (F,) float64, metres, optional
-        Kept by ``.c3d`` alone.
+    `fps`: frames per second; only ``.csv`` needs none. `residual` (F,), metres, kept by ``.c3d``
+    alone.
 
-    Raises
-    ------
-    InputError
-        For another suffix, a place that cannot be written to, or a missing frame rate.
+    Raises InputError for another suffix, a place that cannot be written to, or a missing frame
+    rate.
     """
     suffix = _suffix(path, RUN_SUFFIXES[1:])
     if suffix == ".csv":
@@ -134,10 +125,7 @@ def holds_run(path: Path) -> bool:
 def read_run(path: Path) -> Run:
     """Read a run with all of its numbers; one that was stopped says so in its meta.
 
-    Raises
-    ------
-    InputError
-        For a file that is not a complete run.
+    Raises InputError for a file that is not a complete run.
 
     Examples
     --------

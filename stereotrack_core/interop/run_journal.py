@@ -60,18 +60,11 @@ class Wish:
 class RunJournal:
     """Keeps a run that is being tracked; see :class:`RunKeeper`.
 
-    Parameters
-    ----------
-    path : Path
-        A new file, or an unfinished run to go on with.
-    seconds : callable
-        How long has been worked on the run, for its meta.
+    `path`: a new file, or an unfinished run to go on with. `seconds`: how long has been worked on
+    the run, for its meta.
 
-    Raises
-    ------
-    InputError
-        Where another program writes to the file, it holds something else, or none can be made
-        there.
+    Raises InputError where another program writes to the file, it holds something else, or none can
+    be made there.
     """
 
     def __init__(self, path: Path, seconds: Callable[[], float], wish: Wish | None = None) -> None:
@@ -97,10 +90,7 @@ class RunJournal:
     def keep(self, frame: TrackedFrame, after: Checkpoint, origin: Callable[[], Origin]) -> None:
         """Write a frame; it is safe from then on.
 
-        Raises
-        ------
-        OSError
-            Where the drive is full or gone.
+        Raises OSError where the drive is full or gone.
         """
         if self.kept == 0:
             self._file.append(_head(origin(), self._wish))

@@ -23,10 +23,8 @@ class BlindRepeats:
     program was closed in between. Edits of the second reading are made by
     :class:`clicks.BlindRepeat`.
 
-    Attributes
-    ----------
-    active : int or None
-        The frame that is being annotated again: its clicks, predictions and model stay hidden.
+    `active`: the frame that is being annotated again: its clicks, predictions and model stay
+    hidden.
     """
 
     def __init__(self, project: Project) -> None:

@@ -176,12 +176,8 @@ def _restated(state: State, click: Click, stamp: Stamp, **changes: Any) -> Chang
 class PlaceClicks(Edit):
     """Set clicks, whether the landmarks had one before or not.
 
-    Attributes
-    ----------
-    clicks : tuple of Click
-        Those without author and time get the project's.
-    text : str
-        What it does in words; empty: told from the clicks.
+    `clicks`: those without author and time get the project's. `text`: what it does in words; empty:
+    told from the clicks.
     """
 
     kind: ClassVar[str] = "place clicks"
@@ -254,12 +250,9 @@ class MarkClicks(Edit):
 
     Attributes
     ----------
-    visibility : Visibility, optional
-        Outside takes the position away.
-    flag : str, optional
-        Empty: no flag.
-    sigma : float, optional
-        Pixels per axis; ``usual_sigma`` takes a stated one away.
+    visibility : outside takes the position away
+    flag : empty: no flag
+    sigma : pixels per axis; ``usual_sigma`` takes a stated one away
     """
 
     kind: ClassVar[str] = "mark clicks"
@@ -342,12 +335,7 @@ class SwapLandmarks(Edit):
 class BlindRepeat(Edit):
     """An edit of clicks made in a second, blind reading; the first reading is not touched.
 
-    Attributes
-    ----------
-    round : int
-        Which repetition, from 1.
-    edit : Edit
-        Of clicks; it sees and changes those of this reading.
+    `round`: which repetition, from 1. `edit`: of clicks; it sees and changes those of this reading.
     """
 
     kind: ClassVar[str] = "place repeats"

@@ -98,12 +98,8 @@ def connect(path: Path) -> Connection:
     overwritten with zeros between edits: to make and delete it for every edit takes several times
     as long.
 
-    Raises
-    ------
-    InputError
-        Where the file is no project, or not one as this program makes them.
-    ProjectDamaged
-        Where it contradicts itself.
+    Raises InputError where the file is no project, or not one as this program makes them;
+    ProjectDamaged where it contradicts itself.
     """
     pragmas = ("journal_mode = PERSIST", "synchronous = FULL", "foreign_keys = ON")
     return _checked(path, "rw", pragmas)
@@ -112,15 +108,9 @@ def connect(path: Path) -> Connection:
 def connect_for_reading(path: Path) -> Connection:
     """Connection that cannot write. Sees what another program writes to the project meanwhile.
 
-    Raises
-    ------
-    sqlite3.OperationalError
-        Where an unfinished edit would have to be taken back first; a copy can be read then
-        (:func:`copy_files`).
-    InputError
-        Where the file is no project, or not one as this program makes them.
-    ProjectDamaged
-        Where it contradicts itself.
+    Raises sqlite3.OperationalError where an unfinished edit would have to be taken back first; a
+    copy can be read then (:func:`copy_files`); InputError where the file is no project, or not one
+    as this program makes them; ProjectDamaged where it contradicts itself.
     """
     return _checked(path, "ro")
 
@@ -168,10 +158,7 @@ def _connected(path: Path, mode: str) -> Connection:
 class Access:
     """One thread at a time; what the database complains about becomes an ``InputError``.
 
-    Parameters
-    ----------
-    identity : (int, int), optional
-        Device and number of the file, by which it is known before every write.
+    `identity`: device and number of the file, by which it is known before every write.
     """
 
     def __init__(

@@ -97,12 +97,8 @@ def code_of(error: sqlite3.Error) -> int:
 def speaking(path: Path) -> Iterator[None]:
     """Turn failures of the database within the block into sentences about `path`.
 
-    Raises
-    ------
-    ProjectDamaged
-        Where the file contradicts itself.
-    InputError
-        For everything else that the drive or another program is the reason of.
+    Raises ProjectDamaged where the file contradicts itself; InputError for everything else that the
+    drive or another program is the reason of.
     """
     try:
         yield
@@ -122,10 +118,7 @@ def speaking(path: Path) -> Iterator[None]:
 def making_sense(path: Path) -> Iterator[None]:
     """Take values that nothing can be made of for what they are: damage.
 
-    Raises
-    ------
-    ProjectDamaged
-        For whatever the block meets in the file's values.
+    Raises ProjectDamaged for whatever the block meets in the file's values.
     """
     with speaking(path):
         try:
@@ -217,12 +210,8 @@ def _check_nothing_beside(path: Path) -> None:
 def check_header(path: Path) -> None:
     """See from the first bytes alone that the file is a project that this program knows.
 
-    Raises
-    ------
-    InputError
-        Where there is no file, it is not a project, or another program or version wrote it.
-    ProjectDamaged
-        Where it was cut off.
+    Raises InputError where there is no file, it is not a project, or another program or version
+    wrote it; ProjectDamaged where it was cut off.
     """
     check_files(path)
     with open_file(path) as file:

@@ -20,10 +20,7 @@ _VALUES = (str, int, float, type(None))
 class Change:
     """What an edit does to one row.
 
-    Attributes
-    ----------
-    before, after : tuple or None
-        Values of the row; None where there is no such row.
+    `before` and `after`: values of the row; None where there is no such row.
     """
 
     table: Table

@@ -32,10 +32,7 @@ def store(database: sqlite3.Connection, contents: Iterable[bytes]) -> None:
 def fetch(database: sqlite3.Connection, path: Path, name: str) -> bytes:
     """Content of that hash, verified.
 
-    Raises
-    ------
-    ProjectDamaged
-        Where it is missing or is not what was stored.
+    Raises ProjectDamaged where it is missing or is not what was stored.
     """
     row = database.execute("SELECT bytes FROM content WHERE hash = ?", (name,)).fetchone()
     if row is None or hash_of(row[0]) != name:

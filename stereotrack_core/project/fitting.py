@@ -54,13 +54,8 @@ FITTED = "fitted to clicks"
 class FitJob:
     """A fit that another process can do.
 
-    Attributes
-    ----------
-    fit : callable
-        :func:`fit_reference` with all that it needs but ``on_frame``.
-    frames : range
-    progress : Path
-        File that the number of frames that are taken in is written to.
+    `fit`: :func:`fit_reference` with all that it needs but ``on_frame``. `progress`: file that the
+    number of frames that are taken in is written to.
     """
 
     fit: Callable[..., TrajectoryFit]
@@ -98,18 +93,10 @@ def fit_project(
 ) -> Reference:
     """Fit the body to all clicks of some frames, by the project's landmarks, subject and gaps.
 
-    Parameters
-    ----------
-    do : callable
-        Calls :func:`fit_reference`, given with all that it needs but ``on_frame``, in another
-        process perhaps.
+    `do`: calls :func:`fit_reference`, given with all that it needs but ``on_frame``, in another
+    process perhaps.
 
-    Raises
-    ------
-    InputError
-        Where there is no click to fit to.
-    Cancelled
-        When stopped.
+    Raises InputError where there is no click to fit to; Cancelled when stopped.
     """
     begun, landmarks = time.monotonic(), project.landmark_set()
     clicks = project.clicks.between(frames.start, frames.stop)
@@ -151,13 +138,7 @@ def keep_fitted(project: Project, reference: Reference, frames: range | None) ->
 def frames_around(frames: range, clicked: tuple[int, ...], last: int) -> range:
     """Frames with what they hang on: from the clicked frame before to the one after.
 
-    Parameters
-    ----------
-    frames : range
-    clicked : tuple of int
-        Frames with clicks.
-    last : int
-        The recording's last frame.
+    `clicked`: frames with clicks. `last`: the recording's last frame.
     """
     before = [frame for frame in clicked if frame < frames.start]
     after = [frame for frame in clicked if frame >= frames.stop]
@@ -187,16 +168,10 @@ class ShownReference:
 
     Attributes
     ----------
-    name : str
-    reference : Reference
-    fit : TrajectoryFit or None
-        None where it was not fitted to the project's landmarks.
-    residuals : (frames, 6) float64 or None
-        Of each limb's clicks in pixels, over the frames of the recording.
-    words : str
-        How good it is.
-    mistakes : tuple of ClickKey
-        Clicks that look like gross mistakes.
+    fit : None where it was not fitted to the project's landmarks
+    residuals : (frames, 6); of each limb's clicks in pixels, over the frames of the recording
+    words : how good it is
+    mistakes : clicks that look like gross mistakes
     """
 
     name: str

@@ -20,12 +20,9 @@ class FrameFlag:
 
     Attributes
     ----------
-    landmark : str
-        Empty: the whole frame.
-    kind : str
-        :data:`GAP`, :data:`REVIEW`, or any other word.
-    who, at : str
-        Filled in by the project.
+    landmark : empty: the whole frame
+    kind : :data:`GAP`, :data:`REVIEW`, or any other word
+    who, at : filled in by the project
     """
 
     frame: int
@@ -104,9 +101,7 @@ class SetFlags(Edit):
 class SetKeyframes(Edit):
     """Say of frames that they shall be annotated, that they are done, or neither.
 
-    Attributes
-    ----------
-    state : {"wanted", "done", "none"}
+    `state` {"wanted", "done", "none"}.
     """
 
     kind: ClassVar[str] = "keyframes"

@@ -77,17 +77,12 @@ class Incoming:
     ) -> PlaceClicks:
         """The one edit that takes in what is new and what was decided; the rest stays as it is.
 
-        Parameters
-        ----------
-        decisions : mapping from ClickKey, or one decision for all conflicts
-            Conflicts that a mapping does not name stay the project's.
-        with_new : bool
-            Whether clicks that the project says nothing about are taken in.
+        `decisions`: one by ClickKey, or one for all conflicts; conflicts that a
+        mapping does not name stay the project's. `with_new`: whether clicks that the project says
+        nothing about are taken in.
 
-        Raises
-        ------
-        InputError
-            Where there are conflicts and no decisions, or a mean was asked for that there is not.
+        Raises InputError where there are conflicts and no decisions, or a mean was asked for that
+        there is not.
         """
         if decisions is None and self.conflicts:
             raise self._undecided(self.conflicts[0])
@@ -148,16 +143,13 @@ def clicks_of_project(
 ) -> tuple[tuple[Click, ...], tuple[Finding, ...]]:
     """All clicks of another project of the same recording, deleted ones too.
 
+    Raises InputError where it is this project, is of another recording, or cannot be read.
+
     Returns
     -------
     clicks : tuple of Click
     notes : tuple of Finding
         What the person should know about that project.
-
-    Raises
-    ------
-    InputError
-        Where it is this project, is of another recording, or cannot be read.
     """
     if resolved(path) == project.path:
         raise InputError(

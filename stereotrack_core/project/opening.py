@@ -208,17 +208,11 @@ class ProjectLock:
     file itself would be lost if another handle on it were closed). The system lets go of it when
     the program ends in whichever way.
 
-    Attributes
-    ----------
-    holds : bool
-        False on drives that know no locks; only the note within the project tells its owner there.
+    `holds`: False on drives that know no locks; only the note within the project tells its owner
+    there.
 
-    Raises
-    ------
-    BlockingIOError
-        When another program has it.
-    InputError
-        When no file can be made beside the project.
+    Raises BlockingIOError when another program has it; InputError when no file can be made beside
+    the project.
     """
 
     def __init__(self, project: Path) -> None:
@@ -276,13 +270,10 @@ class Opened:
 
     Attributes
     ----------
-    notes : tuple of Finding
-        What the person should know.
-    resources : ExitStack
-        Closes everything.
-    identity : (int, int) or None
-        Device and number of the file, by which it is known; None on network drives, which do not
-        keep numbers.
+    notes : what the person should know
+    resources : closes everything
+    identity : device and number of the file, by which it is known; None on network drives, which do
+        not keep numbers
     """
 
     path: Path
@@ -301,12 +292,8 @@ def open_for_writing(
     With `take_over`, also a project on a network drive that another machine has not given back;
     for `mounts` see :func:`network_type`.
 
-    Raises
-    ------
-    InputError
-        Where another program has it, it is no project, or one of another version.
-    ProjectDamaged
-        Where it contradicts itself.
+    Raises InputError where another program has it, it is no project, or one of another version;
+    ProjectDamaged where it contradicts itself.
     """
     check_header(path)
     locked = lock_path(path).exists()
@@ -344,12 +331,8 @@ def open_for_reading(path: Path) -> Opened:
     Where an unfinished edit would have to be taken back first, a temporary copy is read; the file
     itself stays as it is.
 
-    Raises
-    ------
-    InputError
-        Where it is no project, cannot be read, or is one of another version.
-    ProjectDamaged
-        Where it contradicts itself.
+    Raises InputError where it is no project, cannot be read, or is one of another version;
+    ProjectDamaged where it contradicts itself.
     """
     check_header(path)
     locked, held = lock_path(path).exists(), is_held(path)

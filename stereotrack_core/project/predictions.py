@@ -33,12 +33,8 @@ class Predictions:
         None is kept where a person has said anything (a click, that it is outside, that a click
         was wrong), and none that is nowhere near an image.
 
-        Raises
-        ------
-        InputError
-            Where the project cannot be written to.
-        ValueError
-            Where one of them is of another source, or another frame.
+        Raises InputError where the project cannot be written to; ValueError where one of them is of
+        another source, or another frame.
         """
         predictions = tuple(predictions)
         if any(one.source != source for one in predictions):

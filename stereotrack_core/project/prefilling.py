@@ -51,12 +51,9 @@ class Filling:
 
     Attributes
     ----------
-    source : str
-        The word under which they are kept.
-    words : str
-        What a person calls it: ``the fit``.
-    make : callable
-        Gives those of some frames; others that it gives are left out.
+    source : the word under which they are kept
+    words : what a person calls it: ``the fit``
+    make : gives those of some frames; others that it gives are left out
     """
 
     source: str
@@ -96,17 +93,13 @@ def fill_in(
 ) -> str:
     """Keep predictions for what is selected and nobody has clicked; gaps are left empty.
 
+    Raises InputError where the project cannot be written to; Cancelled when stopped; nothing is
+    kept then.
+
     Returns
     -------
     str
         What was done, in words.
-
-    Raises
-    ------
-    InputError
-        Where the project cannot be written to.
-    Cancelled
-        When stopped; nothing is kept then.
     """
     frames = selection.frames
     found: list[Prediction] = []
@@ -146,10 +139,7 @@ def keep_predictions(
 def accept_predictions(project: Project, source: str, selection: Selection) -> AcceptPredictions:
     """The edit that makes clicks of what a source has found in the selection.
 
-    Raises
-    ------
-    InputError
-        Where there is nothing to take.
+    Raises InputError where there is nothing to take.
     """
     edit = project.predictions.acceptance(source, selection.frames, selection.landmarks)
     if edit is None:
@@ -182,17 +172,13 @@ def follow_selection(
 ) -> str:
     """Follow clicks into the selection and keep what is found as predictions, not as clicks.
 
+    Raises InputError where there is no click to begin with, or the project cannot be written to;
+    Cancelled when stopped; nothing is kept then.
+
     Returns
     -------
     str
         What was done, in words.
-
-    Raises
-    ------
-    InputError
-        Where there is no click to begin with, or the project cannot be written to.
-    Cancelled
-        When stopped; nothing is kept then.
     """
     ways = [(view, tuple(_ways(project, view.image.camera, selection))) for view in recording.views]
     count = sum(len(some) for _, some in ways)

@@ -62,15 +62,12 @@ class Project:
 
     Attributes
     ----------
-    notes : tuple of Finding
-        What the person should know about opening it.
-    who : str
-        Annotator whose name edits get.
-    clicks, predictions, marks, view_settings
-        Readers of what their names say; a person's clicks and a program's predictions are kept
-        apart.
-    references, runs, subjects, landmark_sets, parameter_sets, descriptions : Entries
-        Named things; see ``references.py``, ``runs.py`` and ``setups.py`` for typed ones.
+    notes : what the person should know about opening it
+    who : annotator whose name edits get
+    clicks, predictions, marks, view_settings : readers of what their names say; a person's clicks
+        and a program's predictions are kept apart
+    references, runs, subjects, landmark_sets, parameter_sets, descriptions : named things; see
+        ``references.py``, ``runs.py`` and ``setups.py`` for typed ones
 
     Examples
     --------
@@ -121,10 +118,8 @@ class Project:
     ) -> Project:
         """Make a project of a recording folder and open it.
 
-        Raises
-        ------
-        InputError
-            Where the folder is no usable recording, or the project cannot be written there.
+        Raises InputError where the folder is no usable recording, or the project cannot be written
+        there.
         """
         path = resolved(path)
         place = place_of(recording, path)
@@ -172,10 +167,8 @@ class Project:
         One that continues becomes one with the last edit where that is of the same kind and rows,
         as when a click is nudged again.
 
-        Raises
-        ------
-        InputError
-            Where the edit makes no sense, or cannot be saved; nothing has changed then.
+        Raises InputError where the edit makes no sense, or cannot be saved; nothing has changed
+        then.
         """
         stamp = Stamp(self.who, now())
         return self._changing(lambda: self.history.apply(edit, stamp, continues=continues))

@@ -41,25 +41,16 @@ class RunFacts:
 
     Attributes
     ----------
-    frames, tracked : int
-        Frames that it has, and those of them with a pose.
-    first, last : int or None
-        The first and the last frame.
-    asked : tuple of int or None
-        Frames that were asked for, half-open.
-    changed : mapping
-        Parameters that are not the preset's, as they were when the run was kept: name to the
-        preset's value and the run's.
-    init : str
-        Where the first pose came from.
-    fingerprint, calibration : str
-        Of the recording and of its cameras.
-    versions : mapping
-        Of this program and of what it computes with.
-    made : str
-        When it was tracked, ISO 8601, UTC.
-    note : str
-        What a person has written about it.
+    frames, tracked : frames that it has, and those of them with a pose
+    first, last : the first and the last frame
+    asked : frames that were asked for, half-open
+    changed : parameters that are not the preset's, as they were when the run was kept: name to the
+        preset's value and the run's
+    init : where the first pose came from
+    fingerprint, calibration : of the recording and of its cameras
+    versions : of this program and of what it computes with
+    made : when it was tracked, ISO 8601, UTC
+    note : what a person has written about it
     """
 
     frames: int = 0
@@ -146,10 +137,7 @@ def facts_of_meta(meta: Mapping[str, Any], frame: IntArray, tracked: int) -> dic
 def run_facts(stored: Mapping[str, Any]) -> RunFacts:
     """Read facts as they were kept; runs that others wrote have fewer.
 
-    Raises
-    ------
-    ValueError, TypeError, OverflowError, LookupError
-        Where they make no sense.
+    Raises ValueError, TypeError, OverflowError, LookupError where they make no sense.
     """
     there = {name: read for name, read in _READERS.items() if stored.get(name) is not None}
     return RunFacts(**{name: read(stored[name]) for name, read in there.items()})
@@ -229,12 +217,8 @@ def delete_run(name: str) -> DeleteEntry:
 def load_run(runs: Entries, name: str) -> Run:
     """A run of the project, bit by bit as it was kept.
 
-    Raises
-    ------
-    InputError
-        Where there is none of that name, or its data are no run.
-    ProjectDamaged
-        Where its data are not what was stored.
+    Raises InputError where there is none of that name, or its data are no run; ProjectDamaged where
+    its data are not what was stored.
     """
     data = runs.data(name)
     with runs.making_sense():
@@ -244,10 +228,7 @@ def load_run(runs: Entries, name: str) -> Run:
 def kept_runs(runs: Entries) -> tuple[KeptRun, ...]:
     """All runs of a project, oldest first; their numbers are not read.
 
-    Raises
-    ------
-    ProjectDamaged
-        Where facts make no sense.
+    Raises ProjectDamaged where facts make no sense.
     """
     entries = [entry for entry in runs.all() if entry.content is not None]
     with runs.making_sense():

@@ -28,12 +28,9 @@ class Table:
 
     Attributes
     ----------
-    key : tuple of str
-        Columns that identify a row.
-    values : tuple of str
-        The others.
-    word : str
-        What a person calls a row.
+    key : columns that identify a row
+    values : the others
+    word : what a person calls a row
     """
 
     name: str

@@ -16,12 +16,7 @@ from stereotrack_core.project.project import Project
 class Selection:
     """What commands work on.
 
-    Attributes
-    ----------
-    frames : range
-        Not empty, without steps.
-    landmarks : tuple of str
-        Empty: all of them.
+    `frames`: not empty, without steps. `landmarks`: empty: all of them.
     """
 
     frames: range
@@ -58,10 +53,7 @@ def set_flags(_project: Project, selection: Selection, kind: str = REVIEW) -> Ed
 def clear_flags(project: Project, selection: Selection, kind: str = "") -> Edit:
     """Clear the selection's flags of a kind, or without one all but gaps.
 
-    Raises
-    ------
-    InputError
-        Where nothing selected is flagged by itself.
+    Raises InputError where nothing selected is flagged by itself.
     """
     found = tuple(
         flag
@@ -81,10 +73,7 @@ def set_keyframes(project: Project, selection: Selection, state: str) -> Edit:
 
     A single frame becomes a keyframe where it is done or not done.
 
-    Raises
-    ------
-    InputError
-        Where no keyframe is selected.
+    Raises InputError where no keyframe is selected.
     """
     frames = tuple(k.frame for k in project.marks.keyframes() if k.frame in selection.frames)
     if state != "none" and len(selection.frames) == 1:

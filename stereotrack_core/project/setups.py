@@ -51,12 +51,8 @@ def save_reference(name: str, reference: Reference, *, replacing: bool = False) 
 def load_reference(references: Entries, name: str) -> Reference:
     """A reference of the project, bit by bit as it was saved.
 
-    Raises
-    ------
-    InputError
-        Where there is none of that name.
-    ProjectDamaged
-        Where its data are not what was stored.
+    Raises InputError where there is none of that name; ProjectDamaged where its data are not what
+    was stored.
     """
     data = references.data(name)
     with references.making_sense():
@@ -128,16 +124,11 @@ class Corrections:
 
     Attributes
     ----------
-    reason : str
-        How they were found, in words.
-    time_offsets : mapping
-        Seconds by which a stream shows the scene later.
-    first_frames : mapping
-        The stream's own frame that is frame 0 of the recording.
-    stream_cameras : mapping
-        Name of the camera that a stream really shows (views that were swapped).
-    cameras : mapping
-        Cameras by name that are better calibrated.
+    reason : how they were found, in words
+    time_offsets : seconds by which a stream shows the scene later
+    first_frames : the stream's own frame that is frame 0 of the recording
+    stream_cameras : name of the camera that a stream really shows (views that were swapped)
+    cameras : cameras by name that are better calibrated
     """
 
     reason: str

@@ -102,12 +102,7 @@ def _found(database: sqlite3.Connection) -> Iterable[Made]:
 def check_schema(database: sqlite3.Connection, path: Path) -> None:
     """See that there is nothing but the tables and indexes of a project.
 
-    Raises
-    ------
-    InputError
-        Where there is something else.
-    ProjectDamaged
-        Where a table is missing.
+    Raises InputError where there is something else; ProjectDamaged where a table is missing.
     """
     wanted, seen = made(), set()
     for found in _found(database):
@@ -149,15 +144,9 @@ def check_rows(
 ) -> None:
     """See that every value is one that the program can have written.
 
-    Parameters
-    ----------
-    tables : iterable of str, optional
-        Names of the tables; all without it.
+    `tables`: names of the tables; all without it.
 
-    Raises
-    ------
-    ProjectDamaged
-        Where there is a row that makes no sense.
+    Raises ProjectDamaged where there is a row that makes no sense.
     """
     for name in sense() if tables is None else tables:
         row = database.execute(
@@ -184,10 +173,7 @@ def check_whole(database: sqlite3.Connection, path: Path) -> None:
     A copy that was made in the middle of an edit has some pages of before and some of after. Pages
     that do not fit together are found by SQLite; edits of which it has a part, by their history.
 
-    Raises
-    ------
-    ProjectDamaged
-        Where something is missing.
+    Raises ProjectDamaged where something is missing.
     """
     database.execute("BEGIN")
     try:
@@ -233,10 +219,7 @@ def _keys_since_first_edit(database: sqlite3.Connection, table: Table) -> Iterat
 def last_words(database: sqlite3.Connection) -> dict[tuple[str, Row], Row | None]:
     """Row after the last edit in effect, by table and key.
 
-    Raises
-    ------
-    ValueError, LookupError
-        Where the history keeps something else.
+    Raises ValueError, LookupError where the history keeps something else.
     """
     changes = database.execute(
         "SELECT changed_table, changed_key, after FROM edit_change JOIN edit ON number = edit"

@@ -26,10 +26,8 @@ SUFFIX = ".stereotrack"
 class RecordingPlace:
     """Where a project's recording was, and how to know it again.
 
-    Attributes
-    ----------
-    relative : str
-        From the project's folder, with ``/``; empty where there is no such way (another drive).
+    `relative`: from the project's folder, with ``/``; empty where there is no such way (another
+    drive).
     """
 
     name: str

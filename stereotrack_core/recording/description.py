@@ -25,16 +25,11 @@ class Stream:
 
     Attributes
     ----------
-    camera : str
-        Name of the camera in the calibration (empty for a mask).
-    frames : str
-        Video file or printf pattern, relative to the folder.
-    background : str or None
-        Image or video of the empty scene.
-    first_frame : int
-        The stream's own frame that is frame 0 of the recording.
-    time_offset : float
-        Seconds by which the stream shows the scene later.
+    camera : name of the camera in the calibration (empty for a mask)
+    frames : video file or printf pattern, relative to the folder
+    background : image or video of the empty scene
+    first_frame : the stream's own frame that is frame 0 of the recording
+    time_offset : seconds by which the stream shows the scene later
     """
 
     camera: str
@@ -102,11 +97,9 @@ class Recording:
 
     Attributes
     ----------
-    fps : float
-        Frame sets per second.
+    fps : frame sets per second
     cameras : mapping from camera name to Camera
-    reference : LandmarkTrajectory or None
-        Taken as truth by ``evaluate``; the tracker never sees it.
+    reference : taken as truth by ``evaluate``; the tracker never sees it
     """
 
     folder: Path

@@ -29,16 +29,12 @@ class Detection:
 
     Attributes
     ----------
-    time : float
-        In frames of the recording: 12.5 is half-way between frames 12 and 13.
-    kind : str
-        One of ``DETECTION_KINDS``.
-    position : (3,) or (2,) float64
-        World, metres; or, with a camera, column and row of its raw picture.
-    sigma : float
-        Standard deviation of each number of `position`, in its unit.
-    confidence : float
-        From 0 (exclusive) to 1; the variance is divided by it.
+    time : in frames of the recording: 12.5 is half-way between frames 12 and 13
+    kind : one of ``DETECTION_KINDS``
+    position : (3,) or (2,) float64; world, metres; or, with a camera, column and row of its raw
+        picture
+    sigma : standard deviation of each number of `position`, in its unit
+    confidence : from 0 (exclusive) to 1; the variance is divided by it
     """
 
     time: float

@@ -28,13 +28,9 @@ ORDER: dict[Severity, int] = {"error": 0, "warning": 1, "note": 2}
 def examine(folder: Path, deep: bool = False, *, compare: bool = False) -> tuple[Finding, ...]:
     """All findings about a recording folder, the gravest first.
 
-    Parameters
-    ----------
-    deep : bool
-        Whether to decode all images too (undecodable, dark and frozen views, gain differences)
-        and to compare the cameras.
-    compare : bool
-        Whether to compare the cameras by clicks or board corners that lie beside the recording.
+    `deep`: whether to decode all images too (undecodable, dark and frozen views, gain differences)
+    and to compare the cameras. `compare`: whether to compare the cameras by clicks or board corners
+    that lie beside the recording.
     """
     folder = Path(folder)
     complaints: list[InputError] = []

@@ -44,12 +44,8 @@ SKELETON: tuple[tuple[str, str], ...] = (
 class LandmarkTrajectory:
     """Landmarks over frames: a reference, or what a run found.
 
-    Attributes
-    ----------
-    frame : (F,) int64
-        Frame numbers of the recording, ascending; need not be contiguous.
-    points : (F, 9, 3) float64, world, metres
-        In the order of :data:`LANDMARKS`; NaN where not known.
+    `frame` (F,), frame numbers of the recording, ascending; need not be contiguous. `points` (F, 9,
+    3), world, metres, in the order of :data:`LANDMARKS`; NaN where not known.
     """
 
     frame: IntArray

@@ -25,14 +25,10 @@ class ViewImages:
 
     Attributes
     ----------
-    image : (H, W) or (H, W, 3) uint8
-        Reference image, grey or BGR.
-    left : (H, W) or (H, W, 3) uint8, or None
-        Left image of a stereo view.
-    depth : (H, W) float32, metres along the camera's z, or None
-        NaN where not measured.
-    mask : (H, W) bool, or None
-        True on the person.
+    image : (H, W) or (H, W, 3) uint8; reference image, grey or BGR
+    left : (H, W) or (H, W, 3) uint8; left image of a stereo view
+    depth : (H, W), metres along the camera's z; NaN where not measured
+    mask : (H, W); True on the person
     """
 
     image: ImageArray
@@ -47,12 +43,9 @@ class FrameSet:
 
     Attributes
     ----------
-    index : int
-        Frame number in the recording, from 0.
-    views : mapping from view name to ViewImages
-        Views whose images could not be read are absent.
-    problems : mapping from view name to str
-        Why a view is absent, as a sentence.
+    index : frame number in the recording, from 0
+    views : mapping from view name to ViewImages; views whose images could not be read are absent
+    problems : mapping from view name to str; why a view is absent, as a sentence
     """
 
     index: int
@@ -87,14 +80,10 @@ class FrameReader:
 
     Parameters
     ----------
-    views : sequence of str, optional
-        Names of the views to read; all where not given.
-    colour : bool
-        Whether colour streams give (H, W, 3) BGR; else everything is (H, W).
-    cache_bytes : int
-        Bytes of pictures kept at most.
-    read_ahead : int
-        Number of frame sets decoded in the background after the one that was asked for.
+    views : names of the views to read; all where not given
+    colour : whether colour streams give (H, W, 3) BGR; else everything is (H, W)
+    cache_bytes : bytes of pictures kept at most
+    read_ahead : number of frame sets decoded in the background after the one that was asked for
     """
 
     def __init__(

@@ -100,13 +100,8 @@ class VideoWriter:
     there with all pictures, or, after an error, is what it was before. Raises InputError when the
     size, rate or file is not possible, or the drive is full.
 
-    Parameters
-    ----------
-    path : Path
-        Ends in .mp4 (or .mkv).
-    crf : int
-        Quality of x264; 0 is lossless (for grey exactly, for colour but for the colour
-        conversion), 18 is hardly to be told from the original.
+    `path`: ends in .mp4 (or .mkv). `crf`: quality of x264; 0 is lossless (for grey exactly, for
+    colour but for the colour conversion), 18 is hardly to be told from the original.
     """
 
     def __init__(

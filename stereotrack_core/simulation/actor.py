@@ -227,12 +227,11 @@ class Actor:
 
     Attributes
     ----------
-    vertices, normals : (V, 3) float64
-        At rest; the textures live in these coordinates.
-    triangles : (T, 3) int64
-    weights : (V, B) float64
-    materials : (6, 9) float64
-    marks : (8,) float64
+    vertices, normals : (V, 3); at rest; the textures live in these coordinates
+    triangles : (T, 3)
+    weights : (V, B)
+    materials : (6, 9)
+    marks : (8,)
     """
 
     person: Person

@@ -141,31 +141,19 @@ def simulate(
 ) -> None:
     """Make a recording folder with rendered stereo images and truth.
 
+    Raises InputError for an unknown name, no frames, or a folder that holds something; Cancelled
+    when stopped; nothing is left behind.
+
     Parameters
     ----------
-    folder : Path
-        Must not exist yet, or be empty. It appears when everything is finished.
-    person : str
-        P1 to P4.
-    motion : str
-        A name of ``MOTIONS``, or several joined by ``+``; repeated until the frames are full.
-    views : str
-        Some of N, O, S, W.
-    seed : int
-        Same seed, same pictures and truth.
-    parts : sequence of Part
-        What happens at which frames, instead of `motion`.
-    on_progress : callable, optional
-        Called with frames done and frames in all.
-    cancelled : callable, optional
-        Asked before every frame.
-
-    Raises
-    ------
-    InputError
-        For an unknown name, no frames, or a folder that holds something.
-    Cancelled
-        When stopped; nothing is left behind.
+    folder : must not exist yet, or be empty. It appears when everything is finished.
+    person : P1 to P4
+    motion : a name of ``MOTIONS``, or several joined by ``+``; repeated until the frames are full
+    views : some of N, O, S, W
+    seed : same seed, same pictures and truth
+    parts : what happens at which frames, instead of `motion`
+    on_progress : called with frames done and frames in all
+    cancelled : asked before every frame
 
     Examples
     --------

@@ -37,16 +37,12 @@ class Person:
 
     Attributes
     ----------
-    shoulder_width, hip_width, torso_length, upper_arm, forearm, hand : float
-        As `Subject` names them; `hand` is wrist to fingertip.
-    shoulder_to_head : float
-        Shoulder midpoint to the centre of the head.
-    girth : float
-        Factor on the radii of the trunk.
-    muscle : float
-        Factor on the radii of the limbs.
-    hips : float
-        Factor on the width of the pelvis.
+    shoulder_width, hip_width, torso_length, upper_arm, forearm, hand : as `Subject` names them;
+        `hand` is wrist to fingertip
+    shoulder_to_head : shoulder midpoint to the centre of the head
+    girth : factor on the radii of the trunk
+    muscle : factor on the radii of the limbs
+    hips : factor on the width of the pelvis
     """
 
     name: str

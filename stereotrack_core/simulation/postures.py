@@ -32,15 +32,12 @@ class Arm:
 
     Attributes
     ----------
-    wrist : out, forward, up
-        From the shoulder in the chest's axes, in lengths of the stretched arm; "out" is away
-        from the body on both sides. The shoulder is where it is at rest, moved by what the
-        posture asks of it, so that a lifted shoulder lifts the hand. With `at_foot`: from the
-        ankle of the same side in the world's axes, in metres.
-    elbow : out, forward, up
-        Direction to which the elbow points.
-    bend, turn : float
-        Degrees by which the hand tilts towards the palm, and towards the thumb.
+    wrist : out, forward, up; from the shoulder in the chest's axes, in lengths of the stretched
+        arm; "out" is away from the body on both sides. The shoulder is where it is at rest, moved
+        by what the posture asks of it, so that a lifted shoulder lifts the hand. With `at_foot`:
+        from the ankle of the same side in the world's axes, in metres.
+    elbow : out, forward, up; direction to which the elbow points
+    bend, turn : degrees by which the hand tilts towards the palm, and towards the thumb
     """
 
     wrist: Triple
@@ -60,22 +57,15 @@ class Posture:
 
     Attributes
     ----------
-    lean : (pelvis, waist, chest)
-        Forward tilt of each.
-    twist : float
-        Turn of the trunk to the left, shared by waist and chest.
-    side : float
-        Tilt of the trunk to the right.
-    nod, look : float
-        The head: down, and to the left.
-    drop, back : float
-        The hips: below standing height, and backwards.
-    sway : float
-        The hips to the right.
-    lifted, forward : (left, right)
-        The shoulders: up and forward, beside what follows the arms. From the T pose people
-        get about 35 up, 10 down, 25 forward and 20 back in all, of which up to 10 up, 6 down
-        and 9 forward or back follow.
+    lean : (pelvis, waist, chest); forward tilt of each
+    twist : turn of the trunk to the left, shared by waist and chest
+    side : tilt of the trunk to the right
+    nod, look : the head: down, and to the left
+    drop, back : the hips: below standing height, and backwards
+    sway : the hips to the right
+    lifted, forward : (left, right); the shoulders: up and forward, beside what follows the arms.
+        From the T pose people get about 35 up, 10 down, 25 forward and 20 back in all, of which up
+        to 10 up, 6 down and 9 forward or back follow.
     """
 
     left: Arm = HANGING

@@ -41,21 +41,14 @@ def rasterise(
 
     Parameters
     ----------
-    pixels : (V, 2) float64
-        Pixel coordinates of the whole image; NaN drops the triangle.
-    nearness : (V,) float64
-        1 / z in the camera.
-    triangles : (T, 3) int64
-    first_id : int
-        Number of the first triangle in `ids`.
-    origin_x, origin_y : int
-        Pixel of the whole image at the corner of the buffers.
-    depth : (h, w) float32
-        1 / z of the nearest surface so far, per sample.
-    ids : (h, w) int32
-        Number of the triangle seen there.
-    weights : (h, w, 2) float32
-        Shares of the second and third corner, corrected for perspective.
+    pixels : (V, 2); pixel coordinates of the whole image; NaN drops the triangle
+    nearness : (V,); 1 / z in the camera
+    triangles : (T, 3)
+    first_id : number of the first triangle in `ids`
+    origin_x, origin_y : pixel of the whole image at the corner of the buffers
+    depth : (h, w); 1 / z of the nearest surface so far, per sample
+    ids : (h, w); number of the triangle seen there
+    weights : (h, w, 2); shares of the second and third corner, corrected for perspective
     """
     height, width = depth.shape
     for t in range(triangles.shape[0]):
@@ -129,21 +122,16 @@ def shade(
 
     Parameters
     ----------
-    ids, weights, first_id, triangles
-        As :func:`rasterise` has them.
-    points : (V, 3) float64
-        Coordinates of the vertices in which the textures live.
-    normals : (V, 3) float64, world
-    stuff : (T,) int64
-        Material of a triangle; -1 asks the person's `marks`.
-    table : (M, 9) float64
-    marks : (8,) float64
-        Borders of a person's clothes, see :func:`_region`; unused for things.
-    lattice : (64, 64, 64) float32
-    light : (3, 4) float64
-    response : (c, 3) float64
-        The camera's channels from red, green, blue.
-    picture : (h, w, c) float32
+    ids, weights, first_id, triangles : as :func:`rasterise` has them
+    points : (V, 3); coordinates of the vertices in which the textures live
+    normals : (V, 3), world
+    stuff : (T,); material of a triangle; -1 asks the person's `marks`
+    table : (M, 9)
+    marks : (8,); borders of a person's clothes, see :func:`_region`; unused for things
+    lattice : (64, 64, 64)
+    light : (3, 4)
+    response : (c, 3); the camera's channels from red, green, blue
+    picture : (h, w, c)
     """
     colour = np.empty(3)
     for y in range(ids.shape[0]):

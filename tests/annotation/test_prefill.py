@@ -15,7 +15,6 @@ from stereotrack_core.annotation.prefill import (
     from_following,
     from_neighbours,
     from_run,
-    unclicked,
 )
 from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.tracking.frame import Run
@@ -127,12 +126,3 @@ def test_following_from_both_sides_is_averaged_unless_it_contradicts():
     assert set(found) == {1, 2}
     assert found[2].position[0] == pytest.approx(14.5)
     assert found[2].sigma == pytest.approx(np.sqrt(5.0 / 2))
-
-
-def test_what_a_person_has_said_is_left_alone():
-    points = bodies(2)
-    predictions = list(from_fit(fit_of(points, [0, 1]), RIG))
-    said = {ClickKey(0, "N", "left_elbow"), ClickKey(1, "S", "head")}
-    left = list(unclicked(predictions, said))
-    assert len(left) == len(predictions) - 2
-    assert not said & {one.key for one in left}

@@ -30,12 +30,8 @@ from stereotrack_core.recording.reader import FrameReader
 class ClickFit:
     """Fits one person's body to clicks.
 
-    Parameters
-    ----------
-    fps : float
-        Frame sets per second.
-    views : mapping from camera name to view name, optional
-        How people call the cameras.
+    `fps`: frame sets per second. `views` mapping from camera name to view name, how people call the
+    cameras.
     """
 
     def __init__(
@@ -63,10 +59,7 @@ class ClickFit:
         and else the usual pose. Fitting one frame again and again, :func:`measured_depth` need be
         called only once.
 
-        Raises
-        ------
-        KeyError
-            For a camera that is not known.
+        Raises KeyError for a camera that is not known.
         """
         with one_blas_thread():
             return fitted_frame(self._context, measurements, cloud)
@@ -83,23 +76,15 @@ class ClickFit:
     ) -> TrajectoryFit:
         """Follow the clicks over the frames, forward and backward.
 
+        Raises Cancelled when stopped.
+
         Parameters
         ----------
-        frames : range
-            To be filled.
-        clouds : callable, optional
-            Gives the cloud of a frame, or what :func:`measured_depth` kept of it, or None.
-        gaps : sequence of range
-            Frames over which nothing is filled in.
-        on_frame : callable, optional
-            Told every frame whose clicks and cloud have been taken in.
-        cancelled : callable, optional
-            Asked before every frame whether to stop.
-
-        Raises
-        ------
-        Cancelled
-            When stopped.
+        frames : to be filled
+        clouds : gives the cloud of a frame, or what :func:`measured_depth` kept of it, or None
+        gaps : frames over which nothing is filled in
+        on_frame : told every frame whose clicks and cloud have been taken in
+        cancelled : asked before every frame whether to stop
         """
         with one_blas_thread():
             return fitted_trajectory(
@@ -126,33 +111,23 @@ def fit_reference(
 
     The recording's depth is used where it has any; frames between clicked ones are filled.
 
+    Raises InputError where none of these frames is clicked in these views; Cancelled.
+
     Parameters
     ----------
-    frames : range, optional
-        Frames to fit; all when not given.
-    views : sequence of str, optional
-        Clicks and depth of these views alone count; all when not given.
-    proportions : Proportions, optional
-        The person's; those of the recording's subject when not given.
-    sigma : float, or mapping from landmark to float, pixels
-        Standard deviation of a click along each axis.
-    source : str
-        Where the clicks come from, for messages.
-    gaps : sequence of range
-        Frames that are left unknown.
-    on_frame : callable, optional
-        Told every frame whose depth is read.
+    frames : frames to fit; all when not given
+    views : clicks and depth of these views alone count; all when not given
+    proportions : the person's; those of the recording's subject when not given
+    sigma : float, or mapping from landmark to float, pixels; standard deviation of a click along
+        each axis
+    source : where the clicks come from, for messages
+    gaps : frames that are left unknown
+    on_frame : told every frame whose depth is read
 
     Returns
     -------
     TrajectoryFit
         Landmarks with covariances, and which clicks are probably outliers.
-
-    Raises
-    ------
-    InputError
-        Where none of these frames is clicked in these views.
-    Cancelled
 
     Examples
     --------

@@ -38,18 +38,13 @@ class Clicks:
 
     Attributes
     ----------
-    landmark : (M,) int64
-        Index into the set of landmarks.
-    camera : (M,) int64
-        Index into `cameras`.
-    normalised : (M, 2) float64
-    raw_from_normalised : (M, 2, 2) float64
-        Pixels.
-    sigma : (M,) float64
-        Pixels per axis.
-    rotations : (M, 3, 3) float64
-        camera_from_world.
-    translations : (M, 3) float64
+    landmark : (M,); index into the set of landmarks
+    camera : (M,); index into `cameras`
+    normalised : (M, 2)
+    raw_from_normalised : (M, 2, 2); pixels
+    sigma : (M,); pixels per axis
+    rotations : (M, 3, 3); camera_from_world
+    translations : (M, 3)
     """
 
     landmark: IntArray
@@ -71,10 +66,7 @@ def undistorted_clicks(
 ) -> Clicks:
     """Free clicks from the distortion of their lenses.
 
-    Raises
-    ------
-    KeyError
-        For a camera or landmark that is not known.
+    Raises KeyError for a camera or landmark that is not known.
     """
     known = tuple(cameras)
     index_of = {name: i for i, name in enumerate(known)}
@@ -218,13 +210,11 @@ class Judgement:
 
     Attributes
     ----------
-    mistake : (M,) float64
-        Probability of a gross mistake.
-    leverage : (M,) float64
-        Share (0 to 1) that the click has in where the fit puts its landmark in this picture.
-    surprise : (M,) float64
-        Squared distance from where the rest expects the landmark, over its variance; a right
-        click has 2 on average.
+    mistake : (M,); probability of a gross mistake
+    leverage : (M,); share (0 to 1) that the click has in where the fit puts its landmark in this
+        picture
+    surprise : (M,); squared distance from where the rest expects the landmark, over its variance; a
+        right click has 2 on average
     """
 
     mistake: FloatArray
@@ -249,15 +239,13 @@ def judged(
 
     Parameters
     ----------
-    residual : (M, 2) float64
-        Click minus fitted place, pixels.
-    spread : (M, 2, 2) float64
-        Covariance J P J' of the fitted places, in which the clicks have had their say.
-    sigma, weight : (M,) float64
-        Of right clicks, pixels per axis; and with which they took part: their variance was
-        sigma^2 / weight.
-    share, mistake_spread : float
-        Expected share of gross mistakes, and their standard deviation, pixels per axis.
+    residual : (M, 2); click minus fitted place, pixels
+    spread : (M, 2, 2); covariance J P J' of the fitted places, in which the clicks have had their
+        say
+    sigma, weight : (M,); of right clicks, pixels per axis; and with which they took part: their
+        variance was sigma^2 / weight
+    share, mistake_spread : expected share of gross mistakes, and their standard deviation, pixels
+        per axis
     """
     if not len(residual):
         return Judgement(np.zeros(0), np.zeros(0), np.zeros(0))
@@ -285,8 +273,7 @@ def mixture_cost(
     Clicks here are what :func:`judged` says of them, right ones or gross mistakes.
     """
     right, wrong = _mixture(residual, sigma, share, mistake_spread)
-    result: FloatArray = -2.0 * np.logaddexp(right, wrong)
-    return result
+    return -2.0 * np.logaddexp(right, wrong)
 
 
 def mixture_weight(
@@ -298,8 +285,7 @@ def mixture_weight(
     """
     right, wrong = _mixture(residual, sigma, share, mistake_spread)
     mistake = np.exp(wrong - np.logaddexp(right, wrong))
-    result: FloatArray = 1.0 - mistake + mistake * sigma**2 / (sigma**2 + mistake_spread**2)
-    return result
+    return 1.0 - mistake + mistake * sigma**2 / (sigma**2 + mistake_spread**2)
 
 
 def _mixture(

@@ -32,19 +32,15 @@ class FrameFit:
 
     Attributes
     ----------
-    landmarks_world : (L, 3) float64, metres
-        In the order of the set of landmarks.
-    landmark_covariance : (L, 3, 3) float64, square metres, world
-    residual_px : (M, 2) float64
-        Click minus fitted place, raw pixels, in the order of the measurements.
-    mistake : (M,) float64
-        Probability that the click is a gross mistake.
-    limb_sigma_deg : (6,) float64
-        Root mean square angle by which each limb may be off, in the order of ``LIMBS``.
-    words : tuple of str
-        What a person should know, most important first.
-    sigma_factor : float
-        By which factor the clicks are taken to scatter more than their sigma; 1 where they do not.
+    landmarks_world : (L, 3), metres; in the order of the set of landmarks
+    landmark_covariance : (L, 3, 3), square metres, world
+    residual_px : (M, 2); click minus fitted place, raw pixels, in the order of the measurements
+    mistake : (M,); probability that the click is a gross mistake
+    limb_sigma_deg : (6,); root mean square angle by which each limb may be off, in the order of
+        ``LIMBS``
+    words : what a person should know, most important first
+    sigma_factor : by which factor the clicks are taken to scatter more than their sigma; 1 where
+        they do not
     """
 
     pose: Pose
@@ -63,24 +59,16 @@ class TrajectoryFit:
 
     Attributes
     ----------
-    names : tuple of str
-        Landmarks, in the order of the arrays.
-    frame : (F,) int64
-    landmarks : (F, L, 3) float64, world, metres
-        NaN where nothing is known.
-    covariance : (F, L, 3, 3) float64, square metres, world
-    limb_sigma_deg : (F, 6) float64
-        In the order of ``LIMBS``.
-    kind : (F,) str
-        ``clicked``, ``interpolated`` or ``gap``.
-    nine : (F, 9, 3) float64, world, metres
-        The landmarks of every reference, whatever set was clicked.
-    residual_px : mapping from ClickKey to (2,) float64
-        Click minus fitted place, raw pixels.
-    mistake : mapping from ClickKey to float
-        Probability that the click is a gross mistake.
-    sigma_factor : float
-        By what the clicks scatter more than their sigmas say.
+    names : landmarks, in the order of the arrays
+    frame : (F,)
+    landmarks : (F, L, 3), world, metres; NaN where nothing is known
+    covariance : (F, L, 3, 3), square metres, world
+    limb_sigma_deg : (F, 6); in the order of ``LIMBS``
+    kind : (F,); ``clicked``, ``interpolated`` or ``gap``
+    nine : (F, 9, 3), world, metres; the landmarks of every reference, whatever set was clicked
+    residual_px : mapping from ClickKey to (2,); click minus fitted place, raw pixels
+    mistake : mapping from ClickKey to float; probability that the click is a gross mistake
+    sigma_factor : by what the clicks scatter more than their sigmas say
     """
 
     names: tuple[str, ...]

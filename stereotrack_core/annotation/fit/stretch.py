@@ -173,9 +173,7 @@ class Stretch:
 
         Of the first frame `usual` is expected, as firmly as `pose_sigma` (of_pose,) says.
 
-        Raises
-        ------
-        Cancelled
+        Raises Cancelled.
         """
         f, move = self.freedom, self.movement
         n = f.columns.n

@@ -81,8 +81,7 @@ _ENDS = {
 
 def _told_by_clicks(stretch: Stretch, data: Sequence[FrameData], wanted: int) -> BoolArray:
     """Frames (K,) whose clicks tell the pose: the first `wanted` landmarks in two cameras each."""
-    found: BoolArray = np.array([_cameras(stretch, one)[:wanted].min() > 1 for one in data])
-    return found
+    return np.array([_cameras(stretch, one)[:wanted].min() > 1 for one in data])
 
 
 def _asked_between(
@@ -95,18 +94,13 @@ def _asked_between(
 ) -> list[Pose]:
     """Poses to begin from.
 
+    Raises Cancelled.
+
     Parameters
     ----------
-    poses : sequence of Pose
-        As filled between clicked frames.
-    known : (K,) bool
-        Frames whose clicks tell the pose.
-    fps : float
-        Frame sets per second.
-
-    Raises
-    ------
-    Cancelled
+    poses : as filled between clicked frames
+    known : (K,); frames whose clicks tell the pose
+    fps : frame sets per second
     """
     f = stretch.freedom
     found = [_on_legs(pose) for pose in poses] if f.with_depth else list(poses)
