@@ -40,12 +40,24 @@ def chain(
 ) -> None:
     """Chain the transforms of S poses from the torso outwards.
 
-    `turns` (S, P, 3, 3): parent_from_part, world_from_torso for the torso. `position` (S, 3),
-    world, metres. `joints` (P, 3), metres: joint of each part in its parent's frame. `lengths`
-    (P,), metres. `parents` (P,): every parent comes before its parts. `carriers` (P,): part whose
-    end carries the joint away from its place, a child of the same parent; or -1. `rest` (P, 3, 3):
-    turns at which carriers leave it there. `rotations` (S, P, 3, 3): world_from_part, filled in.
-    `origins` (S, P, 3), world, metres: filled in.
+    Parameters
+    ----------
+    turns : (S, P, 3, 3) float64
+        parent_from_part, world_from_torso for the torso.
+    position : (S, 3) float64, world, metres
+    joints : (P, 3) float64, metres
+        Joint of each part in its parent's frame.
+    lengths : (P,) float64, metres
+    parents : (P,) int64
+        Every parent comes before its parts.
+    carriers : (P,) int64
+        Part whose end carries the joint away from its place, a child of the same parent; or -1.
+    rest : (P, 3, 3) float64
+        Turns at which carriers leave it there.
+    rotations : (S, P, 3, 3) float64
+        world_from_part, filled in.
+    origins : (S, P, 3) float64, world, metres
+        Filled in.
     """
     for s in range(turns.shape[0]):
         rotations[s, 0] = turns[s, 0]

@@ -80,10 +80,14 @@ def nearest_on_surface(
 ) -> ClosestPoints:
     """Find the foot of every datum on the nearest cone.
 
-    `points` (N, 3), world. `reach`, metres: data farther than this from every cone belong to none.
-    `penalty` (N, C), metres: what speaks against a cone besides its distance d, as its colour does:
-    the nearest cone is that with the least sqrt(d^2 + penalty^2). The distances found are d all the
-    same.
+    Parameters
+    ----------
+    points : (N, 3) float64, world
+    reach : float, metres
+        Data farther than this from every cone belong to none.
+    penalty : (N, C) float64, metres, optional
+        What speaks against a cone besides its distance d, as its colour does: the nearest cone is
+        that with the least sqrt(d^2 + penalty^2). The distances found are d all the same.
     """
     n = len(points)
     cone = np.full(n, -1, dtype=np.int64)

@@ -43,10 +43,18 @@ def refined_disparity(
 ) -> FloatArray:
     """Align both pictures around some pixels of the right one.
 
-    `left` and `right` (H, W), rectified: the left one shows at column u + d what the right one
-    shows at u. `person` (H, W): pixels of the right picture that may be looked at. `pixels` (N, 2):
-    column and row in the right picture. `disparity` (N,), pixels: the matcher's. `window`: side of
-    the neighbourhood, pixels (odd).
+    Parameters
+    ----------
+    left, right : (H, W) uint8, rectified
+        The left one shows at column u + d what the right one shows at u.
+    person : (H, W) bool
+        Pixels of the right picture that may be looked at.
+    pixels : (N, 2) int64
+        Column and row in the right picture.
+    disparity : (N,) float64, pixels
+        The matcher's.
+    window : int
+        Side of the neighbourhood, pixels (odd).
 
     Returns
     -------

@@ -43,10 +43,25 @@ def correct(
     K nu and P - K Pnunu K' of section 2.2.1 by the matrix inversion lemma. Only G touches m.
     The weight of the middle point may be negative or zero, hence LU and no inverse of Wc.
 
-    `P` (n, n): covariance before. `dX` (2n + 1, n): deviations of the sigma points. `dY` (2n + 1,
-    m): deviations of the predicted measurements from their weighted mean. `Wc` (2n + 1,):
-    covariance weights. `nu` (m,): innovation z - z_hat. `R` (m,): variances of the measurements.
-    Raises numpy.linalg.LinAlgError where the innovation's covariance is singular.
+    Parameters
+    ----------
+    P : (n, n) float64
+        Covariance before.
+    dX : (2n + 1, n) float64
+        Deviations of the sigma points.
+    dY : (2n + 1, m) float64
+        Deviations of the predicted measurements from their weighted mean.
+    Wc : (2n + 1,) float64
+        Covariance weights.
+    nu : (m,) float64
+        Innovation z - z_hat.
+    R : (m,) float64
+        Variances of the measurements.
+
+    Raises
+    ------
+    numpy.linalg.LinAlgError
+        Where the innovation's covariance is singular.
     """
     V = dY / R
     G = V @ dY.T

@@ -82,8 +82,14 @@ def posterior(
 ) -> tuple[FloatArray, FloatArray]:
     """Mean of the error state and covariance given prior and measurements.
 
-    `P0_inverse` (n, n): inverse of the prior's covariance. `from_prior` (n,): x_0 - x_i: the
-    prior's mean seen from the point of linearisation. `gathered`: linearised at x_i.
+    Parameters
+    ----------
+    P0_inverse : (n, n) float64
+        Inverse of the prior's covariance.
+    from_prior : (n,) float64
+        x_0 - x_i: the prior's mean seen from the point of linearisation.
+    gathered : Information
+        Linearised at x_i.
 
     Returns
     -------

@@ -24,9 +24,16 @@ class SigmaWeights:
 def scaled_weights(n: int, alpha: float, beta: float, kappa: float) -> SigmaWeights:
     """Weights of the scaled unscented transform; see section 2.2.4.
 
-    `n`: dimension of the state. `alpha`: spread of the points: small keeps them close to the mean.
-    `beta`: knowledge about the distribution; 2 for a normal one. `kappa`: the original transform's
-    scaling.
+    Parameters
+    ----------
+    n : int
+        Dimension of the state.
+    alpha : float
+        Spread of the points: small keeps them close to the mean.
+    beta : float
+        Knowledge about the distribution; 2 for a normal one.
+    kappa : float
+        The original transform's scaling.
     """
     scale = alpha * alpha * (n + kappa)
     mean = np.full(2 * n + 1, 0.5 / scale)
@@ -39,7 +46,10 @@ def scaled_weights(n: int, alpha: float, beta: float, kappa: float) -> SigmaWeig
 def sigma_deviations(P: FloatArray, weights: SigmaWeights) -> FloatArray:
     """Deviations (2n + 1, n) of the sigma points from their mean, (2.12) to (2.14).
 
-    Raises numpy.linalg.LinAlgError where P (n, n) is not positive definite.
+    Raises
+    ------
+    numpy.linalg.LinAlgError
+        Where P (n, n) is not positive definite.
     """
     root = weights.spread * np.linalg.cholesky(P).T
     return np.concatenate([np.zeros((1, P.shape[0])), root, -root])

@@ -25,9 +25,16 @@ def backward_step(
     factors can be, is no random walk; it is widened until it is one, so that P never becomes
     indefinite.
 
-    `P` (n, n): filtered covariance of this frame. `predicted` (n, n): covariance that the next
-    frame's correction began from. `carried` (n,): which numbers of the next frame were predicted
-    from this one. `after` (n, n): smoothed covariance of the next frame.
+    Parameters
+    ----------
+    P : (n, n) float64
+        Filtered covariance of this frame.
+    predicted : (n, n) float64
+        Covariance that the next frame's correction began from.
+    carried : (n,) bool
+        Which numbers of the next frame were predicted from this one.
+    after : (n, n) float64
+        Smoothed covariance of the next frame.
 
     Returns
     -------

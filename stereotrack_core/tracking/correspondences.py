@@ -23,7 +23,10 @@ class DataToModel:
     (N, 6): places and colour features side by side. Where a recording has no colours, or they
     have no weight, nothing differs.
 
-    `coloured`: whether colours are learned and used, where the parameters want it.
+    Parameters
+    ----------
+    coloured : bool
+        Whether colours are learned and used, where the parameters want it.
     """
 
     def __init__(self, setup: Setup, *, coloured: bool = False) -> None:
@@ -48,8 +51,12 @@ class DataToModel:
     def surface(self, data: FloatArray, pose: Pose, *, wide: bool) -> SurfaceResidual:
         """Give the data to the cones that are nearest at a pose.
 
-        `data` (N, 3) or (N, 6): see :meth:`choose`. `wide`: whether a datum's weight falls off
-        slowly with its distance.
+        Parameters
+        ----------
+        data : (N, 3) or (N, 6) float64
+            See :meth:`choose`.
+        wide : bool
+            Whether a datum's weight falls off slowly with its distance.
         """
         p, body = self.setup.parameters, self.setup.body
         frames = body.frames(pose)

@@ -106,8 +106,12 @@ def limb_directions(frames: PartFrames) -> FloatArray:
 def limb_sigma_deg(frames: PartFrames, weights: FloatArray) -> FloatArray:
     """Root mean square angle (6,) of the limbs' directions in degrees.
 
-    `frames`: of the sigma points of a posterior, the middle one first. `weights` (2n + 1,):
-    covariance weights of the sigma points.
+    Parameters
+    ----------
+    frames : PartFrames
+        Of the sigma points of a posterior, the middle one first.
+    weights : (2n + 1,) float64
+        Covariance weights of the sigma points.
     """
     directions = limb_directions(frames)
     deviations = directions[1:] - directions[:1]

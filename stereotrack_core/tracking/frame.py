@@ -256,8 +256,15 @@ def in_chain_axes(pose: Pose, x: FloatArray, P: FloatArray, joints: tuple[int, .
     chain's, T the turn between them about the limb. A state of the thesis's joints alone has no
     manifold: its covariance is returned as it is.
 
-    `pose`: as the tracker has it. `x` (n,): its state. `P` (n, n). `joints`: parts whose joints are
-    in the state.
+    Parameters
+    ----------
+    pose : Pose
+        As the tracker has it.
+    x : (n,) float64
+        Its state.
+    P : (n, n) float64
+    joints : tuple of int
+        Parts whose joints are in the state.
     """
     if joints == THESIS_JOINTS or not np.isfinite(P).all():
         return P

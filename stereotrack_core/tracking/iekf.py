@@ -47,7 +47,10 @@ _WIDE_ARM = np.radians(40.0)
 class PoseFilter:
     """Follow a body from cloud to cloud, from a pose that is roughly right.
 
-    `listens`: whether detections that come between two frames correct the prediction.
+    Parameters
+    ----------
+    listens : bool
+        Whether detections that come between two frames correct the prediction.
 
     Attributes
     ----------
@@ -123,9 +126,15 @@ class PoseFilter:
     ) -> None:
         """Begin from a pose that is roughly right.
 
-        `time`: frame that it belongs to; where not given, the one before the next cloud's. `P` (n,
-        n): its covariance, used where it is one of this filter's error state; that of a first pose
-        where not given. `movement` (n,): by which it has moved in a frame.
+        Parameters
+        ----------
+        time : float, optional
+            Frame that it belongs to; where not given, the one before the next cloud's.
+        P : (n, n) float64, optional
+            Its covariance, used where it is one of this filter's error state; that of a first
+            pose where not given.
+        movement : (n,) float64, optional
+            By which it has moved in a frame.
         """
         state = self.setup.first_state(pose, time)
         if P is not None and P.shape == state.P.shape:

@@ -41,8 +41,19 @@ def beginning_at(
 ) -> str:
     """Put a new tracker where a run was before a frame; where none was, the person is looked for.
 
-    The run's estimates are those of the frame before, of the one before that, and of the frame
-    itself, whose cloud is given. What is returned is a sentence that says where it begins.
+    Parameters
+    ----------
+    tracker : Tracker
+        A new one.
+    cloud : Cloud
+        Of the frame.
+    before, earlier, here : Estimate or None
+        What the run says of the frame before, of the one before that, and of the frame itself.
+
+    Returns
+    -------
+    str
+        A sentence that says where the tracker begins.
     """
     if before is not None and before.tracked:
         P = before.P if np.isfinite(before.P).all() else None

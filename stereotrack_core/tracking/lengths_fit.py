@@ -90,8 +90,11 @@ class _Candidate:
 def lengths_by_height(clouds: Sequence[Cloud]) -> Proportions:
     """Average proportions, for somebody as tall as who stands in these clouds.
 
-    `clouds`: of the first frames, in a world whose floor is z = 0; where it is not, the average of
-    all people is given.
+    Parameters
+    ----------
+    clouds : sequence of Cloud
+        Of the first frames, in a world whose floor is z = 0; where it is not, the average of all
+        people is given.
     """
     seen = [_crown(cloud.points) for cloud in clouds if len(cloud.points)]
     height = float(np.median(seen)) / _SEEN_OF_HEIGHT if seen else float("nan")
@@ -153,8 +156,12 @@ class WellSeenFrames:
     ) -> EstimatedLengths:
         """Lengths that the picked frames tell; what was expected where they are too few.
 
-        `expected`, `shape` and `parameters`: see :func:`estimated_lengths`. `states`: names of the
-        tracker's states.
+        Parameters
+        ----------
+        expected, shape, parameters
+            See :func:`estimated_lengths`.
+        states : tuple of str
+            Names of the tracker's states.
         """
         picked, joints = self.picked(), joints_named(states)
         if not picked or joints is None:
@@ -178,8 +185,14 @@ def estimated_lengths(
 ) -> EstimatedLengths:
     """Lengths that explain the data of all frames best, together with the surface.
 
-    `expected`: the start; the fit is held to it by how much people differ, in height and apart from
-    it. `shape`: the surface to start from.
+    Parameters
+    ----------
+    expected : Proportions
+        The start; the fit is held to it by how much people differ, in height and apart from it.
+    shape : BodyParameters
+        The surface to start from.
+    joints : tuple of int
+        Joints of the state.
     """
     free = FreeBody(expected, shape, lengths=tuple(LENGTH_SIGMAS))
     found = adjusted(free, seen, parameters, joints)

@@ -49,7 +49,10 @@ class UserPreset:
     def settings(self) -> Settings:
         """All values.
 
-        Raises InputError for an unknown base or parameter, or a value outside its range.
+        Raises
+        ------
+        InputError
+            For an unknown base or parameter, or a value outside its range.
         """
         return preset(self.base).replaced(**self.values)
 
@@ -102,8 +105,11 @@ def preset(name: str, changes: Sequence[str] = ()) -> Settings:
 def read_preset(path: Path) -> UserPreset:
     """The preset that a TOML file holds; one without a name gets the file's.
 
-    Raises InputError where the file cannot be read, or names an unknown base or parameter, or gives
-    a value outside its range.
+    Raises
+    ------
+    InputError
+        Where the file cannot be read, or names an unknown base or parameter, or gives a value
+        outside its range.
     """
     facts = load_toml(path)
     for key in facts:
@@ -130,7 +136,10 @@ def read_preset(path: Path) -> UserPreset:
 def write_preset(path: Path, preset: UserPreset) -> None:
     """Write a preset so that :func:`read_preset` gives it again.
 
-    Raises InputError where the file cannot be written.
+    Raises
+    ------
+    InputError
+        Where the file cannot be written.
     """
     write_file(path, tomli_w.dumps(preset.facts()))
 

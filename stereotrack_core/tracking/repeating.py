@@ -60,7 +60,10 @@ class StoredSpec:
     def detections_in(self, recording: Recording) -> tuple[Detections | None, str]:
         """What a detector has said, read again, and a sentence where it is not the same.
 
-        Raises InputError where the file is not there any more, or cannot be read.
+        Raises
+        ------
+        InputError
+            Where the file is not there any more, or cannot be read.
         """
         if self.detections is None:
             return None, ""
@@ -75,7 +78,10 @@ class StoredSpec:
 def stored_spec(run: Run) -> StoredSpec:
     """Read how a run was made.
 
-    Raises InputError where the run has no frame, or its parameters are not those of this program.
+    Raises
+    ------
+    InputError
+        Where the run has no frame, or its parameters are not those of this program.
     """
     meta = run.meta
     if not (len(run.frame) and meta.get("parameters") and meta.get("frames")):

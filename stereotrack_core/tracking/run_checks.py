@@ -40,8 +40,13 @@ CHECK = (
 def misfits(frames: Iterable[TrackedFrame], settings: Settings) -> tuple[str, ...]:
     """What looks wrong about a run, as clauses; :data:`CHECK` is what to do.
 
-    `frames`: with or without their clouds. `settings`: what is unexplained says nothing about
-    trackers whose body has no legs, and about those whose model looks for the data.
+    Parameters
+    ----------
+    frames : iterable of TrackedFrame
+        With or without their clouds.
+    settings : Settings
+        What is unexplained says nothing about trackers whose body has no legs, and about those
+        whose model looks for the data.
     """
     every, found = list(frames), []
     views = [frame.contradicted for frame in every if np.isfinite(frame.contradicted)]

@@ -72,7 +72,14 @@ def fitted_surface(
 ) -> tuple[BodyParameters, list[Pose]]:
     """Shape that explains the data of all frames best, and the poses that go with it.
 
-    `shape`: the default, which is also the start; the fit is held to it by its spread among people.
+    Parameters
+    ----------
+    shape : BodyParameters
+        The default, which is also the start; the fit is held to it by its spread among people.
+    joints : tuple of int
+        Joints of the state.
+    on_frame : callable
+        See :func:`adjusted`.
     """
     free = FreeBody(proportions, shape)
     found = adjusted(free, seen, parameters, joints, on_frame=on_frame)
@@ -101,8 +108,12 @@ def adjusted(
 ) -> Adjusted:
     """Adjust the poses of all frames and the free numbers of the body together.
 
-    `on_frame`: is told, in all iterations together, how many frames
-    of how many are done.
+    Parameters
+    ----------
+    joints : tuple of int
+        Joints of the state.
+    on_frame : callable
+        Is told, in all iterations together, how many frames of how many are done.
     """
     prior, start = free.information, free.start
     joints = tuple(joint for joint in joints if joint not in CLAVICLES)
@@ -214,7 +225,11 @@ def fitted_outline(
     Both sides of a limb are in the pictures, so a pose that is a little wrong shifts one side as
     far out as the other side in, and the margins come out right.
 
-    `body`: made from `shape`.
+    Parameters
+    ----------
+    body : BodyModel
+        Made from `shape`.
+    seen : sequence of (Pose, tuple of EdgeMap)
     """
     names = list(dict.fromkeys(name for pair in OUTLINE_NAMES for name in pair))
     start = np.array([float(shape.values()[name]) for name in names])
@@ -289,7 +304,10 @@ class UprightResidual:
 def upright(pose: Pose, frames: int) -> tuple[UprightResidual, ...]:
     """One row pair for a pose that is a T pose, none for any other.
 
-    `frames`: of the same person standing; all of them together count as one measurement.
+    Parameters
+    ----------
+    frames : int
+        Of the same person standing; all of them together count as one measurement.
     """
     torso = pose.rotations[TORSO]
     sideways = np.abs([pose.rotations[part, 0, 2] for part in UPPER_ARMS])

@@ -116,7 +116,14 @@ def smoothed(
 ) -> Smoothed:
     """Go over tracked frames backwards.
 
-    They are successive; their clouds are not needed.
+    Parameters
+    ----------
+    frames : sequence of TrackedFrame
+        Successive; their clouds are not needed.
+    body : BodyModel
+        Body that was tracked.
+    fps : float
+        Frame sets per second.
     """
     if not frames:
         return Smoothed((), ())

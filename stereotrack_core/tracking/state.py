@@ -123,8 +123,12 @@ def process_noise(
 ) -> FloatArray:
     """Diagonal covariance Q (6 + 2 J, 6 + 2 J) of one step: a symmetric random walk.
 
-    `joints`: parts whose two numbers follow three of position and three of rotation in the state.
-    `fps`: frame sets per second; variances grow with the time between them.
+    Parameters
+    ----------
+    joints : tuple of int
+        Parts whose two numbers follow three of position and three of rotation in the state.
+    fps : float
+        Frame sets per second; variances grow with the time between them.
     """
     p = parameters
     turns = [p.sigma_girdle if joint in CLAVICLES else p.sigma_joint for joint in joints]
@@ -136,7 +140,12 @@ def process_noise(
 def elapsed(since: float | None, time: float) -> float:
     """Frames between two times, never negative: a random walk is alike forwards and backwards.
 
-    `since`: in frames; where it is not known, the frame before `time`. `time`: in frames.
+    Parameters
+    ----------
+    since : float or None
+        In frames; where it is not known, the frame before `time`.
+    time : float
+        In frames.
     """
     return 1.0 if since is None else abs(time - since)
 

@@ -67,7 +67,12 @@ class StepRecorder:
 
     What it is given belongs to the tracker and is not to be changed.
 
-    `setup`: of the tracker. `start`: of the tracker before the step.
+    Parameters
+    ----------
+    setup : Setup
+        Of the tracker.
+    start : Belief
+        Of the tracker before the step.
     """
 
     def __init__(self, setup: Setup, start: Belief) -> None:

@@ -47,7 +47,10 @@ _META_KINDS: Mapping[str, Kind] = MappingProxyType(
 def check_meta(meta: Any, where: str, remedy: str) -> None:
     """Refuse what cannot be the meta of a run.
 
-    Raises InputError where it is no table, or a value is of another kind; it names the key.
+    Raises
+    ------
+    InputError
+        Where it is no table, or a value is of another kind; it names the key.
     """
     check_kind(meta, _META_KINDS, where, remedy)
     for name, length in (meta.get("subject") or {}).items():
@@ -62,7 +65,10 @@ def check_meta(meta: Any, where: str, remedy: str) -> None:
 def pose_of_run(run: Run, i: int) -> Pose | None:
     """Pose of a run's i-th frame, None where it is not tracked.
 
-    Raises InputError where the run's states are not those of a body.
+    Raises
+    ------
+    InputError
+        Where the run's states are not those of a body.
     """
     if not run.tracked[i]:
         return None
@@ -72,7 +78,10 @@ def pose_of_run(run: Run, i: int) -> Pose | None:
 def fps_of_run(run: Run) -> float:
     """Frames per second that the run's meta states.
 
-    Raises InputError where it states none.
+    Raises
+    ------
+    InputError
+        Where it states none.
     """
     fps = run.meta.get("fps")
     if not isinstance(fps, int | float) or not fps > 0:

@@ -87,7 +87,10 @@ class PersonTracker:
     Once a body was partly out of sight, a pose that is found is stated from the third frame on: at
     the edge of the volume, what is left of a body is easily explained by a whole one elsewhere.
 
-    `leader`: follows the pose that is stated.
+    Parameters
+    ----------
+    leader : PoseFilter
+        Follows the pose that is stated.
     """
 
     def __init__(self, leader: PoseFilter) -> None:

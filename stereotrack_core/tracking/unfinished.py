@@ -103,7 +103,10 @@ class UnfinishedRun:
 def recall(tracker: Tracker, memory: Memory) -> None:
     """Let a tracker go on as another one.
 
-    Raises InputError where the memory is not one of such a tracker.
+    Raises
+    ------
+    InputError
+        Where the memory is not one of such a tracker.
     """
     own = tracker.memory()
     foreign = [n for n in own if n not in memory or np.ndim(own[n]) != np.ndim(memory[n])]

@@ -192,8 +192,15 @@ def proposals(
 ) -> Arms:
     """All proposals for one arm; the first is the present one, the second the predicted.
 
-    `predicted` and `present`: one arm each: from the last frame, and after following the data.
-    `unexplained` (N, 3), torso's frame: data that nothing explains. `count`: about how many.
+    Parameters
+    ----------
+    predicted, present : Arms
+        One arm each: from the last frame, and after following the data.
+    unexplained : (N, 3) float64, torso's frame
+        Data that nothing explains.
+    count : int
+        About how many.
+    rng : Generator
     """
     near, wide = np.radians([18.0, 45.0])
     sets = [

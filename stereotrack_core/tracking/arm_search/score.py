@@ -56,7 +56,12 @@ _FOLDED, _FOLDING = math.radians(140.0), math.radians(15.0)
 def sight_of(depths: Iterable[ViewDepth], places: FloatArray, radius: FloatArray) -> IntArray:
     """How many views look through, support, hide or have no range at each place (M, 4).
 
-    `places` (M, 3), world. `radius` (M,), metres: the surface lies nearer to the cameras by this.
+    Parameters
+    ----------
+    depths : iterable of ViewDepth
+    places : (M, 3) float64, world
+    radius : (M,) float64, metres
+        The surface lies nearer to the cameras by this.
     """
     seen = np.zeros((len(places), 4), dtype=np.int64)
     for depth in depths:
@@ -111,9 +116,12 @@ def change_cost(predicted: Arms, arms: Arms) -> FloatArray:
 def crossing_cost(left: FloatArray, right: FloatArray, least: float) -> FloatArray:
     """Cost (K, L) of pairs of arms that go through each other.
 
-    `left` and `right` (K, 4, 3) and (L, 4, 3), torso's frame: nodes of arms, see
-    :meth:`ArmShape.nodes`. `least`, metres: least distance of the forearms' axes, see
-    :mod:`residuals.limits`; 0: none.
+    Parameters
+    ----------
+    left, right : (K, 4, 3) and (L, 4, 3) float64, torso's frame
+        Nodes of arms, see :meth:`ArmShape.nodes`.
+    least : float, metres
+        Least distance of the forearms' axes, see :mod:`residuals.limits`; 0: none.
     """
     total: FloatArray = np.zeros((len(left), len(right)))
     if least <= 0.0:

@@ -52,7 +52,10 @@ def elsewhere(cloud: Cloud, body: BodyModel, pose: Pose, own: FloatArray) -> Flo
     that of the arm where it is; and a soft count of the alternatives that are as good. Both are
     in shares of the limb's own area; 0 for torso and head.
 
-    `own` (6,), square metres: areas of the limbs.
+    Parameters
+    ----------
+    own : (6,) float64, square metres
+        Areas of the limbs.
     """
     result = np.zeros((len(LIMBS), 2))
     pictures = seen_pictures(cloud, _STEP)

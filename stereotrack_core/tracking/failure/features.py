@@ -65,8 +65,12 @@ def judged(
 ) -> Estimate:
     """The estimate with the features by which it can be judged, and what they say.
 
-    `sigma_points`: stacked (2n + 1), of the posterior. `movement` (n,): of the error state since
-    the frame before.
+    Parameters
+    ----------
+    sigma_points : Pose
+        Stacked (2n + 1), of the posterior.
+    movement : (n,) float64
+        Of the error state since the frame before.
     """
     begun, body = perf_counter(), setup.body
     sigma = limb_sigma_deg(body.frames(sigma_points), setup.weights.covariance)
@@ -121,8 +125,14 @@ def limb_features(
     near to the other arm, in decimetres; and how good it would be elsewhere, see
     :func:`elsewhere`.
 
-    `found`: with its unexplained fraction and correspondences. `sigma_deg` (6,): of the limbs'
-    directions. `jump` (6,): see :func:`unexpected`.
+    Parameters
+    ----------
+    found : Estimate
+        With its unexplained fraction and correspondences.
+    sigma_deg : (6,) float64
+        Of the limbs' directions.
+    jump : (6,) float64
+        See :func:`unexpected`.
     """
     pictures = seen_pictures(cloud, _STEP)
     if not pictures or found.correspondences is None:

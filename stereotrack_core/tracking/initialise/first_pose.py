@@ -47,7 +47,12 @@ def first_pose_in(
     pose facing north, explains the clouds about as well, it is taken. At last it is looked at
     from both sides with bodies of their own shape.
 
-    `initialiser`: of which nothing is left as it was. `shape`: of the initialiser's body.
+    Parameters
+    ----------
+    initialiser : PersonTracker
+        Of which nothing is left as it was.
+    shape : BodyParameters
+        Of the initialiser's body.
     """
     initialiser.reinitialise()
     estimates = [initialiser.step(cloud) for cloud in clouds]
@@ -71,9 +76,14 @@ def first_pose_from_images(
 ) -> Pose | None:
     """First pose for a tracker whose own clouds are not made for search, followed to its place.
 
-    `initialiser`: of the default shape; nothing of it is left as it was. `frames`: successive
-    frames. `learned_from`: frames from which the background is learned where there are no images of
-    it.
+    Parameters
+    ----------
+    initialiser : PersonTracker
+        Of the default shape; nothing of it is left as it was.
+    frames : sequence of int
+        Successive frames.
+    learned_from : range
+        Frames from which the background is learned where there are no images of it.
     """
     chain = DepthChain(reader.recording, DepthParameters(), views=views)
     try:
@@ -103,10 +113,19 @@ def shape_in(
 ) -> BodyShape | None:
     """Shape of who is followed over successive clouds; None where too few show somebody.
 
-    `initialiser`: of which nothing is left as it was. `shape`: of the initialiser's body.
-    `first_pose`: where the person is in the first cloud. `before_step`: called before every step;
-    may raise :class:`Cancelled`. `on_preparing`: is told the stage, and how many of how many of its
-    parts are done.
+    Parameters
+    ----------
+    initialiser : PersonTracker
+        Of which nothing is left as it was.
+    clouds : sequence of Cloud
+    shape : BodyParameters
+        Of the initialiser's body.
+    first_pose : callable
+        Where the person is in the first cloud.
+    before_step : callable
+        Called before every step; may raise :class:`Cancelled`.
+    on_preparing : callable
+        Is told the stage, and how many of how many of its parts are done.
     """
     setup, seen = initialiser.setup, list[SeenPose]()
     for done, cloud in enumerate(clouds):
@@ -146,7 +165,14 @@ def facing_right(
 ) -> Pose:
     """The pose, or the one that looks most alike from the other side if that is more natural.
 
-    `found`: in the first of the clouds. `clouds`: at least one. `shape`: of the initialiser's body.
+    Parameters
+    ----------
+    found : Pose
+        In the first of the clouds.
+    clouds : sequence of Cloud
+        At least one.
+    shape : BodyParameters
+        Of the initialiser's body.
 
     Notes
     -----

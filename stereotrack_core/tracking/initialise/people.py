@@ -98,7 +98,11 @@ _TURNED = 0.25
 def trunk_support(body: BodyModel, pose: Pose, points: FloatArray, cameras: FloatArray) -> float:
     """Share of those patches of torso and head which face a camera that have data.
 
-    `points` (N, 3), world. `cameras` (V, 3), world: optical centres.
+    Parameters
+    ----------
+    points : (N, 3) float64, world
+    cameras : (V, 3) float64, world
+        Optical centres.
     """
     frames = body.frames(pose)
     seen, expected = 0, 0

@@ -29,7 +29,10 @@ _AROUND = 0.3
 def t_pose_in_cloud(body: BodyModel, points: FloatArray) -> Pose:
     """T pose facing north, put where the cloud is: its middle, and its top for the head.
 
-    `points` (N, 3), world: cloud with at least one point.
+    Parameters
+    ----------
+    points : (N, 3) float64, world
+        Cloud with at least one point.
     """
     middle = np.median(points[:, :2], axis=0)
     return t_pose(_hips_under(body, points, middle))
@@ -85,7 +88,10 @@ _POSTURES = (
 def seeds_in(body: BodyModel, points: FloatArray) -> list[Pose]:
     """Postures in all headings, put where a group of points is.
 
-    `points` (N, 3), world: of one person, at least one.
+    Parameters
+    ----------
+    points : (N, 3) float64, world
+        Of one person, at least one.
     """
     middle = np.median(points[:, :2], axis=0)
     around = np.linalg.norm(points[:, :2] - middle, axis=1) < _NEAR_MIDDLE

@@ -114,8 +114,12 @@ def turned_round(pose: Pose) -> Pose:
 def facing_cost(body: BodyModel, pose: Pose, points: FloatArray, cameras: FloatArray) -> float:
     """What speaks against the direction that a pose faces, apart from its arms.
 
-    `points` (N, 3), world: the body's data. `cameras` (V, 3), world: optical centres. Where they
-    stand all around they say nothing.
+    Parameters
+    ----------
+    points : (N, 3) float64, world
+        The body's data.
+    cameras : (V, 3) float64, world
+        Optical centres. Where they stand all around they say nothing.
     """
     frames = body.frames(pose)
     legs = _legs_cost(frames) + _feet_cost(body, frames, points)

@@ -25,7 +25,10 @@ single stuff."""
 def colour_features(colours: FloatArray) -> FloatArray:
     """Logarithms (N, 3) of brightness, of red to green, and of blue to green.
 
-    `colours` (N, 3): BGR from 0 to 255; NaN stays NaN.
+    Parameters
+    ----------
+    colours : (N, 3) float64
+        BGR from 0 to 255; NaN stays NaN.
     """
     blue, green, red = np.log(np.maximum(colours, 0.0) + _OFFSET).T
     return np.stack([(blue + green + red) / 3.0, red - green, blue - green], axis=1)
@@ -71,8 +74,13 @@ class PartColours:
     def penalty(self, data: FloatArray, features: FloatArray, frames: PartFrames) -> FloatArray:
         """Standard deviations (N, C), root mean square over the three features, capped.
 
-        `data` (N, 3), world. `features` (N, 3): see :func:`colour_features`; NaN counts as unknown.
-        `frames`: of one pose.
+        Parameters
+        ----------
+        data : (N, 3) float64, world
+        features : (N, 3) float64
+            See :func:`colour_features`; NaN counts as unknown.
+        frames : PartFrames
+            Of one pose.
         """
         variance = np.maximum(self.square - self.mean**2, 0.0) + FLOOR**2
         known = self.count >= _LEAST

@@ -72,7 +72,12 @@ class SurfaceGraph:
 def extremities(points: FloatArray, time: float) -> tuple[Detection, ...]:
     """Detect head and hands in the cloud of one person.
 
-    `points` (N, 3), world: the z axis points up. `time`: frame that the detections are stated for.
+    Parameters
+    ----------
+    points : (N, 3) float64, world
+        The z axis points up.
+    time : float
+        Frame that the detections are stated for.
 
     Returns
     -------

@@ -87,8 +87,12 @@ def detection_residuals(
     not known are two hands. The weight falls with the distance as that of the cloud's data does:
     w = (g^2 / (g^2 + e^2))^2 with g = 3 sigma.
 
-    `detections`: seen at one instant. `gate`, metres: farther from the point, a detection means
-    something else.
+    Parameters
+    ----------
+    detections : tuple of Detection
+        Seen at one instant.
+    gate : float, metres
+        Farther from the point, a detection means something else.
     """
     frames = body.frames(pose)
     rows = []

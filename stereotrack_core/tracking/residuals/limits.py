@@ -176,7 +176,10 @@ def shoulders_at_rest(rotations: FloatArray) -> tuple[FloatArray, FloatArray]:
     negative logarithm of a Cauchy density, by iterated weights. They rest most of the time, and
     where they do not they may be anywhere; but nobody lowers them far.
 
-    `rotations` (..., P, 3, 3): of a pose, or of stacked ones.
+    Parameters
+    ----------
+    rotations : (..., P, 3, 3) float64
+        Of a pose, or of stacked ones.
     """
     off = np.einsum("mi,...mi->...m", _ACROSS_GIRDLE, rotations[..., 2][..., _GIRDLE, :])
     lowered = off * _ACROSS_GIRDLE[:, 2] < 0.0
@@ -246,7 +249,12 @@ _MEETING = 1e-4
 def arms_apart(body: BodyModel, frames: PartFrames, least: float) -> list[ApartResidual]:
     """One row for each pair of parts that are nearer than they can be.
 
-    `frames`: of one pose. `least`, metres: between the axes of the forearms.
+    Parameters
+    ----------
+    frames : PartFrames
+        Of one pose.
+    least : float, metres
+        Between the axes of the forearms.
     """
     left, right = np.array(PAIRS, dtype=np.int64).T
     a, along_a = frames.origins[left], _axes(body, frames, left)

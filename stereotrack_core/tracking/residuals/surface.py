@@ -23,7 +23,12 @@ _MOST_POINTS = 1500
 def unexplained_fraction_of(points: FloatArray, body: BodyModel, frames: PartFrames) -> float:
     """Share of the cloud that the model leaves unexplained: mean of d^2 / (d^2 + 50 mm^2).
 
-    `points` (N, 3), world: the cloud; evenly thinned out where it is large. `frames`: of one pose.
+    Parameters
+    ----------
+    points : (N, 3) float64, world
+        The cloud; evenly thinned out where it is large.
+    frames : PartFrames
+        Of one pose.
     """
     thin = points[:: max(1, len(points) // _MOST_POINTS)]
     feet = nearest_on_surface(thin, placed_cones(body, frames), np.inf)
@@ -119,8 +124,13 @@ def surface_residual(
     Weights are w = (g^2 / (g^2 + e^2))^2 and variances sigma^2 (m / N_eff) / w: neighbouring
     pixels of a block matcher are one measurement, not many.
 
-    `data` (N, 3), world. `frames`: of one pose. `penalty` (N, C), metres: what speaks against a
-    cone besides its distance; see :func:`nearest_on_surface`.
+    Parameters
+    ----------
+    data : (N, 3) float64, world
+    frames : PartFrames
+        Of one pose.
+    penalty : (N, C) float64, metres, optional
+        What speaks against a cone besides its distance; see :func:`nearest_on_surface`.
     """
     feet = nearest_on_surface(data, placed_cones(body, frames), trust.reach, penalty)
     return residual_of_closest(data, parts_of_cones(body, feet.cone), feet, frames, trust)
