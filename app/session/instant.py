@@ -60,12 +60,13 @@ class InstantPresenter(QObject):
         self._newest: TrackedFrame | None = None
         self.reference: LandmarkTrajectory | None = None
         self._told: Instant | None = None
+        self._drawn: list[object] = []
         self._soon = QTimer(self, singleShot=True, interval=0)
         self._soon.timeout.connect(self.tell)
         document.frame_read.connect(self.tell)
         clouds.measured.connect(self.tell_soon)
-        runs.active_changed.connect(self.tell_soon)
-        runs.changed.connect(self.tell_soon)
+        runs.active_changed.connect(self._on_runs)
+        runs.changed.connect(self._on_runs)
         track.advanced.connect(self._on_advanced)
         track.rested.connect(self._keep)
         view_state.drawing_changed.connect(self.tell_soon)
@@ -110,6 +111,7 @@ class InstantPresenter(QObject):
             if self._pictures_need_it() and not self._clouds.given_up(frame):
                 return
         drawing = self._drawing_at(frame)
+        self._drawn = self._drawn_runs(frame)
         self._told = Instant(
             recording=recording,
             frame_set=frame_set,
@@ -151,6 +153,22 @@ class InstantPresenter(QObject):
         shown = [active] if active is not None and active.visible else []
         shown += [entry for entry in self._runs.shown_beside() if entry.frames]
         return tuple((entry.name, self._runs.style(entry)) for entry in shown)
+
+    @Slot()
+    def _on_runs(self) -> None:
+        """Tell again where another run is drawn, or one in another way."""
+        told = self._told
+        if told is None or self._drawn_runs(told.frame_set.index) != self._drawn:
+            self.tell_soon()
+
+    def _drawn_runs(self, frame: int) -> list[object]:
+        """What of the runs a frame shows; runs by identity."""
+        shown = (self._runs.active, *self._runs.shown_beside())
+        return [
+            (id(entry), id(entry.at(frame)), entry.name, self._runs.style(entry), entry.visible)
+            for entry in shown
+            if entry is not None and entry.frames
+        ]
 
     def _correspondences(self, frame: int) -> Correspondences | None:
         newest = self._newest

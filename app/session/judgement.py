@@ -18,9 +18,11 @@ from stereotrack_core.evaluation.errors import LimbErrors, errors_against
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 from stereotrack_core.tracking.frame import TrackedFrame
 
+from ..services.failures import message_of
+from ..services.tasks.newest import NewestWins
 from ..widgets.style.limb_colours import limb_words
 from .document import DocumentPresenter
-from .runs import RunEntry, RunList
+from .runs import RunEntry, RunList, RunNow
 from .truth import (
     Against,
     Truth,
@@ -123,17 +125,16 @@ class Judgement:
         return self.truth.quality(np.intersect1d(frames, self.errors.frame))
 
 
-def judged(entry: RunEntry, truth: Truth | None, known: Judgement | None = None) -> Judgement:
+def judged(run: RunNow, truth: Truth | None, known: Judgement | None = None) -> Judgement:
     """Judge a run by the reference, or by its own signs where there is none.
 
     Parameters
     ----------
-    entry : RunEntry
-    truth : Truth or None
     known : Judgement, optional
         Of the run's first frames, by the same reference: only those after them are judged anew.
     """
-    numbers, frames = entry.numbers(), list(entry.ordered())
+    frames = run.frames
+    numbers = np.array([frame.frame for frame in frames], dtype=np.int64)
     if truth is not None and not np.isin(numbers, truth.trajectory.frame).any():
         truth = None
     done = len(known.frame) if known is not None else 0
@@ -299,19 +300,35 @@ def score_words(judgement: Judgement | None, *, short: bool = False) -> str:
 _INTERVAL_MS = 250
 
 
+@dataclass(frozen=True, eq=False)
+class _Question:
+    """Runs as they are now, with what is known about each, to be judged in another thread."""
+
+    truth: Truth | None
+    runs: Mapping[RunEntry, tuple[RunNow, Judgement | None]]
+
+
+def _answer(asked: _Question) -> dict[RunEntry, Judgement]:
+    return {entry: judged(now, asked.truth, known) for entry, (now, known) in asked.runs.items()}
+
+
 class JudgementPresenter(QObject):
-    """Judgements by run.
+    """Judgements by run, made in a thread of their own; a run that grows is added frame by frame.
 
     Signals
     -------
     judged : ()
-        Some judgement is new, or a run is shown in another way.
+        Runs are judged, or others are in the list, or shown in another way: told once for all that
+        has changed, when every run is judged as it is.
     truth_changed : ()
         Errors are measured against something else.
+    message : Message
+        Why a run could not be judged.
     """
 
     judged = Signal()
     truth_changed = Signal()
+    message = Signal(object)
 
     def __init__(self, document: DocumentPresenter, runs: RunList, parent: QObject) -> None:
         super().__init__(parent)
@@ -321,8 +338,10 @@ class JudgementPresenter(QObject):
         self._recorded: Truth | None = None
         self._project: Truth | None = None
         self._told: Truth | None = None
-        self._timer = QTimer(self, singleShot=True, interval=_INTERVAL_MS)
-        self._timer.timeout.connect(self.judge)
+        self._asked: _Question | None = None
+        self._worker: NewestWins | None = None
+        self._timer = QTimer(self, singleShot=True)
+        self._timer.timeout.connect(self._ask)
         runs.grew.connect(self._on_grew)
         runs.changed.connect(self.judge)
         runs.active_changed.connect(self.judge)
@@ -374,27 +393,61 @@ class JudgementPresenter(QObject):
 
     def settled(self) -> bool:
         """Whether every run is judged as it is now."""
-        return not self._timer.isActive()
+        return not self._timer.isActive() and self._asked is None
+
+    def close(self) -> None:
+        """End the thread."""
+        self._timer.stop()
+        self._asked = None
+        if self._worker is not None:
+            self._worker.close()
+            self._worker = None
 
     @Slot()
-    def judge(self) -> None:
-        """Judge what has grown."""
-        self._timer.stop()
-        truth = self.truth
-        entries = self._runs.entries
-        self._known = {entry: known for entry, known in self._known.items() if entry in entries}
-        for entry in entries:
-            count = len(entry.frames)
-            known = self._known.get(entry)
-            if count and (known is None or known[0] != count or known[1] is not truth):
-                before = known[-1] if known is not None else None
-                self._known[entry] = (count, truth, judged(entry, truth, before))
-        self.judged.emit()
-        if truth is not self._told:
-            self._told = truth
-            self.truth_changed.emit()
+    def judge(self, _what: object = None) -> None:
+        """Judge what has grown, when everything that happens now has happened."""
+        self._timer.start(0)
 
     @Slot()
     def _on_grew(self) -> None:
         if not self._timer.isActive():
-            self._timer.start()
+            self._timer.start(_INTERVAL_MS)
+
+    @Slot()
+    def _ask(self) -> None:
+        truth, entries = self.truth, self._runs.entries
+        if truth is not self._told:
+            self._told = truth
+            self.truth_changed.emit()
+        self._known = {entry: known for entry, known in self._known.items() if entry in entries}
+        new = [
+            entry
+            for entry in entries
+            if entry.frames and self._known.get(entry, ())[:2] != (len(entry.frames), truth)
+        ]
+        if not new:
+            self._asked = None
+            self.judged.emit()
+            return
+        self._asked = _Question(truth, {entry: (entry.now(), self.of(entry)) for entry in new})
+        if self._worker is None:
+            self._worker = NewestWins(_answer, "judge runs")
+            self._worker.answered.connect(self._on_answered)
+            self._worker.failed.connect(self._on_failed)
+        self._worker.ask(self._asked)
+
+    @Slot(object, object)
+    def _on_answered(self, asked: _Question, found: Mapping[RunEntry, Judgement]) -> None:
+        for entry, judgement in found.items():
+            if entry in self._runs.entries:
+                self._known[entry] = len(judgement.frame), asked.truth, judgement
+        if asked is self._asked:
+            self._asked = None
+            self.judged.emit()
+
+    @Slot(object, object)
+    def _on_failed(self, asked: _Question, error: Exception) -> None:
+        self.message.emit(message_of(error))
+        if asked is self._asked:
+            self._asked = None
+            self.judged.emit()

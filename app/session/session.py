@@ -100,7 +100,7 @@ class Session(QObject):
         self.document.closed.connect(self._on_closed)
         self.track.settings_changed.connect(self._on_settings)
         self.track.finished.connect(self.judging.judge)
-        for source in (self.document, self.project, self.clouds, self.track):
+        for source in (self.document, self.project, self.clouds, self.track, self.judging):
             source.message.connect(self.message)
         document, project, runs = self.document, self.project, self.runs
         for changed in (
@@ -125,6 +125,7 @@ class Session(QObject):
         self.document.close()
         self.closing.emit()
         self.cameras.close()
+        self.judging.close()
         self.project.shutdown()
         self.clouds.set_recording(None)
         if self._own_process:
@@ -200,6 +201,7 @@ class Session(QObject):
     def _on_closed(self) -> None:
         self.track.stop(at_once=True)
         self.leaving.emit()
+        self.judging.close()
         self.runs.clear()
         self.instant.clear()
         self._view_state.begin_anew()
@@ -208,5 +210,6 @@ class Session(QObject):
 
     @Slot()
     def _on_settings(self) -> None:
-        self.clouds.set_parameters(self.track.settings.depth)
-        self.instant.tell_soon()
+        if self.clouds.parameters != self.track.settings.depth:
+            self.clouds.set_parameters(self.track.settings.depth)
+            self.instant.tell_soon()

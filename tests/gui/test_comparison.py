@@ -66,7 +66,7 @@ def truth():
 def test_the_panel_says_what_the_command_line_says(truth):
     runs = stored(0.04), stored(0.02, 10, 200)
     entries = [entry(name, run) for name, run in zip("ab", runs, strict=True)]
-    found = compared(entries, judged(entries[0], truth), None)
+    found = compared(entries, judged(entries[0].now(), truth), None)
     core = compare(
         [
             Candidate(n, r.trajectory(), r.unexplained_fraction)
@@ -90,7 +90,7 @@ def test_the_panel_says_what_the_command_line_says(truth):
 
 def test_a_selection_limits_what_is_compared(truth):
     entries = [entry("a", stored(0.04)), entry("b", stored(0.02))]
-    judgement = judged(entries[0], truth)
+    judgement = judged(entries[0].now(), truth)
     assert "in the selection" in compared(entries, judgement, range(20, 40)).words
     alone = compared(entries[:1], judgement, range(20, 40))
     assert alone.runs == ("a",)
@@ -100,7 +100,7 @@ def test_a_selection_limits_what_is_compared(truth):
 
 def test_without_a_reference_it_is_told_how_far_runs_are_apart():
     entries = [entry("a", stored(0.0)), entry("b", stored(0.02))]
-    found = compared(entries, judged(entries[0], None), None)
+    found = compared(entries, judged(entries[0].now(), None), None)
     labels = [row.label for row in found.rows]
     assert "difference: forearms [°]" in labels
     assert not any(label.startswith("forearms") for label in labels)
@@ -111,7 +111,7 @@ def test_without_a_reference_it_is_told_how_far_runs_are_apart():
 
 def test_only_runs_that_are_shown_are_compared(truth):
     a, b = entry("a", stored(0.04)), entry("b", stored(0.02))
-    judgements = {one: judged(one, truth) for one in (a, b)}
+    judgements = {one: judged(one.now(), truth) for one in (a, b)}
     assert shown_beside_each_other((b, a), a, judgements) == (a, b)
     b.visible = False
     assert shown_beside_each_other((a, b), a, judgements) == (a,)
@@ -121,7 +121,7 @@ def test_only_runs_that_are_shown_are_compared(truth):
 
 def test_runs_without_a_common_frame_say_so(truth):
     entries = [entry("a", stored(0.04, 0, 20)), entry("b", stored(0.02, 20, 40))]
-    found = compared(entries, judged(entries[0], truth), None)
+    found = compared(entries, judged(entries[0].now(), truth), None)
     assert found.words.startswith("The runs and the reference have no frame in common")
     assert found.rows == ()
 

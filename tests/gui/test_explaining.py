@@ -38,7 +38,7 @@ def test_only_views_that_a_run_was_tracked_with_count(recording, tmp_path):
 def test_the_truths_places_and_poses_are_used_and_the_runs_own_without_it(recording, tmp_path):
     one = entry(recording, tmp_path, off=0.3)
     truth = recorded_truth(recording.reference)
-    with_truth, alone = judged(one, truth), judged(one, None)
+    with_truth, alone = judged(one.now(), truth), judged(one.now(), None)
     far = [circumstances(one, judgement, recording).distance for judgement in (with_truth, alone)]
     arm = LIMBS.index("left_forearm")
     assert np.abs(far[0][:, arm] - far[1][:, arm]).min() > 1e-3
@@ -51,7 +51,7 @@ def test_the_truths_places_and_poses_are_used_and_the_runs_own_without_it(record
 
 def test_a_selection_chooses_points_and_bins(recording, tmp_path):
     one = entry(recording, tmp_path, off=0.05, wild=(5, 6))
-    judgement = judged(one, recorded_truth(recording.reference))
+    judgement = judged(one.now(), recorded_truth(recording.reference))
     run = Explained(one.name, judgement, circumstances(one, judgement, recording))
     whole = content_of("histogram", [run], None)
     calm = content_of("histogram", [run], range(5))
@@ -65,7 +65,7 @@ def test_a_selection_chooses_points_and_bins(recording, tmp_path):
 
 def test_statistics_become_csv_with_every_segment(recording, tmp_path):
     one = entry(recording, tmp_path, wild=(5, 6))
-    judgements = {one: judged(one, recorded_truth(recording.reference))}
+    judgements = {one: judged(one.now(), recorded_truth(recording.reference))}
     stretches = stretches_of(None, 8, (Segment("end", 5, 7),))
     numbers = numbers_of([one], judgements, stretches, 30.0)
     text = as_csv(numbers, 30.0).splitlines()

@@ -37,7 +37,7 @@ def show(window, qtbot, name):
 
 
 def settle(window, qtbot):
-    window.features.review.panels.show_soon()
+    window.features.review.panels.show_soon(("statistics", "explanations", "angles", "motion"))
     qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
 
 

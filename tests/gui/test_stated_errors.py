@@ -54,7 +54,7 @@ def test_every_number_says_how_good_the_reference_is_there(tracked, entry):
     sigma[3] = 7.0
     sigma[5, LIMBS.index("left_forearm")] = np.nan
     reference = stating(tracked[0].reference, sigma=sigma)
-    found = judged(entry, project_truth("mine", reference))
+    found = judged(entry.now(), project_truth("mine", reference))
     values = {label: value for _, label, value, _ in number_rows(entry.at(3), found)}
     assert "°, reference uncertainty 7.0  (±" in values["left forearm"]
     assert values["torso position"].endswith("mm, reference uncertainty 17")
@@ -84,12 +84,12 @@ def test_a_reference_that_does_not_say_how_good_it_is_leaves_the_error_alone(tra
         recorded_truth(tracked[0].reference),
         project_truth("bare", Reference(tracked[0].reference.frame, tracked[0].reference.points)),
     ):
-        found = judged(entry, truth)
+        found = judged(entry.now(), truth)
         assert found.measure == "error"
         assert "uncertainty" not in score_words(found)
         assert not any("uncertainty" in row[2] for row in number_rows(entry.at(3), found))
         assert heading_words(found)[2].endswith("whose uncertainty is not known.")
-    assert judged(entry, None).quality == {}
+    assert judged(entry.now(), None).quality == {}
 
 
 @pytest.mark.window
@@ -158,7 +158,7 @@ def test_the_person_chooses_what_errors_are_measured_against(annotating, qtbot, 
     assert window.features.track.panel.tree.topLevelItem(0).text(2).endswith("± 2.0")
     limbs = window.context.session.judging.of(entry).limbs
     moved = {limb for limb, values in limbs.items() if not np.allclose(
-        values, judged(entry, recorded_truth(recorded)).limbs[limb], equal_nan=True
+        values, judged(entry.now(), recorded_truth(recorded)).limbs[limb], equal_nan=True
     )}  # fmt: skip
     assert moved, "another reference gives other errors"
     trigger(window, qtbot, "errors_against_recording")

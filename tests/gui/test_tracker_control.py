@@ -10,11 +10,12 @@ from contextlib import contextmanager
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QEvent, QObject, Qt
+from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
 from stereotrack_core.tracking.run import track
 from stereotrack_core.tracking.run_spec import RunSpec
+from tests.gui.hands import Paintings
 
 pytestmark = pytest.mark.window
 unix = pytest.mark.skipif(sys.platform == "win32", reason="there are no such signals")
@@ -250,19 +251,6 @@ def test_closing_while_tracking_ends_the_run_and_the_process(opened, qtbot):
     assert opened.context.session.track.entry is None
     for process in processes:
         process.join()
-
-
-class Paintings(QObject):
-    """Counts how often a widget is painted."""
-
-    def __init__(self, widget):
-        super().__init__(widget)
-        self.count = 0
-        widget.installEventFilter(self)
-
-    def eventFilter(self, _widget, event):
-        self.count += event.type() == QEvent.Type.Paint
-        return False
 
 
 def test_a_frame_is_drawn_once_by_each_view_however_late_its_points_are(opened, qtbot):

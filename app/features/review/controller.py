@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import QObject, QTimer, Slot
@@ -62,6 +63,13 @@ class ReviewController(QObject):
         docks.add("motion", "Motion", self.motion)
         self._run_angles = RunAngles(session.runs, tasks, lambda: session.track.entry)
         self._circumstances = RunCircumstances(tasks, lambda: session.track.entry)
+        self._shows = {
+            "statistics": self._show_statistics,
+            "explanations": self._show_explanations,
+            "angles": self._show_angles,
+            "motion": self._show_angles,
+        }
+        self._stale: set[str] = set()
         self._timer = QTimer(self, singleShot=True, interval=_DELAY_MS)
         self._timer.timeout.connect(self.show)
         tasks.watch(lambda: not self._timer.isActive())
@@ -71,16 +79,20 @@ class ReviewController(QObject):
         session, angles, timeline = self._session, self.angles, self._context.docks.timeline
         for plot in (self.explanations, angles):
             plot.frame_requested.connect(session.document.visit)
-        for signal in (
-            self.explanations.kind_chosen, angles.chosen, self._run_angles.known.changed,
-            self._circumstances.views.changed, session.judging.judged,
-            session.judging.truth_changed, self._state.selection_changed,
-            self._state.threshold_changed, session.opened, session.closed,
-            session.track.finished, self.motion.cut_off_changed,
+        for panels, changes in (
+            (("statistics",), (self._state.threshold_changed,)),
+            (("explanations",), (self.explanations.kind_chosen, self._circumstances.views.changed)),
+            (("angles", "motion"), (
+                angles.chosen, self._run_angles.known.changed, self.motion.cut_off_changed,
+            )),
+            (tuple(self._shows), (
+                session.judging.judged, session.judging.truth_changed, session.opened,
+                session.closed, session.track.finished, self._state.selection_changed,
+            )),
+            ((), [self._context.docks.dock(name).visibilityChanged for name in self._shows]),
         ):  # fmt: skip
-            signal.connect(self.show_soon)
-        for name in ("statistics", "explanations", "angles", "motion"):
-            self._context.docks.dock(name).visibilityChanged.connect(self.show_soon)
+            for changed in changes:
+                changed.connect(partial(self.show_soon, panels))
         self.motion.angle_chosen.connect(self._on_angle)
         angles.visible_range_changed.connect(timeline.set_visible_range)
         timeline.visible_range_changed.connect(angles.set_visible_range)
@@ -105,22 +117,23 @@ class ReviewController(QObject):
             self.statistics.add_action_button(actions.action(name))
         self.motion.add_action_button(actions.action("save_angles"))
 
-    @Slot()
-    def show_soon(self, _what: object = None) -> None:
-        """Bring the panels that are seen up to date, after what else happens now."""
+    def show_soon(self, panels: tuple[str, ...], *_what: object) -> None:
+        """Bring these panels up to date, after what else happens now."""
+        self._stale.update(panels)
         self._timer.start()
 
     @Slot()
     def show(self) -> None:
-        """Bring the panels that are seen up to date."""
+        """Bring the panels that are seen up to date, where they are not."""
         if self._session.document.recording is None:
             return
-        if self.statistics.isVisible():
-            self._show_statistics()
-        if self.explanations.isVisible():
-            self._show_explanations()
-        if self.angles.isVisible() or self.motion.isVisible():
-            self._show_angles()
+        docks = self._context.docks
+        panels = {name: docks.dock(name).widget() for name in self._stale}
+        # one that stands behind another is visible to Qt, but none of it is on the screen
+        seen = {name for name, panel in panels.items() if not panel.visibleRegion().isEmpty()}
+        self._stale -= seen
+        for show in dict.fromkeys(self._shows[name] for name in sorted(seen)):
+            show()
 
     # ---- what is shown
 

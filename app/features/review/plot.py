@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 from PySide6.QtCore import QObject, Qt, Slot
@@ -14,11 +14,11 @@ from stereotrack_core.recording.landmarks import LandmarkTrajectory
 
 from ...context import Context
 from ...session.judgement import LOST_SHARE, MEASURED_LIMBS, Judgement, heading_words
-from ...session.runs import RunEntry, RunList
 from ...session.truth import measure_of, with_quality
 from ...widgets.plots.error_curves import Curve
 from ...widgets.plots.error_plot import ErrorPlot
 from ...widgets.style.limb_colours import EXTRA_COLOURS, LIMB_COLOURS, limb_words
+from ...widgets.style.line_styles import LineStyle
 from ...widgets.timeline.lanes import Lane, Span
 
 _FULL_DEG = 45.0
@@ -43,6 +43,8 @@ class ErrorCurves(QObject):
         super().__init__(context.session)
         self._context, self._session = context, context.session
         self.plot = ErrorPlot(unit="deg")
+        self._drawn: tuple[list[tuple[str, LineStyle, Judgement]], int] = [], 0
+        self._lanes_of: tuple[object, ...] = ()
         self._no_curves = QLabel(_NO_CURVES)
         self._no_curves.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self._no_curves.setProperty("role", "muted")
@@ -75,16 +77,21 @@ class ErrorCurves(QObject):
         """Curves and lanes of the runs as they are now."""
         judging, runs, document = self._session.judging, self._session.runs, self._session.document
         recording, count = document.recording, document.frame_count
-        judgement = judging.of(runs.active)
+        judgement, every = judging.of(runs.active), judging.all()
         if judgement is not None:
             self.plot.set_title(judgement.words)
             self.plot.set_heading(*heading_words(judgement))
-        self.stack.setCurrentWidget(self.plot if judging.all() else self._no_curves)
-        self.plot.set_curves(curves_of(runs, judging.all(), count))
+        self.stack.setCurrentWidget(self.plot if every else self._no_curves)
+        drawn = [(one.name, runs.style(one), every[one]) for one in every if one.visible]
+        if (drawn, count) != self._drawn:
+            self._drawn = drawn, count
+            self.plot.set_curves(curves_of(drawn, count))
         segments = recording.segments if recording is not None else ()
-        reference = judging.truth.trajectory if judging.truth is not None else None
-        timeline = self._context.docks.timeline
-        timeline.set_lanes(lanes_of(judgement, count, segments, reference))
+        truth, timeline = judging.truth, self._context.docks.timeline
+        if (judgement, count, segments, truth) != self._lanes_of:
+            self._lanes_of = judgement, count, segments, truth
+            reference = truth.trajectory if truth is not None else None
+            timeline.set_lanes(lanes_of(judgement, count, segments, reference))
         timeline.set_hint(self._hint())
 
     def _hint(self) -> str:
@@ -107,29 +114,24 @@ class ErrorCurves(QObject):
             self._context.notifier.say(f"No limb exceeds the threshold {where} this frame.", 4000)
 
 
-def curves_of(
-    runs: RunList, judgements: Mapping[RunEntry, Judgement], count: int
-) -> tuple[Curve, ...]:
-    """One curve per limb and run that is shown; the active run's are solid.
+def curves_of(runs: Iterable[tuple[str, LineStyle, Judgement]], count: int) -> tuple[Curve, ...]:
+    """One curve per limb and run, which is given by its name and line style.
 
     All curves have all `count` frames of the recording, so that the plot stays under the
     timeline's frames while a run grows.
     """
     curves: list[Curve] = []
     every = np.arange(count)
-    for entry in runs.entries:
-        judgement = judgements.get(entry)
-        if not entry.visible or judgement is None:
-            continue
+    for name, style, judgement in runs:
         values = {limb: (LIMB_COLOURS[limb], judgement.limbs[limb]) for limb in MEASURED_LIMBS}
-        for name, colour in EXTRA_COLOURS.items():
-            values[name] = (colour, 100.0 * judgement.unexplained_fraction)
+        for extra, colour in EXTRA_COLOURS.items():
+            values[extra] = (colour, 100.0 * judgement.unexplained_fraction)
         curves.extend(
             Curve(
-                name=entry.name,
+                name=name,
                 limb=limb,
                 colour=colour,
-                style=runs.style(entry),
+                style=style,
                 frame=every,
                 value=_spread(judgement, value, count),
             )

@@ -54,6 +54,7 @@ class RunsController(QObject):
         self._offered: tuple[RunEntry, ...] = ()
         self._compared: tuple[object, ComparedRuns] | None = None
         self._repeating: Task | None = None
+        self._finished: RunEntry | None = None
         self._connect()
         context.tasks.watch(self.keeper.settled)
 
@@ -82,6 +83,9 @@ class RunsController(QObject):
         self.panel.show_rows([self.row(entry) for entry in self._session.runs.entries])
         self._show_numbers()
         self.show_comparison()
+        if self._finished is not None and self._session.judging.settled():
+            self._say_how_it_ended(self._finished)
+            self._finished = None
 
     @Slot()
     def _show_numbers(self) -> None:
@@ -91,7 +95,9 @@ class RunsController(QObject):
 
     @Slot(object)
     def _on_finished(self, entry: RunEntry) -> None:
-        """Say in the status line how a run has ended."""
+        self._finished = entry  # and is said when it is judged
+
+    def _say_how_it_ended(self, entry: RunEntry) -> None:
         judgement = self._session.judging.of(entry)
         score = score_words(judgement)
         known = judgement is not None and judgement.measure == "error"

@@ -151,7 +151,7 @@ class SeriesPresenter(QObject):
     def _on_grown(self, grown: dict[RunEntry, list[int]]) -> None:
         for one in self.tried:
             if one.entry in grown:
-                one.judgement = judged(one.entry, self._session.judging.truth)
+                one.judgement = judged(one.entry.now(), self._session.judging.truth, one.judgement)
         if self.shown is not None and self.tried[self.shown].entry in grown:
             self._session.runs.grew.emit()
         self.changed.emit()

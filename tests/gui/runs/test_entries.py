@@ -40,8 +40,8 @@ def test_a_run_that_grows_is_judged_as_one_that_is_complete(small_recording, kno
     )
     for frames in (range(1), range(1, 4), range(4, 8)):
         grows.frames.update({k: whole.frames[k] for k in frames})
-        judgement = judged(grows, truth, judgement)
-    expected = judged(whole, truth)
+        judgement = judged(grows.now(), truth, judgement)
+    expected = judged(whole.now(), truth)
     assert judgement.measure == expected.measure == ("error" if len(known) else "sigma")
     np.testing.assert_array_equal(judgement.frame, expected.frame)
     for limb, values in expected.limbs.items():

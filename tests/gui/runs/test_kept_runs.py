@@ -253,7 +253,7 @@ def test_figures_of_a_run_that_is_gone_are_not_shown_for_another_one(tracking):
     )
 
     def figures(entry):
-        found = tracking.features.track._found((entry,), judged(entry, truth))
+        found = tracking.features.track._found((entry,), judged(entry.now(), truth))
         return [row.cells[0].value for row in found.rows]
 
     entry = replace(old)

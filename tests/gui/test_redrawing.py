@@ -1,0 +1,153 @@
+"""What changes is drawn, once, and nothing else; runs are judged off the window's thread."""
+
+from __future__ import annotations
+
+import threading
+
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+
+from app.session import judgement
+from tests.gui.hands import Paintings, click_truth
+from tests.gui.made_runs import add_run
+from tests.gui.tuning.conftest import quick_run_file, tuning  # noqa: F401
+from tests.gui.tuning.test_tuning import typed
+
+pytestmark = pytest.mark.window
+
+
+class Drawings:
+    """Counts how often the parts of a window are given something to draw."""
+
+    def __init__(self, window, monkeypatch):
+        docks, review = window.context.docks, window.features.review
+        self.count = {}
+        for name, part, method in (
+            ("pictures", docks.views, "show_pictures"),
+            ("lanes", docks.timeline, "set_lanes"),
+            ("curves", review.plot.plot, "set_curves"),
+            ("failures", review.episodes.panel, "show_rows"),
+            ("statistics", review.panels.statistics, "show_statistics"),
+            ("explanations", review.panels.explanations, "show_content"),
+            ("angles", review.panels.angles, "show_curves"),
+        ):
+            self.count[name] = 0
+            monkeypatch.setattr(part, method, self._counted(name, getattr(part, method)))
+
+    def _counted(self, name, draw):
+        def counted(*what, **how):
+            self.count[name] += 1
+            draw(*what, **how)
+
+        return counted
+
+    def taken(self):
+        """How often since this was asked last."""
+        taken = {name: count for name, count in self.count.items() if count}
+        self.count = dict.fromkeys(self.count, 0)
+        return taken
+
+
+def settle(window, qtbot):
+    qtbot.waitUntil(lambda: window.context.tasks.settled() and not window.context.tasks.tasks)
+
+
+def show(window, qtbot, name):
+    window.context.docks.bring_up(name)
+    qtbot.waitUntil(window.context.docks.dock(name).widget().isVisible)
+    settle(window, qtbot)
+
+
+def test_a_click_is_drawn_where_it_is_and_then_what_is_known_of_it(annotating, qtbot, monkeypatch):
+    docks = annotating.context.docks
+    settle(annotating, qtbot)
+    views = {name: Paintings(tile.camera) for name, tile in docks.views.tiles.items()}
+    timeline = Paintings(docks.timeline.viewport())
+    drawings = Drawings(annotating, monkeypatch)
+    click_truth(annotating, "left_elbow", "N")
+    settle(annotating, qtbot)
+    assert views["N"].count <= 2
+    assert views["S"].count <= 1, "there is a curve of it"
+    assert timeline.count == 1
+    assert drawings.taken() == {"lanes": 1}
+
+
+def test_a_run_that_comes_is_judged_and_drawn_once(opened, qtbot, monkeypatch):
+    opened.context.docks.show_named("review")
+    show(opened, qtbot, "statistics")
+    drawings, told = Drawings(opened, monkeypatch), []
+    opened.context.session.judging.judged.connect(lambda: told.append(True))
+    add_run(opened, "good", off=0.05)
+    settle(opened, qtbot)
+    taken = drawings.taken()
+    assert len(told) == 1
+    assert (taken["curves"], taken["statistics"], taken["pictures"]) == (1, 1, 1)
+    opened.context.session.runs.tell()
+    settle(opened, qtbot)
+    assert drawings.taken() == {"statistics": 1}, "its name, for instance"
+
+
+def test_a_failure_that_is_chosen_is_shown_and_nothing_else_is_drawn(opened, qtbot, monkeypatch):
+    opened.context.docks.show_named("review")
+    add_run(opened, "wild", off=0.05, wild=(1, 2, 3))
+    show(opened, qtbot, "episodes")
+    opened.context.session.document.go_to(7)
+    settle(opened, qtbot)
+    panel = opened.features.review.episodes.panel
+    panel.tree.setFocus()
+    drawings = Drawings(opened, monkeypatch)
+    panel.tree.setCurrentIndex(panel.sorted.index(0, 0))
+    settle(opened, qtbot)
+    assert drawings.taken() == {"failures": 1}
+    views = [Paintings(tile.camera) for tile in opened.context.docks.views.tiles.values()]
+    timeline = Paintings(opened.context.docks.timeline.viewport())
+    QTest.keyClick(panel.tree, Qt.Key.Key_Return)
+    settle(opened, qtbot)
+    assert opened.context.session.document.frame in (1, 2, 3)
+    assert set(drawings.taken()) == {"pictures"}
+    assert [view.count for view in views] == [1, 1]
+    assert timeline.count == 1
+
+
+def test_a_trial_draws_its_curves_and_its_model_and_no_lanes(tuning, qtbot, monkeypatch):  # noqa: F811
+    judging, runs = tuning.context.session.judging, tuning.context.session.runs
+    drawings, seen = Drawings(tuning, monkeypatch), []
+
+    def note():
+        found = judging.of(runs.entries[-1])
+        if runs.entries[-1] is not runs.active and found is not None and found not in seen:
+            seen.append(found)
+
+    judging.judged.connect(note)
+    typed(tuning, "sigma_joint", "25")
+    settle(tuning, qtbot)
+    taken = drawings.taken()
+    assert len(seen[-1].frame) == 8
+    assert taken == {"curves": len(seen), "pictures": 1}, "in the frame that is shown"
+
+
+def test_a_growing_run_is_judged_off_the_window_s_thread(opened, qtbot, monkeypatch):
+    threads, counts = [], []
+    real = judgement.errors_against
+
+    def noted(found, truth):
+        threads.append(threading.current_thread())
+        counts.append(len(found.frame))
+        return real(found, truth)
+
+    monkeypatch.setattr(judgement, "errors_against", noted)
+    entry = add_run(opened, "grows")
+    frames = entry.frames
+    settle(opened, qtbot)
+    assert threads
+    counts.clear()
+    entry.frames = {k: frames[k] for k in range(3)}
+    opened.context.session.judging.judge()
+    settle(opened, qtbot)
+    entry.frames = frames
+    opened.context.session.runs.grew.emit()
+    settle(opened, qtbot)
+    assert counts == [3, 5], "only frames that have come since are judged"
+    assert len(opened.context.session.judging.of(entry).frame) == 8
+    assert threading.main_thread() not in threads
