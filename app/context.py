@@ -18,33 +18,22 @@ from .session.view_state import ViewState
 
 @dataclass(frozen=True, eq=False)
 class Context:
-    """The seven services of the workbench.
-
-    Attributes
-    ----------
-    session : Session
-        What is open and what is known about it.
-    view_state : ViewState
-        What is chosen of what is shown.
-    tasks : TaskList
-        Work in the background.
-    actions : ActionRegistry
-        Everything that can be done: menus, palette, toolbars and shortcuts follow from it.
-    docks : Docks
-        Views, panels and workspaces.
-    notifier : Notifier
-        Messages and the status line.
-    settings : QSettings
-        What is kept for the next start, apart from all data.
-    """
+    """The seven services of the workbench."""
 
     session: Session
+    """What is open and what is known about it."""
     view_state: ViewState
+    """What is chosen of what is shown."""
     tasks: TaskList
+    """Work in the background."""
     actions: ActionRegistry
+    """Everything that can be done: menus, palette, toolbars and shortcuts follow from it."""
     docks: Docks
+    """Views, panels and workspaces."""
     notifier: Notifier
+    """Messages and the status line."""
     settings: QSettings
+    """What is kept for the next start, apart from all data."""
 
 
 def make_context(

@@ -44,15 +44,10 @@ class CameraDoubts(QObject):
     ----------
     now : Disagreement or None
         The camera that contradicts the others.
-
-    Signals
-    -------
-    changed : ()
-        Another camera does, or none, or by more or less.
-    failed : Exception
     """
 
     changed = Signal()
+    """Another camera does, or none, or by more or less."""
     failed = Signal(object)
 
     def __init__(

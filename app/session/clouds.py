@@ -28,16 +28,17 @@ class _Measuring:
     """
 
     def __init__(self, store: Shared[CloudStore]) -> None:
-        self._store = store
+        self.store = store
+        """Clouds of the open recording; None where nothing gives depth."""
         self._clouds: KeptClouds | None = None
 
     def __call__(self, question: tuple[DepthParameters, int]) -> Cloud:
         """Make one cloud."""
         parameters, frame = question
-        with self._store.used() as store:
+        with self.store.used() as store:
             key = CloudKey(parameters, range(store.reader.frame_count))
             if self._clouds is None or self._clouds.key != key:
-                self._clouds = store.clouds(key, cancelled=lambda: not self._store.wanted)
+                self._clouds = store.clouds(key, cancelled=lambda: not self.store.wanted)
             return self._clouds.take(frame)[0]
 
 
@@ -53,68 +54,49 @@ def _store_of(recording: Recording, reader: Shared[FrameReader]) -> Shared[Cloud
 
 
 class CloudPresenter(QObject):
-    """Clouds by frame and parameters; the newest question wins, the last few are kept.
-
-    Signals
-    -------
-    measured : Cloud
-        A cloud that was asked for is there.
-    message : Message
-        Why there is none.
-    """
+    """Clouds by frame and parameters; the newest question wins, the last few are kept."""
 
     measured = Signal(object)
+    """A cloud that was asked for is there."""
     message = Signal(object)
+    """Why there is none."""
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
-        self._reader: Shared[FrameReader] | None = None
-        self._store: Shared[CloudStore] | None = None
+        self.reader: Shared[FrameReader] | None = None
+        """Reader of the images in grey, as the tracker sees them."""
+        self.store: Shared[CloudStore] | None = None
         self._worker: NewestWins | None = None
-        self._parameters = DepthParameters()
+        self.parameters = DepthParameters()
+        """How points are measured."""
         self._clouds: OrderedDict[tuple[DepthParameters, int], Cloud] = OrderedDict()
         self._points: tuple[tuple[DepthParameters, int], Cloud] | None = None
         self._failed: set[tuple[DepthParameters, int]] = set()
-
-    @property
-    def reader(self) -> Shared[FrameReader] | None:
-        """Reader of the images in grey, as the tracker sees them."""
-        return self._reader
-
-    @property
-    def store(self) -> Shared[CloudStore] | None:
-        """Clouds of the open recording; None where nothing gives depth."""
-        return self._store
 
     def set_recording(self, recording: Recording | None) -> None:
         """Measure another recording; views without depth give nothing."""
         if self._worker is not None:
             self._worker.close()
             self._worker = None
-        for shared in (self._store, self._reader):
+        for shared in (self.store, self.reader):
             if shared is not None:
                 shared.close()
-        self._store = self._reader = None
+        self.store = self.reader = None
         self._clouds.clear()
         self._points = None
         self._failed.clear()
         names = [view.name for view in recording.views if view.kind != "mono"] if recording else []
         if recording is not None and names:
             reader = FrameReader(recording, views=names, colour=False)
-            self._reader = Shared(reader, reader.close)
-            self._store = _store_of(recording, self._reader)
-            self._worker = NewestWins(_Measuring(self._store), "measure points")
+            self.reader = Shared(reader, reader.close)
+            self.store = _store_of(recording, self.reader)
+            self._worker = NewestWins(_Measuring(self.store), "measure points")
             self._worker.answered.connect(self._on_measured)
             self._worker.failed.connect(self._on_failed)
 
-    @property
-    def parameters(self) -> DepthParameters:
-        """How points are measured."""
-        return self._parameters
-
     def set_parameters(self, parameters: DepthParameters) -> None:
         """Measure with other parameters from now on."""
-        self._parameters = parameters
+        self.parameters = parameters
 
     @property
     def available(self) -> bool:
@@ -126,17 +108,17 @@ class CloudPresenter(QObject):
 
         That of the frame which the tracker has just done may be without depth images.
         """
-        key = parameters or self._parameters, frame
+        key = parameters or self.parameters, frame
         points = self._points[1] if self._points is not None and self._points[0] == key else None
         return self._clouds.get(key, points)
 
     def whole(self, frame: int) -> bool:
         """Whether the cloud of a frame is there with its depth images."""
-        return (self._parameters, frame) in self._clouds
+        return (self.parameters, frame) in self._clouds
 
     def ask(self, frame: int, parameters: DepthParameters | None = None) -> None:
         """Have the cloud of a frame made; :attr:`measured` tells when it is there."""
-        key = (parameters or self._parameters, frame)
+        key = (parameters or self.parameters, frame)
         if self._worker is not None and key not in self._clouds and key not in self._failed:
             self._worker.ask(key)
 
@@ -155,7 +137,7 @@ class CloudPresenter(QObject):
 
     def given_up(self, frame: int, parameters: DepthParameters | None = None) -> bool:
         """Whether there is none to wait for."""
-        return self._worker is None or (parameters or self._parameters, frame) in self._failed
+        return self._worker is None or (parameters or self.parameters, frame) in self._failed
 
     def settled(self) -> bool:
         """Whether nothing is being made."""

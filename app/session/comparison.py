@@ -36,20 +36,12 @@ LOST_DEG = 45.0
 
 @dataclass(frozen=True)
 class ComparedRuns:
-    """Numbers of several runs; the first is what the others are compared with.
-
-    Attributes
-    ----------
-    words : str
-        What is compared, over which frames.
-    how : str
-        How intervals are made; empty for one run.
-    runs : tuple of str
-    rows : tuple of ComparedRow
-    """
+    """Numbers of several runs; the first is what the others are compared with."""
 
     words: str
+    """What is compared, over which frames."""
     how: str
+    """How intervals are made; empty for one run."""
     runs: tuple[str, ...]
     rows: tuple[ComparedRow, ...]
 

@@ -30,23 +30,15 @@ FindCorrections: TypeAlias = Callable[[Path], Corrections | None]
 
 @dataclass(frozen=True, eq=False)
 class Opened:
-    """What opening a folder gives.
-
-    Attributes
-    ----------
-    recording : Recording
-        Corrected, where that was possible.
-    reader : FrameReader
-    corrections : Corrections or None
-        What was corrected.
-    refused : InputError or None
-        Why the corrections that were asked for could not be applied.
-    """
+    """What opening a folder gives."""
 
     recording: Recording
+    """Corrected, where that was possible."""
     reader: FrameReader
     corrections: Corrections | None = None
+    """What was corrected."""
     refused: InputError | None = None
+    """Why the corrections that were asked for could not be applied."""
 
 
 def read_folder(folder: Path, corrections: Corrections | None = None) -> Opened:
@@ -79,42 +71,32 @@ def _with_first_frame(recording: Recording) -> Opened:
 
 
 class DocumentPresenter(QObject):
-    """Opens recordings, steps and plays; pictures are read off the window's thread.
-
-    Signals
-    -------
-    opened : ()
-        Another recording is open.
-    closed : ()
-        There is no recording any more.
-    frame_changed : int
-        The frame that shall be shown.
-    frame_read : FrameSet
-        Its images are there.
-    count_changed : int
-        The number of frames is known better than before.
-    playing_changed : bool
-    findings_changed : ()
-        What looks wrong about the recording is known.
-    message : Message
-        Something that the person should read.
-    """
+    """Opens recordings, steps and plays; pictures are read off the window's thread."""
 
     opened = Signal()
+    """Another recording is open."""
     closed = Signal()
+    """There is no recording any more."""
     frame_changed = Signal(int)
+    """The frame that shall be shown."""
     frame_read = Signal(object)
+    """Its images are there."""
     count_changed = Signal(int)
+    """The number of frames is known better than before."""
     playing_changed = Signal(bool)
     findings_changed = Signal()
+    """What looks wrong about the recording is known."""
     message = Signal(object)
+    """Something that the person should read."""
 
     def __init__(self, tasks: TaskList, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._tasks = tasks
         self._opened: Opened | None = None
-        self._reader: Shared[FrameReader] | None = None
-        self._frame = 0
+        self.reader: Shared[FrameReader] | None = None
+        """Reader of the images in colour."""
+        self.frame = 0
+        """The frame that shall be shown."""
         self._frame_set: FrameSet | None = None
         self._reading: NewestWins | None = None
         self._opening: Task | None = None
@@ -125,10 +107,12 @@ class DocumentPresenter(QObject):
         self._play_timer.timeout.connect(self._on_play)
         self._clock = QElapsedTimer()
         self._played_from = 0
-        self._loop: range | None = None
+        self.loop: range | None = None
+        """Frames that are played again and again; None where playing goes on to the end."""
         self._count_timer = QTimer(self, interval=200)
         self._count_timer.timeout.connect(self._on_count)
-        self._count = 0
+        self.frame_count = 0
+        """Number of frame sets as far as it is known."""
 
     @property
     def recording(self) -> Recording | None:
@@ -146,25 +130,10 @@ class DocumentPresenter(QObject):
         return self._opened is not None and self._opened.refused is not None
 
     @property
-    def reader(self) -> Shared[FrameReader] | None:
-        """Reader of the images in colour."""
-        return self._reader
-
-    @property
-    def frame(self) -> int:
-        """The frame that shall be shown."""
-        return self._frame
-
-    @property
     def frame_set(self) -> FrameSet | None:
         """Images of the frame that shall be shown, once they are there."""
-        there = self._frame_set is not None and self._frame_set.index == self._frame
+        there = self._frame_set is not None and self._frame_set.index == self.frame
         return self._frame_set if there else None
-
-    @property
-    def frame_count(self) -> int:
-        """Number of frame sets as far as it is known."""
-        return self._count
 
     @property
     def opening(self) -> bool:
@@ -208,18 +177,18 @@ class DocumentPresenter(QObject):
         if self._reading is not None:
             self._reading.close()
             self._reading = None
-        reader, self._opened, self._reader = self._reader, None, None
-        self._frame_set, self._frame, self._count, self.findings = None, 0, 0, None
-        self._loop = None
+        reader, self._opened, self.reader = self.reader, None, None
+        self._frame_set, self.frame, self.frame_count, self.findings = None, 0, 0, None
+        self.loop = None
         if reader is not None:
             reader.close()
             self.closed.emit()
 
     def go_to(self, frame: int) -> None:
         """Show a frame; beyond the ends the first or last one."""
-        if self._opened is None or self._count == 0:
+        if self._opened is None or self.frame_count == 0:
             return
-        wanted = min(max(frame, 0), self._count - 1)
+        wanted = min(max(frame, 0), self.frame_count - 1)
         if self.playing:
             self._restart_clock(wanted)
         self._show(wanted)
@@ -227,26 +196,21 @@ class DocumentPresenter(QObject):
     def step(self, by: int) -> None:
         """Show the frame `by` further."""
         self.pause()
-        self.go_to(self._frame + by)
+        self.go_to(self.frame + by)
 
     def play(self) -> None:
         """Go on by the recording's own clock; from the last frame it begins again."""
-        if self._opened is None or self._count < 2:
+        if self._opened is None or self.frame_count < 2:
             return
-        at_end = self._frame >= self._count - 1 and self._loop is None
-        self._restart_clock(0 if at_end else self._frame)
+        at_end = self.frame >= self.frame_count - 1 and self.loop is None
+        self._restart_clock(0 if at_end else self.frame)
         interval = max(10, round(1000.0 / self._opened.recording.fps))
         self._play_timer.start(interval)
         self.playing_changed.emit(True)
 
-    @property
-    def loop(self) -> range | None:
-        """Frames that are played again and again; None where playing goes on to the end."""
-        return self._loop
-
     def set_loop(self, frames: range | None) -> None:
         """Play these frames again and again, or go on to the end."""
-        self._loop = frames if frames else None
+        self.loop = frames if frames else None
 
     def pause(self) -> None:
         """Stay at this frame."""
@@ -270,14 +234,14 @@ class DocumentPresenter(QObject):
         """Whether everything that was asked for is there."""
         if self._opening is not None:
             return False
-        return self._opened is None or self._count == 0 or self.frame_set is not None
+        return self._opened is None or self.frame_count == 0 or self.frame_set is not None
 
     def _restart_clock(self, frame: int) -> None:
         self._played_from = frame
         self._clock.start()
 
     def _show(self, frame: int) -> None:
-        self._frame = frame
+        self.frame = frame
         if self._reading is not None:
             self._reading.ask(frame)
         self.frame_changed.emit(frame)
@@ -289,11 +253,11 @@ class DocumentPresenter(QObject):
             return
         self.close()
         self._opened = opened
-        self._reader = Shared(opened.reader, opened.reader.close)
-        self._reading = NewestWins(partial(_frame_set, self._reader), "frames read")
+        self.reader = Shared(opened.reader, opened.reader.close)
+        self._reading = NewestWins(partial(_frame_set, self.reader), "frames read")
         self._reading.answered.connect(self._on_frame_read)
         self._reading.failed.connect(self._on_frame_failed)
-        self._count, final = opened.reader.frame_count_so_far()
+        self.frame_count, final = opened.reader.frame_count_so_far()
         if not final:
             self._count_timer.start()
         self._opening = None
@@ -302,15 +266,15 @@ class DocumentPresenter(QObject):
             self.message.emit(refused_message(opened.refused, opened.recording.name))
         elif opened.corrections is not None:
             self.message.emit(applied_message(opened.corrections, opened.recording.name))
-        if self._count == 0 and final:
+        if self.frame_count == 0 and final:
             self.message.emit(_no_frames(opened.recording))
-        elif final and self._start_frame >= self._count:
+        elif final and self._start_frame >= self.frame_count:
             self.message.emit(
                 Message(
                     "note",
                     f"there is no frame {self._start_frame}",
                     opened.recording.name,
-                    f"The frames are numbered 0 to {self._count - 1}. The last one is shown.",
+                    f"The frames are numbered 0 to {self.frame_count - 1}. The last one is shown.",
                 )
             )
         self.go_to(self._start_frame)
@@ -334,13 +298,13 @@ class DocumentPresenter(QObject):
 
     @Slot(object, object)
     def _on_frame_read(self, frame: int, frame_set: FrameSet) -> None:
-        if self._opened is not None and frame == self._frame:
+        if self._opened is not None and frame == self.frame:
             self._frame_set = frame_set
             self.frame_read.emit(frame_set)
 
     @Slot(object, object)
     def _on_frame_failed(self, frame: int, error: Exception) -> None:
-        if self._opened is not None and frame == self._frame:
+        if self._opened is not None and frame == self.frame:
             self._frame_set = FrameSet(frame, {}, {})
             self.message.emit(message_of(error))
             self.frame_read.emit(self._frame_set)
@@ -352,14 +316,14 @@ class DocumentPresenter(QObject):
         if self.frame_set is None and self._reading is not None and not self._reading.idle():
             return  # the picture before is not there yet; time goes on all the same
         due = self._played_from + int(self._clock.elapsed() * self._opened.recording.fps / 1000.0)
-        if self._loop is not None and (due >= self._loop.stop or due < self._loop.start):
-            self._show(min(self._loop.start, self._count - 1))
-            self._restart_clock(self._frame)
+        if self.loop is not None and (due >= self.loop.stop or due < self.loop.start):
+            self._show(min(self.loop.start, self.frame_count - 1))
+            self._restart_clock(self.frame)
             return
-        last = self._count - 1
-        if due > self._frame:
+        last = self.frame_count - 1
+        if due > self.frame:
             self._show(min(due, last))
-        if self._frame >= last and self._loop is None:
+        if self.frame >= last and self.loop is None:
             self.pause()
 
     @Slot()
@@ -369,11 +333,11 @@ class DocumentPresenter(QObject):
         count, final = self._opened.reader.frame_count_so_far()
         if final:
             self._count_timer.stop()
-        if count != self._count:
-            first = self._count == 0
-            self._count = count
+        if count != self.frame_count:
+            first = self.frame_count == 0
+            self.frame_count = count
             self.count_changed.emit(count)
-            if first or self._frame >= count:
+            if first or self.frame >= count:
                 self.go_to(self._start_frame)
 
 

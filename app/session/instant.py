@@ -36,14 +36,10 @@ class InstantPresenter(QObject):
     ----------
     reference : LandmarkTrajectory or None
         Shown instead of the recording's own.
-
-    Signals
-    -------
-    ready : Instant
-        Everything about one frame; all views show it together.
     """
 
     ready = Signal(object)
+    """Everything about one frame; all views show it together."""
 
     def __init__(
         self,
@@ -59,7 +55,8 @@ class InstantPresenter(QObject):
         self._view_state = view_state
         self._newest: TrackedFrame | None = None
         self.reference: LandmarkTrajectory | None = None
-        self._told: Instant | None = None
+        self.told: Instant | None = None
+        """What was told last."""
         self._drawn: list[object] = []
         self._soon = QTimer(self, singleShot=True, interval=0)
         self._soon.timeout.connect(self.tell)
@@ -72,18 +69,13 @@ class InstantPresenter(QObject):
         view_state.drawing_changed.connect(self.tell_soon)
         view_state.display_changed.connect(self.tell_soon)
 
-    @property
-    def told(self) -> Instant | None:
-        """What was told last."""
-        return self._told
-
     def clear(self) -> None:
         """Forget everything about a recording that was closed."""
-        self._newest = self._told = self.reference = None
+        self._newest = self.told = self.reference = None
 
     def settled(self) -> bool:
         """Whether everything that is wanted for this frame has been told."""
-        told = self._told
+        told = self.told
         if self._document.recording is None or self._document.frame_count == 0:
             return True
         if self._soon.isActive() or told is None or told.frame_set.index != self._document.frame:
@@ -112,7 +104,7 @@ class InstantPresenter(QObject):
                 return
         drawing = self._drawing_at(frame)
         self._drawn = self._drawn_runs(frame)
-        self._told = Instant(
+        self.told = Instant(
             recording=recording,
             frame_set=frame_set,
             cloud=cloud if drawing is None else drawing.cloud,
@@ -123,7 +115,7 @@ class InstantPresenter(QObject):
             correspondences=self._correspondences(frame) if drawing is None else None,
             inside=None if drawing is None else drawing.scene,
         )
-        self.ready.emit(self._told)
+        self.ready.emit(self.told)
 
     def meshes(self, frame: int) -> tuple[PartMesh, ...]:
         """The model of the active run, or of the step inside the frame that is looked at."""
@@ -157,7 +149,7 @@ class InstantPresenter(QObject):
     @Slot()
     def _on_runs(self) -> None:
         """Tell again where another run is drawn, or one in another way."""
-        told = self._told
+        told = self.told
         if told is None or self._drawn_runs(told.frame_set.index) != self._drawn:
             self.tell_soon()
 

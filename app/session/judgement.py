@@ -57,32 +57,23 @@ MEASURED_LIMBS = tuple(limb for limb in LIMBS if limb != "head")
 
 @dataclass(frozen=True, eq=False)
 class Judgement:
-    """A run frame by frame; F frames of the run.
-
-    Attributes
-    ----------
-    measure : "error" or "sigma"
-        Angle against the reference, or the tracker's own standard deviation.
-    frame : (F,) int64
-    limbs : mapping from limb to (F,) float64, degrees
-        NaN where not known.
-    tracked : (F,) bool
-    unexplained_fraction : (F,) float64
-    errors : LimbErrors or None
-    lost : mapping from limb to (F,) float64
-        Probability that the limb is lost, as the tracker itself says; NaN where not known.
-    truth : Truth or None
-        What errors are measured against.
-    """
+    """A run frame by frame; F frames of the run."""
 
     measure: Measure
+    """Angle against the reference, or the tracker's own standard deviation."""
     frame: IntArray
+    """(F,) int64."""
     limbs: dict[str, FloatArray]
+    """Degrees (F,) by limb; NaN where not known."""
     tracked: BoolArray
+    """(F,) bool."""
     unexplained_fraction: FloatArray
+    """(F,) float64."""
     errors: LimbErrors | None
     lost: Mapping[str, FloatArray] = field(default_factory=dict)
+    """Probability (F,) that a limb is lost, as the tracker itself says; NaN where not known."""
     truth: Truth | None = None
+    """What errors are measured against."""
 
     @property
     def words(self) -> str:
@@ -196,20 +187,13 @@ def reference_at(reference: LandmarkTrajectory | None, frame: int) -> FloatArray
 
 @dataclass(frozen=True)
 class Doubt:
-    """A limb that the tracker itself is unsure of.
-
-    Attributes
-    ----------
-    limb : str
-    lost : float
-        Probability that it is lost; NaN where not known.
-    cause : str
-        Probable cause in words; may be empty.
-    """
+    """A limb that the tracker itself is unsure of."""
 
     limb: str
     lost: float
+    """Probability that it is lost; NaN where not known."""
     cause: str
+    """Probable cause in words; may be empty."""
 
     @property
     def words(self) -> str:
@@ -313,22 +297,15 @@ def _answer(asked: _Question) -> dict[RunEntry, Judgement]:
 
 
 class JudgementPresenter(QObject):
-    """Judgements by run, made in a thread of their own; a run that grows is added frame by frame.
-
-    Signals
-    -------
-    judged : ()
-        Runs are judged, or others are in the list, or shown in another way: told once for all that
-        has changed, when every run is judged as it is.
-    truth_changed : ()
-        Errors are measured against something else.
-    message : Message
-        Why a run could not be judged.
-    """
+    """Judgements by run, made in a thread of their own; a growing run is added frame by frame."""
 
     judged = Signal()
+    """Runs are judged, or others are in the list, or shown in another way: told once for all that
+    has changed, when every run is judged as it is."""
     truth_changed = Signal()
+    """Errors are measured against something else."""
     message = Signal(object)
+    """Why a run could not be judged."""
 
     def __init__(self, document: DocumentPresenter, runs: RunList, parent: QObject) -> None:
         super().__init__(parent)

@@ -21,26 +21,17 @@ _MOST_RECENT = 10
 
 @dataclass(frozen=True)
 class Asked:
-    """What somebody wanted to see when opening, whatever was shown last.
-
-    Attributes
-    ----------
-    project : Path or None
-        The project file that was named.
-    frame : int
-    workspace : str
-        Its name; empty for the one that was shown last.
-    run : Path or None
-        A run to be shown.
-    tracks : bool
-        Whether to track it at once.
-    """
+    """What somebody wanted to see when opening, whatever was shown last."""
 
     project: Path | None = None
+    """The project file that was named."""
     frame: int = 0
     workspace: str = ""
+    """Its name; empty for the one that was shown last."""
     run: Path | None = None
+    """A run to be shown."""
     tracks: bool = False
+    """Whether to track it at once."""
 
 
 class Opening(QObject):
@@ -50,10 +41,6 @@ class Opening(QObject):
     ----------
     asked : Asked
         What was asked for last.
-
-    Signals
-    -------
-    recent_changed : ()
     """
 
     recent_changed = Signal()

@@ -35,14 +35,7 @@ _NEAR_PERCENTILE, _FAR_PERCENTILE = 1.0, 99.0
 
 @dataclass(frozen=True, eq=False)
 class Ghost:
-    """The model of a run that is drawn beside the active one.
-
-    Attributes
-    ----------
-    name : str
-    style : LineStyle
-    meshes : tuple of PartMesh
-    """
+    """The model of a run that is drawn beside the active one."""
 
     name: str
     style: LineStyle
@@ -51,69 +44,41 @@ class Ghost:
 
 @dataclass(frozen=True, eq=False)
 class Instant:
-    """Everything known about the frame that is shown.
-
-    Attributes
-    ----------
-    recording : Recording
-    frame_set : FrameSet
-    cloud : Cloud or None
-    meshes : tuple of PartMesh
-        The active run's model.
-    reference : (9, 3) float64 or None, world, metres
-    ghosts : tuple of Ghost
-        Models of the other runs that are shown.
-    runs : tuple of (str, LineStyle)
-        All runs that are shown, the active one first.
-    correspondences : Correspondences or None
-    inside : InsideScene or None
-        What a step inside the frame draws.
-    """
+    """Everything known about the frame that is shown."""
 
     recording: Recording
     frame_set: FrameSet
     cloud: Cloud | None = None
     meshes: tuple[PartMesh, ...] = ()
+    """The active run's model."""
     reference: FloatArray | None = None
+    """(9, 3), world, metres."""
     ghosts: tuple[Ghost, ...] = ()
+    """Models of the other runs that are shown."""
     runs: tuple[tuple[str, LineStyle], ...] = ()
+    """All runs that are shown, the active one first."""
     correspondences: Correspondences | None = None
     inside: InsideScene | None = None
+    """What a step inside the frame draws."""
 
 
 @dataclass(frozen=True, eq=False)
 class StepDrawing:
-    """One step as it is drawn.
-
-    Attributes
-    ----------
-    frame : int
-    words : str
-        For the status line.
-    body : BodyModel
-    pose : Pose
-        Of the model that is drawn as a whole.
-    scene : InsideScene
-    cloud : Cloud
-    """
+    """One step as it is drawn."""
 
     frame: int
     words: str
+    """For the status line."""
     body: BodyModel
     pose: Pose
+    """Of the model that is drawn as a whole."""
     scene: InsideScene
     cloud: Cloud
 
 
 @dataclass(frozen=True, eq=False)
 class FittedBody:
-    """A body that was fitted to the clicks of a frame.
-
-    Attributes
-    ----------
-    frame : int
-    meshes : tuple of PartMesh
-    """
+    """A body that was fitted to the clicks of a frame."""
 
     frame: int
     meshes: tuple[PartMesh, ...]

@@ -28,30 +28,19 @@ _HOME = "projects_folder"
 
 
 class ProjectPresenter(QObject):
-    """Keeps the project that belongs to the open recording.
-
-    Signals
-    -------
-    opened : ()
-        A project is there, perhaps for reading only.
-    closing : ()
-        The project is about to be closed; it can still be read.
-    closed : ()
-    changed : Changed
-        An edit was made, taken back or made again.
-    history_moved : Changed
-        The same, for undo and redo alone.
-    recording_missing : Path
-        The recording of this project file was not found; the person has to say where it is.
-    message : Message
-    """
+    """Keeps the project that belongs to the open recording."""
 
     opened = Signal()
+    """A project is there, perhaps for reading only."""
     closing = Signal()
+    """The project is about to be closed; it can still be read."""
     closed = Signal()
     changed = Signal(object)
+    """An edit was made, taken back or made again."""
     history_moved = Signal(object)
+    """The same, for undo and redo alone."""
     recording_missing = Signal(object)
+    """The recording of this project file was not found; the person has to say where it is."""
     message = Signal(object)
     _edited = Signal(object)
 

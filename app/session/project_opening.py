@@ -17,41 +17,26 @@ _READING = "It is open read-only. {}"
 
 @dataclass(frozen=True, eq=False)
 class OpenedProject:
-    """A project that is open, and what the person should know.
-
-    Attributes
-    ----------
-    project : Project
-    folder : Path or None
-        Its recording; None where that was not found.
-    messages : tuple of Message
-    in_use : bool
-        Whether another program has it, so that it is open for reading only.
-    """
+    """A project that is open, and what the person should know."""
 
     project: Project
     folder: Path | None
+    """Its recording; None where that was not found."""
     messages: tuple[Message, ...]
     in_use: bool = False
+    """Whether another program has it, so that it is open for reading only."""
 
 
 @dataclass(frozen=True)
 class Wishes:
-    """How projects are to be opened.
-
-    Attributes
-    ----------
-    who : str
-        Annotator.
-    home : Path or None
-        Folder of new projects; None: beside their recordings.
-    makes : bool
-        Whether a recording that has no project gets one.
-    """
+    """How projects are to be opened."""
 
     who: str = ""
+    """Annotator."""
     home: Path | None = None
+    """Folder of new projects; None: beside their recordings."""
     makes: bool = True
+    """Whether a recording that has no project gets one."""
 
 
 def project_of_recording(folder: Path, wishes: Wishes) -> OpenedProject | None:

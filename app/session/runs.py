@@ -32,22 +32,16 @@ _OTHERS: tuple[LineStyle, ...] = ("dash", "dot", "dashdot")
 
 @dataclass(frozen=True, eq=False)
 class RunNow:
-    """What a run holds at a moment; work in other threads is given this, never the entry.
-
-    Attributes
-    ----------
-    frames : tuple of TrackedFrame
-        In their order.
-    stored, origin, wall_seconds, warnings, journal
-        See :class:`RunEntry`.
-    """
+    """What a run holds at a moment; work in other threads is given this, never the entry."""
 
     frames: tuple[TrackedFrame, ...]
+    """In their order."""
     stored: Run | None
     origin: Origin | None
     wall_seconds: float
     warnings: tuple[str, ...]
     journal: Path | None
+    """See :class:`RunEntry`."""
 
     def run(self) -> Run | None:
         """Put the run together; None while nothing is known of its origin."""
@@ -62,57 +56,37 @@ class RunNow:
 
 @dataclass(eq=False)
 class RunEntry:
-    """One run, growing while the tracker works; read and changed in the window's thread alone.
-
-    Attributes
-    ----------
-    name : str
-    preset : str
-    settings : Settings or None
-        None for a run from a file of another version.
-    body : BodyModel
-    wanted : range
-        Frames that were asked for.
-    frames : dict from frame number to TrackedFrame
-    visible : bool
-        Whether its curves and skeleton are shown.
-    path : Path or None
-        File that it came from or was saved to.
-    stored : Run or None
-        The run as it was read.
-    origin : Origin or None
-        Where its frames come from; known when tracking has begun.
-    wall_seconds : float
-        Time that the tracker has worked on it, without pauses.
-    kind : "run" or "attempt"
-        An attempt is what some stretch would look like with other settings; it is gone when it is
-        dismissed, unless it is made the active run.
-    kept : str
-        Name under which the project keeps it; empty where it does not.
-    facts : RunFacts or None
-        What the project says about it; its frames are there when they have been read.
-    warnings : tuple of str
-        What its signs say that is wrong with it.
-    journal : Path or None
-        File that its frames go to while it is tracked, until the project keeps it.
-    """
+    """One run, growing while the tracker works; read and changed in the window's thread alone."""
 
     name: str
     preset: str
     settings: Settings | None
+    """None for a run from a file of another version."""
     body: BodyModel
     wanted: range
+    """Frames that were asked for."""
     frames: dict[int, TrackedFrame] = field(default_factory=dict)
     visible: bool = True
+    """Whether its curves and skeleton are shown."""
     path: Path | None = None
+    """File that it came from or was saved to."""
     stored: Run | None = None
+    """The run as it was read."""
     origin: Origin | None = None
+    """Where its frames come from; known when tracking has begun."""
     wall_seconds: float = 0.0
+    """Time that the tracker has worked on it, without pauses."""
     kind: Kind = "run"
+    """An attempt is what some stretch would look like with other settings; it
+    is gone when it is dismissed, unless it is made the active run."""
     kept: str = ""
+    """Name under which the project keeps it; empty where it does not."""
     facts: RunFacts | None = None
+    """What the project says about it; its frames are there when they have been read."""
     warnings: tuple[str, ...] = ()
+    """What its signs say that is wrong with it."""
     journal: Path | None = None
+    """File that its frames go to while it is tracked, until the project keeps it."""
 
     @property
     def waiting(self) -> bool:
@@ -163,53 +137,37 @@ class RunEntry:
 
 
 class RunList(QObject):
-    """Runs in the order in which they were made; one of them is active.
-
-    Signals
-    -------
-    changed : ()
-        A run was added, removed, renamed, shown or hidden.
-    active_changed : ()
-        Another run is the one whose model is drawn.
-    grew : ()
-        The run in progress has more frames.
-    """
+    """Runs in the order in which they were made; one of them is active."""
 
     changed = Signal()
+    """A run was added, removed, renamed, shown or hidden."""
     active_changed = Signal()
+    """Another run is the one whose model is drawn."""
     grew = Signal()
+    """The run in progress has more frames."""
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
-        self._entries: list[RunEntry] = []
-        self._active: RunEntry | None = None
-        self._made = 0
-
-    @property
-    def entries(self) -> tuple[RunEntry, ...]:
-        """All runs."""
-        return tuple(self._entries)
-
-    @property
-    def active(self) -> RunEntry | None:
+        self.entries: tuple[RunEntry, ...] = ()
+        self.active: RunEntry | None = None
         """The run whose model is drawn."""
-        return self._active
+        self._made = 0
 
     def style(self, entry: RunEntry) -> LineStyle:
         """Line style of a run: the active one is solid, the others that are shown take turns."""
-        if entry is self._active:
+        if entry is self.active:
             return "solid"
-        others = [one for one in self._entries if one.visible and one is not self._active]
+        others = [one for one in self.entries if one.visible and one is not self.active]
         place = next((k for k, one in enumerate(others) if one is entry), 0)
         return _OTHERS[place % len(_OTHERS)]
 
     def shown_beside(self) -> tuple[RunEntry, ...]:
         """Runs that are drawn beside the active one."""
-        return tuple(one for one in self._entries if one.visible and one is not self._active)
+        return tuple(one for one in self.entries if one.visible and one is not self.active)
 
     def next_name(self, preset: str, *, changed: bool) -> str:
         """Name for a new run, which no other in the list has."""
-        taken = {entry.name for entry in self._entries}
+        taken = {entry.name for entry in self.entries}
         while True:
             self._made += 1
             name = f"{self._made}: {preset}{' changed' if changed else ''}"
@@ -218,31 +176,31 @@ class RunList(QObject):
 
     def add(self, entry: RunEntry, *, active: bool = True) -> None:
         """Add a run and make it the active one, or draw it beside the active one."""
-        self._entries.append(entry)
+        self.entries = (*self.entries, entry)
         if active:
-            self._active = entry
+            self.active = entry
         self.changed.emit()
         if active:
             self.active_changed.emit()
 
     def remove(self, entry: RunEntry) -> None:
         """Take a run from the list; files are not touched."""
-        self._entries = [kept for kept in self._entries if kept is not entry]
-        if self._active is entry:
-            self._active = self._entries[-1] if self._entries else None
+        self.entries = tuple(kept for kept in self.entries if kept is not entry)
+        if self.active is entry:
+            self.active = self.entries[-1] if self.entries else None
             self.active_changed.emit()
         self.changed.emit()
 
     def clear(self) -> None:
         """Forget all runs."""
-        self._entries, self._active, self._made = [], None, 0
+        self.entries, self.active, self._made = (), None, 0
         self.changed.emit()
         self.active_changed.emit()
 
     def activate(self, entry: RunEntry) -> None:
         """Draw another run's model."""
-        if entry is not self._active:
-            self._active = entry
+        if entry is not self.active:
+            self.active = entry
             entry.visible = True
             self.active_changed.emit()
             self.changed.emit()

@@ -29,11 +29,8 @@ class Session(QObject):
     ----------
     document : DocumentPresenter
         Recording, frame and playback.
-    project : ProjectPresenter
     opening : Opening
         Opens recordings and projects.
-    runs : RunList
-    clouds : CloudPresenter
     track : TrackPresenter
         The tracker at work.
     tracker : TrackControl
@@ -44,32 +41,22 @@ class Session(QObject):
         Whether a camera contradicts the others.
     instant : InstantPresenter
         Everything known about the frame that is shown.
-
-    Signals
-    -------
-    leaving : ()
-        The recording is about to change or to be closed: what works on it stops.
-    opened : ()
-        Another recording is open; nothing is left of the one before.
-    ready : ()
-        All that shows the recording follows it.
-    closed : ()
-        There is no recording any more.
-    changed : ()
-        Something that can be seen of all this is another.
-    closing : ()
-        The window closes: whoever has a thread ends it.
-    message : Message
-        Something that the person should read.
     """
 
     leaving = Signal()
+    """The recording is about to change or to be closed: what works on it stops."""
     opened = Signal()
+    """Another recording is open; nothing is left of the one before."""
     ready = Signal()
+    """All that shows the recording follows it."""
     closed = Signal()
+    """There is no recording any more."""
     changed = Signal()
+    """Something that can be seen of all this is another."""
     closing = Signal()
+    """The window closes: whoever has a thread ends it."""
     message = Signal(object)
+    """Something that the person should read."""
 
     def __init__(
         self,

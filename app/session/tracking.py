@@ -50,9 +50,6 @@ class LiveRun:
 
     Attributes
     ----------
-    entry : RunEntry
-    recording : Recording
-    settings : Settings
     held : bool
         Whether it waits for leave to go on, with every frame fetched.
     progress : Preparing or None
@@ -127,30 +124,20 @@ class LiveRun:
 
 
 class TrackPresenter(QObject):
-    """Controls the tracker and collects what it finds, at most 20 times a second.
-
-    Signals
-    -------
-    advanced : TrackedFrame
-        The newest frame, still with its cloud and correspondences.
-    rested : Cloud
-        The cloud of the frame at which the tracker has stopped, with its depth images.
-    state_changed : ()
-        Running, paused, finished or idle, or further in preparing.
-    finished : RunEntry
-        A run has come to its end.
-    settings_changed : ()
-        The next run or step is done with other settings, or another preset was chosen.
-    message : Message
-        Why tracking has ended early.
-    """
+    """Controls the tracker and collects what it finds, at most 20 times a second."""
 
     advanced = Signal(object)
+    """The newest frame, still with its cloud and correspondences."""
     rested = Signal(object)
+    """The cloud of the frame at which the tracker has stopped, with its depth images."""
     state_changed = Signal()
+    """Running, paused, finished or idle, or further in preparing."""
     finished = Signal(object)
+    """A run has come to its end."""
     settings_changed = Signal()
+    """The next run or step is done with other settings, or another preset was chosen."""
     message = Signal(object)
+    """Why tracking has ended early."""
 
     def __init__(self, runs: RunList, process: TaskProcess, parent: QObject | None = None) -> None:
         super().__init__(parent)

@@ -19,23 +19,15 @@ TORSO_POSITION = "torso_position"
 
 @dataclass(frozen=True, eq=False)
 class Truth:
-    """A trajectory that is taken as truth.
-
-    Attributes
-    ----------
-    against : "recording" or "project"
-        Whose it is.
-    words : str
-        ``the project's reference “fitted to clicks”``.
-    trajectory : LandmarkTrajectory
-    reference : Reference or None
-        What says how good it is; None where nothing does.
-    """
+    """A trajectory that is taken as truth."""
 
     against: Against
+    """Whose it is."""
     words: str
+    """``the project's reference “fitted to clicks”``."""
     trajectory: LandmarkTrajectory
     reference: Reference | None = None
+    """What says how good it is; None where nothing does."""
 
     def quality(self, frames: IntArray) -> dict[str, float]:
         """How good it is over some frames, by measure; see :func:`reference_quality`."""

@@ -20,15 +20,7 @@ from .toolbars import Toolbars
 
 
 class MainWindow(QMainWindow):
-    """Makes the services for the features, and draws what these have registered.
-
-    Attributes
-    ----------
-    context : Context
-    messages : MessageBar
-    welcome : WelcomePage
-    status : StatusLine
-    """
+    """Makes the services for the features, and draws what these have registered."""
 
     def __init__(self, settings: QSettings, process: TaskProcess | None = None) -> None:
         super().__init__()

@@ -165,15 +165,7 @@ def _joined(first: str, second: str) -> str:
 
 
 class StatusLine(QObject):
-    """Follows the session and the tasks.
-
-    Attributes
-    ----------
-    state : QLabel
-    pixel : QLabel
-    progress : QProgressBar
-    cancel : QToolButton
-    """
+    """Follows the session and the tasks."""
 
     def __init__(self, bar: QStatusBar, context: Context) -> None:
         super().__init__(bar)

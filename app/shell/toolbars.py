@@ -22,12 +22,7 @@ _VIEWS = (
 
 
 class Toolbars:
-    """Workspaces, playback, tracker or annotation, and views.
-
-    Attributes
-    ----------
-    workspaces, play, track, annotate, view : QToolBar
-    """
+    """Workspaces, playback, tracker or annotation, and views."""
 
     def __init__(self, window: QMainWindow, context: Context) -> None:
         self._window, self._context = window, context

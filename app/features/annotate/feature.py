@@ -24,21 +24,14 @@ from .panels import AnnotationPanels
 
 @dataclass(frozen=True)
 class Annotate:
-    """What annotating consists of.
-
-    Attributes
-    ----------
-    clicking : ClickController
-        Clicks in the views.
-    panels : AnnotationPanels
-        Lanes, what is next, history, second readings and fits.
-    predicting : PredictionWork
-        Predictions over a selection.
-    """
+    """What annotating consists of."""
 
     clicking: ClickController
+    """Clicks in the views."""
     panels: AnnotationPanels
+    """Lanes, what is next, history, second readings and fits."""
     predicting: PredictionWork
+    """Predictions over a selection."""
 
 
 def register(context: Context) -> Annotate:

@@ -11,19 +11,12 @@ _SLICE_MS = 25
 
 
 class HistoryPresenter(QObject):
-    """Undoes and redoes until an edit is the last one in effect; the window stays alive meanwhile.
-
-    Signals
-    -------
-    moved : int
-        So many edits have been undone or redone since the jump began.
-    arrived : ()
-        The jump has ended: it is there, was stopped, or failed.
-    failed : InputError
-    """
+    """Undoes and redoes to any place in the history; the window stays alive meanwhile."""
 
     moved = Signal(int)
+    """So many edits have been undone or redone since the jump began."""
     arrived = Signal()
+    """The jump has ended: it is there, was stopped, or failed."""
     failed = Signal(object)
 
     def __init__(self, parent: QObject | None = None) -> None:

@@ -35,18 +35,12 @@ _MANY_FRAMES = 50
 
 @dataclass(frozen=True)
 class Ranking:
-    """What to click next.
-
-    Attributes
-    ----------
-    suggestions : tuple of Suggestion
-        Best first.
-    sign : StopSign
-        Whether the wanted accuracy is reached.
-    """
+    """What to click next."""
 
     suggestions: tuple[Suggestion, ...]
+    """Best first."""
     sign: StopSign
+    """Whether the wanted accuracy is reached."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,16 +105,10 @@ class _Ranker:
 
 
 class NextPresenter(QObject):
-    """Ranks the places of one project; a fit of the whole recording has to be there.
-
-    Signals
-    -------
-    ranked : Ranking or None
-        None: nothing is fitted, so that nothing can be ranked.
-    failed : Exception
-    """
+    """Ranks the places of one project; a fit of the whole recording has to be there."""
 
     ranked = Signal(object)
+    """Ranking; None: nothing is fitted, so that nothing can be ranked."""
     failed = Signal(object)
 
     def __init__(self, parent: QObject | None = None) -> None:

@@ -46,37 +46,25 @@ class AnnotationPanels(QObject):
     ----------
     window : QWidget
         Parent of dialogs.
-
-    Signals
-    -------
-    leaving : ()
-        Another project comes, or none: what works on the one before stops.
-    frame_requested : int
-    click_requested : int, str, str
-        Frame, camera and landmark: go there and choose it.
-    landmark_chosen : str
-        The name of a landmark's lane was clicked.
-    repeat_changed : ()
-        A frame begins or ends to be annotated again, or has other clicks of the second reading.
-    reference_changed : ()
-        Another trajectory is the project's reference, or none.
-    said : str
-        What was done, for the status line.
-    message : Message
-        Something that the person should read.
-    changed : ()
-        Commands may be possible now that were not, or the other way round.
     """
 
     leaving = Signal()
+    """Another project comes, or none: what works on the one before stops."""
     frame_requested = Signal(int)
     click_requested = Signal(int, str, str)
+    """Frame, camera and landmark: go there and choose it."""
     landmark_chosen = Signal(str)
+    """The name of a landmark's lane was clicked."""
     repeat_changed = Signal()
+    """A frame begins or ends to be annotated again, or has other clicks of the second reading."""
     reference_changed = Signal()
+    """Another trajectory is the project's reference, or none."""
     said = Signal(str)
+    """What was done, for the status line."""
     message = Signal(object)
+    """Something that the person should read."""
     changed = Signal()
+    """Commands may be possible now that were not, or the other way round."""
     _edited = Signal(object)
 
     def __init__(self, timeline: TimelineView, tasks: TaskList, window: QWidget) -> None:

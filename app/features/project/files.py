@@ -21,15 +21,10 @@ _RUN_FILTER = "Complete run (*.npz);;Landmarks (*.csv);;OpenSim (*.trc);;C3D (*.
 
 
 class FileController(QObject):
-    """Everything between the window and the file system.
-
-    Signals
-    -------
-    saved : Path
-        A run was written.
-    """
+    """Everything between the window and the file system."""
 
     saved = Signal(object)
+    """A run was written."""
 
     def __init__(self, context: Context) -> None:
         super().__init__(context.session)

@@ -45,21 +45,15 @@ class Annotating(QObject):
         Name of the camera whose image keys act on; empty where there is none.
     cameras : callable
         Names of all cameras whose images are shown.
-
-    Signals
-    -------
-    clicks_changed : ()
-        Other clicks are to be shown: another frame, an edit, another project. The choice may be
-        another one too.
-    choice_changed : ()
-        Nothing but the choice is another one.
-    said : str
-        A sentence about what was done or why it was not.
     """
 
     clicks_changed = Signal()
+    """Other clicks are to be shown: another frame, an edit, another project. The choice may be
+    another one too."""
     choice_changed = Signal()
+    """Nothing but the choice is another one."""
     said = Signal(str)
+    """A sentence about what was done or why it was not."""
 
     def __init__(
         self,

@@ -28,47 +28,31 @@ ADVANCES: dict[Advance, tuple[str, str]] = {
 
 @dataclass(frozen=True)
 class Choice:
-    """What keys and clicks are about.
-
-    Attributes
-    ----------
-    landmark : str
-        The landmark that keys act on, and clicks as far as :func:`next_landmark` says.
-    touched : ClickKey or None
-        The click that was placed, picked or moved last, until another landmark is chosen.
-    held : bool
-        Whether arrow keys move it.
-    asked : bool
-        The person has chosen the landmark: the next click places it, clicked already or not.
-    again : ClickKey or None
-        A click that was taken away: the next click there places it again.
-    """
+    """What keys and clicks are about."""
 
     landmark: str
+    """The landmark that keys act on, and clicks as far as :func:`next_landmark` says."""
     touched: ClickKey | None = None
+    """The click that was placed, picked or moved last, until another landmark is chosen."""
     held: bool = False
+    """Whether arrow keys move it."""
     asked: bool = False
+    """The person has chosen the landmark: the next click places it, clicked already or not."""
     again: ClickKey | None = None
+    """A click that was taken away: the next click there places it again."""
 
 
 @dataclass(frozen=True)
 class Annotated:
-    """What the choice depends on.
-
-    Attributes
-    ----------
-    names : sequence of str
-        All landmarks, in the person's order.
-    clicks : collection of ClickKey
-        What a person has said of a frame; also that something is outside an image.
-    cameras : sequence of str
-        Cameras whose images are shown.
-    """
+    """What the choice depends on."""
 
     names: Sequence[str]
+    """All landmarks, in the person's order."""
     clicks: Collection[ClickKey]
+    """What a person has said of a frame; also that something is outside an image."""
     frame: int
     cameras: Sequence[str]
+    """Cameras whose images are shown."""
 
     def missing(self, landmark: str, cameras: Sequence[str]) -> bool:
         """Whether some of these images have no click of a landmark."""

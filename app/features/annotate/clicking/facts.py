@@ -58,15 +58,10 @@ class AnnotationFacts(QObject):
     ----------
     use_depth : bool
         Whether the body is fitted to measured points too.
-
-    Signals
-    -------
-    changed : ()
-        More is known than before.
-    failed : Exception
     """
 
     changed = Signal()
+    """More is known than before."""
     failed = Signal(object)
 
     def __init__(

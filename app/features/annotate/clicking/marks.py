@@ -36,34 +36,25 @@ _NUMBERS = ("none", "one", "two", "three", "four", "five", "six", "seven", "eigh
 
 @dataclass(frozen=True, eq=False)
 class FrameMarks:
-    """Everything that marks are made of.
-
-    Attributes
-    ----------
-    chosen : str
-        The landmark that keys act on.
-    at_hand, held : ClickKey or None
-        The click that keys act on; that arrow keys move.
-    predictions : tuple of Prediction
-        Kept in the project.
-    offers : mapping from camera name to str or None
-        The landmark that the next click in an image that is shown places; None: it places none.
-    doubtful : Disagreement or None
-        A camera that contradicts the others over all clicks.
-    """
+    """Everything that marks are made of."""
 
     frame: int
     clicks: tuple[Click, ...]
     landmark_set: LandmarkSet
     chosen: str
+    """The landmark that keys act on."""
     at_hand: ClickKey | None = None
     held: ClickKey | None = None
+    """The click that keys act on; that arrow keys move."""
     predictions: tuple[Prediction, ...] = ()
+    """Kept in the project."""
     hints: ClickHints | None = None
     fit: ShownFit | None = None
     views: Mapping[str, str] | None = None
     offers: Mapping[str, str | None] = field(default_factory=dict)
+    """The landmark that the next click in an image that is shown places; None: it places none."""
     doubtful: Disagreement | None = None
+    """A camera that contradicts the others over all clicks."""
 
     @cached_property
     def flagged(self) -> frozenset[ClickKey]:

@@ -32,24 +32,16 @@ _BIASED = 0.7
 
 @dataclass(frozen=True)
 class AgreementReport:
-    """What is said about two readings.
-
-    Attributes
-    ----------
-    verdict : str
-        In words first: how well they agree.
-    remedy : str
-        What to do about it; empty where nothing needs to be done.
-    rows : tuple of AgreementRow
-        All landmarks together, then each of them.
-    found : tuple of Difference
-        What it was computed from.
-    """
+    """What is said about two readings."""
 
     verdict: str
+    """In words first: how well they agree."""
     remedy: str
+    """What to do about it; empty where nothing needs to be done."""
     rows: tuple[AgreementRow, ...]
+    """All landmarks together, then each of them."""
     found: tuple[Difference, ...]
+    """What it was computed from."""
 
 
 def agreement_report(

@@ -13,21 +13,14 @@ from .agreement import AgreementReport
 
 
 class AgreementDialog(QDialog):
-    """A verdict, what to do about it, and the numbers of each landmark.
-
-    Signals
-    -------
-    other_project_requested : ()
-        The person wants to choose another project to compare with.
-    again_requested : ()
-        The person wants to see the frames that were annotated again.
-    differences_requested : ()
-        The person wants to look at every click that differs, and to merge.
-    """
+    """A verdict, what to do about it, and the numbers of each landmark."""
 
     other_project_requested = Signal()
+    """The person wants to choose another project to compare with."""
     again_requested = Signal()
+    """The person wants to see the frames that were annotated again."""
     differences_requested = Signal()
+    """The person wants to look at every click that differs, and to merge."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)

@@ -31,14 +31,10 @@ class ExportDialog(FormDialog):
         Proposed file.
     tasks : TaskList
         Where the file is written.
-
-    Signals
-    -------
-    written : str
-        What was done, in words.
     """
 
     written = Signal(str)
+    """What was done, in words."""
 
     def __init__(
         self,

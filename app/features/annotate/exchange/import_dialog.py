@@ -27,12 +27,7 @@ _WORDS = (
 
 
 class ImportDialog(FormDialog):
-    """A file, the camera that it is of, and what its landmarks are called here.
-
-    Signals
-    -------
-    chosen : LabelSource
-    """
+    """A file, the camera that it is of, and what its landmarks are called here."""
 
     chosen = Signal(object)
 

@@ -38,17 +38,12 @@ class TakeInDialog(FormDialog):
         The comparison that was made last.
     tasks : TaskList
         Where clicks are written.
-
-    Signals
-    -------
-    visit_requested : int, str, str
-        Frame, camera and landmark of a click that the person wants to see.
-    taken_in : str
-        What was done, in words.
     """
 
     visit_requested = Signal(int, str, str)
+    """Frame, camera and landmark of a click that the person wants to see."""
     taken_in = Signal(str)
+    """What was done, in words."""
 
     def __init__(
         self,

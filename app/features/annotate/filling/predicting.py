@@ -39,15 +39,10 @@ class PredictionWork(QObject):
     ----------
     run : RunEntry or None
         The tracker's run to fill in from, which does not grow.
-
-    Signals
-    -------
-    found : str
-        Other predictions are kept than before; what was done, in words.
-    busy_changed : ()
     """
 
     found = Signal(str)
+    """Other predictions are kept than before; what was done, in words."""
     busy_changed = Signal()
 
     def __init__(self, panels: AnnotationPanels) -> None:

@@ -46,18 +46,11 @@ class ReferenceWork(QObject):
         Of the next fit.
     now : ShownReference or None
         The reference that is shown.
-
-    Signals
-    -------
-    shown : ShownReference or None
-    residuals_changed : list of int, (K, 6) float64
-        Residuals of the limbs' clicks at K frames are others after an edit.
-    busy_changed : ()
-    failed : Exception
     """
 
     shown = Signal(object)
     residuals_changed = Signal(list, object)
+    """K frames in which clicks were edited, and their limbs' residuals now (K, 6), pixels."""
     busy_changed = Signal()
     failed = Signal(object)
 
