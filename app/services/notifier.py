@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from PySide6.QtCore import QObject, Signal, Slot
+
+from stereotrack_core.errors import InputError
 
 from ..widgets.forms.message import Message
 from .failures import message_of
@@ -42,6 +46,15 @@ class Notifier(QObject):
     def error(self, error: BaseException) -> None:
         """Show what went wrong in words."""
         self.shown.emit(message_of(error))
+
+    def attempt(self, do: Callable[[], object]) -> bool:
+        """Do something; where it cannot be done, show why."""
+        try:
+            do()
+        except (InputError, OSError) as error:
+            self.error(error)
+            return False
+        return True
 
     def take_back(self, message: Message) -> None:
         """Remove a message that holds no longer."""

@@ -22,7 +22,7 @@ from ..services.failures import message_of
 from ..services.tasks.newest import NewestWins
 from ..widgets.style.limb_colours import limb_words
 from .document import DocumentPresenter
-from .runs import RunEntry, RunList, RunNow
+from .runs import RunEntry, RunList
 from .truth import (
     Against,
     Truth,
@@ -116,7 +116,7 @@ class Judgement:
         return self.truth.quality(np.intersect1d(frames, self.errors.frame))
 
 
-def judged(run: RunNow, truth: Truth | None, known: Judgement | None = None) -> Judgement:
+def judged(run: RunEntry, truth: Truth | None, known: Judgement | None = None) -> Judgement:
     """Judge a run by the reference, or by its own signs where there is none.
 
     Parameters
@@ -124,7 +124,7 @@ def judged(run: RunNow, truth: Truth | None, known: Judgement | None = None) -> 
     known : Judgement, optional
         Of the run's first frames, by the same reference: only those after them are judged anew.
     """
-    frames = run.frames
+    frames = list(run.ordered())
     numbers = np.array([frame.frame for frame in frames], dtype=np.int64)
     if truth is not None and not np.isin(numbers, truth.trajectory.frame).any():
         truth = None
@@ -289,7 +289,7 @@ class _Question:
     """Runs as they are now, with what is known about each, to be judged in another thread."""
 
     truth: Truth | None
-    runs: Mapping[RunEntry, tuple[RunNow, Judgement | None]]
+    runs: Mapping[RunEntry, tuple[RunEntry, Judgement | None]]
 
 
 def _answer(asked: _Question) -> dict[RunEntry, Judgement]:

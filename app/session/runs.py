@@ -30,30 +30,6 @@ Kind: TypeAlias = Literal["run", "attempt"]
 _OTHERS: tuple[LineStyle, ...] = ("dash", "dot", "dashdot")
 
 
-@dataclass(frozen=True, eq=False)
-class RunNow:
-    """What a run holds at a moment; work in other threads is given this, never the entry."""
-
-    frames: tuple[TrackedFrame, ...]
-    """In their order."""
-    stored: Run | None
-    origin: Origin | None
-    wall_seconds: float
-    warnings: tuple[str, ...]
-    journal: Path | None
-    """See :class:`RunEntry`."""
-
-    def run(self) -> Run | None:
-        """Put the run together; None while nothing is known of its origin."""
-        if self.stored is not None:
-            return self.stored
-        if self.origin is None:
-            return None
-        run = run_of(list(self.frames), self.origin)
-        more = {"wall_seconds": self.wall_seconds, WARNINGS: list(self.warnings)}
-        return replace(run, meta={**run.meta, **more})
-
-
 @dataclass(eq=False)
 class RunEntry:
     """One run, growing while the tracker works; read and changed in the window's thread alone."""
@@ -113,7 +89,13 @@ class RunEntry:
 
     def run(self) -> Run | None:
         """Put the run together to be saved; None while nothing is known of its origin."""
-        return self.now().run()
+        if self.stored is not None:
+            return self.stored
+        if self.origin is None:
+            return None
+        run = run_of(list(self.ordered()), self.origin)
+        more = {"wall_seconds": self.wall_seconds, WARNINGS: list(self.warnings)}
+        return replace(run, meta={**run.meta, **more})
 
     def spec(self) -> RunSpec | None:
         """How it was made; None where that is not known, or a file of another version says less."""
@@ -124,12 +106,9 @@ class RunEntry:
         except InputError:
             return None
 
-    def now(self) -> RunNow:
-        """What it holds now, for work in another thread."""
-        return RunNow(
-            tuple(self.ordered()), self.stored, self.origin, self.wall_seconds,
-            self.warnings, self.journal,
-        )  # fmt: skip
+    def now(self) -> RunEntry:
+        """What it holds now; work in another thread is given this, never the entry itself."""
+        return replace(self, frames=dict(self.frames))
 
     def frames_per_second(self) -> float | None:
         """How fast it was tracked; None where that is not known."""

@@ -6,13 +6,13 @@ from html import escape
 from pathlib import Path
 
 from PySide6.QtCore import Qt, QTimer
-from PySide6.QtWidgets import QFileDialog, QMainWindow, QMessageBox
+from PySide6.QtWidgets import QMainWindow, QMessageBox
 
 from stereotrack_core import __version__
-from stereotrack_core.errors import InputError
 
 from ..context import Context
 from ..services.failures import log_path
+from ..widgets.forms.form_dialog import ask_to_save
 from .command_palette import CommandPalette
 from .picture_file import write_picture
 from .shortcut_editor import ShortcutEditor
@@ -61,16 +61,12 @@ class Dialogs:
     def ask_for_picture(self) -> None:
         """Let the person choose where a picture of the window is kept."""
         picture = self._window.grab()
-        chosen, _ = QFileDialog.getSaveFileName(
-            self._window, "Save screenshot", "stereotrack.png", "PNG image (*.png)"
-        )
-        if not chosen:
-            return
-        path = Path(chosen)
-        try:
-            write_picture(path if path.suffix else path.with_suffix(".png"), picture)
-        except InputError as error:
-            self._context.notifier.error(error)
+
+        def save(path: Path) -> None:
+            path = path if path.suffix else path.with_suffix(".png")
+            self._context.notifier.attempt(lambda: write_picture(path, picture))
+
+        ask_to_save(self._window, "Save screenshot", "stereotrack.png", "PNG image (*.png)", save)
 
     def close_later(self) -> None:
         """Close the window when the command that asked for it has returned."""

@@ -28,6 +28,7 @@ from stereotrack_core.project.setups import save_reference
 from stereotrack_core.recording.description import Recording
 
 from ...services.failures import message_of
+from ...widgets.forms.form_dialog import ask_to_open
 from .exchange.agreement import AgreementReport, agreement_report
 from .exchange.agreement_dialog import AgreementDialog
 from .exchange.export_dialog import ExportDialog
@@ -258,11 +259,7 @@ class AnnotationDialogs(QObject):
                 dialog.close()
 
     def _ask_for_project(self, title: str, use: Callable[[Path], None]) -> None:
-        chosen, _ = QFileDialog.getOpenFileName(
-            self._panels.window, title, self._folder(), _PROJECTS
-        )
-        if chosen:
-            use(Path(chosen))
+        ask_to_open(self._panels.window, title, self._folder(), _PROJECTS, use)
 
     def _folder(self) -> str:
         project = self._panels.project

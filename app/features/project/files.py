@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import QObject, Signal, Slot
-from PySide6.QtWidgets import QFileDialog
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.run_file import read_run, write_run
@@ -15,6 +15,7 @@ from stereotrack_core.tracking.unfinished import INCOMPLETE
 from ...context import Context
 from ...services.tasks.task import Task
 from ...session.runs import RunEntry, entry_of_run
+from ...widgets.forms.form_dialog import ask_for_folder, ask_to_open, ask_to_save
 from ...widgets.forms.message import Message
 
 _RUN_FILTER = "Complete run (*.npz);;Landmarks (*.csv);;OpenSim (*.trc);;C3D (*.c3d);;BVH (*.bvh)"
@@ -47,11 +48,8 @@ class FileController(QObject):
         """Let the person choose a recording folder."""
         recent = self._session.opening.recent()
         start = str(recent[0].parent) if recent else str(Path.home())
-        chosen = QFileDialog.getExistingDirectory(
-            self._context.docks.dialog_parent, "Open a recording folder", start
-        )
-        if chosen:
-            self._session.opening.open(Path(chosen))
+        parent = self._context.docks.dialog_parent
+        ask_for_folder(parent, "Open a recording folder", start, self._session.opening.open)
 
     def close_recording(self) -> None:
         """Go back to the welcome page."""
@@ -104,11 +102,8 @@ class FileController(QObject):
 
     def ask_for_run(self) -> None:
         """Let the person choose a stored run."""
-        chosen, _ = QFileDialog.getOpenFileName(
-            self._context.docks.dialog_parent, "Open a run", "", "Run (*.npz *.part)"
-        )
-        if chosen:
-            self.open_run(Path(chosen))
+        parent = self._context.docks.dialog_parent
+        ask_to_open(parent, "Open a run", "", "Run (*.npz *.part)", self.open_run)
 
     def open_run(self, path: Path) -> None:
         """Show a stored run over the recording."""
@@ -146,12 +141,8 @@ class FileController(QObject):
         active = self._session.runs.active
         if active is None:
             return
-        name = active.path or Path("run.npz")
-        chosen, _ = QFileDialog.getSaveFileName(
-            self._context.docks.dialog_parent, "Save run", str(name), _RUN_FILTER
-        )
-        if chosen:
-            self.save_run(active, Path(chosen))
+        parent, name = self._context.docks.dialog_parent, active.path or Path("run.npz")
+        ask_to_save(parent, "Save run", name, _RUN_FILTER, partial(self.save_run, active))
 
     def save_run(self, entry: RunEntry, path: Path) -> None:
         """Write a run; says so when it is done."""
@@ -159,11 +150,7 @@ class FileController(QObject):
         if run is None:
             return
         path = path if path.suffix else path.with_suffix(".npz")
-        try:
-            write_run(path, run)
-        except (InputError, OSError) as error:
-            self._context.notifier.error(error)
-            return
-        entry.path = path
-        self._context.notifier.say(f"Run saved to {path}.", 6000)
-        self.saved.emit(path)
+        if self._context.notifier.attempt(lambda: write_run(path, run)):
+            entry.path = path
+            self._context.notifier.say(f"Run saved to {path}.", 6000)
+            self.saved.emit(path)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import QObject, QTimer, Slot
@@ -14,7 +15,7 @@ from stereotrack_core.project.rescue import Rescued, rescue
 from stereotrack_core.project.whereabouts import SUFFIX
 
 from ...context import Context
-from ...services.tasks.task import Task
+from ...widgets.forms.form_dialog import ask_for_folder, ask_to_open, ask_to_save
 from ...widgets.forms.message import Message
 
 _FILTER = f"Projects (*{SUFFIX})"
@@ -33,11 +34,8 @@ class ProjectController(QObject):
         """Let the person choose a project file."""
         recent = self._session.opening.recent()
         start = str(recent[0].parent) if recent else str(Path.home())
-        chosen, _ = QFileDialog.getOpenFileName(
-            self._context.docks.dialog_parent, "Open project", start, _FILTER
-        )
-        if chosen:
-            self._session.opening.open(Path(chosen))
+        parent = self._context.docks.dialog_parent
+        ask_to_open(parent, "Open project", start, _FILTER, self._session.opening.open)
 
     def ask_for_copy(self) -> None:
         """Let the person choose where a copy of the project goes, and write it."""
@@ -45,17 +43,14 @@ class ProjectController(QObject):
         if project is None:
             return
         proposed = project.path.with_stem(f"{project.path.stem}-copy")
-        chosen, _ = QFileDialog.getSaveFileName(
-            self._context.docks.dialog_parent, "Save a copy of the project", str(proposed), _FILTER
-        )
-        if not chosen:
-            return
-        try:
-            project.save_copy(_with_suffix(chosen))
-        except InputError as error:
-            self._context.notifier.error(error)
-            return
-        self._context.notifier.say(f"Copy saved to {_with_suffix(chosen)}.", 6000)
+        parent, notifier = self._context.docks.dialog_parent, self._context.notifier
+
+        def save(chosen: Path) -> None:
+            path = _with_suffix(chosen)
+            if notifier.attempt(lambda: project.save_copy(path)):
+                notifier.say(f"Copy saved to {path}.", 6000)
+
+        ask_to_save(parent, "Save a copy of the project", proposed, _FILTER, save)
 
     def take_over(self) -> None:
         """Open for writing what another program is said to have, if the person is sure."""
@@ -73,22 +68,23 @@ class ProjectController(QObject):
 
     def ask_what_to_rescue(self) -> None:
         """Let the person choose a damaged project and where to save what can be read."""
-        damaged, _ = QFileDialog.getOpenFileName(
-            self._context.docks.dialog_parent, "Recover project", "", _FILTER
-        )
-        if not damaged:
-            return
-        proposed = Path(damaged).with_stem(f"{Path(damaged).stem}-rescued")
-        target, _ = QFileDialog.getSaveFileName(
-            self._context.docks.dialog_parent, "Save recovered project as", str(proposed), _FILTER
-        )
-        if not target:
-            return
+        parent = self._context.docks.dialog_parent
 
-        def work(_task: Task) -> Rescued:
-            return rescue(Path(damaged), _with_suffix(target))
+        def save(damaged: Path, target: Path) -> None:
+            self._context.tasks.begin(
+                "recovering the project",
+                lambda _task: rescue(damaged, _with_suffix(target)),
+                self._on_rescued,
+            )
 
-        self._context.tasks.begin("recovering the project", work, self._on_rescued)
+        def ask_where(damaged: Path) -> None:
+            proposed, title = (
+                damaged.with_stem(f"{damaged.stem}-rescued"),
+                "Save recovered project as",
+            )
+            ask_to_save(parent, title, proposed, _FILTER, partial(save, damaged))
+
+        ask_to_open(parent, "Recover project", "", _FILTER, ask_where)
 
     @Slot(object)
     def _on_rescued(self, rescued: Rescued) -> None:
@@ -101,12 +97,9 @@ class ProjectController(QObject):
 
     def ask_for_home(self) -> None:
         """Let the person choose where new projects go."""
-        home = self._session.project.wishes().home
-        chosen = QFileDialog.getExistingDirectory(
-            self._context.docks.dialog_parent, "Folder for new projects", str(home or Path.home())
-        )
-        if chosen:
-            self._session.project.set_home(Path(chosen))
+        home = self._session.project.wishes().home or Path.home()
+        parent, keep = self._context.docks.dialog_parent, self._session.project.set_home
+        ask_for_folder(parent, "Folder for new projects", home, keep)
 
     def keep_beside(self) -> None:
         """Let new projects lie beside their recordings."""
@@ -178,6 +171,5 @@ class ProjectController(QObject):
         self._context.notifier.say(f"{changed.how.capitalize()}: {changed.words}.", 5000)
 
 
-def _with_suffix(chosen: str) -> Path:
-    path = Path(chosen)
+def _with_suffix(path: Path) -> Path:
     return path if path.suffix == SUFFIX else path.with_name(f"{path.name}{SUFFIX}")

@@ -7,7 +7,6 @@ from pathlib import Path
 
 from PySide6.QtCore import QObject, QUrl
 from PySide6.QtGui import QDesktopServices
-from PySide6.QtWidgets import QFileDialog
 
 from stereotrack_core.report.reported import Source, gathered
 from stereotrack_core.report.run_page import repeat_command, write_page, write_pdf
@@ -16,6 +15,7 @@ from ...context import Context
 from ...services.actions import Menu
 from ...services.tasks.task import Task
 from ...session.runs import RunEntry
+from ...widgets.forms.form_dialog import ask_to_save
 from ...widgets.forms.message import Message
 
 _FILTER = "Page for a browser (*.html);;PDF (*.pdf)"
@@ -41,13 +41,13 @@ class ReportController(QObject):
             return
         beside = entry.path.parent if entry.path is not None else Path.home()
         proposed = beside / f"report-{_file_name(entry.name)}.html"
-        chosen, _ = QFileDialog.getSaveFileName(
-            self._context.docks.dialog_parent, "Save report", str(proposed), _FILTER
-        )
-        if chosen:
-            path = Path(chosen)
+        parent = self._context.docks.dialog_parent
+
+        def make(path: Path) -> None:
             known = path.suffix.lower() in {".html", ".htm", ".pdf"}
             self.make(path if known else path.with_name(f"{path.name}.html"))
+
+        ask_to_save(parent, "Save report", proposed, _FILTER, make)
 
     def make(self, path: Path) -> None:
         """Make the report on the active run in the background."""

@@ -8,10 +8,8 @@ from pathlib import Path
 
 from PySide6.QtCore import QObject, QTimer, Slot
 from PySide6.QtGui import QGuiApplication
-from PySide6.QtWidgets import QFileDialog
 
 from stereotrack_core.atomic import write_file
-from stereotrack_core.errors import InputError
 from stereotrack_core.evaluation.joint_angles.motion import (
     CUT_OFF_HZ,
     HIGHEST_SHARE,
@@ -23,6 +21,7 @@ from stereotrack_core.recording.description import Segment
 
 from ...context import Context
 from ...session.runs import RunEntry
+from ...widgets.forms.form_dialog import ask_to_save
 from ...widgets.plots.angle_plot import AnglePlot
 from ...widgets.plots.cloud_plot import CloudPlot
 from ...widgets.tables.motion_table import MotionTable
@@ -235,17 +234,9 @@ class ReviewController(QObject):
         """Ask for a file, and write something there."""
         recording = self._session.document.recording
         folder = Path.home() if recording is None else recording.folder.parent
-        chosen, _ = QFileDialog.getSaveFileName(
-            self._context.docks.dialog_parent, title, str(folder / name), _TABLES
-        )
-        if chosen:
-            write(Path(chosen))
+        ask_to_save(self._context.docks.dialog_parent, title, folder / name, _TABLES, write)
 
     def _write(self, path: Path, text: str) -> None:
         path = path if path.suffix else path.with_suffix(".csv")
-        try:
-            write_file(path, text)
-        except InputError as error:
-            self._context.notifier.error(error)
-            return
-        self._context.notifier.say(f"Saved to {path}.", 6000)
+        if self._context.notifier.attempt(lambda: write_file(path, text)):
+            self._context.notifier.say(f"Saved to {path}.", 6000)

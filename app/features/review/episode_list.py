@@ -18,7 +18,7 @@ from stereotrack_core.evaluation.episodes.stretches import EpisodeRules
 from stereotrack_core.recording.description import Recording
 
 from ...services.tasks.task import Task, TaskList
-from ...session.runs import RunNow
+from ...session.runs import RunEntry
 from ...session.session import Session
 from ...session.truth import Truth
 from ...widgets.timeline.lanes import Lane, Span
@@ -210,7 +210,7 @@ class EpisodePresenter(QObject):
 
 
 def _found(
-    now: RunNow, recording: Recording, truth: Truth | None, threshold: float, _task: Task
+    now: RunEntry, recording: Recording, truth: Truth | None, threshold: float, _task: Task
 ) -> Found:
     run = now.run()
     if run is None:

@@ -22,7 +22,7 @@ from stereotrack_core.evaluation.joint_angles.series import (
 from stereotrack_core.recording.description import Segment
 
 from ...services.tasks.task import TaskList
-from ...session.runs import RunEntry, RunList, RunNow
+from ...session.runs import RunEntry, RunList
 from ...session.truth import Truth
 from ...widgets.plots.angle_plot import REFERENCE_STYLE, AngleCurve
 from ...widgets.style.limb_colours import LIMB_COLOURS
@@ -123,7 +123,7 @@ class RunAngles:
         return known[1]
 
 
-def _of_run(run: RunNow, _task: object) -> JointAngles:
+def _of_run(run: RunEntry, _task: object) -> JointAngles:
     made = run.run()
     assert made is not None  # noqa: S101 - it is known where it comes from
     return angles_of_run(made)

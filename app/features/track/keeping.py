@@ -42,7 +42,7 @@ from stereotrack_core.tracking.stored import body_of_run
 
 from ...services.failures import message_of
 from ...services.tasks.task import Task, TaskList
-from ...session.runs import RunEntry, RunNow, frames_of_run
+from ...session.runs import RunEntry, frames_of_run
 from ...session.session import Session
 from ...widgets.forms.message import Message
 
@@ -370,7 +370,7 @@ def _from_file(entry: RunEntry) -> bool:
     return entry.path is not None and entry.origin is None
 
 
-def _kept(project: Project, wanted: str, now: RunNow) -> KeptRun:
+def _kept(project: Project, wanted: str, now: RunEntry) -> KeptRun:
     """Put a run into the project; may take a while, in any thread."""
     run = now.run()
     if run is None:

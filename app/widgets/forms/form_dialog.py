@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import TypeAlias
 
 from PySide6.QtWidgets import (
     QDialog,
@@ -74,17 +75,30 @@ class FormDialog(QDialog):
             return False
         return True
 
-    def ask_to_open(self, title: str, files: str, use: Callable[[Path], object]) -> None:
-        """Let the person choose a file to read."""
-        chosen, _ = QFileDialog.getOpenFileName(self, title, "", files)
-        if chosen:
-            use(Path(chosen))
 
-    def ask_to_save(self, title: str, name: str, files: str, use: Callable[[Path], object]) -> None:
-        """Let the person choose a file to write."""
-        chosen, _ = QFileDialog.getSaveFileName(self, title, name, files)
-        if chosen:
-            use(Path(chosen))
+Use: TypeAlias = Callable[[Path], object]
+"""What is done with the file or folder that a person chooses; nothing where none is chosen."""
+
+
+def ask_to_open(parent: QWidget, title: str, start: Path | str, files: str, use: Use) -> None:
+    """Let the person choose a file to read."""
+    chosen, _ = QFileDialog.getOpenFileName(parent, title, str(start), files)
+    if chosen:
+        use(Path(chosen))
+
+
+def ask_to_save(parent: QWidget, title: str, proposed: Path | str, files: str, use: Use) -> None:
+    """Let the person choose a file to write; one that is there is asked about."""
+    chosen, _ = QFileDialog.getSaveFileName(parent, title, str(proposed), files)
+    if chosen:
+        use(Path(chosen))
+
+
+def ask_for_folder(parent: QWidget, title: str, start: Path | str, use: Use) -> None:
+    """Let the person choose a folder."""
+    chosen = QFileDialog.getExistingDirectory(parent, title, str(start))
+    if chosen:
+        use(Path(chosen))
 
 
 def say_in(words: QLabel, text: str, *, error: bool = False) -> None:

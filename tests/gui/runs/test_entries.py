@@ -22,7 +22,7 @@ def test_what_work_is_given_of_a_run_does_not_change_with_it(small_recording):
     now, first = entry.now(), entry.frames[0]
     del entry.frames[0]
     entry.stored = None
-    assert [frame.frame for frame in now.frames] == list(range(8))
+    assert [frame.frame for frame in now.ordered()] == list(range(8))
     assert now.frames[0] is first
     assert now.run() is run
     assert len(entry.now().frames) == 7

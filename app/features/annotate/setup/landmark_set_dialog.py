@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import QSignalBlocker, Slot
@@ -22,7 +23,13 @@ from stereotrack_core.project.schema import LANDMARK_SET
 from stereotrack_core.project.setups import load_landmark_set, save_landmark_set
 
 from ....widgets.forms.body_sketch import BodySketch
-from ....widgets.forms.form_dialog import FormDialog, line_edit, push_button
+from ....widgets.forms.form_dialog import (
+    FormDialog,
+    ask_to_open,
+    ask_to_save,
+    line_edit,
+    push_button,
+)
 from ....widgets.style.building import choice, hbox, label, vbox
 from ....widgets.tables.landmark_table import LandmarkTable
 from ....widgets.tables.table import selected_rows
@@ -71,9 +78,8 @@ class LandmarkSetDialog(FormDialog):
         self.remove_button = push_button("&Remove", self._remove)
         self.up_button = push_button("&Up", lambda: self._move(-1))
         down_button = push_button("D&own", lambda: self._move(1))
-        load_button = push_button(
-            "&Import …", lambda: self.ask_to_open("Import landmark set", _FILES, self.load)
-        )
+        ask = partial(ask_to_open, self, "Import landmark set", "", _FILES, self.load)
+        load_button = push_button("&Import …", ask)
         self.store_button = push_button("&Export …", self._ask_to_store)
         editing = (self.add_button, self.remove_button, self.up_button, down_button)
         for button in editing:
@@ -180,7 +186,7 @@ class LandmarkSetDialog(FormDialog):
 
     def _ask_to_store(self) -> None:
         name = f"{self.draft.name or 'landmarks'}.toml"
-        self.ask_to_save("Export landmark set", name, _FILES, self.store)
+        ask_to_save(self, "Export landmark set", name, _FILES, self.store)
 
     def store(self, path: Path) -> None:
         """Write the set to a file."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
+from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import QSignalBlocker, Qt, Slot
@@ -31,7 +32,13 @@ from stereotrack_core.project.setups import load_subject, save_subject
 from stereotrack_core.recording.description import LENGTHS, Subject, read_subject, write_subject
 
 from ....services.tasks.task import TaskList
-from ....widgets.forms.form_dialog import FormDialog, line_edit, push_button
+from ....widgets.forms.form_dialog import (
+    FormDialog,
+    ask_to_open,
+    ask_to_save,
+    line_edit,
+    push_button,
+)
 from ....widgets.style.building import hbox, label, vbox
 
 _RECORDED = "as in the recording"
@@ -107,9 +114,8 @@ class SubjectDialog(FormDialog):
         self.measure_button = push_button("&Measure from clicks", self._measure)
         self.take_button = push_button("Use &measured lengths", self._take_measured)
         self.take_button.setEnabled(False)
-        load_button = push_button(
-            "&Load …", lambda: self.ask_to_open("Load a subject", _FILES, self.load)
-        )
+        ask = partial(ask_to_open, self, "Load a subject", "", _FILES, self.load)
+        load_button = push_button("&Load …", ask)
         self.store_button = push_button("Save as &file …", self._ask_to_store)
         self.delete_button = push_button("&Delete", self._delete)
         name = label("&Name", wraps=False)
@@ -290,7 +296,7 @@ class SubjectDialog(FormDialog):
 
     def _ask_to_store(self) -> None:
         name = f"{self.draft().name or 'subject'}.toml"
-        self.ask_to_save("Save the subject", name, _FILES, self.store)
+        ask_to_save(self, "Save the subject", name, _FILES, self.store)
 
     def store(self, path: Path) -> None:
         """Write the subject of the form to a file."""
