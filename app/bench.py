@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from .screen import load_qt, prepare
+from .start import load_qt, prepare
 
 
 def main(arguments: list[str] | None = None) -> int:

@@ -39,8 +39,8 @@ from .services.tasks.garbage import GarbageTimer
 from .services.tasks.process import TaskProcess
 from .services.tasks.task import wait_for_threads
 from .session.runs import RunEntry
+from .shell.dialogs import write_picture
 from .shell.main_window import MainWindow
-from .shell.picture_file import write_picture
 from .widgets.style.icons import icon
 from .widgets.style.theme import THEME_NAMES, ThemeName, apply_theme
 

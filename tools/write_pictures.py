@@ -23,7 +23,7 @@ REPORT_PAGE = 1
 
 def main(demo: Path, docs: Path) -> int:
     """Make the demo and its runs where they are not there yet, then the pictures."""
-    from app.screen import load_qt, prepare
+    from app.start import load_qt, prepare
     from stereotrack_core.cli.demo import made_demo
 
     places = made_demo(demo)

@@ -22,7 +22,7 @@ from ..services.tasks.newest import NewestWins
 from ..services.tasks.shared import Shared
 from ..services.tasks.task import Task, TaskList
 from ..widgets.forms.message import Message
-from .corrections import applied_message, refused_message
+from .project_opening import applied_message, refused_message
 
 FindCorrections: TypeAlias = Callable[[Path], Corrections | None]
 """Gives what is corrected of the recording in a folder; called off the window's thread."""

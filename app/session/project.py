@@ -19,9 +19,17 @@ from ..services.failures import message_of
 from ..services.stored import stored_text
 from ..services.tasks.task import Task, TaskList
 from ..widgets.forms.message import Message
-from .corrections import corrections_in, corrections_of, differ_message, same_corrections
 from .document import DocumentPresenter, FindCorrections
-from .project_opening import OpenedProject, Wishes, open_project, project_of_recording
+from .project_opening import (
+    OpenedProject,
+    Wishes,
+    corrections_in,
+    corrections_of,
+    differ_message,
+    open_project,
+    project_of_recording,
+    same_corrections,
+)
 
 _ANNOTATOR = "annotator"
 _HOME = "projects_folder"

@@ -5,17 +5,37 @@ from __future__ import annotations
 from html import escape
 from pathlib import Path
 
-from PySide6.QtCore import Qt, QTimer
+from PySide6.QtCore import QBuffer, QIODevice, Qt, QTimer
+from PySide6.QtGui import QPixmap
 from PySide6.QtWidgets import QMainWindow, QMessageBox
 
 from stereotrack_core import __version__
+from stereotrack_core.atomic import write_file
+from stereotrack_core.errors import InputError
 
 from ..context import Context
 from ..services.failures import log_path
 from ..widgets.forms.form_dialog import ask_to_save
-from .command_palette import CommandPalette
-from .picture_file import write_picture
-from .shortcut_editor import ShortcutEditor
+from .command_lists import CommandPalette, ShortcutEditor
+
+
+def write_picture(path: Path, picture: QPixmap) -> None:
+    """Write a picture, by the suffix of the name.
+
+    Raises
+    ------
+    InputError
+        Where the file cannot be written, or Qt writes no pictures of this kind.
+    """
+    buffer = QBuffer()
+    buffer.open(QIODevice.OpenModeFlag.WriteOnly)
+    if not picture.save(buffer, path.suffix.removeprefix(".")):
+        raise InputError(
+            "an image cannot be written to this type of file",
+            where=str(path),
+            remedy="Choose a file name that ends in .png.",
+        )
+    write_file(path, bytes(buffer.data().data()))
 
 
 class Dialogs:

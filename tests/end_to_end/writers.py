@@ -12,7 +12,7 @@ import numpy as np
 from PySide6.QtGui import QPixmap
 
 from app.pdf import write_pdf
-from app.shell.picture_file import write_picture
+from app.shell.dialogs import write_picture
 from stereotrack_core.annotation.click import Click, Visibility
 from stereotrack_core.annotation.landmark_set import NINE, write_landmark_set
 from stereotrack_core.annotation.reference import Reference

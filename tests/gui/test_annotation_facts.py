@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from app.features.annotate.clicking.controller import SwapOffers
 from app.features.annotate.clicking.landmark_rows import (
     fit_words,
     landmark_rows,
@@ -15,7 +16,6 @@ from app.features.annotate.clicking.landmark_rows import (
     limb_rows,
 )
 from app.features.annotate.clicking.marks import FrameMarks, marks_of, predictions_in
-from app.features.annotate.clicking.swap_offers import SwapOffers
 from stereotrack_core.annotation.click import UNCERTAIN, Click, Prediction, Visibility
 from stereotrack_core.annotation.frame_clicks import (
     FitQuestion,

@@ -8,8 +8,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QDialog, QFileDialog
 
 from app.services.actions import ActionRegistry
-from app.shell.command_palette import CommandPalette, match_rank
-from app.shell.shortcut_editor import ShortcutEditor
+from app.shell.command_lists import CommandPalette, ShortcutEditor, match_rank
 
 pytestmark = pytest.mark.window
 

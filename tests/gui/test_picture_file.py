@@ -4,7 +4,7 @@ import pytest
 from PySide6.QtGui import QImage, QPixmap
 from PySide6.QtWidgets import QFileDialog
 
-from app.shell.picture_file import write_picture
+from app.shell.dialogs import write_picture
 from stereotrack_core.errors import InputError
 from tests.end_to_end.writers import full_disk
 

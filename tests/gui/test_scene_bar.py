@@ -6,7 +6,7 @@ import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QToolButton
 
-from app.features.view.actions import SCENE_LAYERS
+from app.features.view.feature import SCENE_LAYERS
 from app.widgets.scene.content import LAYERS
 
 pytestmark = pytest.mark.window

@@ -9,8 +9,8 @@ from PySide6.QtGui import QDropEvent, QWheelEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
+from app.start import WORKSPACE_NAMES
 from app.widgets.camera.camera_view import CameraView
-from app.workspace_names import WORKSPACE_NAMES
 
 pytestmark = pytest.mark.window
 

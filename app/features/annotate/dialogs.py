@@ -29,14 +29,11 @@ from stereotrack_core.recording.description import Recording
 
 from ...services.failures import message_of
 from ...widgets.forms.form_dialog import ask_to_open
-from .exchange.agreement import AgreementReport, agreement_report
-from .exchange.agreement_dialog import AgreementDialog
-from .exchange.export_dialog import ExportDialog
-from .exchange.import_dialog import ImportDialog
-from .exchange.take_in_dialog import TakeInDialog
-from .exchange.taking_in import TakeIn
+from .exchange.agreement import AgreementDialog, AgreementReport, agreement_report
+from .exchange.click_files import ExportDialog, ImportDialog
+from .exchange.merging import TakeIn, TakeInDialog
 from .panels import AnnotationPanels
-from .setup.landmark_set_dialog import LandmarkSetDialog
+from .setup.landmark_set import LandmarkSetDialog
 from .setup.subject_dialog import SubjectDialog
 
 _PROJECTS = "Projects (*.stereotrack)"

@@ -3,9 +3,74 @@
 from __future__ import annotations
 
 from ...context import Context
-from .actions import commands
+from ...services.actions import Command, Menu
+from ...session.session import Session
 from .files import FileController
 from .projects import ProjectController
+
+
+def commands(session: Session, files: FileController, projects: ProjectController) -> list[Command]:
+    """Commands of the menus File and Edit."""
+    return [*_files(session, files, projects), *_edits(session, projects)]
+
+
+def _files(session: Session, files: FileController, projects: ProjectController) -> list[Command]:
+    command, project = Menu("&File").command, Menu("&File/Project").command
+    return [
+        command("open", "Open a recording …", "Open a recording folder.", files.ask_for_recording,
+                "Ctrl+O", "open"),
+        command("open_project", "Open a project …", "Open a project file (.stereotrack) and its "
+                "recording.", projects.ask_for_project, "Ctrl+Alt+O", "open"),
+        command("demo", "Create and track demo", "Render four stereo views of a moving person "
+                "with known ground truth (only the first time), and track them.",
+                files.begin_demo, icon="run-tracker", why_not=lambda: (
+                    "The demo is already being created." if files.making_demo else "")),
+        command("close", "Close the recording", "Close the recording and show the welcome page.",
+                files.close_recording, "Ctrl+W", why_not=session.no_recording),
+        project("copy_project", "Save a copy …", "Write the project in its present state to "
+                "another file. The project itself is always saved.", projects.ask_for_copy,
+                icon="save", why_not=session.no_project),
+        project("take_over", "Force unlock …", "Open for writing a project that is locked by "
+                "another program, when that program is certainly no longer running.",
+                projects.take_over, icon="lock", why_not=lambda: (
+                    "" if session.project.in_use else "The project is not locked.")),
+        project("rescue_project", "Recover damaged project …", "Save everything that can be read "
+                "from a damaged project file to a new one.", projects.ask_what_to_rescue,
+                icon="reset"),
+        project("projects_beside", "Keep new projects beside recordings", "Create the project of "
+                "a new recording beside the recording's folder.", projects.keep_beside,
+                checked=projects.kept_beside, section=True),
+        project("projects_folder", "Keep new projects in folder …", "Choose a folder for the "
+                "projects of new recordings.", projects.ask_for_home, icon="settings",
+                checked=lambda: not projects.kept_beside()),
+        command("open_run", "Open run …", "Show a saved run (.npz) with this recording.",
+                files.ask_for_run, "Ctrl+Shift+O", "open", section=True,
+                why_not=session.no_recording),
+        command("save_run", "Save run as …", "Save the active run: complete (.npz), or as .csv, "
+                ".trc, .c3d or .bvh.", files.ask_where_to_save, "Ctrl+S", "save",
+                why_not=session.no_run),
+    ]  # fmt: skip
+
+
+def _edits(session: Session, projects: ProjectController) -> list[Command]:
+    def said(verb: str, words: str) -> str:
+        return f"{verb}: {words}" if words else verb
+
+    def nothing(words: str, verb: str) -> str:
+        return session.no_edit() or ("" if words else f"There is nothing to {verb}.")
+
+    project, command = session.project, Menu("&Edit").command
+    return [
+        command("undo", "Undo", "Undo the last edit and show where it was made. Undo is unlimited "
+                "and includes edits of earlier sessions.", project.undo, "Ctrl+Z", "undo",
+                why_not=lambda: nothing(project.to_undo(), "undo"),
+                says=lambda: said("Undo", project.to_undo())),
+        command("redo", "Redo", "Redo the last edit that was undone.", project.redo,
+                "Ctrl+Shift+Z", "redo", why_not=lambda: nothing(project.to_redo(), "redo"),
+                says=lambda: said("Redo", project.to_redo())),
+        command("annotator", "Annotator …", "Set the name that your edits are stored under.",
+                projects.ask_annotator, icon="settings", section=True),
+    ]  # fmt: skip
 
 
 def register(context: Context) -> FileController:

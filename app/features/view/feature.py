@@ -2,12 +2,224 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
+
 from ...context import Context
+from ...services.actions import Command, Menu
+from ...session.session import Session
+from ...session.view_state import PointColour, ViewState
+from ...widgets.camera.camera_grid import CameraGrid
+from ...widgets.camera.click_marks import CLICK_OVERLAYS
+from ...widgets.camera.display_panel import DisplayPanel
+from ...widgets.camera.overlays import OVERLAYS
+from ...widgets.camera.picture import PICTURE_KINDS, PictureKind
 from ...widgets.scene.bar import SceneBar
-from .actions import SCENE_LAYERS, SCENE_SIDES, commands, playback_commands
-from .controller import ViewController
-from .memory import ViewMemory
+from ...widgets.scene.scene_view import SceneView
+from ...widgets.timeline.transport import Transport
+from .controller import ViewController, ViewMemory
 from .scene import POINT_COLOURS
+
+_MENU = "&View"
+_OVERLAY_KEYS = {
+    "outline": ("O", "model"), "others": ("Alt+O", "compare"), "shading": ("S", ""),
+    "wire": ("W", ""), "reference": ("R", "reference"), "points": ("D", "points"),
+    "correspondences": ("C", "correspondences"), "clicks": ("Shift+C", "clicks"),
+    "predictions": ("Shift+X", "prediction"), "epipolar": ("Shift+E", "epipolar"),
+    "residuals": ("Shift+R", "ruler"), "fit": ("Shift+O", "fitted"),
+}  # fmt: skip
+"""Keys and icon of every overlay."""
+_KIND_KEYS: dict[PictureKind, str] = {
+    "image": "F1", "left": "F2", "disparity": "F3", "foreground": "F4", "depth": "F5"
+}  # fmt: skip
+_KIND_TIPS: dict[PictureKind, str] = {
+    "image": "Show the reference images: the right image of a stereo view.",
+    "left": "Show the left images of the stereo views.",
+    "disparity": "Show the disparity maps. Near is bright.",
+    "foreground": "Show the foreground against the learned background.",
+    "depth": "Show the depth maps. Near is bright.",
+}
+SCENE_LAYERS = {
+    "cloud": ("points", "the measured points", ""),
+    "model": ("model", "the model", ""),
+    "reference": ("reference", "the reference", ""),
+    "cameras": ("camera", "the cameras", ""),
+    "floor": ("grid", "the floor", ""),
+    "ellipsoids": (
+        "ellipsoid", "the uncertainty of hands and elbows", "Show or hide the two-sigma ellipsoids "
+        "of hand and elbow positions in the scene, as estimated by the tracker.",
+    ),
+}  # fmt: skip
+"""Icon and words of the scene's layers, and a tip where the words do not tell it."""
+
+SCENE_SIDES = {
+    "home": ("Oblique view", "Look from the front and slightly from one side.", "R"),
+    "front": ("Front view", "Look south, at a person facing north.", "F"),
+    "side": ("Side view", "Look west.", "S"),
+    "top": ("Top view", "Look down, with north up.", "T"),
+}
+"""Text, tip and key of the directions that the scene is looked at from."""
+
+
+def commands(context: Context, view: ViewController) -> list[Command]:
+    """Commands of the menu View."""
+    session, docks, state = context.session, context.docks, context.view_state
+    return [
+        *_pictures(session, docks.views),
+        *_overlays(session, view),
+        *_arrangements(session, docks.views, view),
+        *_zoom(session, state, view),
+        *_light(session, view.light),
+        *_scene(session, state, docks.scene, view),
+    ]
+
+
+def _pictures(session: Session, views: CameraGrid) -> list[Command]:
+    def why_not(kind: PictureKind) -> str:
+        if kind == "image":
+            return session.no_recording()
+        stereo = any(tile.view.kind == "stereo" for tile in views.tiles.values())
+        only_stereo = kind in {"left", "disparity"} and not stereo
+        return session.no_depth() or ("This recording has no stereo view." if only_stereo else "")
+
+    return [
+        Command(
+            f"show_{kind}", f"{_MENU}/Image", text, _KIND_TIPS[kind],
+            partial(views.set_kind, kind), _KIND_KEYS[kind],
+            kind if kind in {"disparity", "foreground"} else "", partial(why_not, kind),
+        )
+        for kind, text in PICTURE_KINDS.items()
+    ]  # fmt: skip
+
+
+def _overlays(session: Session, view: ViewController) -> list[Command]:
+    depth = {"points", "correspondences"}
+    return [
+        Command(
+            f"overlay_{name}", f"{_MENU}/Overlay", text, f"Show or hide {text.lower()}.",
+            partial(view.toggle_overlay, name), keys, icon,
+            session.no_depth if name in depth else session.no_recording,
+            partial(view.overlay_on, name),
+        )
+        for name, text in (*OVERLAYS.items(), *CLICK_OVERLAYS.items())
+        for keys, icon in (_OVERLAY_KEYS[name],)
+    ]  # fmt: skip
+
+
+def _arrangements(session: Session, views: CameraGrid, view: ViewController) -> list[Command]:
+    command = Menu(_MENU, session.no_recording).command
+    return [
+        command("arrange_grid", "All views", "Show all views at the same size.",
+                partial(views.set_arrangement, "grid"), "G", "grid",
+                checked=partial(view.arranged, "grid")),
+        command("arrange_one-and-more", "One large view", "Show the active view large and the "
+                "others small.", partial(views.set_arrangement, "one-and-more"), "Shift+M",
+                "one-and-more", checked=partial(view.arranged, "one-and-more")),
+        command("arrange_single", "Single view", "Show only the active view, or all views again.",
+                view.toggle_single, "M", "single", checked=partial(view.arranged, "single")),
+        command("next_view", "Next view", "Make the next view the active one.",
+                partial(views.activate_next, 1), "V"),
+        command("previous_view", "Previous view", "Make the previous view the active one.",
+                partial(views.activate_next, -1), "Shift+V"),
+    ]  # fmt: skip
+
+
+def _zoom(session: Session, state: ViewState, view: ViewController) -> list[Command]:
+    command = Menu(_MENU, session.no_recording).command
+    return [
+        command("zoom_in", "Zoom in", "Zoom in on the active view.", partial(view.zoom, 1.25), "+",
+                section=True),
+        command("zoom_out", "Zoom out", "Zoom out of the active view.", partial(view.zoom, 0.8),
+                "-"),
+        command("zoom_fit", "Fit to view", "Show the whole image in every view.", view.zoom_fit,
+                "0"),
+        command("keep_person", "Zoom to the person", "Zoom every view to the person as located by "
+                "clicks, the fit, a run or the reference, and follow the person until you zoom by "
+                "hand. Choose this again to show whole images.", view.toggle_keep_person, "Z",
+                "fit", checked=lambda: state.display.keep_person),
+        command("loupe", "Loupe", "Magnify the image under the cursor.", view.toggle_loupe, "L",
+                "loupe", checked=lambda: state.display.loupe),
+        command("loupe_corner", "Loupe in the corner", "Show the loupe in a corner of the view so "
+                "that it hides nothing around the cursor.", view.toggle_loupe_corner, "Shift+L",
+                checked=lambda: state.display.loupe_in_corner),
+    ]  # fmt: skip
+
+
+def _light(session: Session, light: DisplayPanel) -> list[Command]:
+    command = Menu(f"{_MENU}/Brightness and contrast", session.no_recording).command
+    changes = [
+        command(name, text, f"{text}. This affects the display only.",
+                partial(light.change, **change), keys)
+        for name, text, keys, change in (
+            ("brighter", "Increase brightness", "Ctrl+Up", {"brightness": 5}),
+            ("darker", "Decrease brightness", "Ctrl+Down", {"brightness": -5}),
+            ("more_contrast", "Increase contrast", "Ctrl+Right", {"contrast": 10}),
+            ("less_contrast", "Decrease contrast", "Ctrl+Left", {"contrast": -10}),
+        )
+    ]  # fmt: skip
+    reset = command("light_reset", "Reset brightness and contrast", "Show the images as recorded.",
+                    light.reset, icon="brightness")  # fmt: skip
+    return [*changes, reset]
+
+
+def _scene(
+    session: Session, state: ViewState, scene: SceneView, view: ViewController
+) -> list[Command]:
+    def is_coloured(kind: PointColour) -> bool:
+        return state.point_colour == kind
+
+    menu = f"{_MENU}/3-D scene"
+    colours = [
+        Menu(menu, session.no_depth).command(
+            f"points_{kind}", text, f"Colour the scene's {text[0].lower()}{text[1:]}.",
+            partial(state.colour_points, kind), icon="points", checked=partial(is_coloured, kind),
+        )
+        for kind, text in POINT_COLOURS.items()
+    ]  # fmt: skip
+    layers = [
+        Menu(menu).command(
+            f"scene_{layer}", f"Show {words}",
+            tip or f"Show or hide {words} in the scene.", partial(view.toggle_layer, layer),
+            icon=icon, checked=partial(scene.layer_visible, layer), section=layer == "cloud",
+        )
+        for layer, (icon, words, tip) in SCENE_LAYERS.items()
+    ]  # fmt: skip
+    sides = [
+        Menu(menu, session.no_recording).command(
+            f"scene_from_{side}", text, f"{tip} Press {key} in the scene.",
+            partial(scene.set_view, side), icon="scene", section=side == "home",
+        )
+        for side, (text, tip, key) in SCENE_SIDES.items()
+    ]  # fmt: skip
+    return [*colours, *layers, *sides]
+
+
+def playback_commands(session: Session, transport: Transport) -> list[Command]:
+    """Commands of the menu Go."""
+    document, command = session.document, Menu("&Go", session.no_frames).command
+
+    def step(by: int) -> Callable[[], None]:
+        return partial(document.step, by)
+
+    return [
+        command("play", "Play / pause", "Play at the recording's frame rate, or pause.",
+                document.toggle_playing, "Space", "play", checked=lambda: document.playing),
+        command("next", "Next frame", "Show the next frame.", step(1), "Right", "step-forward"),
+        command("previous", "Previous frame", "Show the frame before.", step(-1), "Left",
+                "step-back"),
+        command("next_comma", "Next frame (second key)", "Show the next frame.", step(1), "."),
+        command("previous_comma", "Previous frame (second key)", "Show the frame before.",
+                step(-1), ","),
+        command("ten_on", "Forward 10 frames", "Go forward by 10 frames.", step(10), "Shift+Right",
+                section=True),
+        command("ten_back", "Back 10 frames", "Go back by 10 frames.", step(-10), "Shift+Left"),
+        command("first", "First frame", "Go to the first frame.", partial(document.go_to, 0),
+                "Home", "first"),
+        command("last", "Last frame", "Go to the last frame.",
+                lambda: document.go_to(document.frame_count - 1), "End", "last"),
+        command("go_to", "Go to frame …", "Enter a frame number.", transport.type_frame, "Ctrl+G",
+                "search"),
+    ]  # fmt: skip
 
 
 def register(context: Context) -> ViewController:

@@ -7,8 +7,7 @@ from PySide6.QtCore import QPointF, Qt
 from PySide6.QtGui import QColor
 from PySide6.QtWidgets import QApplication, QColorDialog, QComboBox, QLineEdit
 
-from app.features.annotate.setup.landmark_set_dialog import LandmarkSetDialog
-from app.features.annotate.setup.landmark_sets import sketch_of
+from app.features.annotate.setup.landmark_set import LandmarkSetDialog, sketch_of
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.project.clicks import PlaceClicks
 

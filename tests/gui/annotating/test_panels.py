@@ -10,10 +10,9 @@ from PySide6.QtWidgets import QInputDialog, QMainWindow, QVBoxLayout, QWidget
 
 from app.features.annotate.actions import add_commands
 from app.features.annotate.dialogs import AnnotationDialogs
-from app.features.annotate.exchange.agreement_dialog import AgreementDialog
-from app.features.annotate.exchange.export_dialog import ExportDialog
-from app.features.annotate.exchange.import_dialog import ImportDialog
-from app.features.annotate.exchange.take_in_dialog import TakeInDialog
+from app.features.annotate.exchange.agreement import AgreementDialog
+from app.features.annotate.exchange.click_files import ExportDialog, ImportDialog
+from app.features.annotate.exchange.merging import TakeInDialog
 from app.features.annotate.filling.predicting import PredictionWork
 from app.features.annotate.panels import AnnotationPanels
 from app.features.annotate.setup.subject_dialog import SubjectDialog

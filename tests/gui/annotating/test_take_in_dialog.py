@@ -7,8 +7,7 @@ from dataclasses import replace
 import pytest
 from PySide6.QtCore import QPoint, Qt
 
-from app.features.annotate.exchange.take_in_dialog import TakeInDialog
-from app.features.annotate.exchange.taking_in import TakeIn
+from app.features.annotate.exchange.merging import TakeIn, TakeInDialog
 from stereotrack_core.annotation.click import ClickKey, Visibility
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.clicks import DeleteClicks, PlaceClicks, place

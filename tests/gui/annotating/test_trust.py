@@ -9,8 +9,7 @@ import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QGuiApplication
 
-from app.features.annotate.exchange.agreement import agreement_report
-from app.features.annotate.exchange.agreement_dialog import AgreementDialog
+from app.features.annotate.exchange.agreement import AgreementDialog, agreement_report
 from app.widgets.forms.bars import RepeatBar
 from stereotrack_core.annotation.agreement import differences
 from stereotrack_core.annotation.landmark_set import NINE

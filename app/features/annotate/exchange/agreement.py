@@ -1,10 +1,14 @@
-"""How well two readings agree, in words and numbers, landmark by landmark."""
+"""How well two readings agree, in words and numbers: the same person again, or another project."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+
+from PySide6.QtCore import Signal
+from PySide6.QtGui import QGuiApplication
+from PySide6.QtWidgets import QDialog, QWidget
 
 from stereotrack_core.annotation.agreement import (
     Agreement,
@@ -18,7 +22,9 @@ from stereotrack_core.annotation.landmark_set import LandmarkSet
 from stereotrack_core.counting import counted
 from stereotrack_core.geometry.camera import Camera
 
-from ....widgets.tables.agreement_table import AgreementRow
+from ....widgets.forms.form_dialog import push_button
+from ....widgets.style.building import hbox, label, vbox
+from ....widgets.tables.agreement_table import AgreementRow, AgreementTable
 
 GOOD_PX, FAIR_PX = 3.0, 8.0
 """Up to these standard deviations of a click two readings agree well, or well enough."""
@@ -112,3 +118,49 @@ def _is_biased(one: Agreement) -> bool:
     """Whether both mean another place: differences that point the same way."""
     bias = math.hypot(*one.bias)
     return one.count >= FEW and bias > max(_BIASED * one.median, 1.0)
+
+
+class AgreementDialog(QDialog):
+    """A verdict, what to do about it, and the numbers of each landmark."""
+
+    other_project_requested = Signal()
+    """The person wants to choose another project to compare with."""
+    again_requested = Signal()
+    """The person wants to see the frames that were annotated again."""
+    differences_requested = Signal()
+    """The person wants to look at every click that differs, and to merge."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setWindowTitle("Annotator agreement")
+        self._words, self.verdict, self.remedy = label("", "muted"), label("", "heading"), label()
+        again_button = push_button(
+            "&Blind repeats",
+            self.again_requested.emit,
+            "Compare the first and second passes of the blind repeats",
+        )
+        self.other_button = push_button(
+            "&Other project …",
+            self.other_project_requested.emit,
+            "Compare with another annotator's project of this recording",
+        )
+        self.table = AgreementTable()
+        self.copy_button = push_button("&Copy table", self._copy)
+        self.look_button = push_button("&Show differences …", self.differences_requested.emit)
+        below = hbox(self.copy_button, self.look_button, None, push_button("Close", self.reject))
+        top = hbox((self._words, 1), again_button, self.other_button)
+        parts = (top, self.verdict, self.remedy, (self.table, 1), below)
+        self.setLayout(vbox(*parts, margins=(9, 9, 9, 9)))
+        self.resize(1020, 430)
+
+    def show_report(self, compared: str, report: AgreementReport) -> None:
+        """Show how well two readings agree; `compared` says which."""
+        self._words.setText(compared)
+        self.verdict.setText(report.verdict)
+        self.remedy.setText(report.remedy)
+        self.remedy.setVisible(bool(report.remedy))
+        self.table.show_rows(report.rows)
+        self.look_button.setEnabled(bool(report.found))
+
+    def _copy(self) -> None:
+        QGuiApplication.clipboard().setText(self.table.as_text())
