@@ -33,18 +33,7 @@ class _Question:
 
 
 class CameraDoubts(QObject):
-    """Follows the clicks of the project.
-
-    Parameters
-    ----------
-    document, project
-        Where the facts come from.
-
-    Attributes
-    ----------
-    now : Disagreement or None
-        The camera that contradicts the others.
-    """
+    """Follows the clicks of the project."""
 
     changed = Signal()
     """Another camera does, or none, or by more or less."""
@@ -56,6 +45,7 @@ class CameraDoubts(QObject):
         super().__init__(parent)
         self._document, self._project = document, project
         self.now: Disagreement | None = None
+        """The camera that contradicts the others."""
         self._asked: _Question | None = None
         self._worker: NewestWins | None = None
         self._pause = QTimer(self, singleShot=True, interval=_PAUSE_MS)

@@ -25,18 +25,7 @@ _AROUND_GHOST = 10
 
 
 class InstantPresenter(QObject):
-    """Waits until what the views need is there, then tells it once.
-
-    Parameters
-    ----------
-    document, clouds, runs, track, view_state
-        Where the facts come from, and what is shown of them.
-
-    Attributes
-    ----------
-    reference : LandmarkTrajectory or None
-        Shown instead of the recording's own.
-    """
+    """Waits until what the views need is there, then tells it once."""
 
     ready = Signal(object)
     """Everything about one frame; all views show it together."""
@@ -55,6 +44,7 @@ class InstantPresenter(QObject):
         self._view_state = view_state
         self._newest: TrackedFrame | None = None
         self.reference: LandmarkTrajectory | None = None
+        """Shown instead of the recording's own."""
         self.told: Instant | None = None
         """What was told last."""
         self._drawn: list[object] = []

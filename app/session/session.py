@@ -27,18 +27,6 @@ class Session(QObject):
 
     Attributes
     ----------
-    document : DocumentPresenter
-        Recording, frame and playback.
-    opening : Opening
-        Opens recordings and projects.
-    track : TrackPresenter
-        The tracker at work.
-    tracker : TrackControl
-        What its commands mean in the state that the session is in.
-    judging : JudgementPresenter
-        How good the runs are.
-    cameras : CameraDoubts
-        Whether a camera contradicts the others.
     instant : InstantPresenter
         Everything known about the frame that is shown.
     """
@@ -70,19 +58,25 @@ class Session(QObject):
         self._tasks, self._view_state = tasks, view_state
         self.runs = RunList(self)
         self.document = DocumentPresenter(tasks, self)
+        """Recording, frame and playback."""
         self.document.opened.connect(self._on_opened)  # before that of its project
         self.project = ProjectPresenter(self.document, tasks, settings, self)
         self.clouds = CloudPresenter(self)
         self._process = process or TaskProcess(self)
         self._own_process = process is None
         self.track = TrackPresenter(self.runs, self._process, self)
+        """The tracker at work."""
         self.opening = Opening(self.document, self.project, self.track, settings, self)
+        """Opens recordings and projects."""
         self.judging = JudgementPresenter(self.document, self.runs, self)
+        """How good the runs are."""
         self.cameras = CameraDoubts(self.document, self.project, self)
+        """Whether a camera contradicts the others."""
         self.instant = InstantPresenter(
             self.document, self.clouds, self.runs, self.track, view_state, self
         )
         self.tracker = TrackControl(self.document, self.runs, self.track, view_state, self)
+        """What its commands mean in the state that the session is in."""
         self.clouds.set_parameters(self.track.settings.depth)
         self.document.closed.connect(self._on_closed)
         self.track.settings_changed.connect(self._on_settings)

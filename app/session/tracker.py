@@ -21,16 +21,7 @@ FIRST_POSES: dict[str, tuple[str, str]] = {
 
 
 class TrackControl(QObject):
-    """Run, step, iterate, from here, a selection; follows the tracker with the views.
-
-    Attributes
-    ----------
-    first_pose : str or Pose
-        Where the first pose comes from when no run has one: a key of :data:`FIRST_POSES`, or a
-        pose.
-    follow : bool
-        Whether each frame is shown as it is tracked.
-    """
+    """Run, step, iterate, from here, a selection; follows the tracker with the views."""
 
     def __init__(
         self,
@@ -44,7 +35,10 @@ class TrackControl(QObject):
         self._document, self._runs, self._track = document, runs, track
         self._view_state = view_state
         self.first_pose: FirstPose = "auto"
+        """Where the first pose comes from when no run has one: a key of :data:`FIRST_POSES`, or a
+        pose."""
         self.follow = True
+        """Whether each frame is shown as it is tracked."""
         track.advanced.connect(self._on_advanced)
 
     def run(self) -> None:

@@ -46,20 +46,14 @@ _FIRST_GUESS = 0.05
 
 
 class LiveRun:
-    """A run that a process tracks, as far as the window knows.
-
-    Attributes
-    ----------
-    held : bool
-        Whether it waits for leave to go on, with every frame fetched.
-    progress : Preparing or None
-        How far it is with what comes before its first frame.
-    """
+    """A run that a process tracks, as far as the window knows."""
 
     def __init__(self, entry: RunEntry, task: RunTask, process: TaskProcess) -> None:
         self.entry, self.recording, self.settings = entry, task.recording, task.spec.settings
         self.held = False
+        """Whether it waits for leave to go on, with every frame fetched."""
         self.progress: Preparing | None = None
+        """How far it is with what comes before its first frame."""
         self.waiting: list[TrackedFrame] = []
         self.asked: Future[Inspected] | None = None
         self.task: ProcessTask = process.run(task)

@@ -16,15 +16,7 @@ THRESHOLD_DEG = 45.0
 
 
 class ViewState(QObject):
-    """Owns what several panels show alike; panels tell it what a person does, and follow it.
-
-    Attributes
-    ----------
-    wanted : callable
-        Which picture each visible view shall show; given by who shows them.
-    points_wanted : callable
-        Whether measured points are shown somewhere.
-    """
+    """Owns what several panels show alike; panels tell it what a person does, and follow it."""
 
     selection_changed = Signal(object)
     """Other frames are selected."""
@@ -62,7 +54,9 @@ class ViewState(QObject):
         self.drawing: StepDrawing | None = None
         """The step inside the frame that is drawn instead of the run."""
         self.wanted: Callable[[], Mapping[str, PictureKind]] = dict
+        """Which picture each visible view shall show; given by who shows them."""
         self.points_wanted: Callable[[], bool] = lambda: False
+        """Whether measured points are shown somewhere."""
 
     # ---- frames and errors
 

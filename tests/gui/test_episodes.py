@@ -107,11 +107,9 @@ def test_strips_and_a_video_are_written_in_the_background(reviewing, qtbot, tmp_
         reviewing.context.actions.action(name).trigger()
         dialog = reviewing.findChild(ExportDialog)
         dialog.path.setText(str(tmp_path / "absent" / "deep"))
-        assert not dialog.buttons.button(dialog.buttons.StandardButton.Save).isEnabled()
+        assert not dialog.accept_button.isEnabled()
         dialog.path.setText(str(place))
-        QTest.mouseClick(
-            dialog.buttons.button(dialog.buttons.StandardButton.Save), Qt.MouseButton.LeftButton
-        )
+        QTest.mouseClick(dialog.accept_button, Qt.MouseButton.LeftButton)
         settle(reviewing, qtbot)
         qtbot.waitUntil(lambda: reviewing.findChild(ExportDialog) is None, timeout=5_000)
     assert [path.suffix for path in (tmp_path / "strips").iterdir()] == [".png"]

@@ -40,13 +40,7 @@ _MANY_FRAMES = 300
 
 
 class AnnotationPanels(QObject):
-    """The panels of annotation and what stands behind them; they follow one project.
-
-    Parameters
-    ----------
-    window : QWidget
-        Parent of dialogs.
-    """
+    """The panels of annotation and what stands behind them; they follow one project."""
 
     leaving = Signal()
     """Another project comes, or none: what works on the one before stops."""

@@ -87,11 +87,6 @@ class EpisodePresenter(QObject):
         Whether causes shall be judged by pictures as well, which takes seconds.
     threshold : callable
         Error in degrees from which an episode begins.
-
-    Attributes
-    ----------
-    chosen : Episode or None
-        The episode that is chosen, if it is listed.
     """
 
     changed = Signal()
@@ -111,6 +106,7 @@ class EpisodePresenter(QObject):
         self._found: PerRun[Found] = PerRun(tasks, "detecting failures")
         self._explained: PerRun[Found] = PerRun(tasks, "classifying causes of failures")
         self.chosen: Episode | None = None
+        """The episode that is chosen, if it is listed."""
         self.filter = Filter()
         self._told: tuple[Found | None, bool] = None, False
         self._timer = QTimer(self, singleShot=True, interval=_DELAY_MS)

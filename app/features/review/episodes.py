@@ -10,6 +10,7 @@ from PySide6.QtCore import QObject, Signal, Slot
 from PySide6.QtGui import QColor
 
 from stereotrack_core.arrays import ImageArray
+from stereotrack_core.counting import counted
 from stereotrack_core.evaluation.episodes.episode import (
     CAUSE_WORDS,
     FOUND_WORDS,
@@ -31,7 +32,7 @@ from ...session.judgement import MEASURED_LIMBS
 from ...widgets.style.theme import current_theme
 from ...widgets.tables.episodes_panel import EpisodesPanel
 from .episode_list import EpisodePresenter, Filter, Found, lanes_of_episodes
-from .export_dialog import ExportDialog, ExportWish
+from .export_dialog import ExportDialog
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,13 +45,7 @@ class _Wanted:
 
 
 class EpisodePictures(QObject):
-    """Draws the newest episode that was asked for.
-
-    Parameters
-    ----------
-    reader : callable
-        Gives the reader of the open recording.
-    """
+    """Draws the newest episode that was asked for."""
 
     drawn = Signal(object)
     """ImageArray or None."""
@@ -212,24 +207,26 @@ class EpisodeController(QObject):
             proposed=Path.home() / f"{recording.name}-episodes",
             parent=self._context.docks.dialog_parent,
         )  # fmt: skip
-        dialog.wished.connect(lambda wish: self._write(wish, subject, recording))
+        dialog.accepted.connect(lambda: self._write(dialog, subject, recording))
         dialog.open()
 
-    def _write(self, wish: ExportWish, subject: Subject, recording: Recording) -> None:
+    def _write(self, wanted: ExportDialog, subject: Subject, recording: Recording) -> None:
         one, listed = self.presenter.chosen, self.presenter.listed
-        episodes = (one,) if wish.only_chosen and one is not None else listed
+        episodes = (one,) if wanted.which.currentData() and one is not None else listed
+        video, path, view = wanted.video, wanted.target, wanted.view.currentData() or None
+        frames = wanted.count.value()
 
         def work(task: Task) -> str:
-            if wish.video:
-                film_of(wish.path, subject, recording, episodes, task.report, task.token.cancelled)
-                return f"Video saved to {wish.path}."
+            if video:
+                film_of(path, subject, recording, episodes, task.report, task.token.cancelled)
+                return f"Video saved to {path}."
             count = write_strips(
-                wish.path, subject, recording, episodes, view=wish.view, count=wish.count,
+                path, subject, recording, episodes, view=view, count=frames,
                 report=task.report, cancelled=task.token.cancelled,
             )  # fmt: skip
-            return f"{count} strip{'s' if count != 1 else ''} saved to {wish.path}."
+            return f"{counted(count, 'strip')} saved to {path}."
 
-        what = "video" if wish.video else "strips"
+        what = "video" if video else "strips"
         task = self._context.tasks.begin(
             f"exporting {what} of failures",
             work,

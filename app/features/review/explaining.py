@@ -59,13 +59,7 @@ class Explained:
 
 
 class RunCircumstances:
-    """Keeps the circumstances of runs, and what each view sees of them.
-
-    Parameters
-    ----------
-    growing : callable
-        The run that is being tracked.
-    """
+    """Keeps the circumstances of runs, and what each view sees of them."""
 
     def __init__(self, tasks: TaskList, growing: Callable[[], RunEntry | None]) -> None:
         self._growing = growing

@@ -3,48 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
-from PySide6.QtCore import Qt, Signal, Slot
-from PySide6.QtWidgets import (
-    QComboBox,
-    QDialog,
-    QDialogButtonBox,
-    QFileDialog,
-    QFormLayout,
-    QLineEdit,
-    QPushButton,
-    QSpinBox,
-    QWidget,
-)
+from PySide6.QtCore import Qt, Slot
+from PySide6.QtWidgets import QComboBox, QFormLayout, QSpinBox, QWidget
 
-from ...widgets.style.building import choice, hbox, label, vbox
+from ...widgets.forms.form_dialog import (
+    FormDialog,
+    ask_for_folder,
+    ask_to_save,
+    line_edit,
+    push_button,
+)
+from ...widgets.style.building import choice, hbox
 
 _FRAMES = 5
 
 
-@dataclass(frozen=True)
-class ExportWish:
-    """What a person wants written."""
-
-    video: bool
-    """A video; else strips of pictures."""
-    only_chosen: bool
-    """The chosen episode alone; else all that are listed."""
-    view: str | None
-    """Of the strips; None takes the one that shows each episode best."""
-    count: int
-    """Frames of each strip."""
-    path: Path
-    """The video, or the folder of the strips."""
-
-
-class ExportDialog(QDialog):
+class ExportDialog(FormDialog):
     """Which episodes, as what, to where; says what becomes of files that are there."""
-
-    wished = Signal(object)
-    """ExportWish."""
 
     def __init__(
         self,
@@ -56,11 +33,10 @@ class ExportDialog(QDialog):
         proposed: Path,
         parent: QWidget | None = None,
     ) -> None:
-        super().__init__(parent)
-        self._video = video
+        what = "video" if video else "image strips"
+        super().__init__(f"Export {what} of failures", "Save", self.accept, parent)
+        self.video = video
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        self.setWindowTitle(f"Export {'video' if video else 'image strips'} of failures")
-        self.setMinimumWidth(460)
         self.which = QComboBox()
         if chosen:
             self.which.addItem("the selected failure", True)
@@ -69,57 +45,37 @@ class ExportDialog(QDialog):
         named = [(name, name) for name in views]
         self.view = choice("View", [("", "best view of each failure"), *named])
         self.count = QSpinBox(minimum=2, maximum=12, value=_FRAMES)
-        self.path = QLineEdit(str(proposed.with_suffix(".mp4") if video else proposed))
-        self.said = label("", "muted")
-        self.buttons = QDialogButtonBox(
-            QDialogButtonBox.StandardButton.Save | QDialogButtonBox.StandardButton.Cancel
-        )
-        self.buttons.accepted.connect(self._on_accepted)
-        self.buttons.rejected.connect(self.reject)
+        self.path = line_edit("Path", str(proposed.with_suffix(".mp4") if video else proposed))
         self.path.textChanged.connect(self._check)
-        browse = QPushButton("Choose …")
-        browse.setAutoDefault(False)
-        browse.clicked.connect(self._browse)
         form = QFormLayout()
         form.addRow("Failures", self.which)
         if not video:
             form.addRow("View", self.view)
             form.addRow("Frames per strip", self.count)
-        form.addRow("File" if video else "Folder", hbox((self.path, 1), browse))
-        self.setLayout(vbox(form, self.said, self.buttons, margins=(9, 9, 9, 9)))
+        where = hbox((self.path, 1), push_button("Choose …", self._ask))
+        form.addRow("File" if video else "Folder", where)
+        self.lay_out(form, size=(460, 160))
         self._check()
 
-    @Slot()
-    def _browse(self) -> None:
-        if self._video:
-            chosen, _ = QFileDialog.getSaveFileName(
-                self, "Export video of failures", self.path.text(), "Video (*.mp4)"
-            )
+    @property
+    def target(self) -> Path:
+        """The video, or the folder of the strips."""
+        return Path(self.path.text().strip()).expanduser()
+
+    def _ask(self) -> None:
+        def take(path: Path) -> None:
+            self.path.setText(str(path))
+
+        if self.video:
+            ask_to_save(self, "Export video of failures", self.target, "Video (*.mp4)", take)
         else:
-            chosen = QFileDialog.getExistingDirectory(
-                self, "Folder for image strips", str(Path(self.path.text()).parent)
-            )
-        if chosen:
-            self.path.setText(chosen)
+            ask_for_folder(self, "Folder for image strips", self.target.parent, take)
 
     @Slot()
     def _check(self) -> None:
-        wrong, note = _about(self.path.text().strip(), self._video)
-        self.said.setText(wrong or note)
-        self.buttons.button(QDialogButtonBox.StandardButton.Save).setEnabled(not wrong)
-
-    @Slot()
-    def _on_accepted(self) -> None:
-        self.wished.emit(
-            ExportWish(
-                video=self._video,
-                only_chosen=bool(self.which.currentData()),
-                view=str(self.view.currentData()) or None,
-                count=self.count.value(),
-                path=Path(self.path.text().strip()).expanduser(),
-            )
-        )
-        self.accept()
+        wrong, note = _about(self.path.text().strip(), self.video)
+        self.say(wrong or note)
+        self.accept_button.setEnabled(not wrong)
 
 
 def _about(text: str, video: bool) -> tuple[str, str]:

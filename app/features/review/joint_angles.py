@@ -73,13 +73,7 @@ class Moved:
 
 
 class RunAngles:
-    """Keeps the joint angles of runs and of the reference.
-
-    Parameters
-    ----------
-    growing : callable
-        The run that is being tracked.
-    """
+    """Keeps the joint angles of runs and of the reference."""
 
     def __init__(
         self, runs: RunList, tasks: TaskList, growing: Callable[[], RunEntry | None]

@@ -14,13 +14,7 @@ T = TypeVar("T")
 
 
 class PerRun(QObject, Generic[T]):
-    """Values of runs or references; one is worked out at a time, and a stop is not asked again.
-
-    Parameters
-    ----------
-    title : str
-        What is being done, for the status line.
-    """
+    """Values of runs or references; one is worked out at a time, and a stop is not asked again."""
 
     changed = Signal()
     """Another value is known."""

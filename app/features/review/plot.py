@@ -31,13 +31,7 @@ _NO_CURVES = (
 
 
 class ErrorCurves(QObject):
-    """Draws the error of every limb; its threshold is everybody's.
-
-    Attributes
-    ----------
-    stack : QStackedWidget
-        The plot, or words while there is nothing to draw.
-    """
+    """Draws the error of every limb; its threshold is everybody's."""
 
     def __init__(self, context: Context) -> None:
         super().__init__(context.session)
@@ -51,6 +45,7 @@ class ErrorCurves(QObject):
         self._no_curves.setWordWrap(True)
         self._no_curves.setContentsMargins(16, 0, 16, 0)
         self.stack = QStackedWidget()
+        """The plot, or words while there is nothing to draw."""
         self.stack.addWidget(self.plot)
         self.stack.addWidget(self._no_curves)
         # the plot says by itself what it shows, and its height is wanted for curves

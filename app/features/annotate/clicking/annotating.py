@@ -37,8 +37,6 @@ class Annotating(QObject):
 
     Parameters
     ----------
-    document, project
-        Where the facts come from.
     repeats : callable
         What is being annotated again, blindly; None where that is not known.
     camera : callable

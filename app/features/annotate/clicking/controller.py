@@ -29,13 +29,7 @@ from .marks import marks_of, predictions_in
 
 
 class SwapOffers:
-    """Which offers are shown, and which have been declined.
-
-    Parameters
-    ----------
-    exchange : callable
-        Exchanges what was mixed up.
-    """
+    """Which offers are shown, and which have been declined."""
 
     def __init__(self, exchange: Callable[[Swap], None]) -> None:
         self._exchange = exchange
@@ -90,15 +84,7 @@ _DEPTH = "annotate/depth"
 
 
 class ClickController(QObject):
-    """Brings views, panels and the presenters of clicking together.
-
-    Attributes
-    ----------
-    annotating : Annotating
-        The choice and the edits.
-    facts : AnnotationFacts
-        What is known about the clicks of the frame.
-    """
+    """Brings views, panels and the presenters of clicking together."""
 
     def __init__(self, context: Context, repeats: Callable[[], BlindRepeats | None]) -> None:
         super().__init__(context.session)
@@ -111,10 +97,12 @@ class ClickController(QObject):
         self.annotating = Annotating(
             session.document, session.project, repeats, self.camera_at_hand, self._cameras
         )
+        """The choice and the edits."""
         self.facts = AnnotationFacts(
             session.document, session.project, session.clouds, self.annotating, self._all_cameras,
             lambda: session.cameras.now,
         )  # fmt: skip
+        """What is known about the clicks of the frame."""
         self._offers = SwapOffers(self.annotating.swap)
         stored = stored_text(context.settings, _ADVANCE)
         self.annotating.advance = next((name for name in ADVANCES if name == stored), "landmark")

@@ -47,8 +47,6 @@ class AnnotationFacts(QObject):
 
     Parameters
     ----------
-    document, project, clouds, annotating
-        Where the facts come from.
     cameras : callable
         Names of the cameras in whose images clicks are looked for, one for each view.
     doubtful : callable

@@ -100,10 +100,6 @@ class ExportDialog(FormDialog):
     ----------
     clicks, landmarks : tuple
         All of the project.
-    path : Path
-        Proposed file.
-    tasks : TaskList
-        Where the file is written.
     """
 
     written = Signal(str)

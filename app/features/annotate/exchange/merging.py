@@ -38,10 +38,6 @@ class TakeIn:
     ----------
     problems : tuple of InputError
         What could not be read at all.
-    conflicts : tuple of Difference
-        What contradicts, the worst first.
-    with_new : bool
-        Whether clicks that the project says nothing about are taken.
     """
 
     def __init__(self, incoming: Incoming, problems: Iterable[InputError] = ()) -> None:
@@ -50,8 +46,10 @@ class TakeIn:
         known = {one.key for one in worst}
         others = (one for one in incoming.conflicts if one.key not in known)
         self.conflicts: tuple[Difference, ...] = (*worst, *others)
+        """What contradicts, the worst first."""
         self._decisions: dict[ClickKey, Decision] = {}
         self.with_new = True
+        """Whether clicks that the project says nothing about are taken."""
 
     def decision(self, row: int) -> Decision:
         """What becomes of a conflict; the project's click stays until something else is said."""
@@ -119,8 +117,6 @@ class TakeInDialog(FormDialog):
         Compares once more with the project as it is then.
     shown : TakeIn
         The comparison that was made last.
-    tasks : TaskList
-        Where clicks are written.
     """
 
     visit_requested = Signal(int, str, str)

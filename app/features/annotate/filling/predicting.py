@@ -33,13 +33,7 @@ NO_FIT = "The whole recording has not been fitted yet. Choose Fit whole recordin
 
 
 class PredictionWork(QObject):
-    """Fills in the selection beside the window's thread, one source after the other.
-
-    Attributes
-    ----------
-    run : RunEntry or None
-        The tracker's run to fill in from, which does not grow.
-    """
+    """Fills in the selection beside the window's thread, one source after the other."""
 
     found = Signal(str)
     """Other predictions are kept than before; what was done, in words."""
@@ -54,6 +48,7 @@ class PredictionWork(QObject):
         self.found.connect(panels.repeat_changed)
         self._task: Task | None = None
         self.run: RunEntry | None = None
+        """The tracker's run to fill in from, which does not grow."""
 
     @property
     def busy(self) -> bool:

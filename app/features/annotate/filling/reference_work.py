@@ -38,15 +38,7 @@ _TAKING_IN_SECONDS = 1.5
 
 
 class ReferenceWork(QObject):
-    """Fits, saves the result as an edit, and shows the reference that the project uses.
-
-    Attributes
-    ----------
-    settings : FitSettings
-        Of the next fit.
-    now : ShownReference or None
-        The reference that is shown.
-    """
+    """Fits, saves the result as an edit, and shows the reference that the project uses."""
 
     shown = Signal(object)
     residuals_changed = Signal(list, object)
@@ -63,7 +55,9 @@ class ReferenceWork(QObject):
         self._fitting: Task | None = None
         self._reading: Task | None = None
         self.now: ShownReference | None = None
+        """The reference that is shown."""
         self.settings = FitSettings()
+        """Of the next fit."""
         self._process: HelperProcess | None = None
 
     @property

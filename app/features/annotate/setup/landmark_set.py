@@ -174,19 +174,14 @@ _FILES = "Set of landmarks (*.toml)"
 
 
 class LandmarkSetDialog(FormDialog):
-    """A table of the landmarks beside a body that shows where they are.
-
-    Attributes
-    ----------
-    draft : Draft
-        The set as it is written in the table.
-    """
+    """A table of the landmarks beside a body that shows where they are."""
 
     def __init__(self, project: Project, parent: QWidget | None = None) -> None:
         super().__init__("Landmark set", "Use", self._use, parent)
         self._project, self._sets = project, project.landmark_sets
         self._clicked = Counter(one.landmark for one in project.clicks.seen())
         self.draft = self._stored(project.landmark_set().name)
+        """The set as it is written in the table."""
         self.choice = choice("Landmark sets of the project")
         self.name = line_edit(
             "Name of the landmark set", tip="A new name creates a new set; the old one is kept."

@@ -82,8 +82,6 @@ class SubjectDialog(FormDialog):
     ----------
     recorded : Subject or None
         Of the recording's folder.
-    tasks : TaskList
-        Where lengths are measured.
     """
 
     def __init__(
