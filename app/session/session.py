@@ -23,13 +23,7 @@ from .view_state import ViewState
 
 
 class Session(QObject):
-    """The open recording with its project, its runs and what follows from them.
-
-    Attributes
-    ----------
-    instant : InstantPresenter
-        Everything known about the frame that is shown.
-    """
+    """The open recording with its project, its runs and what follows from them."""
 
     leaving = Signal()
     """The recording is about to change or to be closed: what works on it stops."""
@@ -75,6 +69,7 @@ class Session(QObject):
         self.instant = InstantPresenter(
             self.document, self.clouds, self.runs, self.track, view_state, self
         )
+        """Everything known about the frame that is shown."""
         self.tracker = TrackControl(self.document, self.runs, self.track, view_state, self)
         """What its commands mean in the state that the session is in."""
         self.clouds.set_parameters(self.track.settings.depth)

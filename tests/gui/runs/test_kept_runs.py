@@ -166,6 +166,7 @@ def test_a_name_that_another_run_has_is_refused(tracking, qtbot):
     finished(tracking, "two")
     settle(tracking, qtbot)
     tracking.features.track.panel.tree.topLevelItem(1).setText(0, "one")
+    settle(tracking, qtbot)
     assert names(tracking) == ["one", "two"]
     assert tracking.features.track.panel.tree.topLevelItem(1).text(0) == "two"
 

@@ -170,6 +170,7 @@ def test_attempts_stay_until_dismissed_one_or_all(tuning, qtbot):
     tuning.features.tune.panel.table.setFocus()
     trigger(tuning, "attempt_dismiss")
     assert names(tuning) == ["trial 1", "trial 3"]
+    qtbot.waitUntil(tuning.context.tasks.settled)
     assert {c.name for c in tuning.features.review.plot.plot.shown_curves} == {
         "quick",
         "trial 1",
@@ -177,6 +178,7 @@ def test_attempts_stay_until_dismissed_one_or_all(tuning, qtbot):
     }
     trigger(tuning, "attempt_dismiss_all")
     assert names(tuning) == []
+    qtbot.waitUntil(tuning.context.tasks.settled)
     assert {c.name for c in tuning.features.review.plot.plot.shown_curves} == {"quick"}
 
 
