@@ -19,8 +19,8 @@ from stereotrack_core.recording.description import Recording, View
 from stereotrack_core.recording.reader import FrameSet, ViewImages
 from stereotrack_core.tracking.estimate import Correspondences
 
-from ..widgets.camera.inside_overlay import InsideScene, inside_overlay
 from ..widgets.camera.overlays import (
+    InsideScene,
     Overlay,
     Projection,
     ghost_paths,
@@ -205,7 +205,7 @@ def _overlay(
         points=points,
         correspondences=pairs,
         limbs=limbs,
-        inside=None if instant.inside is None else inside_overlay(instant.inside, project),
+        inside=None if instant.inside is None else instant.inside.projected(project),
     )
 
 

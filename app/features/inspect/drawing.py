@@ -21,12 +21,15 @@ from stereotrack_core.tracking.trace import (
 )
 
 from ...session.pictures import StepDrawing
-from ...widgets.camera.inside_overlay import Ghosts, InsideScene, Marked, moved_ghosts
+from ...widgets.camera.overlays import InsideScene, Marked
 from ...widgets.style.diverging import SHADES, shade_colours, shade_of
 from ...widgets.style.limb_colours import LIMB_COLOURS
 from .steps import Step, name_of
 
 _AROUND = 8
+_LEAST_MOVE = 0.002
+"""Metres by which a part of a ghost differs from the model before it is drawn."""
+
 _LEGS = "#b5b5b5"
 _UNUSED = {
     HIDDEN: "#4d4d4d",
@@ -105,7 +108,7 @@ def _pairs(points: Correspondences) -> tuple[Marked, ...]:
     return tuple(Marked(colours[k], ends[shade == k]) for k in range(SHADES) if np.any(shade == k))
 
 
-def _ghosts(body: BodyModel, model: Pose, others: list[Pose]) -> tuple[Ghosts, ...]:
+def _ghosts(body: BodyModel, model: Pose, others: list[Pose]) -> tuple[Marked, ...]:
     """The model in other poses, without the parts that are where the model is."""
     meshes = body_mesh(body, model, around=_AROUND)
     here = body.frames(model)
@@ -120,5 +123,8 @@ def _ghosts(body: BodyModel, model: Pose, others: list[Pose]) -> tuple[Ghosts, .
         part = mesh.part
         local: FloatArray = (mesh.vertices - here.origins[part]) @ here.rotations[part]
         turned = np.einsum("sij,vj->svi", stacked.rotations[:, part], local)
-        ghosts.append(Ghosts(mesh.limb, turned + stacked.origins[:, part, None]))
-    return moved_ghosts(ghosts, [mesh.vertices for mesh in meshes])
+        vertices = turned + stacked.origins[:, part, None]
+        off = np.abs(vertices - mesh.vertices).max(axis=(1, 2)) > _LEAST_MOVE
+        if off.any():
+            ghosts.append(Marked(mesh.limb, vertices[off]))
+    return tuple(ghosts)

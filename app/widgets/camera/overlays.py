@@ -19,7 +19,6 @@ from stereotrack_core.recording.landmarks import LANDMARKS, SKELETON
 
 from ..style.limb_colours import LANDMARK_LIMBS, LIMB_COLOURS
 from ..style.line_styles import PEN_STYLES, LineStyle
-from .inside_overlay import InsideOverlay
 
 Projection: TypeAlias = Callable[[FloatArray], FloatArray]
 """From world points (..., 3) to pixels (..., 2) of a picture; NaN behind the camera."""
@@ -37,6 +36,44 @@ OVERLAYS: dict[str, str] = {
 
 _DARK = QColor(0, 0, 0, 170)
 _GHOST_ALPHA = 130
+
+
+@dataclass(frozen=True, eq=False)
+class Marked:
+    """What is drawn in one colour."""
+
+    name: str
+    """#rrggbb; of ghosts the limb."""
+    places: FloatArray
+    """Ghosts: the vertices (S, V, 3) of one cone of the model in several poses; lines: their ends
+    (K, 2, 3); dots: (K, 3)."""
+
+
+@dataclass(frozen=True, eq=False)
+class InsideScene:
+    """What a step inside a frame draws.
+
+    In the world, metres; or in a picture, where all places are pixels, with two numbers for three,
+    and ghosts are silhouettes (K, 2).
+    """
+
+    ghosts: tuple[Marked, ...] = ()
+    lines: tuple[Marked, ...] = ()
+    dots: tuple[Marked, ...] = ()
+
+    def projected(self, project: Projection) -> InsideScene:
+        """The same in a picture."""
+        silhouettes = tuple(
+            Marked(ghost.name, _hull(cone))
+            for ghost in self.ghosts
+            for cone in project(ghost.places)
+            if _usable(cone)
+        )
+        lines, dots = (
+            tuple(Marked(each.name, project(each.places)) for each in marked)
+            for marked in (self.lines, self.dots)
+        )
+        return InsideScene(silhouettes, lines, dots)
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,7 +111,7 @@ class Overlay:
     """(m, 2, 2) float64, pixels. From the measured point to the model's."""
     limbs: IntArray | None = None
     """(m,) int64. Index into ``LIMBS`` of each correspondence."""
-    inside: InsideOverlay | None = None
+    inside: InsideScene | None = None
     """What a step inside the frame draws."""
 
     def person_box(self) -> QRectF | None:
@@ -114,19 +151,27 @@ def part_shapes(
     for mesh in meshes:
         own = pixels[start : start + len(mesh.vertices)]
         start += len(mesh.vertices)
-        if not np.isfinite(own).all() or np.abs(own).max() > 1e5:
+        if not _usable(own):
             continue
-        hull = np.asarray(cv2.convexHull(own.astype(np.float32))[:, 0], dtype=np.float64)
         shapes.append(
             PartShape(
                 mesh.limb,
-                hull,
+                _hull(own),
                 own[[0, -1]],
                 _facing_edges(mesh, own, eye) if wire else np.empty((0, 2, 2)),
                 float(np.linalg.norm(mesh.vertices.mean(axis=0) - eye)),
             )
         )
     return tuple(sorted(shapes, key=lambda shape: -shape.distance))
+
+
+def _usable(pixels: FloatArray) -> bool:
+    """Whether all of a cone lies before the camera."""
+    return bool(np.isfinite(pixels).all() and np.abs(pixels).max() <= 1e5)
+
+
+def _hull(pixels: FloatArray) -> FloatArray:
+    return np.asarray(cv2.convexHull(pixels.astype(np.float32))[:, 0], dtype=np.float64)
 
 
 def _facing_edges(mesh: PartMesh, pixels: FloatArray, eye: FloatArray) -> FloatArray:
@@ -248,18 +293,19 @@ def _paint_correspondences(painter: QPainter, overlay: Overlay, scale: float) ->
         _dot(painter, pairs[:, 0], scale, (QColor("white"), float(np.clip(scale, 1.2, 3.0))))
 
 
-def _paint_inside(painter: QPainter, inside: InsideOverlay, scale: float) -> None:
+def _paint_inside(painter: QPainter, inside: InsideScene, scale: float) -> None:
     """Ghosts, lines and dots of one step inside a frame."""
-    for limb, outline in inside.ghosts:
-        colour = QColor(LIMB_COLOURS.get(limb, "#999999")).lighter(120)
+    for ghost in inside.ghosts:
+        colour = QColor(LIMB_COLOURS.get(ghost.name, "#999999")).lighter(120)
         colour.setAlpha(_GHOST_ALPHA)
         painter.setPen(_pen(colour, 0.8, scale))
-        painter.drawPolygon(_polygon(outline))
-    for name, ends in inside.lines:
-        lines = (QColor(0, 0, 0, 150), 3.0), (QColor(name), 1.6)
-        _trace(painter, _segments_path(ends), scale, *lines)
-    for name, places in inside.dots:
-        _dot(painter, places, scale, (QColor(0, 0, 0, 190), 4.6), (QColor(name), 3.0))
+        painter.drawPolygon(_polygon(ghost.places))
+    for line in inside.lines:
+        lines = (QColor(0, 0, 0, 150), 3.0), (QColor(line.name), 1.6)
+        _trace(painter, _segments_path(line.places), scale, *lines)
+    for dot in inside.dots:
+        dots = (QColor(0, 0, 0, 190), 4.6), (QColor(dot.name), 3.0)
+        _dot(painter, dot.places, scale, *dots)
 
 
 def _paint_skeleton(painter: QPainter, landmarks: FloatArray, scale: float) -> None:

@@ -11,7 +11,7 @@ from stereotrack_core.arrays import FloatArray, ImageArray
 from stereotrack_core.body.mesh import PartMesh
 from stereotrack_core.geometry.camera import Camera
 
-from ..camera.inside_overlay import InsideScene
+from ..camera.overlays import InsideScene
 from ..style.line_styles import LineStyle
 
 LAYERS: tuple[str, ...] = ("cloud", "model", "reference", "cameras", "ellipsoids", "floor")
@@ -63,7 +63,7 @@ class SceneContent:
     """Drawn as frusta."""
     camera_images: Mapping[str, ImageArray] = field(default_factory=dict)
     """Mapping from camera name to (H, W) or (H, W, 3) uint8. Grey or RGB; shown on the frusta.
-    Wider ones than 320 pixels are made smaller."""
+    Small ones: they are handed on to OpenGL as they are."""
     highlighted: str = ""
     """The limb that is selected; empty for none."""
     ellipsoids: tuple[Ellipsoid, ...] = ()

@@ -15,10 +15,9 @@ from vtkmodules import vtkRenderingOpenGL2
 from vtkmodules.vtkCommonCore import vtkLogger
 
 from ..style.theme import Theme
-from .body import CloudLayer, EllipsoidLayer, GhostLayer, InsideLayer, ModelLayer
 from .content import SceneContent
+from .drawing import PARTS, PARTS_ABOVE, Shown, labels
 from .orbit import FIELD_OF_VIEW, Orbit
-from .surroundings import CameraLayer, FloorLayer, ReferenceLayer
 
 _FINE_SAMPLES = 4
 
@@ -122,7 +121,7 @@ class SceneWindow:
 
 
 class SceneRenderer:
-    """Draws contents one after another with the same meshes.
+    """Draws contents one after another with the same actors.
 
     Raises
     ------
@@ -131,47 +130,28 @@ class SceneRenderer:
     """
 
     def __init__(self) -> None:
-        self._window = SceneWindow()
-        scene = self._window.scene
-        self._floor = FloorLayer(scene)
-        self._cameras = CameraLayer(scene)
-        self._cloud = CloudLayer(scene)
-        self._model = ModelLayer(scene)
-        self._ghosts = GhostLayer(scene)
-        self._ellipsoids = EllipsoidLayer(self._window.above)
-        self._reference = ReferenceLayer(self._window.above)
-        self._inside = InsideLayer(self._window.above)
+        self._window = window = SceneWindow()
+        self._shown = [
+            (Shown(renderer), layer, part)
+            for renderer, parts in ((window.scene, PARTS), (window.above, PARTS_ABOVE))
+            for layer, part in parts
+        ]
         self._scale = 1.0
 
     def set_content(
         self, content: SceneContent, layers: Mapping[str, bool], theme: Theme, scale: float
     ) -> None:
-        """Take over what is to be shown.
-
-        Parameters
-        ----------
-        content : SceneContent
-        layers : mapping from a name in LAYERS to whether it is drawn
-        theme : Theme
-        scale : float
-            Pixels of the picture for a device-independent one.
-        """
+        """Take over what is to be shown, with `scale` pixels for a device-independent one."""
         self._scale = scale
         self._window.set_background(theme.scene_top, theme.scene_bottom)
-        self._floor.show(content, layers["floor"], theme, scale)
-        self._cameras.show(content, layers["cameras"], theme, scale)
-        self._cloud.show(content, layers["cloud"])
-        self._model.show(content, layers["model"], theme)
-        self._ghosts.show(content, layers["model"], theme, scale)
-        self._ellipsoids.show(content, layers["ellipsoids"], theme)
-        self._reference.show(content, layers["reference"], theme, scale)
-        self._inside.show(content.inside, theme, scale)
+        for shown, layer, part in self._shown:
+            shown.show(part(content, theme) if layers.get(layer, True) else [], scale)
 
     def picture(self, width: int, height: int, orbit: Orbit, *, fine: bool = False) -> QImage:
         """Render the content at `width` by `height` pixels."""
         per_metre = height / (2.0 * orbit.distance * np.tan(FIELD_OF_VIEW / 2))
-        self._cloud.set_dots_to(per_metre, self._scale)
-        self._reference.set_dots_to(per_metre, self._scale)
+        for shown, _, _ in self._shown:
+            shown.set_dots_to(per_metre, self._scale)
         return self._window.picture(width, height, orbit, fine=fine)
 
     def close(self) -> None:
@@ -188,13 +168,8 @@ def paint_names(
     theme: Theme,
 ) -> None:
     """Write the cameras' names and the N of north where they stand in the picture."""
-    labels = CameraLayer.labels(content) if layers["cameras"] else []
-    if layers["floor"]:
-        labels.append(FloorLayer.label(content))
-    if not labels:
-        return
-    places = orbit.project(np.stack([place for _, place in labels]), area.width(), area.height())
-    for (name, _), (x, y) in zip(labels, places, strict=True):
+    for name, place in labels(content, layers):
+        ((x, y),) = orbit.project(place, area.width(), area.height())
         if not (np.isfinite(x) and np.isfinite(y)):
             continue
         width = painter.fontMetrics().horizontalAdvance(name)

@@ -23,8 +23,8 @@ from stereotrack_core.arrays import FloatArray
 
 from ..style.line_styles import paint_runs_legend
 from ..style.theme import current_theme
-from .body import limb_at
 from .content import LAYERS, SceneContent
+from .drawing import limb_at
 from .orbit import Orbit, orbit_around
 from .renderer import SceneRenderer, SceneUnavailable, paint_names
 

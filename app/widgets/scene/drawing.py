@@ -1,0 +1,348 @@
+"""What the scene draws of its content: meshes with their colours, one function for each part."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cache
+from typing import Any, TypeAlias
+
+import numpy as np
+import pyvista as pv
+
+from stereotrack_core.arrays import FloatArray, ImageArray
+from stereotrack_core.body.mesh import PartMesh
+from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.recording.landmarks import LANDMARKS, SKELETON
+
+from ..style.limb_colours import LIMB_COLOURS
+from ..style.theme import Theme
+from .content import Ellipsoid, SceneContent
+
+_SKIN = {
+    "lighting": True,
+    "interpolation": "flat",
+    "ambient": 0.3,
+    "diffuse": 0.7,
+    "specular": 0.15,
+    "specular_power": 20.0,
+}
+_SIGMAS = 2.0
+_RING = 8
+"""Vertices of a cone's ring, as ghosts are made."""
+_RIM = 0.012
+_FAR = 100.0
+_FLOOR_HALF = 3.0
+_FLOOR_STEP = 0.5
+_ARROW_LENGTH = 0.5
+_FRUSTUM_SHARE, _FRUSTUM_DEEPEST = 0.12, 0.45
+_CORNERS = np.array([[0.0, 1.0], [1.0, 1.0], [1.0, 0.0], [0.0, 0.0]])
+"""Where the corners of a picture are in its texture, whose rows count from below."""
+
+_BONES = np.array([[LANDMARKS.index(a), LANDMARKS.index(b)] for a, b in SKELETON])
+_SHOULDERS = [LANDMARKS.index("left_shoulder"), LANDMARKS.index("right_shoulder")]
+
+
+@dataclass(frozen=True, eq=False)
+class Drawn:
+    """A mesh as it is drawn by one actor."""
+
+    mesh: pv.PolyData
+    colour: str | None = None
+    """#rrggbb; None where each point of the mesh has a colour of its own."""
+    width: float = 1.0
+    size: float = 1.0
+    """`width` and `size`: device-independent pixels of lines and dots."""
+    metres: float = 0.0
+    limits: tuple[float, float] = (0.0, np.inf)
+    """`metres` and `limits`: dots are as large as this in the world, within limits in pixels, where
+    `metres` is not 0."""
+    look: Mapping[str, object] = field(default_factory=dict)
+    """Further properties, see :class:`pyvista.Property`."""
+    texture: pv.Texture | None = None
+
+
+Part: TypeAlias = Callable[[SceneContent, Theme], list[Drawn]]
+
+
+def _cloud(content: SceneContent, _theme: Theme) -> list[Drawn]:
+    """Measured points as dots."""
+    if not len(content.cloud_points):
+        return []
+    mesh = pv.PolyData(content.cloud_points)
+    mesh.point_data.set_scalars(content.cloud_colours, "colour")
+    return [Drawn(mesh, metres=0.007, limits=(1.0, 4.0))]
+
+
+def _model(content: SceneContent, theme: Theme) -> list[Drawn]:
+    """One surface for each part of the body, in its limb's colour."""
+    return [
+        Drawn(_surface(mesh), LIMB_COLOURS.get(mesh.limb, theme.disabled), look=_SKIN)
+        for mesh in content.meshes
+    ]
+
+
+def _rims(content: SceneContent, theme: Theme) -> list[Drawn]:
+    """Mark the limb that is selected: the inner side of a surface a little away from it."""
+    drawn = []
+    for mesh in (mesh for mesh in content.meshes if mesh.limb == content.highlighted):
+        surface = _surface(mesh)
+        surface.points = mesh.vertices + _RIM * np.asarray(surface.point_normals)
+        drawn.append(Drawn(surface, theme.accent, look={"culling": "front"}))
+    return drawn
+
+
+def _ghosts(content: SceneContent, theme: Theme) -> list[Drawn]:
+    """Models of other runs, which one sees through: as lines, as dots, or as both."""
+    drawn = []
+    for ghost in content.ghosts:
+        style = "points" if ghost.style == "dot" else "wireframe"
+        look = {"style": style, "vertex_visibility": ghost.style == "dashdot"}
+        for mesh in ghost.meshes:
+            colour = LIMB_COLOURS.get(mesh.limb, theme.disabled)
+            drawn.append(Drawn(_surface(mesh), colour, size=3.0, look=look))
+    return drawn
+
+
+def _ellipsoids(content: SceneContent, theme: Theme) -> list[Drawn]:
+    """Two standard deviations around what the tracker found, in wires, which are cheap."""
+    drawn = []
+    for one in content.ellipsoids:
+        matrix = _world_from_sphere(one)
+        if matrix is not None:
+            # a limb's colour, moved toward the reference's, is seen before the limb
+            own, other = (pv.Color(c) for c in (LIMB_COLOURS[one.limb], theme.reference))
+            mixed = 0.5 * (np.array(own.float_rgb) + other.float_rgb)
+            wires = _sphere().transform(matrix, inplace=False)
+            drawn.append(Drawn(wires, pv.Color(mixed).hex_rgb, look={"style": "wireframe"}))
+    return drawn
+
+
+def _reference(content: SceneContent, theme: Theme) -> list[Drawn]:
+    """Bones in dashes, and the landmarks that are known as balls."""
+    points = content.reference
+    if points is None:
+        return []
+    middle = points[_SHOULDERS].mean(axis=0)
+    starts = np.concatenate([points[_BONES[:, 0]], middle[None]])
+    ends = np.concatenate([points[_BONES[:, 1]], points[[LANDMARKS.index("head")]]])
+    known = pv.PolyData(points[np.isfinite(points).all(axis=1)])
+    balls = {"render_points_as_spheres": True}
+    return [
+        Drawn(_lines(_dashes(starts, ends)), theme.reference, 2.0),
+        Drawn(known, theme.reference, metres=0.03, limits=(2.5, 7.0), look=balls),
+    ]
+
+
+def _inside(content: SceneContent, theme: Theme) -> list[Drawn]:
+    """What a step inside a frame draws, seen through the model: wires, lines and dots."""
+    scene = content.inside
+    if scene is None:
+        return []
+    faint, balls = {"opacity": 0.55}, {"render_points_as_spheres": True}
+    colours = [LIMB_COLOURS.get(ghost.name, theme.disabled) for ghost in scene.ghosts]
+    wires = zip(scene.ghosts, colours, strict=True)
+    return [
+        *(Drawn(_lines(_wire_of(ghost.places)), colour, look=faint) for ghost, colour in wires),
+        *(Drawn(_lines(one.places.reshape(-1, 3)), one.name, 1.6) for one in scene.lines),
+        *(Drawn(pv.PolyData(one.places), one.name, size=4.0, look=balls) for one in scene.dots),
+    ]
+
+
+def _floor(content: SceneContent, theme: Theme) -> list[Drawn]:
+    """Grid of half a metre on the floor, with an arrow to the north."""
+    steps = np.arange(-_FLOOR_HALF, _FLOOR_HALF + 1e-9, _FLOOR_STEP)
+    ends = np.array([-_FLOOR_HALF, _FLOOR_HALF])
+    along = np.stack(np.meshgrid(steps, ends, indexing="ij"), axis=-1).reshape(-1, 2)
+    flat = np.concatenate([along, along[:, ::-1]])
+    grid = np.column_stack([flat, np.full(len(flat), content.floor_z)])
+    foot = np.array([0.0, _FLOOR_HALF, content.floor_z])
+    tip = foot + (0.0, _ARROW_LENGTH, 0.0)
+    back, side = tip - (0.0, 0.18, 0.0), np.array([0.12, 0.0, 0.0])
+    arrow = np.stack([foot, tip, back - side, tip, back + side, tip])
+    return [Drawn(_lines(grid), theme.scene_grid), Drawn(_lines(arrow), theme.accent, 2.0)]
+
+
+def _cameras(content: SceneContent, theme: Theme) -> list[Drawn]:
+    """A frustum for each camera, with its newest image on it."""
+    depth = frustum_depth(content.cameras)
+    drawn = []
+    for camera in content.cameras:
+        corners = frustum_corners(camera, depth)
+        apex = np.broadcast_to(camera.position_world, (4, 3))
+        rays = np.stack([apex, corners], axis=1).reshape(-1, 3)
+        rim = np.stack([corners, np.roll(corners, -1, axis=0)], axis=1).reshape(-1, 3)
+        drawn.append(Drawn(_lines(np.concatenate([rays, rim])), theme.muted, 1.2))
+        image = content.camera_images.get(camera.name)
+        if image is not None:
+            screen = pv.PolyData.from_regular_faces(corners, np.array([[0, 1, 2], [0, 2, 3]]))
+            screen.active_texture_coordinates = _CORNERS
+            drawn.append(Drawn(screen, "#ffffff", texture=_texture(image)))
+    return drawn
+
+
+PARTS: tuple[tuple[str, Part], ...] = (
+    ("floor", _floor),
+    ("cameras", _cameras),
+    ("cloud", _cloud),
+    ("model", _model),
+    ("model", _rims),
+    ("model", _ghosts),
+)
+"""Layers, see :data:`~app.widgets.scene.content.LAYERS`, with what each draws."""
+
+PARTS_ABOVE: tuple[tuple[str, Part], ...] = (
+    ("ellipsoids", _ellipsoids),
+    ("reference", _reference),
+    ("", _inside),
+)
+"""The same of what is seen through everything else; what has no layer is always drawn."""
+
+
+class Shown:
+    """Draws what it is given in a renderer, with the same actors again and again."""
+
+    def __init__(self, renderer: pv.Renderer) -> None:
+        self._renderer = renderer
+        self._actors: list[pv.Actor] = []
+        self._things: list[Drawn] = []
+
+    def show(self, things: list[Drawn], scale: float) -> None:
+        """Draw these, with `scale` pixels of the picture for a device-independent one."""
+        while len(self._actors) < len(things):
+            self._actors.append(pv.Actor(mapper=pv.DataSetMapper(pv.PolyData())))
+            self._actors[-1].pickable = False
+            self._renderer.add_actor(self._actors[-1], render=False)
+        for place, actor in enumerate(self._actors):
+            actor.visibility = place < len(things)
+        for actor, thing in zip(self._actors, things, strict=False):
+            actor.mapper.dataset = thing.mesh
+            actor.mapper.scalar_visibility = thing.colour is None
+            if thing.colour is None:
+                actor.mapper.color_mode = "direct"
+            actor.texture = thing.texture
+            width = {"line_width": thing.width * scale, "point_size": thing.size * scale}
+            look: dict[str, Any] = _PLAIN | width | dict(thing.look)
+            for name, value in look.items():
+                setattr(actor.prop, name, value)
+            if thing.colour is not None:
+                actor.prop.color = thing.colour
+        self._things = things
+
+    def set_dots_to(self, pixels_per_metre: float, scale: float) -> None:
+        """Let dots be as large as what they stand for, within what can be told apart."""
+        for actor, thing in zip(self._actors, self._things, strict=False):
+            if thing.metres:
+                low, high = thing.limits
+                size = np.clip(thing.metres * pixels_per_metre, scale * low, scale * high)
+                actor.prop.point_size = float(size)
+
+
+_PLAIN: dict[str, object] = {
+    "lighting": False,
+    "opacity": 1.0,
+    "style": "surface",
+    "culling": "none",
+    "vertex_visibility": False,
+    "render_points_as_spheres": False,
+}
+"""Properties that not all drawings state, as they are where one does not."""
+
+
+def labels(content: SceneContent, layers: Mapping[str, bool]) -> list[tuple[str, FloatArray]]:
+    """Names of the cameras and the N of north, with where (3,) they stand."""
+    found = [(one.name, one.position_world) for one in content.cameras if layers["cameras"]]
+    if layers["floor"]:
+        north = np.array([0.0, _FLOOR_HALF + _ARROW_LENGTH + 0.15, content.floor_z])
+        found.append(("N", north))
+    return found
+
+
+def limb_at(meshes: tuple[PartMesh, ...], eye: FloatArray, direction: FloatArray) -> str:
+    """Name the limb whose surface a ray meets first; empty where it meets none, or a leg.
+
+    Parameters
+    ----------
+    eye, direction : (3,) float64, world
+        The ray; its direction need not be normalised.
+    """
+    end = eye + _FAR * direction / np.linalg.norm(direction)
+    best, found = np.inf, ""
+    for mesh in meshes:
+        hit, _ = _surface(mesh).ray_trace(eye, end, first_point=True)
+        distance = float(np.linalg.norm(hit - eye)) if len(hit) else np.inf
+        if distance < best:
+            best, found = distance, mesh.limb
+    return found if found in LIMB_COLOURS else ""
+
+
+def frustum_depth(cameras: Sequence[Camera]) -> float:
+    """Metres from cameras to their pictures: less for a small rig, so that none hides the rest."""
+    places = np.array([camera.position_world for camera in cameras]).reshape(-1, 3)
+    wide = float(np.linalg.norm(np.ptp(places, axis=0))) if len(places) > 1 else np.inf
+    return min(_FRUSTUM_SHARE * wide, _FRUSTUM_DEEPEST)
+
+
+def frustum_corners(camera: Camera, depth: float) -> FloatArray:
+    """Corners (4, 3), world, of a camera's picture `depth` metres before it, from the top left."""
+    right, bottom = camera.width - 0.5, camera.height - 0.5
+    pixels = np.array([[-0.5, -0.5], [right, -0.5], [right, bottom], [-0.5, bottom]])
+    flat = camera.normalised(pixels)
+    in_camera = np.column_stack([flat, np.ones(4)]) * depth
+    return camera.world_from_camera.apply(in_camera)
+
+
+def _surface(mesh: PartMesh) -> pv.PolyData:
+    return pv.PolyData.from_regular_faces(mesh.vertices, mesh.triangles)
+
+
+def _lines(points: FloatArray) -> pv.PolyData:
+    """A line between each two of the points (2 L, 3)."""
+    return pv.line_segments_from_points(points) if len(points) else pv.PolyData()
+
+
+@cache
+def _sphere() -> pv.PolyData:
+    source = pv.SphereSource(radius=1.0, theta_resolution=12, phi_resolution=7)
+    source.LatLongTessellationOn()
+    return source.output
+
+
+def _world_from_sphere(ellipsoid: Ellipsoid) -> FloatArray | None:
+    covariance = ellipsoid.covariance
+    if not (np.isfinite(covariance).all() and np.isfinite(ellipsoid.centre).all()):
+        return None
+    variances, axes = np.linalg.eigh((covariance + covariance.T) / 2)
+    matrix = np.eye(4)
+    matrix[:3, :3] = axes * (_SIGMAS * np.sqrt(np.maximum(variances, 1e-8)))
+    matrix[:3, 3] = ellipsoid.centre
+    return matrix
+
+
+def _wire_of(vertices: FloatArray) -> FloatArray:
+    """End points (2 L, 3) of rings and of four lines along the cone (S, V, 3), for all poses."""
+    rings = vertices.reshape(len(vertices), -1, _RING, 3)[:, 1:-1]
+    beside = np.roll(rings, -1, axis=2)
+    around = np.stack([rings[:, [0, -1]], beside[:, [0, -1]]], axis=-2).reshape(-1, 3)
+    quarter = rings[:, :, :: _RING // 4]
+    along = np.stack([quarter[:, :-1], quarter[:, 1:]], axis=-2).reshape(-1, 3)
+    return np.concatenate([around, along])
+
+
+def _dashes(starts: FloatArray, ends: FloatArray, length: float = 0.025) -> FloatArray:
+    """End points (2 D, 3) of dashes of `length` metres along known lines; OpenGL has none."""
+    pieces = [np.empty((0, 3))]
+    for start, end in zip(starts, ends, strict=True):
+        distance = float(np.linalg.norm(end - start))
+        if not np.isfinite(distance) or distance == 0.0:
+            continue
+        count = max(1, round(distance / (2 * length)))
+        shares = ((np.arange(count)[:, None] + (0.0, 0.55)) / count).ravel()
+        pieces.append(start + shares[:, None] * (end - start))
+    return np.concatenate(pieces)
+
+
+def _texture(image: ImageArray) -> pv.Texture:
+    texture = pv.Texture(image if image.ndim == 3 else np.repeat(image[..., None], 3, axis=2))
+    texture.interpolate = True
+    return texture
