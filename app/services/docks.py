@@ -10,8 +10,8 @@ from stereotrack_core.errors import InputError
 from ..widgets.camera.camera_grid import CameraGrid
 from ..widgets.forms.message import Message
 from ..widgets.scene.scene_view import SceneView
+from ..widgets.timeline.bars import Transport
 from ..widgets.timeline.timeline_view import TimelineView
-from ..widgets.timeline.transport import Transport
 from .layout import Workspace, arrange, forget_layout, restore_layout, save_layout
 from .notifier import Notifier
 from .stored import stored_text

@@ -21,7 +21,7 @@ from stereotrack_core.evaluation.comparison.compare import (
 )
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 
-from ..widgets.tables.comparison_rows import ComparedCell, ComparedRow
+from ..widgets.tables.comparison_panel import ComparedCell, ComparedRow
 from .judgement import Judgement
 from .runs import RunEntry
 from .truth import with_quality

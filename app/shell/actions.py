@@ -8,7 +8,7 @@ from PySide6.QtWidgets import QApplication
 
 from ..context import Context
 from ..services.actions import Command
-from ..widgets.forms.bars import MessageBar
+from ..widgets.forms.message import MessageBar
 from ..widgets.style.theme import THEME_NAMES, ThemeName, apply_theme, chosen_theme
 from .dialogs import Dialogs
 

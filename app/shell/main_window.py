@@ -10,7 +10,7 @@ from ..context import make_context
 from ..services.stored import stored_bytes
 from ..services.tasks.process import TaskProcess
 from ..session.opening import dropped_path
-from ..widgets.forms.bars import MessageBar
+from ..widgets.forms.message import MessageBar
 from ..widgets.forms.welcome import WelcomePage
 from ..widgets.style.icons import set_icon
 from .actions import MENUS, commands

@@ -12,8 +12,7 @@ from app.session.judgement import judged
 from app.session.runs import RunEntry, frames_of_run
 from app.session.truth import recorded_truth
 from app.widgets.style.theme import apply_theme
-from app.widgets.tables.comparison_panel import ComparisonPanel
-from app.widgets.tables.comparison_rows import ComparedCell, ComparedRow
+from app.widgets.tables.comparison_panel import ComparedCell, ComparedRow, ComparisonPanel
 from stereotrack_core.body.angles import ALL_JOINTS, state_names
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import proportions_of

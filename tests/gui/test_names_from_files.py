@@ -6,8 +6,7 @@ import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtWidgets import QLabel, QMessageBox, QToolTip, QWidget
 
-from app.widgets.forms.bars import MessageBar
-from app.widgets.forms.message import Message
+from app.widgets.forms.message import Message, MessageBar
 from app.widgets.plots.plots import label_axis, new_plot
 
 NAME = "<img src='x'><b>N</b>"

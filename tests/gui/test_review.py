@@ -144,7 +144,7 @@ def test_joint_angles_have_bands_and_the_reference_beside_them(reviewing, qtbot,
     show(reviewing, qtbot, "motion")
     reviewing.context.docks.dock("explanations").raise_()
     table, model = panels.motion.table, panels.motion.model
-    row = [one.label for one in model.rows].index("right elbow flexion")
+    row = [one[0].text for one in model.rows].index("right elbow flexion")
     assert "±" in model.cell(row, 1).text
     table.scrollTo(model.index(row, 0))
     rect = table.visualRect(model.index(row, 0))

@@ -126,7 +126,7 @@ WHERE_THINGS_ARE = """
 import stereotrack_app, stereotrack_core
 from PySide6.QtWidgets import QApplication
 from stereotrack_app.widgets.style.icons import icon
-from stereotrack_app.widgets.style.resource_files import resource_folder
+from stereotrack_app.widgets.style.icons import resource_folder
 
 application = QApplication([])
 print(stereotrack_app.__file__, stereotrack_core.__file__, resource_folder(), sep="\\n")

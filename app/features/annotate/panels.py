@@ -20,11 +20,10 @@ from stereotrack_core.recording.description import Recording
 
 from ...services.failures import message_of
 from ...services.tasks.task import TaskList
-from ...widgets.forms.bars import RepeatBar
-from ...widgets.forms.message import Message
+from ...widgets.forms.message import Message, RepeatBar
 from ...widgets.tables.history_panel import HistoryPanel
 from ...widgets.tables.next_panel import NextPanel
-from ...widgets.timeline.annotation_bar import AnnotationBar
+from ...widgets.timeline.bars import AnnotationBar
 from ...widgets.timeline.lanes import KINDS, LaneFilter
 from ...widgets.timeline.timeline_view import TimelineView
 from .filling.reference_work import ReferenceWork

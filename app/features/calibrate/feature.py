@@ -7,8 +7,8 @@ from PySide6.QtCore import QObject, Slot
 from ...context import Context
 from ...services.layout import Workspace
 from ...widgets.forms.message import Message
-from ...widgets.tables.findings_panel import FindingsPanel
-from ...widgets.tables.rig_panel import RigPanel
+from ...widgets.tables.panels import FindingsPanel
+from ...widgets.tables.trees import RigPanel
 
 _FINDINGS = "Recording checks"
 

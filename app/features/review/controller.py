@@ -24,8 +24,8 @@ from ...session.runs import RunEntry
 from ...widgets.forms.form_dialog import ask_to_save
 from ...widgets.plots.angle_plot import AnglePlot
 from ...widgets.plots.cloud_plot import CloudPlot
-from ...widgets.tables.motion_table import MotionTable
-from ...widgets.tables.statistics_panel import StatisticsPanel
+from ...widgets.tables.panels import MotionTable
+from ...widgets.tables.trees import StatisticsPanel
 from . import limb_numbers
 from .explaining import KINDS, RunCircumstances, content_of
 from .joint_angles import (

@@ -24,9 +24,10 @@ from stereotrack_core.recording.description import Segment
 from ...services.tasks.task import TaskList
 from ...session.runs import RunEntry, RunList
 from ...session.truth import Truth
-from ...widgets.plots.angle_plot import REFERENCE_STYLE, AngleCurve
+from ...widgets.plots.plots import Curve
 from ...widgets.style.limb_colours import LIMB_COLOURS
-from ...widgets.tables.motion_table import MotionRow
+from ...widgets.style.line_styles import LineStyle
+from ...widgets.tables.table import Cell, CellRow
 from .per_run import PerRun
 
 _MORE = 1.25
@@ -66,8 +67,8 @@ class Moved:
 
     name: str
     """The run, or the reference."""
-    style: str
-    """The run's line style, or :data:`REFERENCE_STYLE`."""
+    style: LineStyle
+    """The run's line style, or that of the reference."""
     angles: JointAngles
     motion: Motion
 
@@ -97,13 +98,13 @@ class RunAngles:
     def shown(self, truth: Truth | None, fps: float, cut_off: float) -> list[Moved]:
         """Angles of all runs that are shown, the active one first, then of the reference."""
         active = self._runs.active
-        named: list[tuple[object, str, str]] = [
+        named: list[tuple[object, str, LineStyle]] = [
             (entry, entry.name, self._runs.style(entry))
             for entry in (active, *self._runs.shown_beside())
             if entry is not None
         ]
         if truth is not None:
-            named.append((truth, "reference", REFERENCE_STYLE))
+            named.append((truth, "reference", "reference"))
         return [
             Moved(name, style, angles, self._motion(angles, fps, cut_off))
             for about, name, style in named
@@ -129,7 +130,7 @@ def _of_truth(truth: Truth, _task: object) -> JointAngles:
     return angles_of_trajectory(truth.trajectory)
 
 
-def curves_of(moved: Sequence[Moved], kind: str, quantity: str) -> tuple[AngleCurve, ...]:
+def curves_of(moved: Sequence[Moved], kind: str, quantity: str) -> tuple[Curve, ...]:
     """Curves of one angle, left and right; only the active run and the reference have bands."""
     curves = []
     for one in moved:
@@ -137,12 +138,12 @@ def curves_of(moved: Sequence[Moved], kind: str, quantity: str) -> tuple[AngleCu
         for k, angle in enumerate(ANGLES):
             if angle.kind != kind or not np.isfinite(value[:, k]).any():
                 continue
-            banded = one.style in {"solid", REFERENCE_STYLE}
-            stated = sigma[:, k] if banded else np.full(len(value), np.nan)
+            banded = one.style in {"solid", "reference"}
             curves.append(
-                AngleCurve(
-                    one.name, angle.side, LIMB_COLOURS[angle.limb], one.style,
-                    one.angles.frame, np.degrees(value[:, k]), np.degrees(stated),
+                Curve(
+                    one.name, angle.side or angle.limb, LIMB_COLOURS[angle.limb], one.style,
+                    one.angles.frame, np.degrees(value[:, k]),
+                    np.degrees(sigma[:, k]) if banded else None,
                 )
             )  # fmt: skip
     return tuple(curves)
@@ -166,11 +167,11 @@ def plot_words(moved: Sequence[Moved], kind: str, quantity: str) -> str:
     return f"{limit}. Band: one standard deviation, assuming independent errors between frames."
 
 
-def range_rows(moved: Moved, stretch: Segment) -> tuple[MotionRow, ...]:
+def range_rows(moved: Moved, stretch: Segment) -> tuple[CellRow, ...]:
     """Rows of the table of ranges in a stretch, arms first."""
     found = stretch_motion(moved.angles, moved.motion, stretch)
     sides = {side.left.angle.name: side for side in found.sides}
-    rows = []
+    rows: dict[bool, list[CellRow]] = {False: [], True: []}
     for one in found.ranges:
         if not one.frames:
             continue
@@ -186,9 +187,10 @@ def range_rows(moved: Moved, stretch: Segment) -> tuple[MotionRow, ...]:
             difference,
         )
         label = one.angle.words.replace("shoulder ", "")  # whole in the tip
-        rows.append(MotionRow(one.angle.kind, one.angle.limb, label, cells, _hint(one)))
-    order = sorted(rows, key=lambda row: row.limb in {"torso", "head"})
-    return tuple(order)
+        hint, limb = _hint(one), one.angle.limb
+        name = Cell(label, hint, swatch=LIMB_COLOURS[limb], value=one.angle.kind)
+        rows[limb in {"torso", "head"}].append((name, *(Cell(text, hint) for text in cells)))
+    return (*rows[False], *rows[True])
 
 
 def table_words(moved: Moved, stretch: Segment) -> str:

@@ -14,9 +14,9 @@ from stereotrack_core.recording.description import Segment
 
 from ...session.judgement import LOST_SHARE, MEASURED_LIMBS, Judgement
 from ...session.runs import RunEntry
-from ...widgets.style.limb_colours import limb_words
-from ...widgets.tables.statistics_panel import StatisticsGroup, StatisticsRow
-from ...widgets.tables.table import Column
+from ...widgets.style.limb_colours import LIMB_COLOURS, limb_words
+from ...widgets.tables.table import RIGHT, Cell, CellRow, Column
+from ...widgets.tables.trees import TreeRow
 
 LOST_DEG = 45.0
 _CSV = (
@@ -69,29 +69,32 @@ def columns(threshold: float, measure: str) -> tuple[Column, ...]:
         if measure == "error"
         else "Share of frames with a failure probability above one half, %"
     )
-    return (
-        Column("mean", f"Mean {own}, degrees"),
-        Column("median", f"Median {own}, degrees"),
-        Column("95 %", f"95th percentile of the {own}, degrees"),
-        Column("max", f"Largest {own}, degrees"),
-        Column(
-            f"> {threshold:.0f}°", "Share of frames above the threshold of the plot, %"
-        ),
-        Column("lost", lost),
-    )  # fmt: skip
+    headings = {
+        "mean": f"Mean {own}, degrees",
+        "median": f"Median {own}, degrees",
+        "95 %": f"95th percentile of the {own}, degrees",
+        "max": f"Largest {own}, degrees",
+        f"> {threshold:.0f}°": "Share of frames above the threshold of the plot, %",
+        "lost": lost,
+    }
+    return tuple(Column(heading, tip, RIGHT) for heading, tip in headings.items())
 
 
-def groups(numbers: Sequence[StretchNumbers]) -> tuple[StatisticsGroup, ...]:
-    """Groups of the panel; those of runs beside the first are named after them."""
+def groups(numbers: Sequence[StretchNumbers]) -> tuple[TreeRow, ...]:
+    """Rows of the panel; those of runs beside the first are named after them."""
     result = []
     for i, one in enumerate(numbers):
         other = one.run != numbers[0].run
         title = f"{one.run}, {one.stretch.name}" if other else one.stretch.name
-        rows = tuple(_row(row) for row in one.limbs if row.limb != ALL_ARMS)
-        pooled = next(_row(row).values for row in one.limbs if row.limb == ALL_ARMS)
+        rows = tuple(
+            TreeRow((Cell(limb_words(row.limb), swatch=LIMB_COLOURS[row.limb]), *_cells(row)))
+            for row in one.limbs
+            if row.limb != ALL_ARMS
+        )
+        pooled = next(_cells(row) for row in one.limbs if row.limb == ALL_ARMS)
         frames = f"frames {one.stretch.first} – {one.stretch.end - 1}"
         hint = f"{one.measure.capitalize()} of {one.run}, {frames}. Beside the name: all arms."
-        result.append(StatisticsGroup(title, hint, pooled, rows, open=i == 0))
+        result.append(TreeRow((Cell(title, hint, bold=True), *pooled), rows, open=i == 0))
     return tuple(result)
 
 
@@ -127,11 +130,12 @@ def as_csv(numbers: Sequence[StretchNumbers], threshold: float) -> str:
     return csv_text(_CSV, rows)
 
 
-def _row(row: LimbStatistics) -> StatisticsRow:
-    values = (
-        row.mean, row.median, row.p95, row.maximum, 100.0 * row.above, 100.0 * row.lost
-    )  # fmt: skip
-    return StatisticsRow(row.limb, limb_words(row.limb), values)
+def _cells(row: LimbStatistics) -> CellRow:
+    shares = (100.0 * row.above, 100.0 * row.lost)
+    return [
+        Cell("–", "unknown", "muted") if np.isnan(value) else Cell(f"{value:.1f}")
+        for value in (row.mean, row.median, row.p95, row.maximum, *shares)
+    ]
 
 
 def _numbers(

@@ -28,7 +28,7 @@ from ...session.runs import RunEntry, entry_of_run
 from ...session.truth import Against
 from ...widgets.forms.message import Message
 from ...widgets.tables.comparison_panel import ComparisonPanel
-from ...widgets.tables.numbers_panel import NumbersPanel
+from ...widgets.tables.panels import NumbersPanel
 from ...widgets.tables.runs_panel import RunDetails, RunRow, RunsPanel
 from .keeping import RunKeeper
 from .numbers import number_rows

@@ -14,9 +14,8 @@ from ...widgets.camera.click_marks import CLICK_OVERLAYS
 from ...widgets.camera.display_panel import DisplayPanel
 from ...widgets.camera.overlays import OVERLAYS
 from ...widgets.camera.picture import PICTURE_KINDS, PictureKind
-from ...widgets.scene.bar import SceneBar
-from ...widgets.scene.scene_view import SceneView
-from ...widgets.timeline.transport import Transport
+from ...widgets.scene.scene_view import SceneBar, SceneView
+from ...widgets.timeline.bars import Transport
 from .controller import ViewController, ViewMemory
 from .scene import POINT_COLOURS
 

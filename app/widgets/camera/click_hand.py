@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 
-from PySide6.QtCore import QPointF, Qt
+from PySide6.QtCore import QLineF, QPointF, Qt
 
-from .click_marks import ClickMark, ClickMarks, Moved, Offer, Picked, Placed
+from .click_marks import ClickAct, ClickMark, ClickMarks, Offer
 from .picture_view import PictureView
 
 HANDLE = 12.0
@@ -65,9 +66,7 @@ class ClickHand:
         press = self._press
         if press is not None:
             far = (position - press.start).manhattanLength() > _STILL
-            self._press = _Press(
-                press.start, position, press.mark, press.offset, press.dragging or far
-            )
+            self._press = replace(press, now=position, dragging=press.dragging or far)
 
     def let_go(self) -> None:
         """Do nothing after all."""
@@ -75,7 +74,7 @@ class ClickHand:
 
     def release(
         self, position: QPointF, marks: ClickMarks, modifiers: Qt.KeyboardModifier
-    ) -> Placed | Moved | Picked | None:
+    ) -> ClickAct | None:
         """What was done; None for nothing, as outside the picture."""
         self.move(position)
         press, self._press = self._press, None
@@ -86,15 +85,17 @@ class ClickHand:
             pixel = self._ground.pixel_at(press.now - press.offset)
             if not self._ground.inside(pixel):
                 return None
-            return Moved(marks.frame, marks.camera, press.mark.landmark, pixel.x(), pixel.y())
+            return ClickAct("move", marks.key(press.mark.landmark), (pixel.x(), pixel.y()))
         offer = marks.offer
         if press.mark is not None and not anyway and offer.picks:
-            return Picked(marks.frame, marks.camera, press.mark.landmark)
+            return ClickAct("pick", marks.key(press.mark.landmark))
         pixel = self._ground.pixel_at(position)
         if not self._ground.inside(pixel) or not offer.landmark:
             return None
-        guessed = bool(modifiers & Qt.KeyboardModifier.ShiftModifier)
-        return Placed(marks.frame, marks.camera, offer.landmark, pixel.x(), pixel.y(), guessed)
+        # with Shift the landmark is behind something
+        shift = modifiers & Qt.KeyboardModifier.ShiftModifier
+        key = marks.key(offer.landmark)
+        return ClickAct("guess" if shift else "place", key, (pixel.x(), pixel.y()))
 
     def offer_at(self, position: QPointF, marks: ClickMarks) -> Offer:
         """What a click there would do."""
@@ -105,18 +106,14 @@ class ClickHand:
 
     def mark_at(self, position: QPointF, marks: ClickMarks) -> ClickMark | None:
         """The nearest click whose handle is under a place in the widget."""
-        near = [
-            (self._distance(position, mark), mark)
-            for mark in marks.clicks
-            if self._distance(position, mark) <= HANDLE
-        ]
-        return min(near, key=lambda one: one[0])[1] if near else None
+        nearest = min(marks.clicks, key=partial(self._distance, position), default=None)
+        far = nearest is None or self._distance(position, nearest) > HANDLE
+        return None if far else nearest
 
-    def picked_at(self, position: QPointF, marks: ClickMarks) -> Picked | None:
+    def picked_at(self, position: QPointF, marks: ClickMarks) -> ClickAct | None:
         """The click under a place in the widget as picked, whatever is chosen."""
         mark = self.mark_at(position, marks)
-        return Picked(marks.frame, marks.camera, mark.landmark) if mark is not None else None
+        return ClickAct("pick", marks.key(mark.landmark)) if mark is not None else None
 
     def _distance(self, position: QPointF, mark: ClickMark) -> float:
-        away = position - self._ground.place_of(mark.x, mark.y)
-        return float((away.x() ** 2 + away.y() ** 2) ** 0.5)
+        return QLineF(position, self._ground.place_of(mark.x, mark.y)).length()

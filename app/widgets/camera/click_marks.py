@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from math import nan
+from typing import Literal
 
 from PySide6.QtCore import QPointF, QRectF
 from PySide6.QtGui import QPainterPath, QPolygonF
 
+from stereotrack_core.annotation.click import ClickKey
 from stereotrack_core.arrays import FloatArray
 
 CLICK_OVERLAYS: Mapping[str, str] = {
@@ -115,6 +117,10 @@ class ClickMarks:
     offer: Offer = Offer()
     """What the next click does."""
 
+    def key(self, landmark: str) -> ClickKey:
+        """Of a landmark's click in this picture."""
+        return ClickKey(self.frame, self.camera, landmark)
+
     def person_box(self) -> QRectF | None:
         """Box around the clicks and the model that is fitted to them, in pixels."""
         places = [QPointF(mark.x, mark.y) for mark in self.clicks]
@@ -135,34 +141,10 @@ class ClickMarks:
 
 
 @dataclass(frozen=True)
-class Placed:
-    """A person has clicked into a picture; raw pixels."""
+class ClickAct:
+    """What a person does with a click: place it, also as a guess, drag it, or pick it."""
 
-    frame: int
-    camera: str
-    landmark: str
-    """The one that was named at the cursor."""
-    x: float
-    y: float
-    guessed: bool = False
-    """Shift was held: the landmark is behind something."""
-
-
-@dataclass(frozen=True)
-class Moved:
-    """A person has dragged a click to another place; raw pixels."""
-
-    frame: int
-    camera: str
-    landmark: str
-    x: float
-    y: float
-
-
-@dataclass(frozen=True)
-class Picked:
-    """A person has clicked on a click."""
-
-    frame: int
-    camera: str
-    landmark: str
+    what: Literal["place", "guess", "move", "pick"]
+    key: ClickKey
+    pixel: tuple[float, float] = (nan, nan)
+    """Raw pixel where it comes to."""

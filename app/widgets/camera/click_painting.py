@@ -28,14 +28,9 @@ def paint_marks(
     shown: frozenset[str],
     bounds: QRectF,
 ) -> None:
-    """Paint what is switched on.
+    """Paint what is switched on; `to_widget` leads from raw pixels to the painter's coordinates.
 
-    Parameters
-    ----------
-    to_widget : QTransform
-        From raw pixels to the painter's coordinates.
-    bounds : QRectF
-        What is seen, in the painter's coordinates; names stay inside.
+    Names stay inside `bounds`, which is what is seen, in the painter's coordinates.
     """
     painter.setRenderHint(QPainter.RenderHint.Antialiasing)
     painter.setBrush(Qt.BrushStyle.NoBrush)

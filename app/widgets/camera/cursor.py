@@ -40,20 +40,10 @@ def paint_loupe(
     rim: QColor,
     corner: bool,
 ) -> None:
-    """Paint the neighbourhood of the cursor in a circle around it, or in a corner.
+    """Paint the neighbourhood of the cursor around it, or in the `corner` farthest from it.
 
-    Parameters
-    ----------
-    cursor : QPointF
-        Place in the widget.
-    bounds : QRectF
-        The widget.
-    scale : float
-        Widget pixels per pixel of the picture without the loupe.
-    paint : callable
-        Paints the picture with a further transform, and is told the factor of it.
-    corner : bool
-        In the corner that is farthest from the cursor; else around the cursor.
+    `cursor` and `bounds` are in the widget, which has `scale` pixels for one of the picture;
+    `paint` paints the picture with a further transform, and is told the factor of it.
     """
     factor = max(FACTOR, LEAST_SCALE / max(scale, 1e-6))
     size = loupe_size(bounds)
@@ -129,17 +119,10 @@ class CursorLabel(QWidget):
         return self._words if self.isVisibleTo(self._ground) else ""
 
     def say(self, words: str, colour: str, cursor: QPointF, clear: float = 0.0) -> None:
-        """Say something beside the cursor.
+        """Say something beside the cursor, a place in the parent.
 
-        Parameters
-        ----------
-        words : str
-        colour : str
-            ``#rrggbb`` of what would be placed; empty: nothing would be.
-        cursor : QPointF
-            Place in the parent.
-        clear : float
-            Pixels around the cursor that stay free, such as the loupe's.
+        `colour` is ``#rrggbb`` of what would be placed, or empty; `clear` are the pixels around the
+        cursor that stay free, such as the loupe's.
         """
         if (words, colour) != (self._words, self.colour):
             self._words, self.colour = words, colour

@@ -134,14 +134,7 @@ def part_shapes(
 ) -> tuple[PartShape, ...]:
     """Project the model's cones, the farthest first; parts behind the camera are left out.
 
-    Parameters
-    ----------
-    meshes : sequence of PartMesh
-    project : Projection
-    eye : (3,) float64, world
-        Centre of the camera.
-    wire : bool
-        Whether the edges are wanted, which cost most.
+    `eye` is the camera's centre (3,), world; `wire` asks for the edges, which cost most.
     """
     if not meshes:
         return ()
@@ -210,13 +203,7 @@ def ghost_paths(
 def paint_overlay(
     painter: QPainter, overlay: Overlay, shown: frozenset[str], highlighted: str, scale: float
 ) -> None:
-    """Paint what is switched on; the painter's coordinates are the picture's pixels.
-
-    Parameters
-    ----------
-    scale : float
-        Widget pixels per picture pixel.
-    """
+    """Paint what is switched on, in the picture's pixels, each `scale` pixels of the widget."""
     painter.setRenderHint(QPainter.RenderHint.Antialiasing)
     if "shading" in shown:
         _paint_shading(painter, overlay.shapes)

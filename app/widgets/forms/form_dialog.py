@@ -24,19 +24,8 @@ from ..style.building import Item, label, vbox
 class FormDialog(QDialog):
     """A form that is accepted by one button.
 
-    Parameters
-    ----------
-    title : str
-    accept : str
-        Text of the button that accepts; `run` does what it says, and closes the dialog.
-    close : bool
-        Whether the other button says Close instead of Cancel.
-
-    Attributes
-    ----------
-    words : QLabel
-        Says what is wrong or what was done.
-    accept_button : QPushButton
+    `run` does what the button says, and closes the dialog; with `close` the other button says Close
+    instead of Cancel.
     """
 
     def __init__(
@@ -51,6 +40,7 @@ class FormDialog(QDialog):
         super().__init__(parent)
         self.setWindowTitle(title)
         self.words = label()
+        """Says what is wrong or what was done."""
         standard, role = QDialogButtonBox.StandardButton, QDialogButtonBox.ButtonRole
         self.buttons = QDialogButtonBox(standard.Close if close else standard.Cancel)
         self.accept_button = self.buttons.addButton(accept, role.AcceptRole)

@@ -1,11 +1,18 @@
-"""What a message says."""
+"""Messages, the bar over the views that shows them, and the one of a blind repeat."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
+from PySide6.QtCore import QEvent, Qt, Signal
+from PySide6.QtWidgets import QFrame, QPushButton, QSizePolicy, QWidget
+
 from stereotrack_core.errors import visible
+
+from ..style.building import hbox, label, tool_button
+from ..style.icons import set_icon
+from ..style.theme import current_theme
 
 
 @dataclass(frozen=True)
@@ -29,3 +36,137 @@ class Message:
         head = f"{self.where}: {self.what}" if self.where else self.what
         head = head if head.endswith((".", "!", "?")) else f"{head}."
         return visible(f"{head} {self.remedy}".strip())
+
+
+_ICONS = {"error": "warning", "warning": "warning", "note": "info"}
+
+
+class _Bar(QFrame):
+    """A raised strip with a coloured edge, in the colours of the theme that is shown."""
+
+    edge = "accent"
+    """Name of the theme's colour for the edge."""
+
+    def changeEvent(self, event: QEvent) -> None:
+        super().changeEvent(event)
+        if event.type() == QEvent.Type.PaletteChange:
+            self._dress()
+
+    def _dress(self) -> None:
+        theme = current_theme()
+        sheet = (
+            f"{type(self).__name__} {{ background: {theme.raised}; border: none;"
+            f" border-left: 4px solid {getattr(theme, self.edge)};"
+            f" border-bottom: 1px solid {theme.border}; }}"
+        )
+        if sheet != self.styleSheet():
+            self.setStyleSheet(sheet)
+
+
+class RepeatBar(_Bar):
+    """Says, while the first reading of a frame is hidden, that it is annotated again."""
+
+    finish_requested = Signal()
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.words = label()
+        self.words.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
+        self.finish_button = QPushButton("Finish and show")
+        self.finish_button.setToolTip(
+            "Finish the blind repeat; both passes are kept in the project"
+        )
+        self.finish_button.clicked.connect(self.finish_requested)
+        self.setLayout(hbox((self.words, 1), self.finish_button, margins=(8, 4, 8, 4)))
+        self.setAccessibleName("Blind repeat")
+        self._dress()
+        self.hide()
+
+    def show_words(self, words: str) -> None:
+        """Say this; nothing to say hides the bar."""
+        self.words.setText(words)
+        self.setVisible(bool(words))
+
+
+class MessageBar(_Bar):
+    """Shows one message until it is closed; further ones are counted and wait their turn."""
+
+    dismissed = Signal(object)
+    """A person has closed this :class:`Message` without doing what it offers."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._messages: list[Message] = []
+        self._icon = tool_button("")
+        self._icon.setEnabled(False)
+        self._text = label()
+        self._text.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        self._text.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.MinimumExpanding)
+        self._more = label("", "muted", wraps=False)
+        self.do_button = QPushButton()
+        self.do_button.clicked.connect(self._do)
+        self.close_button = tool_button("Dismiss this message", "close")
+        self.close_button.clicked.connect(self.dismiss)
+        parts = (self._icon, (self._text, 1), self.do_button, self._more, self.close_button)
+        self.setLayout(hbox(*parts, margins=(8, 4, 8, 4)))
+        self.setAccessibleName("Messages")
+        self.hide()
+
+    @property
+    def message(self) -> Message | None:
+        """What is shown."""
+        return self._messages[-1] if self._messages else None
+
+    def text(self) -> str:
+        """What is written."""
+        return self._messages[-1].sentence() if self._messages else ""
+
+    def show_message(self, message: Message) -> None:
+        """Show a message above those that are there; the same one is not shown twice."""
+        if message not in self._messages:
+            self._messages.append(message)
+        self._refresh()
+
+    def close_message(self) -> None:
+        """Close the message that is shown."""
+        if self._messages:
+            self._messages.pop()
+        self._refresh()
+
+    def dismiss(self) -> None:
+        """Close the message that is shown, because the person does not want it."""
+        message = self.message
+        self.close_message()
+        if message is not None:
+            self.dismissed.emit(message)
+
+    def take_back(self, message: Message) -> None:
+        """Remove a message that holds no longer."""
+        if message in self._messages:
+            self._messages.remove(message)
+            self._refresh()
+
+    def clear(self) -> None:
+        """Close all messages."""
+        self._messages.clear()
+        self._refresh()
+
+    def _do(self) -> None:
+        message = self.message
+        self.close_message()
+        if message is not None and message.do is not None:
+            message.do()
+
+    def _refresh(self) -> None:
+        message = self.message
+        self.setVisible(message is not None)
+        if message is None:
+            return
+        self._text.setText(message.sentence())
+        self.do_button.setVisible(bool(message.button))
+        self.do_button.setText(message.button)
+        waiting = len(self._messages) - 1
+        self._more.setText(f"and {waiting} more" if waiting else "")
+        set_icon(self._icon, _ICONS[message.severity])
+        self.edge = message.severity if message.severity in ("error", "warning") else "accent"
+        self._dress()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import textwrap
-from typing import TypeAlias
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QFont, QKeyEvent, QWheelEvent
@@ -26,96 +25,25 @@ def value_text(value: Value) -> str:
     return f"{value:g}" if isinstance(value, float) else str(value)
 
 
-class NumberField(QLineEdit):
+class _Number(QLineEdit):
     """A number as text; nothing is clamped in silence."""
 
-    value_given = Signal(object)
-    """The person typed something else and left the field or pressed Enter."""
-    editing_dropped = Signal()
+    dropped = Signal()
     """The person pressed Esc."""
-
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
-        self._shown = ""
-        self.setAlignment(Qt.AlignmentFlag.AlignRight)
-        self.editingFinished.connect(self._on_finished)
-
-    def show_value(self, value: Value) -> None:
-        """Show a value without asking for it."""
-        self._shown = value_text(value)
-        self.setText(self._shown)
-        self.setCursorPosition(0)
-
-    def _on_finished(self) -> None:
-        if self.text() != self._shown:
-            self._shown = self.text()
-            self.value_given.emit(self.text().strip())
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         if event.key() == Qt.Key.Key_Escape:
-            self.editing_dropped.emit()
+            self.dropped.emit()
         else:
             super().keyPressEvent(event)
 
 
-class SwitchField(QCheckBox):
-    """Yes or no; see :class:`NumberField` for the signals."""
-
-    value_given = Signal(object)
-    editing_dropped = Signal()
-
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
-        self.clicked.connect(lambda: self.value_given.emit(self.isChecked()))
-        self.toggled.connect(self._write)
-        self._write(False)
-
-    def show_value(self, value: Value) -> None:
-        """Show a value without asking for it."""
-        self.setChecked(bool(value))
-
-    def _write(self, checked: bool) -> None:
-        self.setText(value_text(checked))
-
-
-class ChoiceField(QComboBox):
-    """One of several words; see :class:`NumberField` for the signals."""
-
-    value_given = Signal(object)
-    editing_dropped = Signal()
-
-    def __init__(self, choices: tuple[str, ...], parent: QWidget | None = None) -> None:
-        super().__init__(parent)
-        for choice in choices:
-            self.addItem(choice.replace("_", " "), choice)
-        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
-        self.activated.connect(lambda: self.value_given.emit(self.currentData()))
-
-    def show_value(self, value: Value) -> None:
-        """Show a value without asking for it."""
-        self.setCurrentIndex(self.findData(value))
+class _Choice(QComboBox):
+    """One of several words."""
 
     def wheelEvent(self, event: QWheelEvent) -> None:
         # the wheel scrolls the panel and must not change what it passes
         event.ignore()
-
-
-_Field: TypeAlias = NumberField | SwitchField | ChoiceField
-
-
-def _editor_for(row: ParameterRow, parent: QWidget) -> _Field:
-    """Make the field that fits a parameter's type."""
-    field: _Field
-    if row.type is bool:
-        field = SwitchField(parent)
-    elif row.choices:
-        field = ChoiceField(row.choices, parent)
-    else:
-        field = NumberField(parent)
-    words = f"{row.name.replace('_', ' ')} {row.unit}".strip()
-    field.setAccessibleName(words)
-    field.setAccessibleDescription(row.help)
-    return field
 
 
 class ParameterLine(QWidget):
@@ -131,10 +59,10 @@ class ParameterLine(QWidget):
         self._base: Value = row.default
         self._base_word = "preset"
         self._written = False
-        self.editor = _editor_for(row, self)
+        self.editor = self._make_editor()
         self.editor.setFixedWidth(_EDITOR_WIDTH)
-        self.editor.value_given.connect(self._on_given)
-        self.editor.editing_dropped.connect(self._show)
+        self.editor.setAccessibleName(f"{row.name.replace('_', ' ')} {row.unit}".strip())
+        self.editor.setAccessibleDescription(row.help)
         self.revert_button = tool_button("", "reset", role="plain")
         self.revert_button.clicked.connect(self.revert)
         self._name = label(row.name.replace("_", " "), wraps=False)
@@ -175,6 +103,30 @@ class ParameterLine(QWidget):
         """Go back to the base's value."""
         self._on_given(self._base)
 
+    def _make_editor(self) -> QWidget:
+        """Make the field that fits the parameter's type."""
+        if self.row.type is bool:
+            switch = QCheckBox()
+            switch.clicked.connect(self._on_given)
+            return switch
+        if self.row.choices:
+            box = _Choice()
+            for choice in self.row.choices:
+                box.addItem(choice.replace("_", " "), choice)
+            box.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+            box.activated.connect(lambda: self._on_given(box.currentData()))
+            return box
+        field = _Number()
+        field.setAlignment(Qt.AlignmentFlag.AlignRight)
+        field.editingFinished.connect(lambda: self._on_typed(field))
+        field.dropped.connect(self._show)
+        return field
+
+    def _on_typed(self, field: QLineEdit) -> None:
+        if field.isModified():
+            field.setModified(False)
+            self._on_given(field.text().strip())
+
     def _lay_out(self) -> None:
         unit = label(self.row.unit, "muted", wraps=False)
         unit.setFixedWidth(_UNIT_WIDTH)
@@ -209,7 +161,15 @@ class ParameterLine(QWidget):
 
     def _show(self) -> None:
         self._written = True
-        self.editor.show_value(self._value)
+        match self.editor:
+            case QCheckBox() as switch:
+                switch.setChecked(bool(self._value))
+                switch.setText(value_text(bool(self._value)))
+            case QComboBox() as box:
+                box.setCurrentIndex(box.findData(self._value))
+            case QLineEdit() as field:
+                field.setText(value_text(self._value))
+                field.setCursorPosition(0)
         self._refusal.clear()
         self._refusal.hide()
         self._mark(refused=False)

@@ -68,11 +68,7 @@ class ParameterPanel(QWidget):
     ) -> None:
         """Show `settings`; what differs from `base` is marked and can be reverted.
 
-        Parameters
-        ----------
-        settings, base : ParameterGroup
-        against : str
-            What `base` is, a key of :data:`AGAINST`.
+        `against` says what the base is, a key of :data:`AGAINST`.
         """
         self.settings, self._base, self._against = settings, base, against
         self.against_box.setCurrentIndex(self.against_box.findData(against))

@@ -18,14 +18,8 @@ from ..style.building import choice, hbox, label, scrolled, searchable, tool_but
 class SweepValues(QWidget):
     """Lines of names and values, and a field that adds one.
 
-    Parameters
-    ----------
-    names : sequence of (str, str)
-        What can be varied, with a sentence about it.
-    hint : callable
-        Which values a name takes, in words.
-    form : str
-        How values are written.
+    `names` are what can be varied, each with a sentence about it; `hint` says in words which values
+    a name takes, and `form` how they are written.
     """
 
     changed = Signal()

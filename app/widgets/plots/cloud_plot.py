@@ -8,20 +8,17 @@ from typing import Any
 
 import numpy as np
 import pyqtgraph as pg
-from PySide6.QtCore import QEvent, QSize, Signal
+from PySide6.QtCore import QSize, Signal
 from PySide6.QtGui import QColor, QPen
 from PySide6.QtWidgets import QWidget
 
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 
-from ..style.building import choice, hbox, vbox
-from ..style.elided_label import ElidedLabel
+from ..style.building import ElidedLabel, choice, hbox, vbox
 from ..style.limb_colours import limb_words
 from ..style.line_styles import PEN_STYLES, LineStyle
-from ..style.theme import current_theme
-from .error_curves import Curve
-from .limb_legend import LimbLegend
-from .plots import band, dress_plot, new_plot, shade
+from ..style.theme import Dressed, current_theme
+from .plots import Curve, LimbLegend, band, dress_plot, new_plot, shade
 
 _OTHERS: tuple[LineStyle, ...] = ("dash", "dot", "dashdot")
 _SYMBOLS = ("o", "x", "t", "s", "d")
@@ -77,7 +74,7 @@ class CloudContent:
     steps: tuple[Steps, ...] = ()
 
 
-class CloudPlot(QWidget):
+class CloudPlot(Dressed):
     """A plot with a choice of what it shows; a click on a point goes to its frame."""
 
     frame_requested = Signal(int)
@@ -93,6 +90,7 @@ class CloudPlot(QWidget):
         self.legend = LimbLegend(self)
         self.legend.toggled.connect(self._show_limbs)
         self.plot = new_plot(self)
+        self.setMinimumSize(200, 150)
         self.plot.setAccessibleName("Errors against possible causes")
         self.plot.scene().sigMouseClicked.connect(self._on_plot_clicked)
         self.words = ElidedLabel(_NOTHING, self)
@@ -103,9 +101,6 @@ class CloudPlot(QWidget):
 
     def sizeHint(self) -> QSize:
         return QSize(420, 300)
-
-    def minimumSizeHint(self) -> QSize:
-        return QSize(200, 150)
 
     @property
     def kind_key(self) -> str:
@@ -221,15 +216,10 @@ class CloudPlot(QWidget):
         ticks = [[(float(n), str(n)) for n in range(32)], []] if counts else None
         self.plot.getAxis("bottom").setTicks(ticks)
 
-    def changeEvent(self, event: QEvent) -> None:
-        if event.type() == QEvent.Type.PaletteChange:
-            self._dress()
-            self.show_content(self._content)
-        super().changeEvent(event)
-
     def _dress(self) -> None:
         dress_plot(self.plot)
         self.legend.refresh()
+        self.show_content(self._content)
 
 
 def _style(place: int) -> LineStyle:

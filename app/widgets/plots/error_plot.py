@@ -11,13 +11,10 @@ from PySide6.QtGui import QColor, QResizeEvent
 from PySide6.QtWidgets import QWidget
 
 from ..style.building import hbox, label, vbox
-from ..style.limb_colours import EXTRA_COLOURS, limb_words
-from ..style.line_styles import PEN_STYLES
+from ..style.limb_colours import EXTRA_COLOURS
 from ..style.theme import current_theme
-from .error_curves import Curve, next_crossing, thinned
 from .frame_plot import FRAME_KEYS, FramePlot
-from .limb_legend import LimbLegend
-from .plots import label_axis
+from .plots import Curve, label_axis
 
 _HELP = (
     "Click to go to a frame, drag the threshold line, scroll to zoom, right-drag to scale. "
@@ -41,17 +38,11 @@ class ErrorPlot(FramePlot):
         super().__init__(_name(title), parent)
         self._unit = unit
         self._headings = title, ""
-        self._curves: tuple[Curve, ...] = ()
-        self._items: list[pg.PlotCurveItem] = []
         self.setAccessibleDescription(_HELP)
-        self.legend = LimbLegend(self)
-        """Switches of the limbs."""
-        self.legend.toggled.connect(self._on_toggled)
         self._add_threshold()
         self._heading = label(title, "heading", wraps=False)
         head = hbox(self._heading, (self.legend, 1), margins=(8, 0, 0, 0))
         self.setLayout(vbox(head, (self._plot, 1), spacing=0))
-        self._box.sigResized.connect(self._thin)
         self._dress()
 
     # ---- what is shown
@@ -60,12 +51,6 @@ class ErrorPlot(FramePlot):
     def threshold(self) -> float:
         """Value of the line."""
         return float(self._threshold.value())
-
-    @property
-    def shown_curves(self) -> tuple[Curve, ...]:
-        """Curves of limbs that are not switched off."""
-        hidden = self.legend.hidden_limbs
-        return tuple(curve for curve in self._curves if curve.limb not in hidden)
 
     def set_title(self, title: str) -> None:
         """Show another measure."""
@@ -85,20 +70,8 @@ class ErrorPlot(FramePlot):
         return "" if self._heading.isHidden() else self._heading.text()
 
     def set_curves(self, curves: Sequence[Curve]) -> None:
-        """Show these curves; what a person has zoomed to is kept."""
-        first, last = self._box.viewRange()[0]
-        low, high = self._extent()
-        was_whole = not self._curves or (first <= low + 0.5 and high - 0.5 <= last)
-        self._curves = tuple(curves)
-        for item in self._items:
-            self._plot.removeItem(item)
-        self._items = [self._new_item(curve) for curve in self._curves]
-        self.legend.set_curves(self._curves)
+        super().set_curves(curves)
         self._fit_heading()
-        self._limit()
-        if was_whole and self._extent() != (low, high):
-            self.show_everything()
-        self._on_toggled()
 
     def set_threshold(self, value: float) -> None:
         """Move the threshold's line without emitting a signal."""
@@ -130,51 +103,10 @@ class ErrorPlot(FramePlot):
         self._threshold.setZValue(20)
         self._plot.addItem(self._threshold, ignoreBounds=True)
 
-    def _new_item(self, curve: Curve) -> pg.PlotCurveItem:
-        style = PEN_STYLES[curve.style]
-        item = pg.PlotCurveItem(
-            # wider lines take Qt ten times as long
-            pen=pg.mkPen(curve.colour, width=1, style=style),
-            connect="finite",
-            name=f"{curve.name}, {limb_words(curve.limb)}",
-        )
-        # the playhead moves over kept pictures of the curves
-        item.setCacheMode(pg.PlotCurveItem.CacheMode.DeviceCoordinateCache)
-        self._plot.addItem(item)
-        return item
-
-    def _is_empty(self) -> bool:
-        return not self._curves
-
-    def _extent(self) -> tuple[float, float]:
-        if self._frame_count:
-            return super()._extent()
-        ends = [(c.frame[0], c.frame[-1] + 1) for c in self._curves if len(c.frame)]
-        if not ends:
-            return 0.0, 1.0
-        return float(min(a for a, _ in ends)), float(max(b for _, b in ends))
-
     def _fit_values(self) -> None:
         tops = [np.nanmax(c.value) for c in self.shown_curves if np.isfinite(c.value).any()]
         top = max([1.06 * float(value) for value in tops] + [1.15 * self.threshold, 1e-6])
         self._box.setYRange(0.0, top, padding=0)
-
-    def _thin(self) -> None:
-        first, last = self._box.viewRange()[0]
-        columns = max(int(self._box.width()), 50)
-        hidden = self.legend.hidden_limbs
-        for curve, item in zip(self._curves, self._items, strict=True):
-            item.setVisible(curve.limb not in hidden)
-            if curve.limb not in hidden:
-                item.setData(*thinned(curve.frame, curve.value, first, last, columns))
-
-    def _on_toggled(self) -> None:
-        self._fit_values()
-        self._thin()
-
-    def _on_range_changed(self) -> None:
-        self._thin()
-        super()._on_range_changed()
 
     def _on_threshold(self) -> None:
         if not self._quiet:
@@ -202,8 +134,29 @@ class ErrorPlot(FramePlot):
         self._threshold.setHoverPen(pg.mkPen(theme.error, width=3.0))
         self._threshold.label.setColor(QColor(theme.error))
         self._threshold.label.fill = pg.mkBrush(theme.plot_background)
-        self.legend.refresh()
 
 
 def _name(title: str) -> str:
     return f"Plot of the {title} over frames"
+
+
+def next_crossing(
+    curves: Sequence[Curve], threshold: float, frame: int, direction: int
+) -> int | None:
+    """First frame of the next or previous stretch in which any curve is above the threshold.
+
+    `frame` is where to start looking, `direction` 1 for forwards, -1 for backwards; None where
+    there is no such stretch.
+    """
+    above: set[int] = set()
+    for curve in curves:
+        with np.errstate(invalid="ignore"):
+            above.update(curve.frame[curve.value > threshold].tolist())
+    frames = np.array(sorted(above), dtype=np.int64)
+    if not len(frames):
+        return None
+    begins = frames[np.concatenate([[True], np.diff(frames) > 1])]
+    wanted = begins[begins > frame] if direction > 0 else begins[begins < frame]
+    if not len(wanted):
+        return None
+    return int(wanted[0] if direction > 0 else wanted[-1])

@@ -1,21 +1,30 @@
-"""A plot over the frames of a recording, with a playhead, linked to the timeline."""
+"""Curves of limbs over the frames of a recording, with a playhead, linked to the timeline."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
+import numpy as np
 import pyqtgraph as pg
-from PySide6.QtCore import QEvent, QSize, Qt, Signal
+from PySide6.QtCore import QSize, Qt, Signal
 from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QWidget
 
-from ..style.theme import current_theme
-from .plots import dress_plot, new_plot
+from stereotrack_core.arrays import FloatArray, IntArray
+
+from ..style.limb_colours import limb_words
+from ..style.line_styles import PEN_STYLES
+from ..style.theme import Dressed, current_theme
+from .plots import Curve, LimbLegend, band, dress_plot, new_plot
 
 FRAME_KEYS = "Keys: arrows step, A shows all frames."
 """What the keys of a plot over frames do."""
 
+_HALF_STROKE = 0.4
 
-class FramePlot(QWidget):
-    """What plots over frames have in common; what is drawn is up to those who derive from it."""
+
+class FramePlot(Dressed):
+    """Curves with their legend; what stands beside them is up to those who derive from it."""
 
     frame_requested = Signal(int)
     """The person clicked at this frame."""
@@ -27,8 +36,11 @@ class FramePlot(QWidget):
         self._frame = 0
         self._frame_count = 0
         self._quiet = False
+        self._curves: tuple[Curve, ...] = ()
+        self._items: list[tuple[pg.PlotCurveItem, list[pg.GraphicsObject]]] = []
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setAccessibleName(name)
+        self.setMinimumSize(200, 110)
         self._plot = new_plot(self)
         self._plot.setFocusProxy(self)
         self._plot.setMinimumHeight(80)
@@ -38,15 +50,40 @@ class FramePlot(QWidget):
         self._playhead.setZValue(30)
         self._plot.addItem(self._playhead, ignoreBounds=True)
         self._box.sigXRangeChanged.connect(self._on_range_changed)
+        self._box.sigResized.connect(self._thin)
         self._plot.scene().sigMouseClicked.connect(self._on_clicked)
+        self.legend = LimbLegend(self)
+        """Switches of the limbs."""
+        self.legend.toggled.connect(self._on_toggled)
 
     def sizeHint(self) -> QSize:
         return QSize(900, 200)
 
-    def minimumSizeHint(self) -> QSize:
-        return QSize(200, 110)
-
     # ---- what is shown
+
+    @property
+    def shown_curves(self) -> tuple[Curve, ...]:
+        """Curves of limbs that are not switched off."""
+        hidden = self.legend.hidden_limbs
+        return tuple(curve for curve in self._curves if curve.limb not in hidden)
+
+    def set_curves(self, curves: Sequence[Curve]) -> None:
+        """Show these curves; what a person has zoomed to is kept."""
+        first, last = self._box.viewRange()[0]
+        low, high = self._extent()
+        was_whole = not self._curves or (first <= low + 0.5 and high - 0.5 <= last)
+        self._curves = tuple(curves)
+        for item, bands in self._items:
+            for old in (item, *bands):
+                self._plot.removeItem(old)
+        bands_below = [self._new_bands(curve) for curve in self._curves]
+        lines = [self._new_line(curve) for curve in self._curves]
+        self._items = list(zip(lines, bands_below, strict=True))
+        self.legend.set_curves(self._curves)
+        self._limit()
+        if was_whole and self._extent() != (low, high):
+            self.show_everything()
+        self._on_toggled()
 
     def set_range(self, frame_count: int) -> None:
         """Let the axis be that of a recording of `frame_count` frames."""
@@ -85,16 +122,57 @@ class FramePlot(QWidget):
 
     # ---- for those who derive from it
 
-    def _is_empty(self) -> bool:
-        """Whether nothing is drawn, so that a click means nothing."""
-        return False
-
     def _extent(self) -> tuple[float, float]:
         """Borders of all frames."""
-        return 0.0, float(max(self._frame_count, 1))
+        if self._frame_count:
+            return 0.0, float(self._frame_count)
+        ends = [(c.frame[0], c.frame[-1] + 1) for c in self._curves if len(c.frame)]
+        if not ends:
+            return 0.0, 1.0
+        return float(min(a for a, _ in ends)), float(max(b for _, b in ends))
 
     def _fit_values(self) -> None:
         """Let the curves be seen in their whole height."""
+
+    def _new_line(self, curve: Curve) -> pg.PlotCurveItem:
+        item = pg.PlotCurveItem(
+            # wider lines take Qt ten times as long
+            pen=pg.mkPen(curve.colour, width=1, style=PEN_STYLES[curve.style]),
+            connect="finite",
+            name=f"{curve.name}, {limb_words(curve.limb)}",
+        )
+        # the playhead moves over kept pictures of the curves
+        item.setCacheMode(pg.PlotCurveItem.CacheMode.DeviceCoordinateCache)
+        self._plot.addItem(item)
+        return item
+
+    def _new_bands(self, curve: Curve) -> list[pg.GraphicsObject]:
+        """A band of its own for every stretch whose sigma is known: gaps stay open."""
+        if curve.sigma is None:
+            return []
+        known = np.isfinite(curve.value) & np.isfinite(curve.sigma)
+        ends = np.flatnonzero(np.diff(np.concatenate([[0], known.astype(np.int8), [0]])))
+        items: list[pg.GraphicsObject] = []
+        for first, end in ends.reshape(-1, 2):
+            value, sigma = curve.value[first:end], curve.sigma[first:end]
+            items += band(curve.frame[first:end], value - sigma, value + sigma, curve.colour)
+        for item in items:
+            self._plot.addItem(item)
+        return items
+
+    def _thin(self) -> None:
+        first, last = self._box.viewRange()[0]
+        columns = max(int(self._box.width()), 50)
+        hidden = self.legend.hidden_limbs
+        for curve, (line, bands) in zip(self._curves, self._items, strict=True):
+            for item in (line, *bands):
+                item.setVisible(curve.limb not in hidden)
+            if curve.limb not in hidden:
+                line.setData(*thinned(curve.frame, curve.value, first, last, columns))
+
+    def _on_toggled(self) -> None:
+        self._fit_values()
+        self._thin()
 
     def _limit(self) -> None:
         first, last = self._extent()
@@ -105,10 +183,12 @@ class FramePlot(QWidget):
     def _dress(self) -> None:
         dress_plot(self._plot)
         self._playhead.setPen(pg.mkPen(current_theme().playhead, width=1.5))
+        self.legend.refresh()
 
     # ---- what a person does
 
     def _on_range_changed(self) -> None:
+        self._thin()
         if not self._quiet:
             first, last = self._box.viewRange()[0]
             self.visible_range_changed.emit(first + 0.5, last + 0.5)
@@ -116,7 +196,7 @@ class FramePlot(QWidget):
     def _on_clicked(self, event: object) -> None:
         position = event.scenePos()  # type: ignore[attr-defined]
         left = event.button() == Qt.MouseButton.LeftButton  # type: ignore[attr-defined]
-        if left and not self._is_empty() and self._box.sceneBoundingRect().contains(position):
+        if left and self._curves and self._box.sceneBoundingRect().contains(position):
             self._request(round(self._box.mapSceneToView(position).x()))
 
     def _request(self, frame: int) -> None:
@@ -138,7 +218,37 @@ class FramePlot(QWidget):
         else:
             super().keyPressEvent(event)
 
-    def changeEvent(self, event: QEvent) -> None:
-        if event.type() == QEvent.Type.PaletteChange:
-            self._dress()
-        super().changeEvent(event)
+
+def thinned(
+    frame: IntArray, value: FloatArray, first: float, last: float, columns: int
+) -> tuple[FloatArray, FloatArray]:
+    """Points to draw for the frames from `first` to `last` on `columns` columns of pixels.
+
+    Each column keeps its smallest and largest value, so that no peak is lost; a column in which
+    nothing is known keeps a NaN, which interrupts the line.
+    Returns x and y (K,); K is at most about twice the number of columns, or that of the frames.
+    """
+    start = max(int(np.searchsorted(frame, first)) - 1, 0)
+    stop = min(int(np.searchsorted(frame, last, side="right")) + 1, len(frame))
+    x = frame[start:stop].astype(np.float64)
+    y = np.asarray(value[start:stop], dtype=np.float64)
+    size = len(x) // max(columns, 1)
+    if size < 4:
+        return _seen_alone(x, y)
+    starts = np.arange(0, len(x), size)
+    low = np.fmin.reduceat(y, starts)
+    high = np.fmax.reduceat(y, starts)
+    return np.repeat(x[starts], 2), np.stack([low, high], axis=1).ravel()
+
+
+def _seen_alone(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Make a short stroke of each value without neighbours, of which a line shows nothing."""
+    known = np.isfinite(y)
+    before, after = np.append(False, known[:-1]), np.append(known[1:], False)
+    alone = known & ~before & ~after
+    times = np.where(alone, 2, 1)
+    last = np.cumsum(times)[alone] - 1
+    x, y = np.repeat(x, times), np.repeat(y, times)
+    x[last] += _HALF_STROKE
+    x[last - 1] -= _HALF_STROKE
+    return x, y

@@ -4,16 +4,19 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from PySide6.QtCore import QPointF, QRectF, QSize, Qt
-from PySide6.QtGui import QColor, QFont, QPainter, QPaintEvent, QPen
+import numpy as np
+import pyqtgraph as pg
+from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QWidget
 
 from stereotrack_core.arrays import FloatArray
 
+from ..style.building import vbox
 from ..style.diverging import FULL_RESIDUAL, shade_colours, shade_of
-from ..style.theme import current_theme
+from ..style.theme import Dressed, current_theme
+from .plots import dress_plot, label_axis, new_plot
 
-_HEIGHT, _FOOT, _SIDE = 110, 30.0, 8.0
+_HEIGHT = 110
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,67 +37,45 @@ class Histogram:
     """What negative and positive numbers mean."""
 
 
-class HistogramView(QWidget):
-    """Paints one :class:`Histogram`; its bars have the colours of the lines in the views."""
+class HistogramView(Dressed):
+    """One :class:`Histogram`; its bars have the colours of the lines in the views."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._shown: Histogram | None = None
-        self.setMinimumHeight(_HEIGHT)
+        self._plot = new_plot(self)
+        self._plot.hideAxis("left")
+        self.setLayout(vbox(self._plot))
+        self.setFixedHeight(_HEIGHT)
         self.setAccessibleName("Residuals")
+        # the page scrolls, not its plot
+        self.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
 
     def show_histogram(self, shown: Histogram | None) -> None:
         """Show other numbers."""
         self._shown = shown
         self.setAccessibleDescription(shown.words if shown is not None else "")
-        self.update()
-
-    def sizeHint(self) -> QSize:
-        return QSize(320, _HEIGHT)
-
-    def paintEvent(self, _event: QPaintEvent) -> None:
-        shown, theme = self._shown, current_theme()
+        self._plot.clear()
+        dress_plot(self._plot, grid=False)
         if shown is None or not len(shown.counts):
             return
-        painter = QPainter(self)
-        font = QFont(self.font())
-        font.setPixelSize(11)
-        painter.setFont(font)
-        area = QRectF(_SIDE, 4.0, self.width() - 2 * _SIDE, self.height() - _FOOT - 4.0)
-        highest = max(float(shown.counts.max()), 1.0)
-        width = area.width() / len(shown.counts)
-        colours = shade_colours()
-        for i, count in enumerate(shown.counts.tolist()):
-            height = count / highest * (area.height() - 2.0)
-            bar = QRectF(area.left() + i * width, area.bottom() - height, width - 1.0, height)
-            shade = int(shade_of(shown.shades[i : i + 1] * FULL_RESIDUAL)[0])
-            painter.fillRect(bar, QColor(colours[shade]))
-            painter.setPen(QPen(QColor(theme.border), 1.0))
-            if height > 0.0:
-                painter.drawRect(bar)
-        painter.setPen(QPen(QColor(theme.muted), 1.0))
-        painter.drawLine(area.bottomLeft(), area.bottomRight())
-        self._paint_axis(painter, area, shown)
-        painter.end()
-
-    def _paint_axis(self, painter: QPainter, area: QRectF, shown: Histogram) -> None:
+        colours = np.array(shade_colours())[shade_of(shown.shades * FULL_RESIDUAL)]
+        bars = pg.BarGraphItem(
+            x0=shown.edges[:-1], x1=shown.edges[1:], height=shown.counts,
+            brushes=colours.tolist(), pen=current_theme().border,
+        )  # fmt: skip
+        self._plot.addItem(bars)
         first, last = float(shown.edges[0]), float(shown.edges[-1])
-        for value in (first, 0.5 * (first + last), last):
-            x = area.left() + (value - first) / (last - first) * area.width()
-            painter.drawLine(QPointF(x, area.bottom()), QPointF(x, area.bottom() + 3.0))
-            text = f"{value:.0f} {shown.unit}"
-            if value in {first, last}:
-                text = f"≤ {text}" if value == first and first < 0 else text
-                text = f"≥ {text}" if value == last else text
-            box = QRectF(x - 50.0, area.bottom() + 3.0, 100.0, 12.0)
-            box.moveLeft(min(max(box.left(), 2.0), self.width() - 102.0))
-            side = Qt.AlignmentFlag.AlignHCenter
-            if value == first:
-                side = Qt.AlignmentFlag.AlignLeft
-            elif value == last:
-                side = Qt.AlignmentFlag.AlignRight
-            painter.drawText(box, side, text)
-        if first < 0.0:
-            below = QRectF(area.left(), area.bottom() + 15.0, area.width(), 13.0)
-            painter.drawText(below, Qt.AlignmentFlag.AlignLeft, shown.sides[0])
-            painter.drawText(below, Qt.AlignmentFlag.AlignRight, shown.sides[1])
+        signs = ("≤ " if first < 0.0 else "", "", "≥ ")
+        values = (first, 0.5 * (first + last), last)
+        ticks = [(v, f"{sign}{v:.0f} {shown.unit}") for v, sign in zip(values, signs, strict=True)]
+        self._plot.getAxis("bottom").setTicks([ticks])
+        below, above = shown.sides
+        said = f"←  {below}  ·  {above}  →" if first < 0.0 else ""
+        label_axis(self._plot, "bottom", said)
+        self._plot.getAxis("bottom").showLabel(bool(said))
+        self._plot.setXRange(first, last, padding=0.12)
+        self._plot.setYRange(0.0, max(float(shown.counts.max()), 1.0), padding=0.02)
+
+    def _dress(self) -> None:
+        self.show_histogram(self._shown)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from PySide6.QtCore import QEvent, QSize, Qt, Signal
+from PySide6.QtCore import QSize, Qt, Signal
 from PySide6.QtGui import QAction, QColor, QResizeEvent, QWheelEvent
 from PySide6.QtWidgets import (
     QButtonGroup,
@@ -20,10 +20,9 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from ..style.building import action_button, hbox, label, vbox
-from ..style.elided_label import ElidedLabel
+from ..style.building import ElidedLabel, action_button, hbox, label, vbox
 from ..style.limb_colours import LIMB_COLOURS
-from ..style.theme import current_theme
+from ..style.theme import Dressed, current_theme
 from ..tables.table import LEFT, RIGHT, Cell, Column, TableModel, dress_table
 from .heat_map import HeatMap, HeatMapView
 from .histogram_view import Histogram, HistogramView
@@ -76,7 +75,7 @@ _NOTHING = (
 )
 
 
-class InsidePanel(QWidget):
+class InsidePanel(Dressed):
     """Steps at the left; what belongs to the chosen one at the right."""
 
     step_chosen = Signal(int)
@@ -165,13 +164,11 @@ class InsidePanel(QWidget):
         if item is not None and item.data(_STEP) is not None and not self._filling:
             self.step_chosen.emit(item.data(_STEP))
 
-    def changeEvent(self, event: QEvent) -> None:
-        if event.type() == QEvent.Type.PaletteChange:
-            for row in range(self.steps.count()):
-                item = self.steps.item(row)
-                if item.data(_STEP) is None:
-                    item.setForeground(QColor(current_theme().muted))
-        super().changeEvent(event)
+    def _dress(self) -> None:
+        for row in range(self.steps.count()):
+            item = self.steps.item(row)
+            if item.data(_STEP) is None:
+                item.setForeground(QColor(current_theme().muted))
 
 
 class StepPage(QScrollArea):

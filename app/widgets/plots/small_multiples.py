@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+import pyqtgraph as pg
 from PySide6.QtCore import QEvent, QPointF, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import (
     QColor,
@@ -16,11 +17,14 @@ from PySide6.QtGui import (
     QPaintEvent,
     QPen,
     QPolygonF,
+    QResizeEvent,
 )
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
+from ..style.building import vbox
 from ..style.limb_colours import LIMB_COLOURS
-from ..style.theme import current_theme
+from ..style.theme import Dressed, current_theme
+from .plots import dress_plot, new_plot
 
 _CELL_WIDTH, _CELL_HEIGHT = 118, 84
 _PAD = 4.0
@@ -180,60 +184,62 @@ class SmallMultiples(QWidget):
             super().keyPressEvent(event)
 
 
-class MeansCurve(QWidget):
+class MeansCurve(Dressed):
     """Mean error over the values, each above its place on the slider below."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self._multiples: tuple[Multiple, ...] = ()
-        self._current: int | None = None
+        self._last = 1
+        self._shown: tuple[Sequence[Multiple], int | None] = (), None
+        self._plot = new_plot(self)
+        self._plot.getPlotItem().layout.setContentsMargins(0, 0, 0, 0)
+        self._plot.hideAxis("left")
+        self._plot.hideAxis("bottom")
+        self._plot.setMouseEnabled(x=False, y=False)
+        self.setLayout(vbox(self._plot))
         self.setFixedHeight(64)
         self.setAccessibleName("Mean error by value")
         self.setToolTip("Mean over the arm segments and frames, for each value.")
 
     def show_means(self, multiples: Sequence[Multiple], current: int | None) -> None:
         """Show the means of these plots."""
-        self._multiples, self._current = tuple(multiples), current
-        self.update()
+        self._shown = multiples, current
+        theme = current_theme()
+        self._plot.clear()
+        dress_plot(self._plot, grid=False)
+        known = [(k, m) for k, m in enumerate(multiples) if math.isfinite(m.mean)]
+        if not known:
+            return
+        colours = [theme.good if m.best else theme.text for _, m in known]
+        means = [m.mean for _, m in known]
+        pens = zip((k for k, _ in known), colours, strict=True)
+        curve = pg.PlotDataItem(
+            [k for k, _ in known], means, pen=pg.mkPen(theme.muted, width=1.4),
+            symbol="o", symbolSize=7, symbolBrush=colours,
+            symbolPen=[pg.mkPen(theme.accent if k == current else c, width=2) for k, c in pens],
+        )  # fmt: skip
+        self._plot.addItem(curve)
+        for (k, m), colour in zip(known, colours, strict=True):
+            side = 0.0 if k == 0 else 1.0 if k == len(multiples) - 1 else 0.5
+            text = pg.TextItem(f"{m.mean:.1f}°", color=colour, anchor=(side, 1.0))
+            text.setPos(k, m.mean)
+            self._plot.addItem(text, ignoreBounds=True)
+        low, room = min(means), max(max(means) - min(means), 0.1)
+        self._plot.setYRange(low - 0.15 * room, low + 1.7 * room, padding=0)
+        self._last = max(len(multiples) - 1, 1)
+        self._fit()
 
-    def points(self) -> list[QPointF | None]:
-        """Where each mean is drawn; None where it is not known."""
-        means = [m.mean for m in self._multiples]
-        known = [mean for mean in means if math.isfinite(mean)]
-        low, high = (min(known), max(known)) if known else (0.0, 1.0)
-        room = max(high - low, 0.1)
-        area = QRectF(self.rect()).adjusted(9, 18, -9, -6)
-        step = area.width() / max(len(means) - 1, 1)
-        return [
-            QPointF(area.left() + k * step, area.bottom() - (mean - low) / room * area.height())
-            if math.isfinite(mean)
-            else None
-            for k, mean in enumerate(means)
-        ]
+    def _dress(self) -> None:
+        self.show_means(*self._shown)
 
-    def paintEvent(self, _event: QPaintEvent) -> None:
-        theme, painter = current_theme(), QPainter(self)
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        painter.fillRect(self.rect(), QColor(theme.plot_background))
-        places = self.points()
-        known = [place for place in places if place is not None]
-        painter.setPen(QPen(QColor(theme.muted), 1.4))
-        painter.drawPolyline(QPolygonF(known))
-        for k, (place, multiple) in enumerate(zip(places, self._multiples, strict=True)):
-            if place is None:
-                continue
-            colour = theme.good if multiple.best else theme.text
-            painter.setPen(
-                QPen(QColor(theme.accent), 2.0) if k == self._current else QColor(colour)
-            )
-            painter.setBrush(QColor(colour))
-            painter.drawEllipse(place, 3.5, 3.5)
-            painter.setPen(QColor(colour))
-            text = f"{multiple.mean:.1f}°"
-            width = QFontMetricsF(self.font()).horizontalAdvance(text)
-            x = min(max(place.x() - width / 2, 2.0), self.width() - width - 2.0)
-            painter.drawText(QPointF(x, place.y() - 6.0), text)
-        painter.end()
+    def _fit(self) -> None:
+        """Let the ends stand where the slider's are."""
+        edge = 9.0 * self._last / max(self.width() - 18, 1)
+        self._plot.setXRange(-edge, self._last + edge, padding=0)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._fit()
 
 
 def _parts(

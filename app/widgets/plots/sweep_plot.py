@@ -8,16 +8,15 @@ from typing import Any
 
 import numpy as np
 import pyqtgraph as pg
-from PySide6.QtCore import QEvent, QSize, Qt, Signal
+from PySide6.QtCore import QSize, Qt, Signal
 from PySide6.QtGui import QColor, QFont
 from PySide6.QtWidgets import QStackedWidget, QWidget
 
 from stereotrack_core.experiments.sweep.picture import words_of
 from stereotrack_core.experiments.sweep.table import Axis, Curve, Heat, best_cell
 
-from ..style.building import vbox
-from ..style.elided_label import shortened
-from ..style.theme import current_theme
+from ..style.building import shortened, vbox
+from ..style.theme import Dressed, current_theme
 from .plots import dress_plot, label_axis, new_plot, shade
 
 _MOST_NUMBERS = 80
@@ -33,7 +32,7 @@ _SHADES = {True: (0.42, 0.95), False: (0.05, 0.75)}
 """Part of the colour map that can be seen on a dark and on a bright ground."""
 
 
-class SweepPlot(QWidget):
+class SweepPlot(Dressed):
     """Draws curves with their points and spread, or a heat map."""
 
     rows_chosen = Signal(object)
@@ -81,9 +80,8 @@ class SweepPlot(QWidget):
         scene = self._plot.getViewBox().mapViewToScene(pg.Point(self._across(x), y))
         return self._plot.mapTo(self, self._plot.mapFromScene(scene))
 
-    def changeEvent(self, event: QEvent) -> None:
-        super().changeEvent(event)
-        if event.type() == QEvent.Type.PaletteChange and self._shown:
+    def _dress(self) -> None:
+        if self._shown:
             self._draw()
 
     @property

@@ -110,16 +110,10 @@ STANDARD_VIEWS: dict[str, tuple[float, float]] = {
 
 
 def orbit_around(points: FloatArray, view: str, aspect: float = 1.0) -> Orbit:
-    """Return the standard `view` from which all `points` (K, 3) are seen.
+    """Return the `view`, of :data:`STANDARD_VIEWS`, from which all world `points` (K, 3) are seen.
 
-    Parameters
-    ----------
-    points : (K, 3) float64, world, metres
-        May be empty: then a person's place at the origin is looked at.
-    view : str
-        A key of :data:`STANDARD_VIEWS`.
-    aspect : float
-        Width of the picture over its height.
+    Without points a person's place at the origin is looked at; `aspect` is the picture's width over
+    its height.
     """
     azimuth, elevation = STANDARD_VIEWS[view]
     if not len(points):

@@ -67,19 +67,12 @@ def _osmesa_is_there() -> bool:
 
 
 class SceneWindow:
-    """Renders what its two layers hold into pictures.
+    """Renders what its two layers hold into pictures: `scene`, and `above` seen through it.
 
     Raises
     ------
     SceneUnavailable
         If no OpenGL is to be had.
-
-    Attributes
-    ----------
-    scene : pyvista.Renderer
-        Bodies, points and floor, which hide each other.
-    above : pyvista.Renderer
-        What is seen through everything, such as the reference.
     """
 
     def __init__(self) -> None:

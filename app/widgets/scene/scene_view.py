@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import cast
 
 import numpy as np
 from PySide6.QtCore import QEvent, QPointF, QRectF, QSize, Qt, QTimer, Signal
 from PySide6.QtGui import (
+    QAction,
     QImage,
     QKeyEvent,
     QMouseEvent,
@@ -17,16 +19,54 @@ from PySide6.QtGui import (
     QResizeEvent,
     QWheelEvent,
 )
-from PySide6.QtWidgets import QApplication, QWidget
+from PySide6.QtWidgets import QApplication, QMenu, QToolButton, QWidget
 
 from stereotrack_core.arrays import FloatArray
 
+from ..style.building import action_button, hbox, label, tool_button
 from ..style.line_styles import paint_runs_legend
 from ..style.theme import current_theme
 from .content import LAYERS, SceneContent
 from .drawing import limb_at
 from .orbit import Orbit, orbit_around
 from .renderer import SceneRenderer, SceneUnavailable, paint_names
+
+_ICON = QSize(16, 16)
+
+
+class SceneBar(QWidget):
+    """A row that stands where a panel has its title, with a button for each of the `layers`.
+
+    `menus` stand behind them: text, icon and entries of each.
+    """
+
+    def __init__(
+        self,
+        title: str,
+        layers: Sequence[QAction],
+        menus: Sequence[tuple[str, str, Sequence[QAction]]],
+        parent: QWidget | None = None,
+    ) -> None:
+        super().__init__(parent)
+        self.setProperty("role", "title")
+        self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+        buttons: list[QToolButton] = []
+        for action in layers:
+            buttons.append(action_button(action))
+            buttons[-1].setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonIconOnly)
+        for text, icon, actions in menus:
+            buttons.append(tool_button(text, icon, text))
+            buttons[-1].setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonIconOnly)
+            menu = QMenu(buttons[-1])
+            menu.addActions(list(actions))
+            buttons[-1].setMenu(menu)
+            buttons[-1].setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
+        for button in buttons:
+            button.setIconSize(_ICON)
+            button.setProperty("role", "plain")
+        heading = label(title, "muted", wraps=False)
+        self.setLayout(hbox(heading, None, *buttons, margins=(8, 1, 4, 1), spacing=1))
+
 
 _REST_MS = 180
 _TURN_PER_PIXEL = np.radians(0.4)

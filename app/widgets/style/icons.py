@@ -1,6 +1,8 @@
-"""Line icons from the resources, tinted by the palette."""
+"""Data files of the program, and its line icons tinted by the palette."""
 
 from __future__ import annotations
+
+from pathlib import Path
 
 from PySide6.QtCore import QByteArray, QObject, QRectF, Qt
 from PySide6.QtGui import (
@@ -16,20 +18,40 @@ from PySide6.QtGui import (
 from PySide6.QtSvg import QSvgRenderer
 from PySide6.QtWidgets import QAbstractButton, QApplication
 
-from .resource_files import resource_path
+_APP = Path(__file__).resolve().parents[2]
+
+
+def resource_folder() -> Path:
+    """Folder of the data files.
+
+    An installed wheel carries them inside this package; in a checkout they stand at the top level,
+    beside ``app``.
+
+    Raises
+    ------
+    FileNotFoundError
+        If neither is there, which means that the installation is damaged.
+    """
+    for folder in (_APP / "resources", _APP.parent / "resources"):
+        if folder.is_dir():
+            return folder
+    raise FileNotFoundError(f"{_APP / 'resources'} is missing: reinstall stereotrack")
+
+
+def resource_path(*parts: str) -> Path:
+    """Path of one data file, such as ``resource_path("icons", "play.svg")``."""
+    path = resource_folder().joinpath(*parts)
+    if not path.is_file():
+        raise FileNotFoundError(f"{path} is missing: reinstall stereotrack")
+    return path
+
 
 _SIZES = (16, 20, 24, 32, 40, 48, 64)
 _NAME = "icon_name"
 
 
 def icon(name: str) -> QIcon:
-    """Icon in the palette's colours, sharp from 16 to 64 pixels.
-
-    Raises
-    ------
-    FileNotFoundError
-        If there is no such icon.
-    """
+    """Icon in the palette's colours, sharp from 16 to 64 pixels."""
     drawing = resource_path("icons", f"{name}.svg").read_text(encoding="utf-8")
     colours = QGuiApplication.palette()
     result = QIcon()

@@ -32,13 +32,7 @@ LANDMARK_LIMBS: MappingProxyType[str, str] = MappingProxyType(
 
 
 def limb_rgb(limb: str) -> tuple[int, int, int]:
-    """Red, green and blue of a limb, 0 to 255.
-
-    Raises
-    ------
-    KeyError
-        For a name that is no limb.
-    """
+    """Red, green and blue of a limb, 0 to 255."""
     text = LIMB_COLOURS[limb]
     return int(text[1:3], 16), int(text[3:5], 16), int(text[5:7], 16)
 

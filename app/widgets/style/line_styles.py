@@ -7,16 +7,18 @@ from typing import Literal, TypeAlias
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QPainter, QPen, QPixmap
 
-from .elided_label import shortened
+from .building import shortened
 
-LineStyle: TypeAlias = Literal["solid", "dash", "dot", "dashdot"]
+LineStyle: TypeAlias = Literal["solid", "dash", "dot", "dashdot", "reference"]
 
 PEN_STYLES: dict[LineStyle, Qt.PenStyle] = {
     "solid": Qt.PenStyle.SolidLine,
     "dash": Qt.PenStyle.DashLine,
     "dot": Qt.PenStyle.DotLine,
     "dashdot": Qt.PenStyle.DashDotLine,
+    "reference": Qt.PenStyle.DashDotDotLine,
 }
+"""No run has the style of the reference."""
 
 _LINE = 26.0
 _ROW = 17.0

@@ -9,12 +9,11 @@ from string import Template
 from typing import Literal, TypeAlias
 
 import pyqtgraph
-from PySide6.QtCore import QObject, Qt, Slot
+from PySide6.QtCore import QEvent, QObject, Qt, Slot
 from PySide6.QtGui import QColor, QPalette
-from PySide6.QtWidgets import QApplication
+from PySide6.QtWidgets import QApplication, QWidget
 
-from .icons import refresh_icons
-from .resource_files import resource_path
+from .icons import refresh_icons, resource_path
 
 ThemeName: TypeAlias = Literal["dark", "light", "system"]
 THEME_NAMES: tuple[ThemeName, ...] = ("dark", "light", "system")
@@ -72,15 +71,21 @@ class Theme:
         return self.name == "dark"
 
 
+class Dressed(QWidget):
+    """A widget that takes its colours from the theme again whenever that changes."""
+
+    def changeEvent(self, event: QEvent) -> None:
+        super().changeEvent(event)
+        if event.type() == QEvent.Type.PaletteChange:
+            self._dress()
+
+    def _dress(self) -> None:
+        """Take the colours of :func:`current_theme`."""
+
+
 @cache
 def load_theme(name: str) -> Theme:
-    """Tokens of ``dark`` or ``light`` from the resources.
-
-    Raises
-    ------
-    FileNotFoundError
-        If there is no theme of that name.
-    """
+    """Tokens of ``dark`` or ``light`` from the resources."""
     text = resource_path("themes", f"{name}.toml").read_text(encoding="utf-8")
     return Theme(name=name, **tomllib.loads(text))
 

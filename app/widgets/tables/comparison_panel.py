@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QResizeEvent
@@ -11,8 +12,34 @@ from PySide6.QtWidgets import QWidget
 
 from ..style.building import label, vbox
 from ..style.limb_colours import LIMB_COLOURS
-from .comparison_rows import ComparedCell, ComparedRow
 from .table import RIGHT, Cell, Column, TableModel, new_table, select_cells
+
+
+@dataclass(frozen=True)
+class ComparedCell:
+    """A value of one run, of which less is better."""
+
+    value: float
+    """NaN where not known."""
+    difference: float = math.nan
+    """From the first run; NaN for that itself."""
+    low: float = math.nan
+    high: float = math.nan
+    """`low` and `high`: 95 % interval of the difference; NaN where the frames are too few."""
+    differs: bool = False
+    """Whether the interval leaves 0 out."""
+    verdict: str = ""
+    """What that comes to, in words."""
+
+
+@dataclass(frozen=True)
+class ComparedRow:
+    """A measure: its limb (empty for none), its label with the unit, and a cell for each run."""
+
+    limb: str
+    label: str
+    cells: tuple[ComparedCell, ...]
+
 
 _NOTHING = "Run the tracker to see run metrics here. Show several runs to compare them."
 _WIDEST_NAME = 96
@@ -39,16 +66,9 @@ class ComparisonPanel(QWidget):
     def show_numbers(
         self, words: str, runs: Sequence[str], rows: Sequence[ComparedRow], how: str = ""
     ) -> None:
-        """Show the values of `runs`; empty `runs` stand for nothing to show.
+        """Show the values of `runs`, or that there are none.
 
-        Parameters
-        ----------
-        words : str
-            What is compared.
-        runs : sequence of str
-        rows : sequence of ComparedRow
-        how : str
-            How the intervals are made, for the tooltip.
+        `words` say what is compared, `how` says how the intervals are made, for the tooltip.
         """
         self.words.setText(words if runs else _NOTHING)
         self.words.setToolTip(how)

@@ -8,7 +8,6 @@ from html import escape
 import numpy as np
 from PySide6.QtCore import (
     QModelIndex,
-    QRect,
     QSignalBlocker,
     QSize,
     QSortFilterProxyModel,
@@ -16,10 +15,11 @@ from PySide6.QtCore import (
     Signal,
     Slot,
 )
-from PySide6.QtGui import QImage, QPainter, QPaintEvent, QPixmap
+from PySide6.QtGui import QImage, QPixmap, QResizeEvent
 from PySide6.QtWidgets import (
     QComboBox,
     QFrame,
+    QLabel,
     QScrollArea,
     QSizePolicy,
     QSplitter,
@@ -88,54 +88,38 @@ class EvidenceView(QScrollArea):
         self.picture.show_pixels(pixels)
 
 
-class ScaledPicture(QWidget):
+class ScaledPicture(QLabel):
     """A picture in its own proportions, as wide as the widget, never enlarged."""
 
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
-        self._picture: QPixmap | None = None
-        policy = QSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
-        policy.setHeightForWidth(True)
-        self.setSizePolicy(policy)
+    def __init__(self) -> None:
+        super().__init__()
+        self._whole = QPixmap()
+        self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
         self.setAccessibleName("Before, worst and after")
 
     @property
     def shown(self) -> QSize:
         """Size of the picture that is shown; empty without one."""
-        return self._picture.size() if self._picture is not None else QSize()
+        return self._whole.size()
 
     def show_pixels(self, pixels: ImageArray | None) -> None:
         """Show a picture (H, W, 3) BGR, or none."""
-        self._picture = None
+        self._whole = QPixmap()
         if pixels is not None:
             whole = np.ascontiguousarray(pixels)
             height, width = whole.shape[:2]
             image = QImage(whole.data, width, height, 3 * width, QImage.Format.Format_BGR888)
-            self._picture = QPixmap.fromImage(image)
-        self.updateGeometry()
-        self.update()
+            self._whole = QPixmap.fromImage(image)
+        self._fit()
 
-    def hasHeightForWidth(self) -> bool:
-        return True
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._fit()
 
-    def heightForWidth(self, width: int) -> int:
-        shown = self.shown
-        if shown.isEmpty():
-            return 0
-        return round(shown.height() * min(1.0, width / shown.width()))
-
-    def sizeHint(self) -> QSize:
-        return QSize(200, self.heightForWidth(max(self.width(), 1)))
-
-    def paintEvent(self, _event: QPaintEvent) -> None:
-        if self._picture is None:
-            return
-        painter = QPainter(self)
-        painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
-        share = min(1.0, self.width() / self._picture.width())
-        size = self._picture.size() * share
-        painter.drawPixmap(QRect(0, 0, size.width(), size.height()), self._picture)
-        painter.end()
+    def _fit(self) -> None:
+        width = min(self.width(), self._whole.width())
+        smooth = Qt.TransformationMode.SmoothTransformation
+        self.setPixmap(self._whole.scaledToWidth(width, smooth) if width else QPixmap())
 
 
 _COLUMNS = (
@@ -223,18 +207,7 @@ class EpisodesPanel(QWidget):
                     box.addItem(words, key)
 
     def show_rows(self, episodes: Sequence[Episode], fps: float, chosen: int, words: str) -> None:
-        """Show these episodes.
-
-        Parameters
-        ----------
-        episodes : sequence of Episode
-        fps : float
-            Frames per second.
-        chosen : int
-            The one that is chosen; -1 for none.
-        words : str
-            What is to be said about all of them.
-        """
+        """Show these, one of them `chosen` or -1; `words` are said about all of them."""
         self.words.setText(words)
         self.words.setVisible(bool(words))
         if (tuple(episodes), fps) != (self.model.rows, self._fps):

@@ -10,7 +10,7 @@ from typing import TypeAlias
 from PySide6.QtCore import QModelIndex, Qt, Signal, Slot
 from PySide6.QtWidgets import QPushButton, QTreeView, QWidget
 
-from stereotrack_core.project.history import Entry, How
+from stereotrack_core.project.history import Entry
 
 from ..style.building import empty_label, hbox, label, vbox
 from .table import Cell, Column, Index, RowDelegate, TableModel, dress_list
@@ -114,59 +114,27 @@ class HistoryModel(TableModel[Entry | None]):
         return sum(entry.state in _MOVED for entry in passed)
 
     def follow(self) -> None:
-        """Take over an edit, an undo or a redo; what is loaded further down is not read again."""
+        """Take over an edit, an undo or a redo, by reading again what is loaded."""
         if self._fetch is None:
             return
-        newest = self._fetch(1, None)
-        if newest and (not self._edits or newest[0].number > self._edits[0].number):
-            self._take_in(self._fetch, newest[0])
-        elif newest and newest[0] != self._edits[0] and newest[0].state == "done":
-            self._put(0, newest[0])
-        self._state_again(self._fetch)
-
-    def _take_in(self, fetch: Fetch, newest: Entry) -> None:
-        known = self._edits[0].number if self._edits else 0
-        found = fetch(newest.number - known + self.current, None)
-        added = tuple(entry for entry in found if entry.number > known)
-        states = [entry.state for entry in found[len(added) :]]
-        for row, state in zip(range(len(self._edits)), states, strict=False):
-            self._set_state(row, state)  # what was taken back may be given up now
-        self.beginInsertRows(QModelIndex(), 0, len(added) - 1)
-        self._edits[:0] = added
+        newest, known = self._fetch(1, None), self._edits[0].number if self._edits else 0
+        new = max(newest[0].number - known, 0) if newest else 0
+        found = self._fetch(len(self._edits) + new, None)
+        added = sum(entry.number > known for entry in found)
+        if added:
+            self.beginInsertRows(QModelIndex(), 0, added - 1)
+        self._edits = list(found[: len(self._edits) + added])
         self._list()
-        self.endInsertRows()
-
-    def _state_again(self, fetch: Fetch) -> None:
-        """Let the rows around the last edit in effect say what the project says."""
-        while True:
-            border = self.current = self._border()
-            above = (row for row in range(border - 1, -1, -1) if self._edits[row].state == "undone")
-            first = max(next(above, border) - 2, 0)
-            before = self._edits[first - 1].number if first else None
-            for row, entry in enumerate(fetch(border - first + 3, before), start=first):
-                if row < len(self._edits) and entry.number == self._edits[row].number:
-                    self._set_state(row, entry.state)
-            if self._border() == border:
-                return
-
-    def _border(self) -> int:
-        states = (row for row, entry in enumerate(self._edits) if entry.state == "done")
-        return next(states, len(self._edits))
-
-    def _set_state(self, row: int, state: How) -> None:
-        if self._edits[row].state != state:
-            self._put(row, replace(self._edits[row], state=state))
-
-    def _put(self, row: int, entry: Entry) -> None:
-        self._edits[row] = entry
-        self._list()
-        self.tell(row, row)
+        if added:
+            self.endInsertRows()
+        self.tell(0, len(self.rows) - 1)
 
     def _list(self) -> None:
         """Let the rows be the edits, with the state before all of them where they are complete."""
         beginning = [None] if self._whole and self._fetch is not None else []
         self.rows = [*self._edits, *beginning]
-        self.current = self._border()
+        states = (row for row, entry in enumerate(self._edits) if entry.state == "done")
+        self.current = next(states, len(self._edits))
         self.forget()
 
     # ---- Qt's questions

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 from PySide6.QtCore import QModelIndex, QSignalBlocker, Signal, Slot
 from PySide6.QtGui import QResizeEvent
@@ -13,7 +12,7 @@ from stereotrack_core.annotation.click import ClickKey
 from stereotrack_core.annotation.next_clicks import StopSign, Suggestion
 
 from ..style.building import hbox, label, number_box, vbox
-from ..style.theme import current_theme
+from ..style.theme import Dressed, current_theme
 from .table import RIGHT, Cell, Column, RowDelegate, TableModel, dress_list
 
 _COLUMNS = (
@@ -78,7 +77,7 @@ class SuggestionModel(TableModel[Suggestion]):
         )
 
 
-class NextPanel(QWidget):
+class NextPanel(Dressed):
     """A stop sign in words, the wanted accuracy, and the suggestions below."""
 
     visit_requested = Signal(int, str, str)
@@ -164,7 +163,7 @@ class NextPanel(QWidget):
             if self._doubted:
                 words += ", once the outlying clicks are corrected"
             self.sign.setText(f"{words[:1].upper()}{words[1:]}.")
-            self._dress_sign()
+            self._dress()
 
     @Slot()
     def go_to_next(self) -> None:
@@ -188,14 +187,10 @@ class NextPanel(QWidget):
             place = f"{one.frame}, {one.landmark.replace('_', ' ')} in {one.camera}"
             self.reason.setText(f"{place}: {self.model.cell(row, 5).text}.")
 
-    def changeEvent(self, event: Any) -> None:
-        super().changeEvent(event)
-        if event.type() == event.Type.PaletteChange and self._sign is not None:
-            self._dress_sign()
-
-    def _dress_sign(self) -> None:
-        theme = current_theme()
-        reached = self._sign is not None and self._sign.reached
+    def _dress(self) -> None:
+        if self._sign is None:
+            return
+        theme, reached = current_theme(), self._sign.reached
         colour = theme.text if not reached else theme.warning if self._doubted else theme.good
         sheet = f"color: {colour}; font-weight: 600;"
         if sheet != self.sign.styleSheet():

@@ -65,13 +65,23 @@ class Cell:
     said: str = ""
     """What a screen reader says in place of the text."""
     value: Any = None
-    """What rows are sorted by, where that is not the text."""
+    """What rows are sorted by where that is not the text, or what the program calls the row."""
+
+
+CellRow: TypeAlias = Sequence[Cell]
+
+
+def _as_it_is(row: Any) -> CellRow:
+    cells: CellRow = row
+    return cells
 
 
 class TableModel(QAbstractTableModel, Generic[_Row]):
-    """Rows of any kind under columns; `cells` says what a row shows, column by column."""
+    """Rows of any kind under columns; `cells` says what a row shows, where rows are not cells."""
 
-    def __init__(self, columns: Iterable[Column], cells: Callable[[_Row], Sequence[Cell]]) -> None:
+    def __init__(
+        self, columns: Iterable[Column] = (), cells: Callable[[_Row], CellRow] = _as_it_is
+    ) -> None:
         super().__init__()
         self.columns = tuple(columns)
         self.rows: Sequence[_Row] = ()

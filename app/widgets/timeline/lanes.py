@@ -111,16 +111,10 @@ class Lane:
 
 
 class Pyramid:
-    """An array with its reductions over blocks of 8, 64, 512 frames and so on.
+    """An array (F,) with its reductions over blocks of 8, 64, 512 frames and so on.
 
     A summary over columns then reads a number of blocks that depends on the number of columns
-    only, not on the length of the array.
-
-    Parameters
-    ----------
-    values : (F,) array
-    reduce : ufunc
-        ``np.fmax`` or ``np.bitwise_or``; must not care for order and repetition.
+    only, not on the length of the array. `reduce` must not care for order and repetition.
     """
 
     def __init__(self, values: NDArray[np.generic], reduce: np.ufunc) -> None:
@@ -135,18 +129,10 @@ class Pyramid:
         return float(self._reduce.reduce(self.levels[-1])) if len(self.levels[0]) else np.nan
 
     def columns(self, edges: FloatArray) -> NDArray[np.generic]:
-        """Reduce over columns.
+        """Reduce over columns, of which each (C,) covers the frames from one edge to the next.
 
-        Parameters
-        ----------
-        edges : (C + 1,) float64, ascending, from 0 to F
-            Column c covers the frames from edges[c] up to edges[c + 1]; a column narrower than
-            a frame shows the frame that it lies in.
-
-        Returns
-        -------
-        (C,) array
-            To a quarter of a column exact; no value is left out.
+        Edges ascend from 0 to F. A column narrower than a frame shows the frame that it lies in;
+        places are exact to a quarter of a column, and no value is left out.
         """
         per_column = (edges[-1] - edges[0]) / max(len(edges) - 1, 1)
         level = 0

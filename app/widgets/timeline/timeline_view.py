@@ -121,11 +121,7 @@ class TimelineView(QAbstractScrollArea):
     def set_lanes(self, lanes: Sequence[Lane], group: str = "runs") -> None:
         """Show these lanes; those handed on before keep what was computed for them.
 
-        Parameters
-        ----------
-        lanes : sequence of Lane
-        group : str
-            Lanes of other groups stay; groups stand in the order of their names.
+        Lanes of other groups stay; groups stand in the order of their names.
         """
         self._groups[group] = tuple(lanes)
         shown = tuple(lane for name in sorted(self._groups) for lane in self._groups[name])

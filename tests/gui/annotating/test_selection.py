@@ -6,7 +6,7 @@ import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction
 
-from app.widgets.timeline.annotation_bar import AnnotationBar
+from app.widgets.timeline.bars import AnnotationBar
 from app.widgets.timeline.lanes import LaneFilter
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.errors import InputError

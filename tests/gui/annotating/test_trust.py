@@ -10,7 +10,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QGuiApplication
 
 from app.features.annotate.exchange.agreement import AgreementDialog, agreement_report
-from app.widgets.forms.bars import RepeatBar
+from app.widgets.forms.message import RepeatBar
 from stereotrack_core.annotation.agreement import differences
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.project.blind_repeats import BlindRepeats
@@ -87,11 +87,11 @@ def test_the_report_says_words_first(annotated, make):
     report = report_of(annotated, make.clicks_at(range(10), sigma=2.0, seed=9), make)
     assert report.verdict.startswith("Good: click uncertainty ")
     assert "(360 pairs in 10 frames)" in report.verdict
-    assert [row.name for row in report.rows][:2] == ["all landmarks", "left shoulder"]
-    assert report.rows[0].own.count == 360
-    assert 1.7 < report.rows[0].own.robust_sigma < 2.3
-    assert 3.0 < report.rows[1].space.median_mm < 20.0
-    assert 0.5 < report.rows[1].space.median_deg < 6.0
+    assert [row[0].text for row in report.rows][:2] == ["all landmarks", "left shoulder"]
+    assert report.rows[0][1].text == "360"
+    assert 1.7 < float(report.rows[0][2].text) < 2.3
+    assert 3.0 < float(report.rows[1][7].text) < 20.0
+    assert 0.5 < float(report.rows[1][9].text) < 6.0
 
 
 def test_a_landmark_that_is_understood_differently_is_named(annotated, make):
@@ -106,7 +106,7 @@ def test_a_landmark_that_is_understood_differently_is_named(annotated, make):
 def test_nothing_in_common_is_said(annotated, make):
     report = report_of(annotated, make.clicks_at([50]), make)
     assert report.verdict.startswith("Nothing to compare")
-    assert report.rows[0].own.count == 0
+    assert report.rows[0][1].text == "0"
 
 
 def test_the_dialog_shows_and_copies(qtbot, annotated, make, shown):

@@ -6,8 +6,9 @@ from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtGui import QWheelEvent
 from PySide6.QtWidgets import QLabel, QToolButton
 
-from app.widgets.plots.error_curves import Curve, next_crossing, thinned
-from app.widgets.plots.error_plot import ErrorPlot
+from app.widgets.plots.error_plot import ErrorPlot, next_crossing
+from app.widgets.plots.frame_plot import thinned
+from app.widgets.plots.plots import Curve
 from app.widgets.style.limb_colours import EXTRA_COLOURS, LIMB_COLOURS
 from app.widgets.style.theme import apply_theme, current_theme
 from app.widgets.timeline.lanes import Lane
@@ -331,7 +332,7 @@ class TestPlot:
 
     def test_long_recording_is_drawn_thin(self, plot):
         plot.set_curves(curves_of(100_000))
-        assert all(len(item.xData) < 4000 for item in plot._items)
+        assert all(len(item.xData) < 4000 for item in [line for line, _ in plot._items])
 
     def test_theme_changes_the_background(self, qapp, plot, dark):
         apply_theme(qapp, "light")

@@ -3,7 +3,7 @@ from PySide6.QtCore import QItemSelectionModel, Qt
 from PySide6.QtGui import QGuiApplication
 
 from app.widgets.style.limb_colours import LIMB_COLOURS
-from app.widgets.tables.numbers_panel import NumbersPanel
+from app.widgets.tables.panels import NumbersPanel
 
 ROWS = [
     ("", "torso position", "67 mm", "from the reference"),

@@ -15,9 +15,8 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.widgets.style.icons import icon, set_icon
+from app.widgets.style.icons import icon, resource_folder, resource_path, set_icon
 from app.widgets.style.limb_colours import LANDMARK_LIMBS, LIMB_COLOURS, limb_rgb, limb_words
-from app.widgets.style.resource_files import resource_folder, resource_path
 from app.widgets.style.theme import apply_theme, chosen_theme, current_theme, load_theme
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.recording.landmarks import LANDMARKS

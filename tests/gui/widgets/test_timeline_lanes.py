@@ -5,8 +5,8 @@ from hypothesis import strategies as st
 
 from app.widgets.style.theme import load_theme
 from app.widgets.timeline.lanes import Lane, Mark, Pyramid, Span, covered_columns
+from app.widgets.timeline.painting import heat_colours, rgba, strip_pixels
 from app.widgets.timeline.scale import TimelineScale
-from app.widgets.timeline.strips import heat_colours, rgba, strip_pixels
 
 THEME = load_theme("dark")
 

@@ -8,7 +8,7 @@ from PySide6.QtCore import QObject, Slot
 from PySide6.QtGui import QKeySequence
 from PySide6.QtWidgets import QInputDialog
 
-from stereotrack_core.annotation.click import ClickKey, Prediction, Visibility
+from stereotrack_core.annotation.click import Prediction, Visibility
 from stereotrack_core.annotation.frame_clicks import ClickHints
 from stereotrack_core.annotation.swaps import Swap
 from stereotrack_core.project.blind_repeats import BlindRepeats
@@ -17,10 +17,10 @@ from ....context import Context
 from ....services.stored import stored_text
 from ....session.pictures import FittedBody
 from ....widgets.camera.camera_grid import camera_of
-from ....widgets.camera.click_marks import Moved, Picked, Placed
+from ....widgets.camera.click_marks import ClickAct
 from ....widgets.forms.message import Message
-from ....widgets.tables.body_panel import BodyPanel
 from ....widgets.tables.landmarks_panel import LandmarksPanel
+from ....widgets.tables.panels import BodyPanel
 from .annotating import Annotating
 from .choosing import ADVANCES, Advance
 from .facts import AnnotationFacts
@@ -173,7 +173,7 @@ class ClickController(QObject):
             cameras, fit = self._all_cameras(), facts.fit
             names = [(facts.views or {}).get(name, name) for name in cameras]
             self.landmarks.show_rows(names, landmark_rows(facts, cameras))
-            self.body.show_body(fit_words(facts), limb_rows(facts), length_rows(facts))
+            self.body.show_body(fit_words(facts), (*limb_rows(facts), *length_rows(facts)))
             state.show_fit(FittedBody(fit.question.frame, fit.meshes) if fit is not None else None)
         self._context.actions.refresh_soon()
 
@@ -198,16 +198,15 @@ class ClickController(QObject):
     # ---- what a person does
 
     @Slot(object)
-    def _on_clicked(self, what: Placed | Moved | Picked) -> None:
-        if isinstance(what, Placed):
-            seen = Visibility.GUESSED if what.guessed else Visibility.SEEN
-            key = ClickKey(what.frame, what.camera, what.landmark)
-            self.annotating.place(key, (what.x, what.y), seen)
-        elif isinstance(what, Moved):
-            key = ClickKey(what.frame, what.camera, what.landmark)
-            self.annotating.move(key, (what.x, what.y))
-        else:
-            self.annotating.pick(ClickKey(what.frame, what.camera, what.landmark))
+    def _on_clicked(self, act: ClickAct) -> None:
+        match act.what:
+            case "move":
+                self.annotating.move(act.key, act.pixel)
+            case "pick":
+                self.annotating.pick(act.key)
+            case _:
+                seen = Visibility.GUESSED if act.what == "guess" else Visibility.SEEN
+                self.annotating.place(act.key, act.pixel, seen)
 
     def nudge(self, x: float, y: float) -> None:
         """Move the click in hand in the direction that the person sees; picture pixels."""

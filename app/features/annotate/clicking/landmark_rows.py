@@ -13,9 +13,9 @@ from stereotrack_core.annotation.fit.results import mistake_words
 from stereotrack_core.annotation.frame_clicks import ShownFit
 from stereotrack_core.body.limbs import LIMBS
 
-from ....widgets.style.limb_colours import limb_words
-from ....widgets.tables.body_panel import BodyRow
+from ....widgets.style.limb_colours import LIMB_COLOURS, limb_words
 from ....widgets.tables.landmarks_panel import CellState, LandmarkRow
+from ....widgets.tables.table import Cell, CellRow
 from .marks import FrameMarks, predictions_in
 
 _KEYS = 9
@@ -53,7 +53,7 @@ def landmark_rows(facts: FrameMarks, cameras: Sequence[str]) -> tuple[LandmarkRo
     )
 
 
-def limb_rows(facts: FrameMarks) -> tuple[BodyRow, ...]:
+def limb_rows(facts: FrameMarks) -> tuple[CellRow, ...]:
     """How well the clicks fix every limb's direction; nothing without a fit."""
     if facts.fit is None:
         return ()
@@ -61,7 +61,7 @@ def limb_rows(facts: FrameMarks) -> tuple[BodyRow, ...]:
     names = facts.landmark_set.names
     astray = {facts.landmark_set[name].limb for name in names if _mistaken(facts, name)}
     return tuple(
-        BodyRow(
+        _body_cells(
             limb,
             limb_words(limb),
             f"± {sigma:.1f}°",
@@ -72,12 +72,12 @@ def limb_rows(facts: FrameMarks) -> tuple[BodyRow, ...]:
     )
 
 
-def length_rows(facts: FrameMarks) -> tuple[BodyRow, ...]:
+def length_rows(facts: FrameMarks) -> tuple[CellRow, ...]:
     """Clicked lengths beside the subject's."""
     if facts.hints is None:
         return ()
     return tuple(
-        BodyRow(
+        _body_cells(
             "",
             one.name,
             f"{1000.0 * one.clicked:.0f} mm",
@@ -86,6 +86,14 @@ def length_rows(facts: FrameMarks) -> tuple[BodyRow, ...]:
             one.doubtful,
         )
         for one in facts.hints.lengths
+    )
+
+
+def _body_cells(limb: str, label: str, value: str, words: str, doubtful: bool) -> CellRow:
+    return (
+        Cell(label, swatch=LIMB_COLOURS.get(limb)),
+        Cell(value, colour="warning" if doubtful else "text"),
+        Cell(words, words, "muted"),
     )
 
 

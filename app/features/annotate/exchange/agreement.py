@@ -8,10 +8,11 @@ from dataclasses import dataclass
 
 from PySide6.QtCore import Signal
 from PySide6.QtGui import QGuiApplication
-from PySide6.QtWidgets import QDialog, QWidget
+from PySide6.QtWidgets import QDialog, QHeaderView, QWidget
 
 from stereotrack_core.annotation.agreement import (
     Agreement,
+    AgreementInSpace,
     Difference,
     agreement,
     agreement_by_landmark,
@@ -24,7 +25,7 @@ from stereotrack_core.geometry.camera import Camera
 
 from ....widgets.forms.form_dialog import push_button
 from ....widgets.style.building import hbox, label, vbox
-from ....widgets.tables.agreement_table import AgreementRow, AgreementTable
+from ....widgets.tables.table import LEFT, RIGHT, Cell, CellRow, Column, TableModel, new_table
 
 GOOD_PX, FAIR_PX = 3.0, 8.0
 """Up to these standard deviations of a click two readings agree well, or well enough."""
@@ -36,6 +37,28 @@ _BIASED = 0.7
 """Share of the median distance that the mean difference has where both mean another place."""
 
 
+COLUMNS = tuple(
+    Column(heading, tip, align=RIGHT if place else LEFT)
+    for place, (heading, tip) in enumerate(
+        (
+            ("Landmark", ""),
+            ("Pairs", "Images in which both annotations have a position"),
+            ("σ [px]", "Standard deviation of one click per axis, from the median distance"),
+            ("Median [px]", "Median distance, pixels"),
+            ("95 %", "95th percentile of the distances, pixels"),
+            ("Largest", "Largest distance, pixels"),
+            ("Bias", "Mean of second minus first: pixels to the right, and down"),
+            ("Median [mm]", "Median distance in 3-D, where both have it in two cameras"),
+            ("95 %", "95th percentile of the distances in 3-D, millimetres"),
+            ("Limb [°]", "Median angle between the limb directions of both annotations"),
+            ("95 %", "95th percentile of the angles, degrees"),
+            ("Only one", "Images in which only one of the two sees the landmark"),
+        )
+    )
+)
+"""Of the table: a row for all landmarks together, then for each of them."""
+
+
 @dataclass(frozen=True)
 class AgreementReport:
     """What is said about two readings."""
@@ -44,7 +67,7 @@ class AgreementReport:
     """In words first: how well they agree."""
     remedy: str
     """What to do about it; empty where nothing needs to be done."""
-    rows: tuple[AgreementRow, ...]
+    rows: tuple[CellRow, ...]
     """All landmarks together, then each of them."""
     found: tuple[Difference, ...]
     """What it was computed from."""
@@ -67,11 +90,11 @@ def agreement_report(
     together = agreement(common)
     each = agreement_by_landmark(common)
     space = agreement_in_space(common, cameras, landmarks)
-    rows = [AgreementRow("all landmarks", "", together)]
+    rows = [_cells("all landmarks", "", together)]
     for landmark in landmarks.landmarks:
         if landmark.name in each:
             own, far = each[landmark.name], space[landmark.name]
-            rows.append(AgreementRow(landmark.label, landmark.colour, own, far))
+            rows.append(_cells(landmark.label, landmark.colour, own, far))
     frames = len({one.key.frame for one in common})
     remedy = _remedy(each, together, landmarks)
     if sigmas and together.count:
@@ -120,6 +143,23 @@ def _is_biased(one: Agreement) -> bool:
     return one.count >= FEW and bias > max(_BIASED * one.median, 1.0)
 
 
+def _cells(
+    name: str, colour: str, own: Agreement, space: AgreementInSpace | None = None
+) -> CellRow:
+    """How far both are apart at one landmark, or without a colour at all of them together."""
+    bias = "–" if math.isnan(own.bias[0]) else "{:+.1f}, {:+.1f}".format(*own.bias)
+    pixels = (own.robust_sigma, own.median, own.p95, own.largest)
+    known = (space.median_mm, space.p95_mm, space.median_deg, space.p95_deg) if space else ()
+    solid = (*map(_number, known),) or ("–",) * 4
+    texts = (str(own.count), *map(_number, pixels), bias, *solid, str(own.disputed))
+    bold = not colour
+    return (Cell(name, swatch=colour, bold=bold), *(Cell(text, bold=bold) for text in texts))
+
+
+def _number(value: float) -> str:
+    return "–" if math.isnan(value) else f"{value:.1f}"
+
+
 class AgreementDialog(QDialog):
     """A verdict, what to do about it, and the numbers of each landmark."""
 
@@ -144,7 +184,10 @@ class AgreementDialog(QDialog):
             self.other_project_requested.emit,
             "Compare with another annotator's project of this recording",
         )
-        self.table = AgreementTable()
+        self.model: TableModel[CellRow] = TableModel(COLUMNS)
+        self.table = new_table(self.model, "Agreement by landmark")
+        header = self.table.horizontalHeader()
+        header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
         self.copy_button = push_button("&Copy table", self._copy)
         self.look_button = push_button("&Show differences …", self.differences_requested.emit)
         below = hbox(self.copy_button, self.look_button, None, push_button("Close", self.reject))
@@ -159,8 +202,10 @@ class AgreementDialog(QDialog):
         self.verdict.setText(report.verdict)
         self.remedy.setText(report.remedy)
         self.remedy.setVisible(bool(report.remedy))
-        self.table.show_rows(report.rows)
+        self.model.show(report.rows)
         self.look_button.setEnabled(bool(report.found))
 
     def _copy(self) -> None:
-        QGuiApplication.clipboard().setText(self.table.as_text())
+        headings = "\t".join(column.heading for column in COLUMNS)
+        rows = self.model.as_text(range(len(self.model.rows)))
+        QGuiApplication.clipboard().setText(f"{headings}\n{rows}")

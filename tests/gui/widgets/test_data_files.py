@@ -1,10 +1,10 @@
 import pytest
 
-from app.widgets.style import resource_files
+from app.widgets.style import icons
 
 
 def test_checkout_has_resources_at_the_top():
-    assert resource_files.resource_path("themes", "dark.toml").is_file()
+    assert icons.resource_path("themes", "dark.toml").is_file()
 
 
 def test_wheel_carries_them_inside_the_package(tmp_path, monkeypatch):
@@ -12,11 +12,11 @@ def test_wheel_carries_them_inside_the_package(tmp_path, monkeypatch):
     inside = package / "resources" / "icons"
     inside.mkdir(parents=True)
     (inside / "play.svg").write_text("<svg/>")
-    monkeypatch.setattr(resource_files, "_APP", package)
-    assert resource_files.resource_path("icons", "play.svg") == inside / "play.svg"
+    monkeypatch.setattr(icons, "_APP", package)
+    assert icons.resource_path("icons", "play.svg") == inside / "play.svg"
 
 
 def test_damaged_installation_says_so(tmp_path, monkeypatch):
-    monkeypatch.setattr(resource_files, "_APP", tmp_path / "app")
+    monkeypatch.setattr(icons, "_APP", tmp_path / "app")
     with pytest.raises(FileNotFoundError, match="reinstall stereotrack"):
-        resource_files.resource_folder()
+        icons.resource_folder()

@@ -1,0 +1,230 @@
+"""Panels of a line of words and a table: metrics, ranges of motion, body fit, checks."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TypeAlias
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtGui import QAction, QGuiApplication, QKeySequence
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QCheckBox,
+    QHeaderView,
+    QStackedLayout,
+    QTreeView,
+    QWidget,
+)
+
+from stereotrack_core.counting import counted
+from stereotrack_core.recording.findings import Finding
+
+from ..style.building import ElidedLabel, action_button, hbox, label, number_box, vbox
+from ..style.limb_colours import LIMB_COLOURS, limb_words
+from .table import (
+    RIGHT,
+    TOP,
+    Cell,
+    CellRow,
+    Column,
+    RowDelegate,
+    TableModel,
+    dress_list,
+    new_table,
+    selected_rows,
+)
+
+NumberRow: TypeAlias = tuple[str, str, str, str]
+"""Limb (empty for none), label, value with its unit, and a hint in words."""
+
+_VALUE_TIP = (
+    "For a limb: its angular error, where there is a reference. After ±: the standard deviation "
+    "of its direction as estimated by the filter. This is small also when the filter tracks the "
+    "wrong points."
+)
+_NUMBERS = (
+    Column(""),
+    Column("Measure"),
+    Column("Value", _VALUE_TIP, RIGHT, even=True),
+    Column("Remark"),
+)
+
+
+class NumbersPanel(QWidget):
+    """Table of numbers, each with its limb's colour; Ctrl+C copies what is selected."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._model = TableModel(_NUMBERS, _number_cells)
+        self.table = new_table(self._model, "Frame metrics")
+        self.table.setItemDelegate(RowDelegate(self.table))
+        header = self.table.horizontalHeader()
+        header.setMinimumSectionSize(28)
+        header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
+        header.setSectionResizeMode(0, QHeaderView.ResizeMode.Fixed)
+        header.resizeSection(0, 28)
+        header.setSectionResizeMode(3, QHeaderView.ResizeMode.Stretch)
+        nothing = label("Run the tracker to see metrics of this frame.", "muted")
+        nothing.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        self._stack = QStackedLayout(self)
+        self._stack.addWidget(nothing)
+        self._stack.addWidget(self.table)
+        copy = QAction("Copy metrics", self.table)
+        copy.setShortcut(QKeySequence.StandardKey.Copy)
+        copy.setShortcutContext(Qt.ShortcutContext.WidgetShortcut)
+        copy.triggered.connect(lambda: QGuiApplication.clipboard().setText(self.copied_text()))
+        self.table.addAction(copy)
+        self.table.setContextMenuPolicy(Qt.ContextMenuPolicy.ActionsContextMenu)
+
+    def show_rows(self, rows: Sequence[NumberRow]) -> None:
+        """Show limb, label, value and hint of each row; selection and scroll place stay."""
+        self._model.show(tuple(rows))
+        self._stack.setCurrentIndex(1 if rows else 0)
+
+    def copied_text(self) -> str:
+        """Selected rows, or all, with tabs between the columns."""
+        rows = self._model.rows
+        chosen = selected_rows(self.table) or range(len(rows))
+        return "\n".join("\t".join(rows[place]) for place in chosen)
+
+
+def _number_cells(row: NumberRow) -> Sequence[Cell]:
+    limb, name, value, hint = row
+    tip = hint or (_VALUE_TIP if limb else name)
+    return (
+        Cell(tip=tip, swatch=LIMB_COLOURS.get(limb), said=limb_words(limb)),
+        Cell(name, tip),
+        Cell(value, tip),
+        Cell(hint, tip, "muted"),
+    )
+
+
+class MotionTable(QWidget):
+    """The range of motion of each joint angle; a click on a row shows that angle."""
+
+    angle_chosen = Signal(str)
+    """What the program calls it: the value of the row's first cell."""
+    cut_off_changed = Signal()
+    """Another low-pass shall be used."""
+
+    def __init__(self, cut_off: float, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.words = ElidedLabel("", self)
+        self.model: TableModel[CellRow] = TableModel()
+        self.table = new_table(self.model, "Range of motion of each joint angle", room=4)
+        self.table.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
+        self.table.clicked.connect(
+            lambda index: self.angle_chosen.emit(self.model.cell(index.row(), 0).value)
+        )
+        self.cut_off = number_box(
+            "Low-pass cut-off frequency",
+            (0.1, 50.0),
+            cut_off,
+            "Cut-off frequency of the low-pass filter for velocities, accelerations and ranges; "
+            "at most 0.4 of the frame rate",
+            prefix="low-pass ",
+            suffix=" Hz",
+        )
+        self.cut_off.valueChanged.connect(lambda _: self.cut_off_changed.emit())
+        self._top = hbox((self.words, 1), self.cut_off, margins=(8, 2, 4, 0))
+        self.setLayout(vbox(self._top, (self.table, 1), spacing=0))
+        self.show_rows("", (), ())
+
+    def add_action_button(self, action: QAction) -> None:
+        """Offer a command above the table."""
+        self._top.addWidget(action_button(action))
+
+    def set_highest_cut_off(self, usual: float, highest: float) -> None:
+        """Allow a low-pass up to `highest`, and begin with the usual one, hertz."""
+        self.cut_off.setMaximum(max(highest, self.cut_off.minimum()))
+        self.cut_off.setValue(min(usual, highest))
+
+    def show_rows(
+        self, words: str, columns: Sequence[tuple[str, str]], rows: Sequence[CellRow]
+    ) -> None:
+        """Show rows under columns (heading, tip); no rows stand for nothing to show."""
+        self.words.set_words(words if rows else "No joint angles are known for these frames.")
+        self.table.setVisible(bool(rows))
+        numbers = (Column(heading, tip, align=RIGHT) for heading, tip in columns)
+        self.model.show(rows, (Column("Angle"), *numbers))
+        header = self.table.horizontalHeader()
+        header.setMinimumSectionSize(40)
+        header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
+        header.setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
+
+
+class BodyPanel(QWidget):
+    """How well clicks fix each limb, the clicked lengths, and whether measured depth is used."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.with_depth = QCheckBox("Use depth")
+        self.with_depth.setToolTip(
+            "Fit the body to the measured points as well as to the clicks, where the recording "
+            "has depth."
+        )
+        self.words = label(margins=(6, 2, 6, 2))
+        self.words.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        columns = (Column(""), Column("", "", RIGHT, even=True), Column(""))
+        self.model: TableModel[CellRow] = TableModel(columns)
+        self.tree = QTreeView()
+        self.tree.setModel(self.model)
+        dress_list(self.tree, "Uncertainty of the body fit", (0, 0, None))
+        self.tree.setHeaderHidden(True)
+        self.tree.setToolTip(
+            "± is the standard deviation of the limb direction, assuming correct clicks."
+        )
+        self.tree.setFrameShape(QTreeView.Shape.NoFrame)
+        self.tree.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        self.tree.setSelectionMode(QTreeView.SelectionMode.NoSelection)
+        for column in (0, 1):
+            self.tree.header().setSectionResizeMode(column, QHeaderView.ResizeMode.ResizeToContents)
+        parts = (self.words, (self.tree, 1), self.with_depth)
+        self.setLayout(vbox(*parts, margins=(0, 2, 0, 0), spacing=2))
+
+    def show_body(self, words: Sequence[str], rows: Sequence[CellRow]) -> None:
+        """Show the most important words first, then a row for every limb and length."""
+        self.words.setText("\n".join(words))
+        self.words.setVisible(bool(words))
+        self.model.show(rows)
+
+
+_ORDER = {"error": 0, "warning": 1, "note": 2}
+_COLOURS = {"error": "error", "warning": "warning", "note": "muted"}
+
+
+class FindingsPanel(QWidget):
+    """A verdict in words, and below it each finding: where, what, and what to do."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.verdict = label(margins=(8, 6, 8, 6))
+        columns = (Column("Run on", align=TOP), Column("Problem and remedy"))
+        self.model = TableModel(columns, _finding_cells)
+        self.tree = QTreeView()
+        self.tree.setModel(self.model)
+        dress_list(self.tree, "Recording checks", (110, None))
+        self.tree.setUniformRowHeights(False)
+        self.tree.setWordWrap(True)
+        self.setLayout(vbox(self.verdict, (self.tree, 1), spacing=0))
+
+    def show_findings(self, findings: Sequence[Finding] | None) -> None:
+        """Show what was found; None while it is still being looked for."""
+        self.model.show(sorted(findings or (), key=lambda found: _ORDER[found.severity]))
+        self.verdict.setText("Checking the recording …" if findings is None else _verdict(findings))
+
+
+def _finding_cells(found: Finding) -> Sequence[Cell]:
+    words = f"{found.what}\n{found.remedy}" if found.remedy else found.what
+    return Cell(found.where, found.where, _COLOURS[found.severity]), Cell(words, words)
+
+
+def _verdict(findings: Sequence[Finding]) -> str:
+    """Say in words how usable the recording is."""
+    errors = sum(found.severity == "error" for found in findings)
+    warnings = sum(found.severity == "warning" for found in findings)
+    if errors:
+        return f"Not usable yet: {counted(errors, 'error')}, {counted(warnings, 'warning')}."
+    if warnings:
+        return f"Usable, with {counted(warnings, 'warning')}."
+    return "Usable; no problems found."
