@@ -10,7 +10,7 @@ from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.tracking.estimate import Correspondences
 from stereotrack_core.tracking.frame import TrackedFrame
 
-from ..widgets.style.line_styles import LineStyle
+from ..widgets.style.colours import LineStyle
 from .clouds import CloudPresenter
 from .document import DocumentPresenter
 from .judgement import reference_at

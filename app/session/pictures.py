@@ -28,7 +28,7 @@ from ..widgets.camera.overlays import (
     part_shapes,
 )
 from ..widgets.camera.picture import Picture, PictureKind
-from ..widgets.style.line_styles import LineStyle
+from ..widgets.style.colours import LineStyle
 
 _NEAR_PERCENTILE, _FAR_PERCENTILE = 1.0, 99.0
 

@@ -24,7 +24,7 @@ from stereotrack_core.tracking.run_checks import WARNINGS
 from stereotrack_core.tracking.run_spec import RunSpec
 from stereotrack_core.tracking.stored import body_of_run, pose_of_run
 
-from ..widgets.style.line_styles import LineStyle
+from ..widgets.style.colours import LineStyle
 
 Kind: TypeAlias = Literal["run", "attempt"]
 _OTHERS: tuple[LineStyle, ...] = ("dash", "dot", "dashdot")

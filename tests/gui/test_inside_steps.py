@@ -9,7 +9,7 @@ from app.features.inspect.contents import content_of
 from app.features.inspect.drawing import drawing_of
 from app.features.inspect.numbers import states_of
 from app.features.inspect.steps import name_of, same_step, steps_of
-from app.widgets.style.diverging import SHADES, shade_of
+from app.widgets.style.colours import SHADES, shade_of
 from stereotrack_core.tracking.inspection import look_inside
 from tests.tracking.test_trace import followed
 

@@ -22,7 +22,7 @@ from stereotrack_core.tracking.trace import (
 
 from ...session.pictures import StepDrawing
 from ...widgets.camera.overlays import InsideScene, Marked
-from ...widgets.style.diverging import SHADES, shade_colours, shade_of
+from ...widgets.style.colours import SHADES, shade_colours, shade_of
 from ...widgets.style.limb_colours import LIMB_COLOURS
 from .steps import Step, name_of
 

@@ -13,9 +13,8 @@ from stereotrack_core.tracking.estimate import Correspondences
 from stereotrack_core.tracking.state import Belief
 from stereotrack_core.tracking.trace import Correction
 
-from ...widgets.plots.heat_map import HeatMap
-from ...widgets.plots.histogram_view import Histogram
 from ...widgets.plots.inside_panel import Table
+from ...widgets.plots.step_plots import HeatMap, Histogram
 from ...widgets.style.limb_colours import limb_words
 
 _GREEK = {"alpha": "α", "beta": "β", "gamma": "γ"}

@@ -25,8 +25,8 @@ from ...services.tasks.task import TaskList
 from ...session.runs import RunEntry, RunList
 from ...session.truth import Truth
 from ...widgets.plots.plots import Curve
+from ...widgets.style.colours import LineStyle
 from ...widgets.style.limb_colours import LIMB_COLOURS
-from ...widgets.style.line_styles import LineStyle
 from ...widgets.tables.table import Cell, CellRow
 from .per_run import PerRun
 

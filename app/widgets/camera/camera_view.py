@@ -19,15 +19,14 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QWidget
 
-from ..style.line_styles import paint_runs_legend
+from ..style.colours import paint_runs_legend
 from ..style.theme import current_theme
 from .click_hand import ClickHand
 from .click_marks import ClickMarks, Offer
 from .click_painting import paint_marks, paint_outside
 from .cursor import CursorLabel, loupe_size, paint_loupe
 from .overlays import paint_overlay
-from .picture import Picture, alike
-from .picture_view import PictureView
+from .picture import Picture, PictureView, alike
 
 _CLICK_PIXELS = 4
 _COMPUTED = (

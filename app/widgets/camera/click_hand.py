@@ -8,7 +8,7 @@ from functools import partial
 from PySide6.QtCore import QLineF, QPointF, Qt
 
 from .click_marks import ClickAct, ClickMark, ClickMarks, Offer
-from .picture_view import PictureView
+from .picture import PictureView
 
 HANDLE = 12.0
 """Widget pixels around a click within which it can be dragged."""

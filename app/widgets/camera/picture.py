@@ -1,4 +1,4 @@
-"""What a camera view shows: one picture of one view, ready to be painted."""
+"""What a camera view shows: one picture of one view, and the widget that holds it."""
 
 from __future__ import annotations
 
@@ -7,6 +7,9 @@ from dataclasses import dataclass, field, fields, is_dataclass, replace
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
+from PySide6.QtCore import QPointF, QRectF, QSize, Qt
+from PySide6.QtGui import QColor, QImage, QPainter, QTransform
+from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from stereotrack_core.arrays import ImageArray
 
@@ -94,3 +97,185 @@ def brightened(pixels: ImageArray, brightness: float, contrast: float) -> ImageA
     table = np.clip((levels - 127.5) * contrast + 127.5 + 255.0 * brightness, 0, 255)
     result: ImageArray = table.astype(np.uint8)[pixels]
     return result
+
+
+_MOST_ZOOM = 64.0
+_PERSON_SHARE, _LEAST_SHARE = 0.8, 0.5
+_LEAST_PERSON = 0.2
+"""Share of the picture below which nothing counts as a person: two clicks are not one."""
+
+
+class PictureView(QWidget):
+    """Holds one :class:`Picture` and knows which of its pixels is where in the widget."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.picture: Picture | None = None
+        """What is shown."""
+        self._display = Display()
+        self._image = QImage()
+        self.zoom = 1.0
+        """Magnification over the fitting size, at least 1."""
+        self._centre: QPointF | None = None
+        self._by_hand = False
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
+        self.setMinimumSize(120, 80)
+        self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
+
+    def inside(self, pixel: QPointF) -> bool:
+        """Whether a raw pixel is in the picture."""
+        across = -0.5 <= pixel.x() < self._image.width() - 0.5
+        return across and -0.5 <= pixel.y() < self._image.height() - 0.5
+
+    def raw_direction(self, x: float, y: float) -> tuple[float, float]:
+        """Direction in raw pixels of one in the picture as it is shown."""
+        inverse, _ = self._upright().inverted()
+        way = inverse.map(QPointF(x, y)) - inverse.map(QPointF(0.0, 0.0))
+        return way.x(), way.y()
+
+    def sizeHint(self) -> QSize:
+        return QSize(480, 360)
+
+    def show_picture(self, picture: Picture) -> None:
+        """Show another picture; zoom and place are kept while its size stays the same.
+
+        One that looks like that which is shown is not painted again.
+        """
+        before, self.picture = self.picture, picture
+        if before is not None and picture.looks_like(before):
+            return
+        size_before = self._image.size()
+        self._make_image()
+        if self._image.size() != size_before:
+            self.fit()
+        self._keep_person()
+        self.update()
+
+    def set_display(self, display: Display) -> None:
+        """Change how pictures are displayed."""
+        old, self._display = self._display, display
+        if (old.brightness, old.contrast) != (display.brightness, display.contrast):
+            self._make_image()
+        if old.keep_person != display.keep_person:
+            self.fit()
+            self._keep_person()
+        self.update()
+
+    def fit(self) -> None:
+        """Show the whole picture."""
+        self.zoom, self._centre, self._by_hand = 1.0, None, False
+        self.update()
+
+    def zoom_by(self, factor: float, at: QPointF | None = None) -> None:
+        """Zoom by `factor`, keeping the picture's point under `at` (widget) where it is."""
+        place = at if at is not None else QPointF(self.rect().center())
+        fixed = self.pixel_at(place)
+        self._by_hand = True
+        self.zoom = float(np.clip(self.zoom * factor, 1.0, _MOST_ZOOM))
+        if self.zoom == 1.0:
+            self._centre = None
+        else:
+            self._centre = QPointF(0.0, 0.0) if self._centre is None else self._centre
+            moved = self._to_widget().map(fixed)
+            self._pan(place - moved)
+        self.update()
+
+    def pixel_at(self, position: QPointF) -> QPointF:
+        """Pixel of the picture, as recorded, under a place in the widget."""
+        inverse, _ = self._to_widget().inverted()
+        return inverse.map(position)
+
+    def place_of(self, x: float, y: float) -> QPointF:
+        """Place in the widget of a pixel of the picture."""
+        return self._to_widget().map(QPointF(x, y))
+
+    def _make_image(self) -> None:
+        pixels = self.picture.pixels if self.picture is not None else None
+        if pixels is None:
+            self._image = QImage()
+            return
+        lit = np.ascontiguousarray(
+            brightened(pixels, self._display.brightness, self._display.contrast)
+        )
+        height, width = lit.shape[:2]
+        grey = lit.ndim == 2
+        form = QImage.Format.Format_Grayscale8 if grey else QImage.Format.Format_BGR888
+        image = QImage(lit.data, width, height, lit.strides[0], form)
+        # what is drawn most often is kept as the screen wants it; the copy also owns its memory
+        self._image = image.convertToFormat(QImage.Format.Format_RGB32)
+
+    def _upright(self) -> QTransform:
+        """From raw pixels to the picture turned upright, its corner at the origin."""
+        width, height = self._image.width(), self._image.height()
+        # the centre of the top-left pixel is (0, 0), so the picture starts at (-1/2, -1/2)
+        turn = self.picture.rotation % 360 if self.picture is not None else 0
+        shift = {0: (0, 0), 90: (height, 0), 180: (width, height), 270: (0, width)}[turn]
+        half = QTransform.fromTranslate(0.5, 0.5)
+        return half * QTransform().rotate(turn) * QTransform.fromTranslate(*shift)
+
+    def _upright_size(self) -> tuple[float, float]:
+        width, height = self._image.width(), self._image.height()
+        turned = self.picture is not None and self.picture.rotation % 180 == 90
+        return (height, width) if turned else (width, height)
+
+    def _scale(self) -> float:
+        width, height = self._upright_size()
+        if not width or not height:
+            return 1.0
+        return self.zoom * min(self.width() / width, self.height() / height)
+
+    def _to_widget(self) -> QTransform:
+        """From raw pixels to the widget."""
+        width, height = self._upright_size()
+        scale = self._scale()
+        centre = self._centre if self._centre is not None else QPointF(0.0, 0.0)
+        x = 0.5 * self.width() - scale * (0.5 * width + centre.x())
+        y = 0.5 * self.height() - scale * (0.5 * height + centre.y())
+        return self._upright() * QTransform.fromScale(scale, scale) * QTransform.fromTranslate(x, y)
+
+    def person_box(self) -> QRectF | None:
+        """Where the person is in the picture, in raw pixels; None where nothing tells it."""
+        return self.picture.overlay.person_box() if self.picture is not None else None
+
+    def _keep_person(self) -> None:
+        """Enlarge the person, and move only when it is about to leave what is seen."""
+        if not self._display.keep_person or self._by_hand or self.picture is None:
+            return
+        box = self.person_box()
+        if box is None or self._image.isNull():
+            return
+        box = _widened(box, _LEAST_PERSON * max(self._image.width(), self._image.height()))
+        place = self._to_widget().mapRect(box)
+        seen = QRectF(self.rect())
+        share = max(place.width() / seen.width(), place.height() / seen.height())
+        if seen.contains(place) and share > _LEAST_SHARE:
+            return
+        zoom = self.zoom * _PERSON_SHARE / max(share, 1e-3)
+        self.zoom = float(np.clip(zoom, 1.0, _MOST_ZOOM))
+        width, height = self._upright_size()
+        centre = self._upright().map(box.center())
+        self._centre = centre - QPointF(0.5 * width, 0.5 * height)
+
+    def _pan(self, by: QPointF) -> None:
+        if self._centre is None:
+            return
+        width, height = self._upright_size()
+        moved = self._centre - by / self._scale()
+        self._centre = QPointF(
+            float(np.clip(moved.x(), -0.5 * width, 0.5 * width)),
+            float(np.clip(moved.y(), -0.5 * height, 0.5 * height)),
+        )
+        self.update()
+
+    def _paint_message(self, painter: QPainter, colour: QColor) -> None:
+        words = self.picture.message if self.picture is not None else ""
+        painter.setPen(colour)
+        area = self.rect().adjusted(16, 8, -16, -8)
+        flags = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap
+        painter.drawText(area, flags, words)
+
+
+def _widened(box: QRectF, least: float) -> QRectF:
+    """The box, at least this wide and high about the same middle."""
+    wider, higher = max(0.0, least - box.width()), max(0.0, least - box.height())
+    return box.adjusted(-0.5 * wider, -0.5 * higher, 0.5 * wider, 0.5 * higher)

@@ -15,8 +15,8 @@ from PySide6.QtWidgets import QWidget
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 
 from ..style.building import ElidedLabel, choice, hbox, vbox
+from ..style.colours import PEN_STYLES, LineStyle
 from ..style.limb_colours import limb_words
-from ..style.line_styles import PEN_STYLES, LineStyle
 from ..style.theme import Dressed, current_theme
 from .plots import Curve, LimbLegend, band, dress_plot, new_plot, shade
 

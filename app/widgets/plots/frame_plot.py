@@ -12,8 +12,8 @@ from PySide6.QtWidgets import QWidget
 
 from stereotrack_core.arrays import FloatArray, IntArray
 
+from ..style.colours import PEN_STYLES
 from ..style.limb_colours import limb_words
-from ..style.line_styles import PEN_STYLES
 from ..style.theme import Dressed, current_theme
 from .plots import Curve, LimbLegend, band, dress_plot, new_plot
 

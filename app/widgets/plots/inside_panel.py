@@ -24,8 +24,7 @@ from ..style.building import ElidedLabel, action_button, hbox, label, vbox
 from ..style.limb_colours import LIMB_COLOURS
 from ..style.theme import Dressed, current_theme
 from ..tables.table import LEFT, RIGHT, Cell, Column, TableModel, dress_table
-from .heat_map import HeatMap, HeatMapView
-from .histogram_view import Histogram, HistogramView
+from .step_plots import HeatMap, HeatMapView, Histogram, HistogramView
 
 
 @dataclass(frozen=True)

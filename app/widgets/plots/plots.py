@@ -15,8 +15,8 @@ from PySide6.QtWidgets import QApplication, QLabel, QSizePolicy, QToolButton, QW
 from stereotrack_core.arrays import FloatArray, IntArray
 
 from ..style.building import hbox, shortened
+from ..style.colours import LineStyle, line_pixmap
 from ..style.limb_colours import EXTRA_COLOURS, limb_words
-from ..style.line_styles import LineStyle, line_pixmap
 from ..style.theme import current_theme
 
 _GRID = 70

@@ -12,7 +12,7 @@ from stereotrack_core.body.mesh import PartMesh
 from stereotrack_core.geometry.camera import Camera
 
 from ..camera.overlays import InsideScene
-from ..style.line_styles import LineStyle
+from ..style.colours import LineStyle
 
 LAYERS: tuple[str, ...] = ("cloud", "model", "reference", "cameras", "ellipsoids", "floor")
 """Parts of the scene that can be switched one by one."""

@@ -24,7 +24,7 @@ from PySide6.QtWidgets import QApplication, QMenu, QToolButton, QWidget
 from stereotrack_core.arrays import FloatArray
 
 from ..style.building import action_button, hbox, label, tool_button
-from ..style.line_styles import paint_runs_legend
+from ..style.colours import paint_runs_legend
 from ..style.theme import current_theme
 from .content import LAYERS, SceneContent
 from .drawing import limb_at

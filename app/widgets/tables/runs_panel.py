@@ -20,7 +20,7 @@ from PySide6.QtWidgets import (
 )
 
 from ..style.building import choice, empty_label, hbox, label, tool_button, vbox
-from ..style.line_styles import LineStyle, line_pixmap
+from ..style.colours import LineStyle, line_pixmap
 from .table import Cell, Column, TableModel, new_table, select_cells
 
 Row: TypeAlias = tuple[str, str, str, bool]

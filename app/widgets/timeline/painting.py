@@ -12,8 +12,7 @@ from PySide6.QtGui import QColor, QFontMetricsF, QImage, QPainter, QPen, QPolygo
 from stereotrack_core.arrays import FloatArray, ImageArray
 
 from ..style.theme import Theme, current_theme
-from .lanes import Lane, Mark, covered_columns
-from .scale import TimelineScale
+from .lanes import Lane, Mark, TimelineScale, covered_columns
 
 
 def strip_pixels(lane: Lane, edges: FloatArray, height: int, theme: Theme) -> ImageArray:

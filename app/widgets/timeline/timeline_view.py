@@ -22,9 +22,8 @@ from PySide6.QtGui import (
 from PySide6.QtWidgets import QAbstractScrollArea, QToolTip, QWidget
 
 from ..style.theme import current_theme
-from .lanes import Lane
+from .lanes import Lane, TimelineScale
 from .painting import LEAST_LANE, MOST_LANE, RULER_HEIGHT, TimelinePainter, time_text
-from .scale import TimelineScale
 
 HELP = (
     "Drag to scrub, Shift+drag or drag in the ruler to select frames, scroll to zoom. Keys: "

@@ -5,7 +5,7 @@ import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
-from app.widgets.plots.heat_map import HeatMap, HeatMapView
+from app.widgets.plots.step_plots import HeatMap, HeatMapView
 
 VALUES = np.array([[1.0, 0.0, -1.0, 0.5], [0.0, 0.0, 0.0, -0.5]])
 

@@ -4,9 +4,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from app.widgets.style.theme import load_theme
-from app.widgets.timeline.lanes import Lane, Mark, Pyramid, Span, covered_columns
+from app.widgets.timeline.lanes import Lane, Mark, Pyramid, Span, TimelineScale, covered_columns
 from app.widgets.timeline.painting import heat_colours, rgba, strip_pixels
-from app.widgets.timeline.scale import TimelineScale
 
 THEME = load_theme("dark")
 
