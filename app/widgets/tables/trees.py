@@ -37,7 +37,6 @@ class CellTree(QTreeWidget):
         self._rows: tuple[TreeRow, ...] = ()
         dress_list(self, name, ())
         self.setRootIsDecorated(True)
-        self.setFrameShape(QTreeWidget.Shape.NoFrame)
 
     def show_rows(self, columns: Sequence[Column], rows: Sequence[TreeRow]) -> bool:
         """Show these; tells whether the columns are others than before."""
@@ -93,6 +92,7 @@ class StatisticsPanel(QWidget):
         super().__init__(parent)
         self.words = label("", "muted")
         self.tree = CellTree("Limb statistics")
+        self.tree.setFrameShape(QTreeWidget.Shape.NoFrame)
         self.tree.setAlternatingRowColors(True)
         self.tree.setIndentation(8)
         self.tree.setTextElideMode(Qt.TextElideMode.ElideMiddle)
@@ -143,6 +143,7 @@ class RigPanel(QWidget):
         self._recording: Recording | None = None
         self.tree = CellTree("Cameras of the rig")
         self.tree.setIndentation(14)
+        self.tree.header().setStretchLastSection(True)
         self.tree.show_rows(_RIG, ())
         self.setLayout(vbox(self.tree))
 
