@@ -17,8 +17,8 @@ from ...session.judgement import LOST_SHARE, MEASURED_LIMBS, Judgement, heading_
 from ...session.truth import measure_of, with_quality
 from ...widgets.plots.error_plot import ErrorPlot
 from ...widgets.plots.plots import Curve
+from ...widgets.style.colours import LineStyle
 from ...widgets.style.limb_colours import EXTRA_COLOURS, LIMB_COLOURS, limb_words
-from ...widgets.style.line_styles import LineStyle
 from ...widgets.timeline.lanes import Lane, Span
 
 _FULL_DEG = 45.0
