@@ -140,7 +140,7 @@ class TableModel(QAbstractTableModel, Generic[_Row]):
             case Qt.ItemDataRole.ToolTipRole:
                 return column.tip
             case Qt.ItemDataRole.TextAlignmentRole:
-                return column.align
+                return LEFT if column.align == TOP else column.align
         return None
 
     def data(self, index: Index, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
