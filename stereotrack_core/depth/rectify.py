@@ -68,11 +68,6 @@ class Rectification:
         """The reference picture where the disparities or depths are, in its colours."""
         return image if self.image_map is None else self.image_map.apply(image)
 
-    @property
-    def is_identity(self) -> bool:
-        """Whether the images were rectified already."""
-        return self.left_map is None and self.image_map is None
-
 
 def stereo_rectification(
     left: Camera, right: Camera, *, least_focal: float = 0.0, where: str = ""

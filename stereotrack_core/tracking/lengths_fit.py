@@ -19,9 +19,8 @@ from stereotrack_core.body.skeleton import FOREARMS, UPPER_ARMS
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.recording.description import Subject
 from stereotrack_core.tracking.frame import TrackedFrame, joints_named
-from stereotrack_core.tracking.free_body import LENGTH_SIGMAS, FreeBody
 from stereotrack_core.tracking.parameters import TrackingParameters
-from stereotrack_core.tracking.shape_fit import SeenPose, adjusted
+from stereotrack_core.tracking.shape_fit import LENGTH_SIGMAS, FreeBody, SeenPose, adjusted
 
 ESTIMATED = "estimated from the sequence"
 """Name of a subject whose lengths the program has worked out."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -12,7 +11,7 @@ from typing import Any
 import tomli_w
 
 from stereotrack_core.atomic import write_file
-from stereotrack_core.errors import InputError
+from stereotrack_core.errors import InputError, did_you_mean
 from stereotrack_core.parameters import Value, parsed_settings
 from stereotrack_core.recording.toml_table import load_toml
 from stereotrack_core.tracking.parameters import Settings
@@ -153,14 +152,13 @@ def _checked(given: object, path: Path) -> dict[str, Value]:
     for key, value in given.items():
         where = f"{path}, {key}"
         if key not in rows:
-            raise InputError("unknown parameter", where=where, remedy=_like(key, tuple(rows)))
+            raise InputError(
+                "unknown parameter",
+                where=where,
+                remedy=did_you_mean(key, rows).rstrip() or "See docs/parameters.md.",
+            )
         try:
             values[key] = rows[key].checked(value)
         except InputError as refusal:
             raise InputError(refusal.what, where=where, remedy=refusal.remedy) from None
     return values
-
-
-def _like(word: str, known: tuple[str, ...]) -> str:
-    near = difflib.get_close_matches(word, known, 3)
-    return f"Similar names: {', '.join(near)}." if near else "See docs/parameters.md."

@@ -44,7 +44,7 @@ from stereotrack_core.tracking.parameters import TrackingParameters
 from stereotrack_core.tracking.run_checks import with_warnings
 from stereotrack_core.tracking.run_spec import RunSpec
 from stereotrack_core.tracking.shared_clouds import CloudSource, read_cloud
-from stereotrack_core.tracking.smoothing import error_state_of, smoothed
+from stereotrack_core.tracking.smoothing import smoothed
 from stereotrack_core.tracking.stored import subject_of_meta
 from stereotrack_core.tracking.tracker import (
     PersonTracker,
@@ -358,8 +358,7 @@ class Pipeline:
 
     def smoothed_run(self, frames: Sequence[TrackedFrame]) -> Run:
         """Go over successive frames backwards and put them together to a run."""
-        state, p = error_state_of(self.tracker.setup.joints), self.settings.tracking
-        back = smoothed(frames, self.body, state, p, self.recording.fps)
+        back = smoothed(frames, self.tracker.setup)
         origin = dataclasses.replace(self.origin(), smoothed=True, bridged=back.bridged)
         return run_of(back.frames, origin)
 

@@ -9,6 +9,7 @@ import re
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import TypeAlias
 
 import numpy as np
 
@@ -72,6 +73,9 @@ def with_warnings(run: Run, frames: Iterable[TrackedFrame], settings: Settings) 
 
 _FAR, _NEAR = 25.0, 0.2
 """Metres from the camera beyond which points are nobody's, but millimetres or another unit."""
+
+_Seen: TypeAlias = Sequence[tuple[View, PointCounts]]
+"""Views, and what was left of their measurements after each step."""
 
 _STEPS = ("measured", "person", "taken", "inside", "kept")
 
@@ -150,105 +154,84 @@ class Untracked:
         problem, _ = self._problems[view].most_common(1)[0]
         return Cause((view,), problem.rstrip("."), "See `stereotrack info --deep`.")
 
-    def _cause(self, step: str, seen: Sequence[tuple[View, PointCounts]]) -> Cause:
-        names = tuple(view.name for view, _ in seen)
+    def _cause(self, step: str, seen: _Seen) -> Cause:
         total = {name: sum(getattr(counts, name) for _, counts in seen) for name in _STEPS}
-        match step:
-            case "measured":
-                return self._hardly_measured(names, seen, total)
-            case "person" | "taken":
-                return self._not_foreground(names, seen, total)
-            case "inside":
-                return self._outside(names, seen, total)
-            case "kept":
-                return self._outliers(names, total)
-        reason, _ = self._reasons.most_common(1)[0]
-        return Cause(
-            names,
+        explained = {
+            "measured": self._hardly_measured,
+            "person": self._not_foreground,
+            "taken": self._not_foreground,
+            "inside": self._outside,
+            "kept": self._outliers,
+        }.get(step, self._enough)
+        return Cause(tuple(view.name for view, _ in seen), *explained(seen, total))
+
+    def _enough(self, _: _Seen, total: Mapping[str, int]) -> tuple[str, str]:
+        reason, _count = self._reasons.most_common(1)[0]
+        return (
             f"there are {total['kept']} points, but {reason}",
             f"{_LOOK} Check the calibration with `stereotrack info --deep`, that lengths are in "
             "metres, and that the whole upper body is visible.",
         )
 
-    def _hardly_measured(
-        self,
-        names: tuple[str, ...],
-        seen: Sequence[tuple[View, PointCounts]],
-        total: dict[str, int],
-    ) -> Cause:
+    def _hardly_measured(self, seen: _Seen, total: Mapping[str, int]) -> tuple[str, str]:
+        names = [view.name for view, _ in seen]
         problems = [self._problems[n].most_common(1)[0][0] for n in names if n in self._problems]
         said = f": {problems[0].split(': ')[-1].rstrip('.')}" if problems else ""
         if any("working volume" in problem for problem in problems):
-            return Cause(names, "the cameras do not see the working volume", _UNIT_OR_VOLUME)
+            return "the cameras do not see the working volume", _UNIT_OR_VOLUME
         if all(view.kind == "depth" for view, _ in seen):
-            return Cause(
-                names,
+            return (
                 f"the depth images have {total['measured']} values where the volume is{said}",
                 "Check that the depth images are not empty, and that the person is within the "
                 "camera's range and in the volume: volume_centre_x, volume_centre_y, "
                 "volume_bottom.",
             )
         p = self.settings.depth
-        return Cause(
-            names,
+        return (
             f"{total['measured']} pixels could be matched where the working volume is{said}",
             "Check whether left and right are swapped or dark, and whether the person's "
             f"disparities are in the search range: disparity_minimum={p.disparity_minimum}, "
             f"disparity_count={p.disparity_count}.",
         )
 
-    def _not_foreground(
-        self,
-        names: tuple[str, ...],
-        seen: Sequence[tuple[View, PointCounts]],
-        total: dict[str, int],
-    ) -> Cause:
+    def _not_foreground(self, seen: _Seen, total: Mapping[str, int]) -> tuple[str, str]:
         measured, person = total["measured"], total["person"]
         if all(view.mask is not None for view, _ in seen):
-            return Cause(
-                names,
+            return (
                 f"the mask leaves {person} of {measured} depth values",
                 "Check that it is the mask of these images: the person must be brighter than 127.",
             )
         told = f"{person} of {measured} measured pixels are in front of the background"
         if all(_has_empty_scene(view, self.settings.depth) for view, _ in seen):
-            return Cause(
-                names,
+            return (
                 f"{told}, which comes from background images",
                 "If a person is there: check whether someone is in the background images, and "
                 "whether the cameras have been moved since. Or set background_empty_scene=false "
                 "to learn the background from the recording.",
             )
-        return Cause(
-            names,
+        return (
             f"{told}, which was learned from the recording itself; a person who stands still "
             "becomes part of it",
             "If a person is there: provide background images (`background` in recording.toml) or "
             "a mask, or set background_mode=none.",
         )
 
-    def _outside(
-        self,
-        names: tuple[str, ...],
-        seen: Sequence[tuple[View, PointCounts]],
-        total: dict[str, int],
-    ) -> Cause:
+    def _outside(self, seen: _Seen, total: Mapping[str, int]) -> tuple[str, str]:
         what = f"{total['inside']} of {total['taken']} points are inside the working volume"
         middles = [(view, counts.middle) for view, counts in seen if counts.middle is not None]
         if not middles:
-            return Cause(names, what, _UNIT_OR_VOLUME)
+            return what, _UNIT_OR_VOLUME
         view, middle = middles[0]
         camera = self.recording.reference_camera(view).position_world
         away = float(np.linalg.norm(np.array(middle) - camera))
         if not _NEAR < away < _FAR:
-            return Cause(names, f"{what}: they are {away:.3g} m from the camera", _UNIT)
+            return f"{what}: they are {away:.3g} m from the camera", _UNIT
         volume = Volume.of(self.settings.depth)
         spans = (
             f"{low:.1f} to {high:.1f}" for low, high in zip(volume.low, volume.high, strict=True)
         )
         x, y, z = middle
-        return Cause(
-            names,
+        return (
             f"{what}: their median position is ({x:.2f}, {y:.2f}, {z:.2f}) m, the volume is "
             f"{' by '.join(spans)} m",
             "Set volume_centre_x, volume_centre_y and volume_bottom to where the person is. "
@@ -256,10 +239,9 @@ class Untracked:
             "metres.",
         )
 
-    def _outliers(self, names: tuple[str, ...], total: dict[str, int]) -> Cause:
+    def _outliers(self, _: _Seen, total: Mapping[str, int]) -> tuple[str, str]:
         p = self.settings.depth
-        return Cause(
-            names,
+        return (
             f"{total['kept']} of {total['inside']} points have {p.outlier_neighbours} neighbours "
             f"within {p.outlier_distance:g} mm",
             "Small images and distant people give sparse points: set pixel_step=1, a larger "
@@ -284,12 +266,12 @@ def _has_empty_scene(view: View, p: DepthParameters) -> bool:
 
 def _median(told: Sequence[PointCounts]) -> PointCounts:
     numbers = [[getattr(counts, step) for step in _STEPS] for counts in told]
-    measured, person, taken, inside, kept = np.median(numbers, axis=0).astype(int).tolist()
+    medians = PointCounts(*np.median(numbers, axis=0).astype(int).tolist())
     middles = [counts.middle for counts in told if counts.middle is not None]
     if not middles:
-        return PointCounts(measured, person, taken, inside, kept)
+        return medians
     x, y, z = np.median(middles, axis=0).tolist()
-    return PointCounts(measured, person, taken, inside, kept, (x, y, z))
+    return replace(medians, middle=(x, y, z))
 
 
 _NUMBER = re.compile(r"\d+(?:\.\d+)?")

@@ -16,15 +16,14 @@ import scipy.linalg
 from stereotrack_core.arrays import BoolArray, FloatArray
 from stereotrack_core.body.angles import THESIS_JOINTS, pose_of_state, state_of_pose
 from stereotrack_core.body.manifold import difference, displaced
-from stereotrack_core.body.model import BodyModel, landmarks
+from stereotrack_core.body.model import landmarks
 from stereotrack_core.body.pose import Pose, orthonormal
 from stereotrack_core.filtering.linearisation import Information, posterior
-from stereotrack_core.filtering.sigma_points import scaled_weights, sigma_deviations
+from stereotrack_core.filtering.sigma_points import sigma_deviations
 from stereotrack_core.filtering.smoothing import backward_step
 from stereotrack_core.tracking.estimate import OVERCONFIDENCE, Estimate, Prior, limb_sigma_deg
 from stereotrack_core.tracking.frame import TrackedFrame
-from stereotrack_core.tracking.parameters import TrackingParameters
-from stereotrack_core.tracking.state import process_noise
+from stereotrack_core.tracking.state import Setup
 
 _ARMS = (slice(6, 10), slice(10, 14))
 """Numbers of each arm in the states of both trackers."""
@@ -107,36 +106,19 @@ def error_state_of(joints: tuple[int, ...]) -> ErrorState:
     return AdditiveErrorState() if joints == THESIS_JOINTS else ErrorState(joints)
 
 
-def smoothed(
-    frames: Sequence[TrackedFrame],
-    body: BodyModel,
-    state: ErrorState,
-    parameters: TrackingParameters,
-    fps: float,
-) -> Smoothed:
-    """Go over tracked frames backwards.
-
-    Parameters
-    ----------
-    frames : sequence of TrackedFrame
-        Successive; their clouds are not needed.
-    body : BodyModel
-        Body that was tracked.
-    fps : float
-        Frame sets per second.
-    """
+def smoothed(frames: Sequence[TrackedFrame], setup: Setup) -> Smoothed:
+    """Go backwards over successive frames of a tracker; their clouds are not needed."""
     if not frames:
         return Smoothed((), ())
-    begun = time.perf_counter()
-    Q = process_noise(parameters, state.joints, fps)
-    found = _backwards([frame.estimate for frame in frames], state, Q, parameters, fps)
-    found = [_with_sigma(estimate, body, state, parameters) for estimate in found]
+    begun, state = time.perf_counter(), error_state_of(setup.joints)
+    found = _backwards([frame.estimate for frame in frames], state, setup)
+    found = [_with_sigma(estimate, state, setup) for estimate in found]
     spent = (time.perf_counter() - begun) / len(frames)
     made = tuple(
         replace(
             frame,
             estimate=estimate,
-            landmarks=landmarks(body, estimate.pose) if estimate.tracked else frame.landmarks,
+            landmarks=landmarks(setup.body, estimate.pose) if estimate.tracked else frame.landmarks,
             seconds={**frame.seconds, "smooth": spent},
         )
         for frame, estimate in zip(frames, found, strict=True)
@@ -145,38 +127,27 @@ def smoothed(
     return Smoothed(made, tuple(b.frame for a, b in pairs if b.tracked and not a.tracked))
 
 
-def _with_sigma(
-    estimate: Estimate, body: BodyModel, state: ErrorState, p: TrackingParameters
-) -> Estimate:
+def _with_sigma(estimate: Estimate, state: ErrorState, setup: Setup) -> Estimate:
     if not estimate.tracked:
         return estimate
-    weights = scaled_weights(len(estimate.P), p.ut_alpha, p.ut_beta, p.ut_kappa)
-    spread = body.frames(state.poses(estimate, sigma_deviations(estimate.P, weights)))
-    sigma = OVERCONFIDENCE * limb_sigma_deg(spread, weights.covariance)
-    return replace(estimate, limb_sigma_deg=sigma)
+    spread = state.poses(estimate, sigma_deviations(estimate.P, setup.weights))
+    sigma = limb_sigma_deg(setup.body.frames(spread), setup.weights.covariance)
+    return replace(estimate, limb_sigma_deg=OVERCONFIDENCE * sigma)
 
 
-def _backwards(
-    estimates: list[Estimate],
-    state: ErrorState,
-    Q: FloatArray,
-    parameters: TrackingParameters,
-    fps: float,
-) -> list[Estimate]:
+def _backwards(estimates: list[Estimate], state: ErrorState, setup: Setup) -> list[Estimate]:
     """Smooth each stretch that hangs together, the last one first."""
-    found = list(estimates)
-    longest = int(parameters.longest_bridge * fps + 1e-9)
+    found, p = list(estimates), setup.parameters
+    longest = int(p.longest_bridge * setup.fps + 1e-9)
     tracked = [i for i, estimate in enumerate(estimates) if estimate.tracked]
     for first, k in reversed(list(pairwise(tracked))):
-        prior = estimates[k].prior
+        before, prior = estimates[first], estimates[k].prior
         if k == first + 1:
             if prior is not None:
-                prior, found[k] = _stayed(
-                    estimates[first], prior, found[k], state, parameters.prior_inflation_above
-                )
-                found[first] = _one_back(estimates[first], prior, found[k], state)
+                prior, found[k] = _stayed(before, prior, found[k], state, p.prior_inflation_above)
+                found[first] = _one_back(before, prior, found[k], state)
         elif k - first - 1 <= longest:
-            _bridge(found, first, k, state, Q, parameters.prior_inflation_above)
+            _bridge(found, first, k, state, setup)
     return found
 
 
@@ -221,20 +192,13 @@ def _added_information(prior: Prior, used: BoolArray) -> FloatArray:
     return 0.5 * (total + total.T)
 
 
-def _bridge(
-    found: list[Estimate],
-    first: int,
-    k: int,
-    state: ErrorState,
-    Q: FloatArray,
-    inflated_above: float,
-) -> None:
+def _bridge(found: list[Estimate], first: int, k: int, state: ErrorState, setup: Setup) -> None:
     """Fill the frames between `first` and `k`, and smooth `first`, by a random walk."""
-    before, steps = found[first], k - first
+    before, steps, Q = found[first], k - first, setup.Q
     moved = state.difference(found[k], before)
     if not np.all(state.continuous(moved)):
         return
-    noise = _inflated(Q, moved, before.P + steps * Q, inflated_above)
+    noise = _inflated(Q, moved, before.P + steps * Q, setup.parameters.prior_inflation_above)
     nothing, everything = np.zeros(len(Q)), np.ones(len(Q), dtype=np.bool_)
     if found[k].prior is None:
         found[k] = _joined(found[k], before, before.P + steps * noise, state)

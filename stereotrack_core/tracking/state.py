@@ -26,6 +26,10 @@ _START = np.array([0.1, 0.1, 0.1, *np.radians([20.0, 20.0, 20.0])]) ** 2
 """Variances of joints, and of position and rotation, of a first pose."""
 
 
+_STATED_AT = 10.0
+"""Frame sets per second for which the parameters state the standard deviations."""
+
+
 @dataclass(frozen=True, eq=False)
 class Belief:
     """A pose and how certain it is."""
@@ -92,8 +96,15 @@ class Setup:
 
     @cached_property
     def Q(self) -> FloatArray:  # noqa: N802
-        """Process noise (n, n) of one frame."""
-        return process_noise(self.parameters, self.joints, self.fps)
+        """Process noise (n, n) of one frame, of a symmetric random walk.
+
+        Variances grow with the time between frame sets.
+        """
+        p = self.parameters
+        turns = [p.sigma_girdle if j in CLAVICLES else p.sigma_joint for j in self.joints]
+        rotations = np.radians([p.sigma_rotation] * 3 + np.repeat(turns, 2).tolist())
+        sigma = np.concatenate([np.full(3, p.sigma_position), rotations])
+        return np.diag(sigma**2 * _STATED_AT / self.fps)
 
     def first_state(self, pose: Pose, time: float | None = None) -> State:
         """State of a pose that is roughly right."""
@@ -112,29 +123,6 @@ class Setup:
             return belief
         expected = gone * self.parameters.velocity * movement
         return Belief(displaced(belief.pose, expected, self.joints), belief.P + gone * self.Q)
-
-
-_STATED_AT = 10.0
-"""Frame sets per second for which the parameters state the standard deviations."""
-
-
-def process_noise(
-    parameters: TrackingParameters, joints: tuple[int, ...], fps: float
-) -> FloatArray:
-    """Diagonal covariance Q (6 + 2 J, 6 + 2 J) of one step: a symmetric random walk.
-
-    Parameters
-    ----------
-    joints : tuple of int
-        Parts whose two numbers follow three of position and three of rotation in the state.
-    fps : float
-        Frame sets per second; variances grow with the time between them.
-    """
-    p = parameters
-    turns = [p.sigma_girdle if joint in CLAVICLES else p.sigma_joint for joint in joints]
-    rotations = np.radians([p.sigma_rotation] * 3 + [turn for turn in turns for _ in range(2)])
-    sigma = np.concatenate([np.full(3, p.sigma_position), rotations])
-    return np.diag(sigma**2 * _STATED_AT / fps)
 
 
 def elapsed(since: float | None, time: float) -> float:

@@ -14,6 +14,10 @@ from tests.depth.scenes import camera, texture
 BARREL = (-0.25, 0.06, 0.001, -0.0007, 0.01)
 
 
+def _is_identity(rectification):
+    return rectification.left_map is None and rectification.image_map is None
+
+
 def rig(**kinds):
     """A convergent, rolled pair with different lenses, principal points and focal lengths."""
     left = camera(
@@ -137,7 +141,7 @@ def test_pictures_are_enlarged_by_a_quarter_at_least_and_to_twice_their_size_at_
     left, right = camera("left", (-0.12, 0, 1), **kinds), camera("right", (0, 0, 1), **kinds)
     rectification = stereo_rectification(left, right, least_focal=least)
     assert rectification.geometry.focal == pytest.approx(focal)
-    assert rectification.is_identity == (focal == 200.0)
+    assert _is_identity(rectification) == (focal == 200.0)
 
 
 def test_an_enlarged_picture_shows_the_same_in_the_same_directions():
@@ -177,7 +181,7 @@ def test_rectified_pairs_are_recognised(difference, tilt, yaw, baseline):
         principal=(159.5 + difference, 119.5),
     )  # fmt: skip
     rectification = stereo_rectification(left, right)
-    assert rectification.is_identity
+    assert _is_identity(rectification)
     assert rectification.geometry.disparity_offset == pytest.approx(difference)
     assert rectification.geometry.baseline == pytest.approx(baseline)
     assert np.allclose(rectification.geometry.world_from_depth.rotation, rotation.T, atol=1e-9)
@@ -194,7 +198,7 @@ def test_rectified_pairs_are_recognised(difference, tilt, yaw, baseline):
 )
 def test_small_deviations_are_not_taken_for_rectified(change):
     left, right = camera("left", (-0.12, 0, 1), **change), camera("right", (0, 0, 1))
-    assert not stereo_rectification(left, right).is_identity
+    assert not _is_identity(stereo_rectification(left, right))
 
 
 def test_fisheye_pairs_are_rectified():
@@ -234,7 +238,7 @@ def test_sizes_and_directions_must_agree():
 
 def test_depth_views_without_distortion_are_left_alone():
     rectification = depth_rectification(camera("K", (0, 0, 1), principal=(150.0, 130.0)))
-    assert rectification.is_identity
+    assert _is_identity(rectification)
     assert (rectification.geometry.c_x, rectification.geometry.c_y) == (150.0, 130.0)
 
 

@@ -12,11 +12,11 @@ from stereotrack_core.body.model import landmarks
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.tracking.estimate import Estimate, Prior
 from stereotrack_core.tracking.frame import TrackedFrame
-from stereotrack_core.tracking.smoothing import AdditiveErrorState, error_state_of, smoothed
+from stereotrack_core.tracking.smoothing import AdditiveErrorState, smoothed
 from tests.tracking.scenes import POSES, angle_errors, cloud_of, pose_with_arms, surface_points
 
 BOTH = pytest.mark.parametrize("name", ["thesis", "manifold"])
-FPS, FRAMES = 10.0, 14
+FRAMES = 14
 ARM = slice(10, 14)
 """The right arm's numbers."""
 
@@ -50,7 +50,7 @@ def _followed(tracker, rng, missing=(), frames=FRAMES, points=350, noise=0.03):
 
 def _back(tracker, frames, **changes):
     p = dataclasses.replace(tracker.setup.parameters, **changes)
-    return smoothed(frames, tracker.setup.body, error_state_of(tracker.setup.joints), p, FPS)
+    return smoothed(frames, dataclasses.replace(tracker.setup, parameters=p))
 
 
 def _errors(tracker, frames):

@@ -8,7 +8,7 @@ it can, with the process noise of the time that has gone by since the last one.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
@@ -78,28 +78,27 @@ class DetectionResidual:
         return point_jacobian(np.tile(world, (m, 1)), along, part, frames, columns)
 
 
-def detection_residuals(
-    detections: tuple[Detection, ...], body: BodyModel, pose: Pose, gate: float
-) -> tuple[DetectionResidual, ...]:
-    """Give every detection to the point of the body that it fits best, or to none.
+@dataclass(frozen=True)
+class DetectionObservation:
+    """Detections of one instant; given anew to the points of the body at every pose."""
 
-    A point of the body is given to one detection of each source at most: two hands whose side is
-    not known are two hands. The weight falls with the distance as that of the cloud's data does:
-    w = (g^2 / (g^2 + e^2))^2 with g = 3 sigma.
+    detections: tuple[Detection, ...]
+    gate: float
+    """Metres; farther from the point, a detection means something else."""
 
-    Parameters
-    ----------
-    detections : tuple of Detection
-        Seen at one instant.
-    gate : float, metres
-        Farther from the point, a detection means something else.
-    """
-    frames = body.frames(pose)
-    rows = []
-    for group in _by_source(detections):
-        for detection, part in _assigned(group, body, frames, gate):
-            rows.append(_residual_of(detection, part, body, frames))
-    return tuple(rows)
+    def residuals(self, body: BodyModel, pose: Pose) -> tuple[DetectionResidual, ...]:
+        """Give every detection to the point of the body that it fits best, or to none.
+
+        A point of the body is given to one detection of each source at most: two hands whose side
+        is not known are two hands. The weight falls with the distance as that of the cloud's data
+        does: w = (g^2 / (g^2 + e^2))^2 with g = 3 sigma.
+        """
+        frames = body.frames(pose)
+        return tuple(
+            _residual_of(detection, part, body, frames)
+            for group in _by_source(self.detections)
+            for detection, part in _assigned(group, body, frames, self.gate)
+        )
 
 
 def _residual_of(
@@ -113,17 +112,12 @@ def _residual_of(
     squared = (_SURE * sigma) ** 2
     weight = (squared / (squared + float(off @ off))) ** 2
     variance = np.full(len(measured), sigma**2 / (detection.confidence * max(weight, 1e-6)))
-    return DetectionResidual(part, point, measured, variance, detection.camera)
+    return replace(plain, variance=variance)
 
 
 def _end_of(body: BodyModel, part: int) -> FloatArray:
     """Landmark of hand or head (3,) in the frame of its part."""
     return np.array([0.0, 0.0, body.skeleton.lengths[part]])
-
-
-def _parts_of(detection: Detection) -> tuple[int, ...]:
-    """Parts at whose ends the detected landmark may be."""
-    return _PARTS_OF[detection.kind]
 
 
 def _distance_from(detection: Detection, part: int, body: BodyModel, frames: PartFrames) -> float:
@@ -137,7 +131,7 @@ def _distance_from(detection: Detection, part: int, body: BodyModel, frames: Par
     if not np.isfinite(pixel).all():
         return float("inf")
     depth = float(camera.camera_from_world.apply(world)[2])
-    return float(np.linalg.norm(pixel - measured)) * depth / _focal(camera)
+    return float(np.linalg.norm(pixel - measured)) * depth / float(camera.matrix[0, 0])
 
 
 def _assigned(
@@ -148,7 +142,7 @@ def _assigned(
     cost = np.full((len(detections), len(parts) + len(detections)), gate**2)
     for i, detection in enumerate(detections):
         for k, part in enumerate(parts):
-            allowed = part in _parts_of(detection)
+            allowed = part in _PARTS_OF[detection.kind]
             off = _distance_from(detection, part, body, frames) if allowed else np.inf
             cost[i, k] = min(off**2, 1e6)
     rows, chosen = linear_sum_assignment(cost)
@@ -166,15 +160,12 @@ def _by_source(detections: tuple[Detection, ...]) -> list[list[Detection]]:
 
 
 def _undistorted(detection: Detection) -> tuple[FloatArray, float]:
+    """Place or undistorted pixel of a detection, and its standard deviation in the same unit."""
     if detection.camera is None:
         return detection.position, detection.sigma
-    focal = _focal(detection.camera)
+    focal = float(detection.camera.matrix[0, 0])
     raw = float(np.mean(np.diagonal(detection.camera.matrix)[:2]))
     return focal * detection.camera.normalised(detection.position), detection.sigma * focal / raw
-
-
-def _focal(camera: Camera) -> float:
-    return float(camera.matrix[0, 0])
 
 
 def _placed(frames: PartFrames, part: int, point: FloatArray) -> FloatArray:
@@ -185,7 +176,7 @@ def _pinhole(camera: Camera, world: FloatArray) -> FloatArray:
     """Undistorted pixels (..., 2), seen from the principal point; NaN behind the camera."""
     inside = camera.camera_from_world.apply(world)
     depth = np.where(inside[..., 2:] > _NEAREST, inside[..., 2:], np.nan)
-    return _focal(camera) * inside[..., :2] / depth
+    return camera.matrix[0, 0] * inside[..., :2] / depth
 
 
 def _pixel_gradients(camera: Camera, world: FloatArray) -> FloatArray:
@@ -193,21 +184,8 @@ def _pixel_gradients(camera: Camera, world: FloatArray) -> FloatArray:
     rotation = camera.camera_from_world.rotation
     x, y, z = camera.camera_from_world.apply(world)
     rows = rotation[:2] - np.array([[x], [y]]) / z * rotation[2]
-    result: FloatArray = _focal(camera) / z * rows
+    result: FloatArray = camera.matrix[0, 0] / z * rows
     return result
-
-
-@dataclass(frozen=True)
-class DetectionObservation:
-    """Detections of one instant; given anew to the points of the body at every pose."""
-
-    detections: tuple[Detection, ...]
-    gate: float
-    """Metres."""
-
-    def residuals(self, body: BodyModel, pose: Pose) -> tuple[DetectionResidual, ...]:
-        """Residuals at a pose; see :func:`detection_residuals`."""
-        return detection_residuals(self.detections, body, pose, self.gate)
 
 
 def detections_in(cloud: Cloud, detect: str) -> tuple[Detection, ...]:
@@ -261,22 +239,15 @@ def _best_part(detection: Detection, setup: Setup, prior: Belief) -> int | None:
     frames, gate = body.frames(prior.pose), setup.parameters.detection_gate
     stacked = PartFrames(frames.rotations[None], frames.origins[None])
     best, least = None, np.inf
-    for part in _parts_of(detection):
+    for part in _PARTS_OF[detection.kind]:
         if not _distance_from(detection, part, body, frames) < gate:
             continue
         residual = _residual_of(detection, part, body, frames)
         nu = residual.measured - residual.predicted(stacked)[0]
         J = residual.jacobian(frames, columns)
-        S = J @ prior.P @ J.T + np.eye(len(nu)) * _plain_variance(detection)
+        variance = _undistorted(detection)[1] ** 2 / detection.confidence
+        S = J @ prior.P @ J.T + np.eye(len(nu)) * variance
         squared = float(nu @ np.linalg.solve(S, nu))
         if squared < min(least, float(chi2.ppf(_PROBABLE, len(nu)))):
             best, least = part, squared
     return best
-
-
-def _plain_variance(detection: Detection) -> float:
-    """Variance before the robust weight, in the residual's unit."""
-    if detection.camera is None:
-        return detection.sigma**2 / detection.confidence
-    scale = float(detection.camera.matrix[0, 0] / np.mean(np.diagonal(detection.camera.matrix)[:2]))
-    return (scale * detection.sigma) ** 2 / detection.confidence
