@@ -183,6 +183,8 @@ class BodyModel:
 
     skeleton: Skeleton
     cones: Cones
+    shape: BodyParameters
+    """What the cones were made of, with the lengths."""
 
     def frames(self, pose: Pose) -> PartFrames:
         """Frames of all parts; see :func:`part_frames`."""
@@ -218,7 +220,7 @@ def body_model(proportions: Proportions, parameters: BodyParameters | None = Non
     """Body with these proportions, or with average ones where the parameters say so."""
     shape = BodyParameters() if parameters is None else parameters
     lengths = AVERAGE if shape.proportions == "average" else proportions
-    return BodyModel(skeleton(lengths), body_cones(lengths, shape))
+    return BodyModel(skeleton(lengths), body_cones(lengths, shape), shape)
 
 
 def placed_cones(body: BodyModel, frames: PartFrames) -> PlacedCones:

@@ -18,9 +18,10 @@ from stereotrack_core.body.proportions import AVERAGE, AVERAGE_HEIGHT, Proportio
 from stereotrack_core.body.skeleton import FOREARMS, UPPER_ARMS
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.recording.description import Subject
-from stereotrack_core.tracking.frame import TrackedFrame, joints_named
+from stereotrack_core.tracking.frame import TrackedFrame
 from stereotrack_core.tracking.parameters import TrackingParameters
 from stereotrack_core.tracking.shape_fit import LENGTH_SIGMAS, FreeBody, SeenPose, adjusted
+from stereotrack_core.tracking.state import Setup
 
 ESTIMATED = "estimated from the sequence"
 """Name of a subject whose lengths the program has worked out."""
@@ -146,26 +147,13 @@ class WellSeenFrames:
         chosen += _spread([frame for frame in good if frame not in chosen], _STRAIGHT)
         return tuple(frame.seen for frame in chosen)
 
-    def lengths(
-        self,
-        expected: Proportions,
-        shape: BodyParameters,
-        parameters: TrackingParameters,
-        states: tuple[str, ...],
-    ) -> EstimatedLengths:
-        """Lengths that the picked frames tell; what was expected where they are too few.
-
-        Parameters
-        ----------
-        expected, shape, parameters
-            See :func:`estimated_lengths`.
-        states : tuple of str
-            Names of the tracker's states.
-        """
-        picked, joints = self.picked(), joints_named(states)
-        if not picked or joints is None:
+    def lengths(self, expected: Proportions, setup: Setup) -> EstimatedLengths:
+        """Lengths that the picked frames tell; what was expected where they are too few."""
+        picked = self.picked()
+        if not picked:
             return EstimatedLengths(expected)
-        return estimated_lengths(expected, shape, picked, parameters, joints)
+        shape, parameters = setup.body.shape, setup.parameters
+        return estimated_lengths(expected, shape, picked, parameters, setup.joints)
 
 
 def _spread(frames: Sequence[_Candidate], count: int) -> list[_Candidate]:

@@ -122,7 +122,6 @@ class Pipeline:
         else:
             self.chain, reader = clouds.chain, clouds.reader
         self._cameras = cameras_of(recording, self.views)
-        self.shape = BodyShape.of(settings.body)
         self.tracker = self._tracker()
         self._init, self._given = spec.init, "pose"
         self._found: Pose | None = None
@@ -219,8 +218,7 @@ class Pipeline:
     def _go_on_after(self, checkpoint: Checkpoint, frames: range) -> None:
         """Be as after the frames that are done; a background that learns on sees them again."""
         if self._begun is not None and checkpoint.started:
-            self.shape = self._begun.shape
-            self.body = body_model(proportions_of(self.recording.subject), self.shape)
+            self.body = body_model(proportions_of(self.recording.subject), self._begun.shape)
             self.tracker = self._tracker()
         recall(self.tracker, checkpoint.memory)
         self.started = checkpoint.started
@@ -243,7 +241,7 @@ class Pipeline:
         self._init, self._given = pose, "the pose of another run"
         self._made.clear()
         if shape is not None:
-            self.shape, self.body = shape, body_model(self.body.skeleton.proportions, shape)
+            self.body = body_model(self.body.skeleton.proportions, shape)
         self.tracker = self._tracker()
         self.tracker.start(pose, P=P)
 
@@ -278,7 +276,7 @@ class Pipeline:
             for done, tracked in enumerate(first.frames(wanted)):
                 seen.add(tracked)
                 self.on_preparing(ESTIMATING_LENGTHS, done, len(wanted))
-        known = seen.lengths(expected, settings.body, follows, first.tracker.state_names)
+        known = seen.lengths(expected, first.tracker.setup)
         self.go_on_with(known)
         return known
 
@@ -290,14 +288,13 @@ class Pipeline:
 
     def fit_shape(self, frames: range) -> BodyShape:
         """Follow the first frames in which somebody is there, and fit the shape to them."""
-        clouds, body = self._first_clouds(frames), self.settings.body
-        found = shape_in(
-            self._initialiser(), clouds, body, self.first_pose, self.before_step, self.on_preparing
-        )
+        clouds = self._first_clouds(frames)
+        told = self.before_step, self.on_preparing
+        found = shape_in(self._initialiser(), clouds, self.first_pose, *told)
         if found is not None:
-            self.shape, self.body = found, body_model(self.body.skeleton.proportions, found)
+            self.body = body_model(self.body.skeleton.proportions, found)
             self.tracker = self._tracker()
-        return self.shape
+        return BodyShape.of(self.body.shape)
 
     def _first_clouds(self, frames: range) -> list[Cloud]:
         """The first clouds that show somebody; all that are made on the way are kept."""
@@ -316,7 +313,7 @@ class Pipeline:
 
     def _look_for_pose(self, clouds: Sequence[Cloud]) -> Pose | None:
         if self._follows_data:
-            return first_pose_in(self._initialiser(), clouds, self.settings.body)
+            return first_pose_in(self._initialiser(), clouds)
         frames, known = [cloud.frame for cloud in clouds], self._asked or range(0)
         return first_pose_from_images(self._initialiser(), self.reader, self.views, frames, known)
 
@@ -350,7 +347,7 @@ class Pipeline:
             fingerprint=fingerprint(self.recording),
             spec=spec,
             state_names=self.tracker.state_names,
-            shape=self.shape,
+            shape=BodyShape.of(self.body.shape),
             given=self._given,
             made=self._made_at,
             resumed_at=() if self._begun is None else self._begun.resumed_at,

@@ -114,6 +114,8 @@ class FreeBody:
 _STEP = 1e-3
 """Metres, radians and parts by which derivatives are taken."""
 
+_ITERATIONS = 6
+
 _POSE_SIGMA = 0.5
 """Metres and radians: poses are hardly held back."""
 
@@ -131,42 +133,32 @@ class SeenPose:
 
 
 def fitted_shape(
-    proportions: Proportions,
-    shape: BodyParameters,
+    body: BodyModel,
     seen: Sequence[SeenPose],
     parameters: TrackingParameters,
     joints: tuple[int, ...],
     on_frame: OnPart = lambda _done, _count: None,
 ) -> BodyShape:
-    """Surface that explains the data of all frames best, and outline that explains their edges."""
-    surface, poses = fitted_surface(proportions, shape, seen, parameters, joints, on_frame)
+    """Surface that explains the data of all frames best, and contour that explains their edges."""
+    fitted, poses = fitted_surface(body, seen, parameters, joints, on_frame)
     edges = [frame.edges for frame in seen]
-    body = body_model(proportions, surface)
-    return fitted_outline(body, BodyShape.of(surface), tuple(zip(poses, edges, strict=True)))
+    return fitted_outline(fitted, tuple(zip(poses, edges, strict=True)))
 
 
 def fitted_surface(
-    proportions: Proportions,
-    shape: BodyParameters,
+    body: BodyModel,
     seen: Sequence[SeenPose],
     parameters: TrackingParameters,
     joints: tuple[int, ...],
     on_frame: OnPart = lambda _done, _count: None,
-) -> tuple[BodyParameters, list[Pose]]:
-    """Shape that explains the data of all frames best, and the poses that go with it.
+) -> tuple[BodyModel, tuple[Pose, ...]]:
+    """Body whose surface explains the data of all frames best, and the poses that go with it.
 
-    Parameters
-    ----------
-    shape : BodyParameters
-        The default, which is also the start; the fit is held to it by its spread among people.
-    joints : tuple of int
-        Joints of the state.
-    on_frame : callable
-        See :func:`adjusted`.
+    The fit is held to the shape that it starts from by its spread among people.
     """
-    free = FreeBody(proportions, shape)
-    found = adjusted(free, seen, parameters, joints, on_frame=on_frame)
-    return free.parts(found.theta)[1], list(found.poses)
+    free = FreeBody(body.skeleton.proportions, body.shape)
+    found = adjusted(free, seen, parameters, joints, on_frame)
+    return free.body(found.theta), found.poses
 
 
 @dataclass(frozen=True, eq=False)
@@ -185,8 +177,6 @@ def adjusted(
     seen: Sequence[SeenPose],
     parameters: TrackingParameters,
     joints: tuple[int, ...],
-    *,
-    iterations: int = 6,
     on_frame: OnPart = lambda _done, _count: None,
 ) -> Adjusted:
     """Adjust the poses of all frames and the free numbers of the body together.
@@ -201,11 +191,11 @@ def adjusted(
     prior, start = free.information, free.start
     joints = tuple(joint for joint in joints if joint not in CLAVICLES)
     theta, poses = start.copy(), [_with_resting_shoulders(frame.pose) for frame in seen]
-    for iteration in range(iterations):
+    for iteration in range(_ITERATIONS):
         A, b = prior.copy(), prior @ (start - theta)
         frames: list[_Normal] = []
         for frame, pose in zip(seen, poses, strict=True):
-            on_frame(iteration * len(seen) + len(frames), iterations * len(seen))
+            on_frame(iteration * len(seen) + len(frames), _ITERATIONS * len(seen))
             standing = upright(pose, len(seen))
             normal = _normal_equations(frame.data, pose, free, theta, parameters, joints, standing)
             frames.append(normal)
@@ -298,22 +288,13 @@ _NOISE, _TOGETHER = 0.015, 6.0
 _ROUNDS = 8
 
 
-def fitted_outline(
-    body: BodyModel,
-    shape: BodyShape,
-    seen: Sequence[tuple[Pose, tuple[EdgeMap, ...]]],
-) -> BodyShape:
-    """Shape with the margins that the outlines of some frames show.
+def fitted_outline(body: BodyModel, seen: Sequence[tuple[Pose, tuple[EdgeMap, ...]]]) -> BodyShape:
+    """The body's shape with the margins that the outlines of some frames show.
 
     Both sides of a limb are in the pictures, so a pose that is a little wrong shifts one side as
     far out as the other side in, and the margins come out right.
-
-    Parameters
-    ----------
-    body : BodyModel
-        Made from `shape`.
-    seen : sequence of (Pose, tuple of EdgeMap)
     """
+    shape = BodyShape.of(body.shape)
     names = list(dict.fromkeys(name for pair in OUTLINE_NAMES for name in pair))
     start = np.array([float(shape.values()[name]) for name in names])
     A, e = _rows(body, names, seen)

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from stereotrack_core.body.manifold import difference
-from stereotrack_core.body.parameters import BodyParameters
 from stereotrack_core.geometry.rotation import angle_between
 from stereotrack_core.tracking.initialise.first_pose import facing_right, first_pose_in
 from stereotrack_core.tracking.initialise.seeds import t_pose_in_cloud
@@ -13,8 +12,6 @@ from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.state import Setup
 from stereotrack_core.tracking.tracker import initialiser as looking
 from tests.tracking.scenes import CAMERAS, POSES, axis_off, cloud_of, surface_points, turned
-
-SHAPE = BodyParameters()
 
 
 @pytest.fixture
@@ -29,10 +26,10 @@ def test_the_first_pose_is_that_of_the_first_cloud(initialiser, rng):
         cloud_of(surface_points(initialiser.setup.body, pose, 2000, rng, 0.005), k)
         for k, pose in enumerate(poses)
     ]
-    found = first_pose_in(initialiser, clouds, SHAPE)
+    found = first_pose_in(initialiser, clouds)
     assert found is not None
     assert np.abs(difference(found, poses[0], initialiser.setup.joints)[:3]).max() < 0.03
-    assert first_pose_in(initialiser, [cloud_of(np.empty((0, 3)))], SHAPE) is None
+    assert first_pose_in(initialiser, [cloud_of(np.empty((0, 3)))]) is None
 
 
 def _clouds(initialiser, pose, rng, count=4):
@@ -45,7 +42,7 @@ def _clouds(initialiser, pose, rng, count=4):
 def test_the_usual_first_pose_is_taken_where_it_explains_the_clouds(initialiser, rng):
     clouds = _clouds(initialiser, POSES["t"], rng)
     found, usual = (
-        first_pose_in(initialiser, clouds, SHAPE),
+        first_pose_in(initialiser, clouds),
         t_pose_in_cloud(initialiser.setup.body, clouds[0].points),
     )
     assert found is not None
@@ -58,7 +55,7 @@ def test_the_usual_first_pose_is_taken_where_it_explains_the_clouds(initialiser,
 )
 def test_another_first_pose_is_not_taken_for_the_usual(initialiser, rng, name, heading):
     true = turned(POSES[name], heading)
-    found = first_pose_in(initialiser, _clouds(initialiser, true, rng), SHAPE)
+    found = first_pose_in(initialiser, _clouds(initialiser, true, rng))
     assert found is not None
     assert axis_off(found, true) < 12.0
     if name == "reaching":
@@ -68,7 +65,7 @@ def test_another_first_pose_is_not_taken_for_the_usual(initialiser, rng, name, h
 def test_the_usual_first_pose_is_that_of_the_first_cloud_with_somebody(initialiser, rng):
     clouds = [cloud_of(np.empty((0, 3))), *_clouds(initialiser, POSES["t"], rng)]
     found, usual = (
-        first_pose_in(initialiser, clouds, SHAPE),
+        first_pose_in(initialiser, clouds),
         t_pose_in_cloud(initialiser.setup.body, clouds[1].points),
     )
     assert found is not None
@@ -80,5 +77,5 @@ def test_a_body_taken_from_the_wrong_side_is_turned(initialiser, rng, heading):
     true = turned(POSES["reaching"], heading)
     clouds = _clouds(initialiser, true, rng, 2)
     for start in (true, turned_round(true)):
-        found = facing_right(initialiser, start, clouds, SHAPE)
+        found = facing_right(initialiser, start, clouds)
         assert angle_between(found.torso[:, 1], true.torso[:, 1]) < np.radians(30.0)

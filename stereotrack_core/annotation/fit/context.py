@@ -177,7 +177,7 @@ def _clicked_shape(
         found = stretch.fit([data[k]], [poses[k]], poses[k], sigma, rounds=_ROUNDS)
         seen.append(SeenPose(depth.points, found.states[0].pose, depth.edges()))
     parameters, joints = TrackingParameters(), stretch.freedom.joints
-    return fitted_shape(proportions, shape, seen, parameters, joints)
+    return fitted_shape(body_model(proportions, shape), seen, parameters, joints)
 
 
 CLICKED_SHAPE = BodyParameters(girdle=False)

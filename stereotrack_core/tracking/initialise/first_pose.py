@@ -8,8 +8,7 @@ from functools import partial
 
 import numpy as np
 
-from stereotrack_core.body.model import body_model
-from stereotrack_core.body.parameters import BodyParameters, BodyShape
+from stereotrack_core.body.parameters import BodyShape
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.depth.chain import DepthChain
 from stereotrack_core.depth.cloud import Cloud
@@ -37,22 +36,13 @@ _FITTED = 8
 """Clouds that both ways of facing are followed over; every second one is fitted to."""
 
 
-def first_pose_in(
-    initialiser: PersonTracker, clouds: Sequence[Cloud], shape: BodyParameters
-) -> Pose | None:
+def first_pose_in(initialiser: PersonTracker, clouds: Sequence[Cloud]) -> Pose | None:
     """Pose in the first of successive clouds in which somebody is tracked; None without anybody.
 
     The clouds are followed forwards, until it has shown which of the poses that explain the first
     one is right, and then back to it. Where the pose in which recordings usually begin, the T
     pose facing north, explains the clouds about as well, it is taken. At last it is looked at
-    from both sides with bodies of their own shape.
-
-    Parameters
-    ----------
-    initialiser : PersonTracker
-        Of which nothing is left as it was.
-    shape : BodyParameters
-        Of the initialiser's body.
+    from both sides with bodies of their own shape. Nothing of the initialiser is left as it was.
     """
     initialiser.reinitialise()
     estimates = [initialiser.step(cloud) for cloud in clouds]
@@ -64,7 +54,7 @@ def first_pose_in(
     if _explains_as_well(initialiser, usual, clouds[first:], estimates[first:]):
         return usual
     found = _followed_back(initialiser, clouds, estimates, first, last)
-    return facing_right(initialiser, found, clouds[first : last + 1], shape)
+    return facing_right(initialiser, found, clouds[first : last + 1])
 
 
 def first_pose_from_images(
@@ -91,7 +81,7 @@ def first_pose_from_images(
         clouds = [chain.process(reader.frame_set(frame)) for frame in frames]
     finally:
         chain.close()
-    found = first_pose_in(initialiser, clouds, BodyParameters())
+    found = first_pose_in(initialiser, clouds)
     if found is None:
         return None
     initialiser.start(found)
@@ -106,26 +96,15 @@ _LEAST_SETTLED = 3
 def shape_in(
     initialiser: PersonTracker,
     clouds: Sequence[Cloud],
-    shape: BodyParameters,
     first_pose: Callable[[Cloud], Pose],
     before_step: Callable[[Cloud], object],
     on_preparing: Callable[[str, int, int], None],
 ) -> BodyShape | None:
     """Shape of who is followed over successive clouds; None where too few show somebody.
 
-    Parameters
-    ----------
-    initialiser : PersonTracker
-        Of which nothing is left as it was.
-    clouds : sequence of Cloud
-    shape : BodyParameters
-        Of the initialiser's body.
-    first_pose : callable
-        Where the person is in the first cloud.
-    before_step : callable
-        Called before every step; may raise :class:`Cancelled`.
-    on_preparing : callable
-        Is told the stage, and how many of how many of its parts are done.
+    Nothing of the initialiser is left as it was. `first_pose`: where the person is in the first
+    cloud. `before_step`: called before every step; may raise :class:`Cancelled`. `on_preparing`: is
+    told the stage, and how many of how many of its parts are done.
     """
     setup, seen = initialiser.setup, list[SeenPose]()
     for done, cloud in enumerate(clouds):
@@ -140,9 +119,8 @@ def shape_in(
     settled = seen[len(seen) // 3 :: 2]
     if len(settled) < _LEAST_SETTLED:
         return None
-    lengths = setup.body.skeleton.proportions
     told = partial(on_preparing, "fitting the body shape")
-    return fitted_shape(lengths, shape, settled, setup.parameters, setup.joints, told)
+    return fitted_shape(setup.body, settled, setup.parameters, setup.joints, told)
 
 
 def _followed_back(
@@ -160,45 +138,31 @@ def _followed_back(
     return initialiser.pose
 
 
-def facing_right(
-    initialiser: PersonTracker, found: Pose, clouds: Sequence[Cloud], shape: BodyParameters
-) -> Pose:
+def facing_right(initialiser: PersonTracker, found: Pose, clouds: Sequence[Cloud]) -> Pose:
     """The pose, or the one that looks most alike from the other side if that is more natural.
 
-    Parameters
-    ----------
-    found : Pose
-        In the first of the clouds.
-    clouds : sequence of Cloud
-        At least one.
-    shape : BodyParameters
-        Of the initialiser's body.
-
-    Notes
-    -----
-    A body of average shape that faces the wrong way may explain the data better than one that
-    faces the right way. With shapes of their own both explain them about as well, but the one
-    that faces the wrong way then bends its knees and elbows as nobody can.
+    `found` is that in the first of the clouds, of which there is at least one. A body of average
+    shape that faces the wrong way may explain the data better than one that faces the right way.
+    With shapes of their own both explain them about as well, but the one that faces the wrong way
+    then bends its knees and elbows as nobody can.
     """
     away = turned_round(found)
-    here = _gain_of_turning(initialiser, found, clouds[:_FITTED], shape)
-    there = _gain_of_turning(initialiser, away, clouds[:_FITTED], shape)
+    here = _gain_of_turning(initialiser, found, clouds[:_FITTED])
+    there = _gain_of_turning(initialiser, away, clouds[:_FITTED])
     return away if here - there > 2.0 * _TURN_GAIN else found
 
 
-def _gain_of_turning(
-    initialiser: PersonTracker, pose: Pose, clouds: Sequence[Cloud], shape: BodyParameters
-) -> float:
+def _gain_of_turning(initialiser: PersonTracker, pose: Pose, clouds: Sequence[Cloud]) -> float:
     """How much more natural the other way round is, for a body fitted to this way of facing."""
+    setup = initialiser.setup
     follower = initialiser.finder.follower(pose)
     poses = [follower.step(cloud).pose for cloud in clouds]
     pairs = list(zip(clouds, poses, strict=True))[len(clouds) > 1 :: 2]
-    lengths, joints = initialiser.setup.body.skeleton.proportions, initialiser.setup.joints
     seen = [
         SeenPose(initialiser.leader.correspondences.choose(cloud), pose) for cloud, pose in pairs
     ]
-    surface, fitted = fitted_surface(lengths, shape, seen, initialiser.setup.parameters, joints)
-    judge = PoseFinder(replace(initialiser.setup, body=body_model(lengths, surface)))
+    body, fitted = fitted_surface(setup.body, seen, setup.parameters, setup.joints)
+    judge = PoseFinder(replace(setup, body=body))
     gains = [judge.gain_of_turning(p, c) for p, (c, _) in zip(fitted, pairs, strict=True)]
     return float(np.mean(gains))
 

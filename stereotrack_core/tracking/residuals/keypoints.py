@@ -176,7 +176,8 @@ def _pinhole(camera: Camera, world: FloatArray) -> FloatArray:
     """Undistorted pixels (..., 2), seen from the principal point; NaN behind the camera."""
     inside = camera.camera_from_world.apply(world)
     depth = np.where(inside[..., 2:] > _NEAREST, inside[..., 2:], np.nan)
-    return camera.matrix[0, 0] * inside[..., :2] / depth
+    result: FloatArray = camera.matrix[0, 0] * inside[..., :2] / depth
+    return result
 
 
 def _pixel_gradients(camera: Camera, world: FloatArray) -> FloatArray:

@@ -52,27 +52,27 @@ def seen():
 
 @pytest.mark.parametrize("name", ["torso_side", "upper_arm", "forearm", "hand", "head_side"])
 def test_margins_that_are_in_the_silhouettes_are_recovered(seen, name):
-    found = _margins(fitted_outline(BODY, SHAPE, seen))
+    found = _margins(fitted_outline(BODY, seen))
     planted = PLANTED[f"outline_{name}"]
     assert found[f"outline_{name}"] == pytest.approx(planted, abs=0.002)
 
 
 def test_a_pose_that_is_a_little_aside_shifts_no_margin_of_limbs(seen):
     aside = [(Pose(p.position + [0.006, -0.006, 0.006], p.rotations), e) for p, e in seen]
-    found = _margins(fitted_outline(BODY, SHAPE, aside))
+    found = _margins(fitted_outline(BODY, aside))
     for name in ("outline_upper_arm", "outline_forearm"):
         assert found[name] == pytest.approx(PLANTED[name], abs=0.003)
 
 
 def test_nothing_but_the_margins_is_changed(seen):
-    before, after = SHAPE.values(), fitted_outline(BODY, SHAPE, seen).values()
+    before, after = SHAPE.values(), fitted_outline(BODY, seen).values()
     assert {name for name in before if before[name] != after[name]} <= set(NAMES)
 
 
 def test_margins_of_what_nobody_sees_stay_as_they_were(seen):
-    assert fitted_outline(BODY, SHAPE, []) == SHAPE
+    assert fitted_outline(BODY, []) == SHAPE
     unseen = [(pose, ()) for pose, _ in seen]
-    assert fitted_outline(BODY, SHAPE, unseen) == SHAPE
+    assert fitted_outline(BODY, unseen) == SHAPE
 
 
 def test_a_part_that_is_out_of_the_picture_keeps_its_margin():
@@ -80,7 +80,7 @@ def test_a_part_that_is_out_of_the_picture_keeps_its_margin():
     arms = np.isin(BODY.cones.part, [2, 3, 4, 5])
     trunk = dataclasses.replace(BODY, cones=BODY.cones[~arms])
     edges = edge_maps(cloud_of_body(trunk, POSES["t"]))
-    found = _margins(fitted_outline(BODY, SHAPE, [(POSES["t"], edges)]))
+    found = _margins(fitted_outline(BODY, [(POSES["t"], edges)]))
     for name in ("outline_forearm", "outline_hand"):
         assert found[name] == pytest.approx(SHAPE.values()[name], abs=1e-9)
 
@@ -89,5 +89,5 @@ def test_margins_stay_within_their_bounds():
     rows = {row.name: row for row in SHAPE.rows()}
     seen = _seen(dict.fromkeys(NAMES, 0.099), [POSES["t"]])
     cut = SHAPE.replaced(**dict.fromkeys(NAMES, 0.1))
-    for name, value in _margins(fitted_outline(body_model(AVERAGE, cut), cut, seen)).items():
+    for name, value in _margins(fitted_outline(body_model(AVERAGE, cut), seen)).items():
         assert rows[name].minimum <= value <= rows[name].maximum

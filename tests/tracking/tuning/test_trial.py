@@ -45,7 +45,7 @@ def run(cones):
     """Settings, frames and shape of a run over the whole recording."""
     settings = quick()
     with Pipeline(cones, RunSpec(settings, seed=3, init=pose(0))) as pipeline:
-        return settings, list(pipeline.frames(WHOLE)), pipeline.shape
+        return settings, list(pipeline.frames(WHOLE)), pipeline.origin().shape
 
 
 def start_at(run, frame):
@@ -102,7 +102,7 @@ def test_a_shape_that_does_not_stand_is_fitted_to_the_run_s_frames(cones, store_
     made = trial(settings, range(5, 8), unknown)
     with made.begun(store_of(cones)) as pipeline:
         equal(pipeline.frames(made.stretch), run[1][5:])
-    assert pipeline.shape == shape
+    assert pipeline.origin().shape == shape
     assert pipeline.origin().meta()["init"] == "the pose of another run"
     assert pipeline.origin().spec.init is unknown.pose
 
