@@ -156,11 +156,9 @@ def gathered(
 
 
 def innovation_of(residual: Residual, setup: Setup, predicted: Belief) -> float:
-    """Normalised innovation of a measurement at a predicted pose."""
-    frames = setup.body.frames(predicted.pose)
-    nu = (
-        residual.measured
-        - residual.predicted(PartFrames(frames.rotations[None], frames.origins[None]))[0]
-    )
-    H = residual.jacobian(frames, setup.columns)
-    return normalised(nu, np.einsum("mn,mn->m", H @ predicted.P, H) + residual.variance)
+    """Normalised innovation of a measurement at a predicted pose; NaN without any."""
+    lines = linearise((residual,), setup.body, predicted.pose, setup.columns)
+    if not lines:
+        return float("nan")
+    H = lines[0].H
+    return normalised(lines[0].nu, np.einsum("mn,mn->m", H @ predicted.P, H) + lines[0].R)

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
 
 import tomli_w
 
@@ -54,10 +54,6 @@ class UserPreset:
             For an unknown base or parameter, or a value outside its range.
         """
         return preset(self.base).replaced(**self.values)
-
-    def facts(self) -> dict[str, Any]:
-        """As it is written to a file."""
-        return {"name": self.name, "base": self.base, "values": dict(self.values)}
 
 
 def named(name: str, settings: Settings, base: str = "accurate") -> UserPreset:
@@ -140,7 +136,7 @@ def write_preset(path: Path, preset: UserPreset) -> None:
     InputError
         Where the file cannot be written.
     """
-    write_file(path, tomli_w.dumps(preset.facts()))
+    write_file(path, tomli_w.dumps(dataclasses.asdict(preset)))
 
 
 def _checked(given: object, path: Path) -> dict[str, Value]:

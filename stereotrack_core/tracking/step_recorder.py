@@ -356,22 +356,21 @@ def _keys(points: SurfacePoints) -> FloatArray:
 
 def _rows(lines: Sequence[Line], P: FloatArray) -> tuple[Rows, ...]:
     """Rows by kind; `P` is the covariance after the correction."""
-    found: dict[tuple[str, str], list[Rows]] = {}
+    found: dict[tuple[str, str], list[tuple[IntArray, Line]]] = {}
     for line in lines:
         kind, part, unit = _kind_of(line.residual)
-        dx = P @ (line.H.T @ (line.nu / line.R))
-        rows = Rows(kind, part, line.nu, np.sqrt(line.R), unit, dx)
-        found.setdefault((kind, unit), []).append(rows)
-    return tuple(_joined(rows) for rows in found.values())
-
-
-def _joined(rows: list[Rows]) -> Rows:
-    part, residual, sigma = (
-        np.concatenate([getattr(row, name) for row in rows])
-        for name in ("part", "residual", "sigma")
+        found.setdefault((kind, unit), []).append((part, line))
+    return tuple(
+        Rows(
+            kind=kind,
+            part=np.concatenate([part for part, _ in own]),
+            residual=np.concatenate([line.nu for _, line in own]),
+            sigma=np.concatenate([np.sqrt(line.R) for _, line in own]),
+            unit=unit,
+            dx=np.sum([P @ (line.H.T @ (line.nu / line.R)) for _, line in own], axis=0),
+        )
+        for (kind, unit), own in found.items()
     )
-    dx = np.sum([row.dx for row in rows], axis=0)
-    return Rows(rows[0].kind, part, residual, sigma, rows[0].unit, dx)
 
 
 def _kind_of(residual: Residual) -> tuple[str, IntArray, str]:

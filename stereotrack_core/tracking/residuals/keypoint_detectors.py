@@ -7,12 +7,10 @@ one; with it as a further source the next farthest one is another, and so on (Pl
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import cv2
 import numpy as np
 import scipy.sparse as sparse
-from scipy.sparse import coo_matrix, csgraph
+from scipy.sparse import csgraph
 from scipy.spatial import cKDTree
 
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
@@ -59,16 +57,6 @@ _FEET = 0.35
 """Metres above the lowest data below which ends are feet, or cannot be told from them."""
 
 
-@dataclass(frozen=True, eq=False)
-class SurfaceGraph:
-    """Neighbouring nodes of a cloud."""
-
-    nodes: FloatArray
-    """(M, 3), world, metres."""
-    lengths: sparse.csr_matrix
-    """(M, M) sparse float64, metres."""
-
-
 def extremities(points: FloatArray, time: float) -> tuple[Detection, ...]:
     """Detect head and hands in the cloud of one person.
 
@@ -84,12 +72,11 @@ def extremities(points: FloatArray, time: float) -> tuple[Detection, ...]:
     tuple of Detection
         Hands without their side; nothing where the cloud is too small.
     """
-    graph = surface_graph(points)
-    nodes = graph.nodes
+    nodes, lengths = surface_graph(points)
     if len(nodes) < 10 * _PIECE:
         return ()
     middle = _middle(nodes)
-    ends, ways = geodesic_ends(graph, middle, _ENDS)
+    ends, ways = _geodesic_ends(lengths, middle)
     floor = np.percentile(nodes[:, 2], 1.0)
     head = _head_among(nodes, ends, nodes[middle])
     found = []
@@ -101,16 +88,20 @@ def extremities(points: FloatArray, time: float) -> tuple[Detection, ...]:
         near = np.linalg.norm(nodes - nodes[end], axis=1) < _AROUND[kind]
         place = nodes[near].mean(axis=0)
         if kind == HEAD:
-            place -= _UNDER_CROWN * _unit(nodes[end] - nodes[middle])
+            up = nodes[end] - nodes[middle]
+            place -= _UNDER_CROWN * (up / max(float(np.linalg.norm(up)), 1e-9))
         found.append(Detection(time, kind, place, _SIGMA[kind], 0.5))
     return tuple(found)
 
 
-def surface_graph(points: FloatArray) -> SurfaceGraph:
-    """Thin a cloud out and join neighbours; pieces that are apart are joined where nearest."""
+def surface_graph(points: FloatArray) -> tuple[FloatArray, sparse.csr_matrix]:
+    """Thin a cloud out and join neighbours; pieces that are apart are joined where nearest.
+
+    Returns the nodes (M, 3), world, metres, and the lengths (M, M) between neighbours, metres.
+    """
     nodes = _thinned(points)
     if len(nodes) < 2:
-        return SurfaceGraph(nodes, sparse.csr_matrix((len(nodes), len(nodes))))
+        return nodes, sparse.csr_matrix((len(nodes), len(nodes)))
     pairs = cKDTree(nodes).query_pairs(_STEP, output_type="ndarray")
     _, piece = csgraph.connected_components(_lengths(nodes, pairs), directed=False)
     sizes = np.bincount(piece)
@@ -119,25 +110,22 @@ def surface_graph(points: FloatArray) -> SurfaceGraph:
     pairs = number[pairs[kept[pairs].all(axis=1)]]
     nodes, piece = nodes[kept], piece[kept]
     bridges = _bridges(nodes, piece)
-    return SurfaceGraph(nodes, _lengths(nodes, np.concatenate([pairs, bridges])))
+    return nodes, _lengths(nodes, np.concatenate([pairs, bridges]))
 
 
-def geodesic_ends(graph: SurfaceGraph, middle: int, count: int) -> tuple[list[int], list[float]]:
-    """Nodes that are farthest from the middle and from each other, and their ways to the middle.
-
-    The farthest comes first.
-    """
-    from_middle = csgraph.dijkstra(graph.lengths, directed=False, indices=middle)
+def _geodesic_ends(lengths: sparse.csr_matrix, middle: int) -> tuple[list[int], list[float]]:
+    """Nodes farthest from the middle and each other, the farthest first; ways to the middle."""
+    from_middle = csgraph.dijkstra(lengths, directed=False, indices=middle)
     from_middle[~np.isfinite(from_middle)] = 0.0
     way: FloatArray = from_middle.copy()
     ends: list[int] = []
-    for _ in range(count):
+    for _ in range(_ENDS):
         end = int(np.argmax(way))
         if way[end] < _LEAST_WAY * (0.5 if ends else 1.0):
             break
         if from_middle[end] >= _LEAST_WAY:
             ends.append(end)
-        from_end = csgraph.dijkstra(graph.lengths, directed=False, indices=end)
+        from_end = csgraph.dijkstra(lengths, directed=False, indices=end)
         way = np.minimum(way, from_end)
     return ends, [float(from_middle[end]) for end in ends]
 
@@ -168,10 +156,6 @@ def _slim(nodes: FloatArray, end: int) -> bool:
         return True
     spread = np.linalg.eigvalsh(np.cov(around.T))
     return float(np.sqrt(max(spread[1], 0.0))) < _HAND_WIDTH
-
-
-def _unit(vector: FloatArray) -> FloatArray:
-    return vector / max(float(np.linalg.norm(vector)), 1e-9)
 
 
 def _thinned(points: FloatArray) -> FloatArray:
@@ -236,7 +220,8 @@ def skin_detections(cloud: Cloud) -> tuple[Detection, ...]:
     points = cloud.points[skin]
     if len(points) < _LEAST:
         return ()
-    label = _patches(points)
+    pairs = cKDTree(points).query_pairs(_SKIN_STEP, output_type="ndarray")
+    _, label = csgraph.connected_components(_lengths(points, pairs), directed=False)
     sizes = np.bincount(label)
     patches = [points[label == k] for k in np.flatnonzero(sizes >= _LEAST)]
     if not patches:
@@ -258,14 +243,6 @@ def is_skin(colours: FloatArray) -> BoolArray:
     y, red, blue = np.moveaxis(cv2.cvtColor(bgr, cv2.COLOR_BGR2YCrCb)[0], -1, 0)
     in_red = (red >= _RED[0]) & (red <= _RED[1])
     result: BoolArray = (y >= _DARKEST) & in_red & (blue >= _BLUE[0]) & (blue <= _BLUE[1])
-    return result
-
-
-def _patches(points: FloatArray) -> IntArray:
-    pairs = cKDTree(points).query_pairs(_SKIN_STEP, output_type="ndarray")
-    graph = coo_matrix((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), (len(points),) * 2)
-    _, label = csgraph.connected_components(graph, directed=False)
-    result: IntArray = label.astype(np.int64)
     return result
 
 

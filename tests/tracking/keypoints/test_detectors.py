@@ -77,7 +77,7 @@ def test_pieces_that_hide_each_other_are_joined(rng):
 def test_too_little_data_give_nothing(rng):
     assert extremities(np.zeros((0, 3)), 0) == ()
     assert extremities(rng.normal(size=(40, 3)), 0) == ()
-    assert len(surface_graph(np.zeros((5, 3))).nodes) <= 1
+    assert len(surface_graph(np.zeros((5, 3)))[0]) <= 1
 
 
 def _clothed(pose, rng):
