@@ -29,11 +29,11 @@ class ClosestPoints:
     """(N,). Index of the nearest cone; -1 where none takes the datum."""
     distance: FloatArray
     """(N,), metres. Signed: positive outside. Infinite where no cone takes the datum."""
-    foot: FloatArray
+    point: FloatArray
     """(N, 3), world."""
     direction: FloatArray
     """(N, 3), world. Unit vector along which the distance is measured: the side's normal, or from
-    the foot to the datum beyond an end."""
+    the point to the datum beyond an end."""
 
 
 def cone_table(placed: PlacedCones) -> FloatArray:
@@ -78,7 +78,7 @@ def _place(
 def nearest_on_surface(
     points: FloatArray, placed: PlacedCones, reach: float, penalty: FloatArray | None = None
 ) -> ClosestPoints:
-    """Find the foot of every datum on the nearest cone.
+    """Find the closest point to every datum on the nearest cone.
 
     Parameters
     ----------
@@ -92,12 +92,12 @@ def nearest_on_surface(
     n = len(points)
     cone = np.full(n, -1, dtype=np.int64)
     distance = np.full(n, np.inf)
-    foot = np.full((n, 3), np.nan)
+    point = np.full((n, 3), np.nan)
     direction = np.full((n, 3), np.nan)
     data = np.ascontiguousarray(points, dtype=np.float64)
     other = _NO_PENALTY if penalty is None else np.ascontiguousarray(penalty)
-    _nearest(data, cone_table(placed), reach, other, cone, distance, foot, direction)
-    return ClosestPoints(cone, distance, foot, direction)
+    _nearest(data, cone_table(placed), reach, other, cone, distance, point, direction)
+    return ClosestPoints(cone, distance, point, direction)
 
 
 def parts_of_cones(body: BodyModel, cone: IntArray) -> IntArray:
@@ -111,8 +111,8 @@ def limbs_of_cones(body: BodyModel, cone: IntArray) -> IntArray:
 
 
 @numba.njit(cache=True, nogil=True, inline="always")  # type: ignore[untyped-decorator]
-def cone_foot(row: Any, px: float, py: float, pz: float) -> Any:
-    """Signed distance, foot (3) and direction (3) of a point, all in the cone's own frame.
+def closest_on_cone(row: Any, px: float, py: float, pz: float) -> Any:
+    """Signed distance, closest point (3) and direction (3) of a point, all in the cone's own frame.
 
     A datum beyond an end that is not round gets an infinite distance: inner ends take no data.
     """
@@ -182,7 +182,7 @@ def _nearest(
     penalty: Any,
     cone: Any,
     distance: Any,
-    foot: Any,
+    point: Any,
     direction: Any,
 ) -> None:
     judged = penalty.shape[0] > 0
@@ -196,7 +196,7 @@ def _nearest(
             pz = row[2] * x + row[5] * y + row[8] * z
             if _is_farther(row, px, py, pz, reach if judged else best):
                 continue
-            d, fx, fy, fz, nx, ny, nz = cone_foot(row, px, py, pz)
+            d, fx, fy, fz, nx, ny, nz = closest_on_cone(row, px, py, pz)
             off = abs(d)
             if judged:
                 off = math.hypot(d, penalty[i, c]) if off < reach else math.inf
@@ -206,5 +206,5 @@ def _nearest(
                 distance[i] = d
                 for k in range(3):
                     a, b, e = row[3 * k], row[3 * k + 1], row[3 * k + 2]
-                    foot[i, k] = a * fx + b * fy + e * fz + row[9 + k]
+                    point[i, k] = a * fx + b * fy + e * fz + row[9 + k]
                     direction[i, k] = a * nx + b * ny + e * nz

@@ -22,8 +22,8 @@ def nearest_on_segments(
 ) -> tuple[FloatArray, FloatArray]:
     """Shares (...), 0 to 1, from a to b and from c to d where two segments are nearest.
 
-    The feet are found on the lines, then moved into the segments one after the other (Ericson,
-    Real-Time Collision Detection, section 5.1.9).
+    The nearest points are found on the lines, then moved into the segments one after the other
+    (Ericson, Real-Time Collision Detection, section 5.1.9).
     """
     u, v, w = b - a, d - c, a - c
     uu, vv, uv = _dot(u, u), _dot(v, v), _dot(u, v)

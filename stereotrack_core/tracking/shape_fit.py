@@ -273,8 +273,8 @@ def _change(
         moved = theta.copy()
         moved[i] += step
         body = free.body(moved)
-        feet = nearest_on_surface(surface.data, placed_cones(body, body.frames(pose)), np.inf)
-        sides.append(feet.distance)
+        closest = nearest_on_surface(surface.data, placed_cones(body, body.frames(pose)), np.inf)
+        sides.append(closest.distance)
     change = (sides[0] - sides[1]) / (2.0 * _STEP)
     return np.where(np.abs(change) < 3.0, change, 0.0)
 
@@ -328,7 +328,7 @@ def _rows(
         placed = placed_cones(body, frames)
         found = contours_of(edges, body, frames)
         rotation, origin = placed.rotations[found.cone], placed.origins[found.cone]
-        local = np.einsum("mji,mj->mi", rotation, found.foot - origin)[:, :2] ** 2
+        local = np.einsum("mji,mj->mi", rotation, found.point - origin)[:, :2] ** 2
         part = local / np.maximum(local.sum(axis=1, keepdims=True), 1e-12)
         A = np.zeros((len(part), len(names)))
         at = np.arange(len(part))

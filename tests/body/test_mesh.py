@@ -72,7 +72,7 @@ def test_vertices_lie_on_the_surface(placed_and_meshes):
         one = placed[c : c + 1]
         local = (mesh.vertices - one.origins[0]) @ one.rotations[0]
         on_axis = np.hypot(local[:, 0], local[:, 1]) < 1e-9
-        feet = nearest_on_surface(mesh.vertices, one, 1.0)
+        closest = nearest_on_surface(mesh.vertices, one, 1.0)
         flat_ends = on_axis & (local[:, 2] <= one.cones.height[0] + 1e-9)
-        np.testing.assert_allclose(feet.distance[~flat_ends], 0.0, atol=1e-9)
-        np.testing.assert_allclose(feet.foot[~flat_ends], mesh.vertices[~flat_ends], atol=1e-9)
+        np.testing.assert_allclose(closest.distance[~flat_ends], 0.0, atol=1e-9)
+        np.testing.assert_allclose(closest.point[~flat_ends], mesh.vertices[~flat_ends], atol=1e-9)

@@ -41,9 +41,9 @@ def test_points_lie_on_their_cones_with_outward_normals(rng, body):
     np.testing.assert_allclose(np.linalg.norm(normals, axis=1), 1.0)
     for c in range(len(body.cones)):
         own = sampled.cone == c
-        feet = nearest_on_surface(points[own], placed[c : c + 1], 1.0)
-        np.testing.assert_allclose(feet.distance, 0.0, atol=1e-12)
-        np.testing.assert_allclose(feet.direction, normals[own], atol=1e-9)
+        closest = nearest_on_surface(points[own], placed[c : c + 1], 1.0)
+        np.testing.assert_allclose(closest.distance, 0.0, atol=1e-12)
+        np.testing.assert_allclose(closest.direction, normals[own], atol=1e-9)
 
 
 def test_height_and_angle_are_those_of_the_text(body):
@@ -86,8 +86,8 @@ def test_what_remains_is_on_the_surface_free_and_seen(rng, body, name, drawn):
     assert len(sampled) == 64
     points, normals, placed = _world(body, pose, sampled)
     assert not inside_other_cone(points, sampled.cone, placed).any()
-    feet = nearest_on_surface(points, placed, 1.0)
-    assert np.abs(feet.distance).max() < 1e-3
+    closest = nearest_on_surface(points, placed, 1.0)
+    assert np.abs(closest.distance).max() < 1e-3
     solids = solids_of(placed)
     for point, normal in zip(points[:16], normals[:16], strict=True):
         facing = [camera for camera in CAMERAS if normal @ (camera - point) > 0]

@@ -26,15 +26,15 @@ def test_round_cones_are_exact(rng, name):
     r1, r2, height = ROUND[name]
     placed, turn, origin = single_cone(rng, r1, r2, height)
     local = _around(rng, 120, max(r1, r2), height)
-    feet = nearest_on_surface(local @ turn.T + origin, placed, np.inf)
-    found = feet.cone == 0
+    closest = nearest_on_surface(local @ turn.T + origin, placed, np.inf)
+    found = closest.cone == 0
     assert found.sum() > 80
-    for point, foot, distance in zip(
-        local[found], (feet.foot[found] - origin) @ turn, feet.distance[found], strict=True
+    for point, near, distance in zip(
+        local[found], (closest.point[found] - origin) @ turn, closest.distance[found], strict=True
     ):
         best = nearest_on_side(r1, r2, height, 1.0, point)
         assert abs(distance) == pytest.approx(np.linalg.norm(point - best), abs=1e-6)
-        np.testing.assert_allclose(foot, best, atol=1e-4)
+        np.testing.assert_allclose(near, best, atol=1e-4)
         assert (distance < 0) == (depth_inside(r1, r2, height, 1.0, point) > 0)
 
 
@@ -42,15 +42,15 @@ def test_what_no_cone_takes_lies_beyond_a_flat_end(rng):
     r1, r2, height = ROUND["upper arm"]
     placed, turn, origin = single_cone(rng, r1, r2, height)
     local = _around(rng, 4000, 0.0, height, 0.1)
-    feet = nearest_on_surface(local @ turn.T + origin, placed, np.inf)
+    closest = nearest_on_surface(local @ turn.T + origin, placed, np.inf)
     rho, z = np.hypot(local[:, 0], local[:, 1]), local[:, 2]
-    assert (feet.cone < 0).sum() > 100
+    assert (closest.cone < 0).sum() > 100
     beyond = (z < 0.02) & (rho < r1) | (z > height - 0.02) & (rho < r2)
-    assert beyond[feet.cone < 0].all()
+    assert beyond[closest.cone < 0].all()
     clearly = (z < -0.02) & (rho < r1) | (z > height + 0.02) & (rho < r2)
-    assert (feet.cone[clearly] == -1).all()
-    assert np.isinf(feet.distance[feet.cone < 0]).all()
-    assert np.isnan(feet.foot[feet.cone < 0]).all()
+    assert (closest.cone[clearly] == -1).all()
+    assert np.isinf(closest.distance[closest.cone < 0]).all()
+    assert np.isnan(closest.point[closest.cone < 0]).all()
 
 
 @pytest.mark.parametrize("ends", ["end", "base", "both"])
@@ -60,9 +60,9 @@ def test_half_spheres_close_round_ends(rng, ends):
     placed, turn, origin = single_cone(rng, r1, r2, height, round_base=at_base, round_end=at_end)
     local = _around(rng, 150, r1, height, 0.2)
     local = local[[depth_inside(r1, r2, height, 1.0, point) < 0 for point in local]]
-    feet = nearest_on_surface(local @ turn.T + origin, placed, np.inf)
+    closest = nearest_on_surface(local @ turn.T + origin, placed, np.inf)
     flip = np.array([1.0, 1.0, -1.0])
-    for i in np.flatnonzero(feet.cone == 0):
+    for i in np.flatnonzero(closest.cone == 0):
         point = local[i]
         places = [nearest_on_side(r1, r2, height, 1.0, point)]
         if at_end:
@@ -70,32 +70,32 @@ def test_half_spheres_close_round_ends(rng, ends):
         if at_base:
             places.append(flip * nearest_on_half_sphere(r1, 0.0, 1.0, flip * point))
         best = min(np.linalg.norm(point - place) for place in places)
-        assert abs(feet.distance[i]) == pytest.approx(best, abs=1e-3)
+        assert abs(closest.distance[i]) == pytest.approx(best, abs=1e-3)
 
 
 def test_a_finger_tip_is_found_in_front_of_the_hand(rng):
     placed, turn, origin = single_cone(rng, 0.04, 0.032, 0.194, round_end=True)
-    feet = nearest_on_surface((turn @ [0.0, 0.0, 0.3] + origin)[None], placed, 1.0)
-    np.testing.assert_allclose(feet.distance, 0.3 - 0.194 - 0.032, atol=1e-12)
-    np.testing.assert_allclose(feet.direction[0], turn[:, 2], atol=1e-9)
+    closest = nearest_on_surface((turn @ [0.0, 0.0, 0.3] + origin)[None], placed, 1.0)
+    np.testing.assert_allclose(closest.distance, 0.3 - 0.194 - 0.032, atol=1e-12)
+    np.testing.assert_allclose(closest.direction[0], turn[:, 2], atol=1e-9)
 
 
 @pytest.mark.parametrize("s", [0.6, 0.8])
 def test_the_flattened_torso_is_good_to_some_millimetres(rng, s):
-    """The foot lies on the surface, but beside the nearest place; distances are what is used."""
+    """The point lies on the surface, but beside the nearest one; distances are what is used."""
     r1, r2, height = 0.165, 0.175, 0.511
     placed, turn, origin = single_cone(rng, r1, r2, height, s)
     local = _around(rng, 1200, 0.17, height, 0.2)
-    feet = nearest_on_surface(local @ turn.T + origin, placed, 0.25)
+    closest = nearest_on_surface(local @ turn.T + origin, placed, 0.25)
     near, far, deep = [], [], []
-    for i in np.flatnonzero(feet.cone == 0)[:400]:
-        point, foot = local[i], turn.T @ (feet.foot[i] - origin)
-        radius = r1 + (r2 - r1) * foot[2] / height
-        assert np.hypot(foot[0], foot[1] / s) == pytest.approx(radius, abs=1e-12)
+    for i in np.flatnonzero(closest.cone == 0)[:400]:
+        point, near = local[i], turn.T @ (closest.point[i] - origin)
+        radius = r1 + (r2 - r1) * near[2] / height
+        assert np.hypot(near[0], near[1] / s) == pytest.approx(radius, abs=1e-12)
         best = np.linalg.norm(point - nearest_on_side(r1, r2, height, s, point))
         inside = depth_inside(r1, r2, height, s, point) > 0
         bin_ = deep if inside and best > 0.05 else near if best < 0.1 else far
-        bin_.append(abs(abs(feet.distance[i]) - best))
+        bin_.append(abs(abs(closest.distance[i]) - best))
     assert min(len(near), len(far)) > 80
     assert np.mean(near) < 0.0024
     assert max(near) < 0.0076
@@ -111,24 +111,24 @@ def test_nothing_on_the_axis_is_not_a_number(rng, s, rounded):
     )
     z = np.array([-0.1, -0.06, 0.0, 0.1, 0.2, 0.24, 0.3])
     local = np.stack([0 * z, 0 * z, z], axis=1)
-    feet = nearest_on_surface(local @ turn.T + origin, placed, 1.0)
-    taken = feet.cone >= 0
-    assert taken.sum() == (6 if rounded else 2)  # the middle of a half sphere has no foot
-    for values in (feet.distance, feet.foot, feet.direction):
+    closest = nearest_on_surface(local @ turn.T + origin, placed, 1.0)
+    taken = closest.cone >= 0
+    assert taken.sum() == (6 if rounded else 2)  # the middle of a half sphere has no closest point
+    for values in (closest.distance, closest.point, closest.direction):
         assert np.isfinite(values[taken]).all()
-    np.testing.assert_allclose(np.linalg.norm(feet.direction[taken], axis=1), 1.0)
-    assert feet.distance[3] < -0.045 * s
+    np.testing.assert_allclose(np.linalg.norm(closest.direction[taken], axis=1), 1.0)
+    assert closest.distance[3] < -0.045 * s
 
 
 def test_directions_are_unit_vectors_that_point_outwards(rng, body):
     placed = placed_cones(body, body.frames(random_pose(rng)))
     data = placed.origins[rng.integers(0, 15, 500)] + 0.15 * rng.normal(size=(500, 3))
-    feet = nearest_on_surface(data, placed, 0.5)
-    taken = feet.cone >= 0
+    closest = nearest_on_surface(data, placed, 0.5)
+    taken = closest.cone >= 0
     assert taken.sum() > 400
-    np.testing.assert_allclose(np.linalg.norm(feet.direction[taken], axis=1), 1.0)
-    along = np.einsum("ni,ni->n", data - feet.foot, feet.direction)
-    np.testing.assert_allclose(along[taken], feet.distance[taken], atol=1e-12)
+    np.testing.assert_allclose(np.linalg.norm(closest.direction[taken], axis=1), 1.0)
+    along = np.einsum("ni,ni->n", data - closest.point, closest.direction)
+    np.testing.assert_allclose(along[taken], closest.distance[taken], atol=1e-12)
 
 
 def test_the_nearest_cone_takes_the_datum(rng, body):
@@ -151,9 +151,9 @@ def test_reach_is_a_limit_on_both_sides(rng):
     placed, turn, origin = single_cone(rng, 0.2, 0.2, 0.4)
     rho = np.array([0.01, 0.11, 0.19, 0.21, 0.29, 0.31])
     local = np.stack([rho, 0 * rho, 0 * rho + 0.2], axis=1)
-    feet = nearest_on_surface(local @ turn.T + origin, placed, 0.1)
-    np.testing.assert_array_equal(feet.cone, [-1, 0, 0, 0, 0, -1])
-    np.testing.assert_allclose(feet.distance[1:5], rho[1:5] - 0.2, atol=1e-12)
+    closest = nearest_on_surface(local @ turn.T + origin, placed, 0.1)
+    np.testing.assert_array_equal(closest.cone, [-1, 0, 0, 0, 0, -1])
+    np.testing.assert_allclose(closest.distance[1:5], rho[1:5] - 0.2, atol=1e-12)
 
 
 def test_no_data_give_no_feet(body, rng):

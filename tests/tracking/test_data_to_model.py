@@ -34,15 +34,15 @@ def prepared(rng):
 
 def test_every_datum_within_reach_is_there_once_with_its_cones_part(prepared):
     data, frames, residual = prepared
-    feet = nearest_on_surface(data, placed_cones(BODY, frames), TRUST.reach)
-    assert feet.cone[-1] == -1
-    assert len(residual.part) == (feet.cone >= 0).sum() < len(data)
+    closest = nearest_on_surface(data, placed_cones(BODY, frames), TRUST.reach)
+    assert closest.cone[-1] == -1
+    assert len(residual.part) == (closest.cone >= 0).sum() < len(data)
     assert (np.diff(residual.part) >= 0).all()
     for i in range(0, len(residual.part), 20):
         (j,) = np.flatnonzero((data == residual.data[i]).all(axis=1))
-        assert residual.part[i] == BODY.cones.part[feet.cone[j]]
-        assert residual.distance[i] == feet.distance[j]
-        np.testing.assert_array_equal(residual.foot[i], feet.foot[j])
+        assert residual.part[i] == BODY.cones.part[closest.cone[j]]
+        assert residual.distance[i] == closest.distance[j]
+        np.testing.assert_array_equal(residual.point[i], closest.point[j])
 
 
 def test_weights_and_variances_are_those_of_the_text(prepared):
@@ -67,9 +67,9 @@ def test_feet_move_rigidly_with_their_parts_on_fixed_directions(prepared, rng):
         there = BODY.frames(pose)
         for i in range(0, len(residual.part), 25):
             part = residual.part[i]
-            local = frames.rotations[part].T @ (residual.foot[i] - frames.origins[part])
-            foot = there.rotations[part] @ local + there.origins[part]
-            assert predicted[s, i] == pytest.approx(residual.direction[i] @ foot, abs=1e-12)
+            local = frames.rotations[part].T @ (residual.point[i] - frames.origins[part])
+            near = there.rotations[part] @ local + there.origins[part]
+            assert predicted[s, i] == pytest.approx(residual.direction[i] @ near, abs=1e-12)
 
 
 def test_where_it_was_made_the_residual_is_the_distance(prepared):

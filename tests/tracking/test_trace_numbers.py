@@ -64,7 +64,7 @@ def test_the_thesis_cross_covariance_is_the_weighted_sum_over_its_sigma_points(i
 
 @pytest.mark.parametrize("kind", ["accurate", "sigma points"])
 def test_the_cross_covariance_on_the_manifold_is_that_of_finite_differences(kind):
-    """P_xz = P H' (2.11) with H by central differences of the feet on their normals."""
+    """P_xz = P H' (2.11) with H by central differences of the closest points on their normals."""
     tracker, cloud = followed(kind)
     found = look_inside(tracker, cloud).corrections[1]
     body, points, P = tracker.setup.body, found.points, found.before.P

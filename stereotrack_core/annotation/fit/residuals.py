@@ -175,15 +175,15 @@ class SlippingSurface:
         return np.zeros((len(frames.origins), len(self.surface.part)))
 
     def jacobian(self, frames: PartFrames, columns: Columns) -> FloatArray:  # noqa: ARG002
-        """Derivatives (m, n) of the feet on their directions."""
+        """Derivatives (m, n) of the closest points on their directions."""
         s = self.surface
-        J = self.freedom.jacobian(s.foot, s.direction, s.part, frames)
+        J = self.freedom.jacobian(s.point, s.direction, s.part, frames)
         first = self.freedom.of_slips.start
         for limb in range(len(LIMBS)):
             a, b = np.searchsorted(s.part, [limb, limb + 1])
             if a < b:
                 along = s.direction[a:b] @ self.slipped.rotations[limb]
-                turn = np.cross(s.foot_in_part[a:b], along)
+                turn = np.cross(s.point_in_part[a:b], along)
                 at = first + 6 * limb
                 J[a:b, at : at + 3], J[a:b, at + 3 : at + 6] = along, turn
         return J

@@ -166,13 +166,13 @@ class Looker:
             if pose is None:
                 continue
             placed = placed_cones(self._body, self._body.frames(pose))
-            feet = nearest_on_surface(cloud.points, placed, np.inf)
-            limb = limbs_of_cones(self._body, feet.cone)
-            fits = (np.abs(feet.distance) < _FITS) & np.isin(limb, (TORSO, HEAD))
+            closest = nearest_on_surface(cloud.points, placed, np.inf)
+            limb = limbs_of_cones(self._body, closest.cone)
+            fits = (np.abs(closest.distance) < _FITS) & np.isin(limb, (TORSO, HEAD))
             for v in range(len(result)):
                 own = fits & (cloud.view == v)
                 if own.sum() >= _LEAST_FITTING:
-                    result[v] = _movement(feet.direction[own], feet.distance[own])
+                    result[v] = _movement(closest.direction[own], closest.distance[own])
             result -= self._swelling(cloud, result, pose.position)
         return result
 

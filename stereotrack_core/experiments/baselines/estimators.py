@@ -199,7 +199,7 @@ class LimbIcp(Baseline):
         information = np.zeros((6, 6))
         for _ in range(ITERATIONS):
             surface = self._own_surface(part, data, all_data, frames)
-            arm = surface.foot - frames.origins[part]
+            arm = surface.point - frames.origins[part]
             J = np.concatenate([surface.direction, np.cross(arm, surface.direction)], axis=1)
             weighted = J.T / surface.variance
             information = weighted @ J
@@ -215,12 +215,14 @@ class LimbIcp(Baseline):
     ) -> SurfaceResidual:
         p, body = self.setup.parameters, self.setup.body
         own = body.cones.part == part
-        feet = nearest_on_surface(
+        closest = nearest_on_surface(
             data, placed_cones(body, frames)[own], p.max_correspondence_distance
         )
         effective = p.effective_sample_size * len(data) / all_data
         trust = Trust(p.max_correspondence_distance, p.loss_scale, p.sigma_measurement, effective)
-        return residual_of_closest(data, np.where(feet.cone >= 0, part, -1), feet, frames, trust)
+        return residual_of_closest(
+            data, np.where(closest.cone >= 0, part, -1), closest, frames, trust
+        )
 
 
 def joined(limbs: list[Registered], measured: Measurements, pose: Pose) -> Information:

@@ -14,7 +14,7 @@ from stereotrack_core.body.manifold import difference, displaced
 from stereotrack_core.body.model import BodyModel
 from stereotrack_core.body.pose import PartFrames, Pose, t_pose
 from stereotrack_core.body.skeleton import CLAVICLES, FOREARMS, PARENTS, TORSO
-from stereotrack_core.body.surface import cone_foot, cone_tables
+from stereotrack_core.body.surface import closest_on_cone, cone_tables
 from stereotrack_core.experiments.baselines.estimators import RANDOM, Baseline
 from stereotrack_core.tracking.correction import Residual
 from stereotrack_core.tracking.estimate import Memory
@@ -274,7 +274,7 @@ def _distance(row: Any, p: Any) -> float:
     px = row[0] * x + row[3] * y + row[6] * z
     py = row[1] * x + row[4] * y + row[7] * z
     pz = row[2] * x + row[5] * y + row[8] * z
-    return cone_foot(row, px, py, pz)[0]  # type: ignore[no-any-return]
+    return closest_on_cone(row, px, py, pz)[0]  # type: ignore[no-any-return]
 
 
 @numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]

@@ -128,10 +128,10 @@ class ArmSearch:
         near = np.flatnonzero(np.minimum(*off) < self._reach)
         if len(near) > _MOST_DATA:
             near = np.sort(rng.choice(near, _MOST_DATA, replace=False))
-        feet = nearest_on_surface(cloud.points[near], placed_cones(self._trunk, frames), np.inf)
+        closest = nearest_on_surface(cloud.points[near], placed_cones(self._trunk, frames), np.inf)
         return Evidence(
             np.ascontiguousarray(torso[near]),
-            np.abs(feet.distance),
+            np.abs(closest.distance),
             shapes,
             frames,
             tuple(cloud.depths.values()),

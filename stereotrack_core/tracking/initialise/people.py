@@ -106,12 +106,12 @@ def trunk_support(body: BodyModel, pose: Pose, points: FloatArray, cameras: Floa
     """
     frames = body.frames(pose)
     seen, expected = 0, 0
-    feet = nearest_on_surface(points, placed_cones(body, frames), _NEAR)
-    of_part = limbs_of_cones(body, feet.cone)
+    closest = nearest_on_surface(points, placed_cones(body, frames), _NEAR)
+    of_part = limbs_of_cones(body, closest.cone)
     for part, rows, columns in ((TORSO, _ROWS, _COLUMNS), (HEAD, 1, _HEAD_COLUMNS)):
         R, origin = frames.rotations[part], frames.origins[part]
         length = body.skeleton.lengths[part]
-        local = (feet.foot[of_part == part] - origin) @ R
+        local = (closest.point[of_part == part] - origin) @ R
         row = np.clip(local[:, 2] / length * rows, 0, rows - 1).astype(int)
         turn = np.arctan2(local[:, 1], local[:, 0]) / (2.0 * np.pi) + 0.5
         column = np.clip(turn * columns, 0, columns - 1).astype(int)

@@ -217,12 +217,12 @@ def _collisions(body: BodyModel, frames: PartFrames, clearance: float) -> list[C
     points = np.zeros((len(part), 3))
     points[:, 2] = np.tile(np.linspace(0.0, body.skeleton.lengths[FOREARMS[0]], _CHECKED), 2)
     local = (frames.apply(part, points) - frames.origins[TORSO]) @ frames.rotations[TORSO]
-    feet = nearest_on_surface(local, body.torso, 0.5)
-    close = np.flatnonzero((feet.cone == 0) & (feet.distance < clearance))
+    closest = nearest_on_surface(local, body.torso, 0.5)
+    close = np.flatnonzero((closest.cone == 0) & (closest.distance < clearance))
     if not len(close):
         return []
-    outward = feet.direction[close]
-    at_limit = np.einsum("mi,mi->m", outward, feet.foot[close]) + clearance
+    outward = closest.direction[close]
+    at_limit = np.einsum("mi,mi->m", outward, closest.point[close]) + clearance
     variance = np.full(len(close), _COLLISION_SIGMA**2)
     return [ClearanceResidual(part[close], points[close], outward, at_limit, variance)]
 

@@ -146,7 +146,7 @@ def contours_of(
     found = []
     for edge in edges:
         cone, distance = np.empty(room, dtype=np.int64), np.empty(room)
-        foot, direction = np.empty((room, 3)), np.empty((room, 3))
+        point, direction = np.empty((room, 3)), np.empty((room, 3))
         n = _measure_outline(
             table,
             measured,
@@ -158,13 +158,13 @@ def contours_of(
             edge.camera_from_world,
             _ALONG,
             _DEPTH,
-            foot,
+            point,
             direction,
             distance,
             cone,
         )
         kept = np.flatnonzero(np.abs(distance[:n]) < farthest)
-        found.append((cone[kept], distance[kept], foot[kept], direction[kept]))
+        found.append((cone[kept], distance[kept], point[kept], direction[kept]))
     if not found:
         nowhere = np.empty((0, 3))
         return ClosestPoints(np.empty(0, dtype=np.int64), np.empty(0), nowhere, nowhere)
@@ -188,7 +188,7 @@ class SilhouetteObservation:
         frames = body.frames(pose)
         seen = contours_of(self.edges, body, frames)
         trust = Trust(FARTHEST, _LOSS_SCALE, self.sigma, self.effective)
-        data = seen.foot + seen.distance[:, None] * seen.direction
+        data = seen.point + seen.distance[:, None] * seen.direction
         return (residual_of_closest(data, parts_of_cones(body, seen.cone), seen, frames, trust),)
 
 
@@ -326,7 +326,7 @@ def _measure_outline(
     place: Any,
     along: Any,
     farthest: float,
-    foot: Any,
+    point: Any,
     direction: Any,
     distance: Any,
     cone: Any,
@@ -379,6 +379,6 @@ def _measure_outline(
                     ) / scale
                 widened = (margin[c, 0] * x * x + margin[c, 1] * y * y) / (x * x + y * y)
                 distance[n] = -value * depth / pinhole[0] / scale - widened
-                foot[n, 0], foot[n, 1], foot[n, 2], cone[n] = px, py, pz, c
+                point[n, 0], point[n, 1], point[n, 2], cone[n] = px, py, pz, c
                 n += 1
     return n

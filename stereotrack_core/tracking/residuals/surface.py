@@ -31,8 +31,8 @@ def unexplained_fraction_of(points: FloatArray, body: BodyModel, frames: PartFra
         Of one pose.
     """
     thin = points[:: max(1, len(points) // _MOST_POINTS)]
-    feet = nearest_on_surface(thin, placed_cones(body, frames), np.inf)
-    return unexplained_fraction(feet.distance)
+    closest = nearest_on_surface(thin, placed_cones(body, frames), np.inf)
+    return unexplained_fraction(closest.distance)
 
 
 def surface_distances(points: FloatArray, body: BodyModel, pose: Pose) -> FloatArray:
@@ -50,15 +50,15 @@ def unexplained_fraction(distance: FloatArray) -> float:
 
 @dataclass(frozen=True, eq=False)
 class SurfaceResidual:
-    """Signed distances of data from the surface; the feet move rigidly with their parts."""
+    """Signed distances of data from the surface; closest points move rigidly with their parts."""
 
     data: FloatArray
     """(m, 3), world. Sorted by part."""
     part: IntArray
     """(m,)."""
-    foot: FloatArray
+    point: FloatArray
     """(m, 3), world."""
-    foot_in_part: FloatArray
+    point_in_part: FloatArray
     """(m, 3). In the frame of the part."""
     direction: FloatArray
     """(m, 3), world. Along which the distance is measured, held fixed."""
@@ -79,16 +79,16 @@ class SurfaceResidual:
         """What is compared with what."""
         sigma = np.sqrt(self.variance)
         return Correspondences(
-            self.part, self.data, self.foot, self.direction, self.distance, sigma, self.weight
+            self.part, self.data, self.point, self.direction, self.distance, sigma, self.weight
         )
 
     def jacobian(self, frames: PartFrames, columns: Columns) -> FloatArray:
-        """Derivatives (m, n) of the feet on their directions."""
-        return point_jacobian(self.foot, self.direction, self.part, frames, columns)
+        """Derivatives (m, n) of the closest points on their directions."""
+        return point_jacobian(self.point, self.direction, self.part, frames, columns)
 
     def predicted(self, frames: PartFrames) -> FloatArray:
-        """The feet on the same directions (S, m) for stacked poses: z_hat = n . foot(x)."""
-        return points_along(self.foot_in_part, self.direction, self.part, frames)
+        """The closest points on the same directions (S, m) for stacked poses: z_hat = n . p(x)."""
+        return points_along(self.point_in_part, self.direction, self.part, frames)
 
 
 @dataclass(frozen=True)
@@ -132,27 +132,27 @@ def surface_residual(
     penalty : (N, C) float64, metres, optional
         What speaks against a cone besides its distance; see :func:`nearest_on_surface`.
     """
-    feet = nearest_on_surface(data, placed_cones(body, frames), trust.reach, penalty)
-    return residual_of_closest(data, parts_of_cones(body, feet.cone), feet, frames, trust)
+    closest = nearest_on_surface(data, placed_cones(body, frames), trust.reach, penalty)
+    return residual_of_closest(data, parts_of_cones(body, closest.cone), closest, frames, trust)
 
 
 def residual_of_closest(
-    data: FloatArray, part: IntArray, feet: ClosestPoints, frames: PartFrames, trust: Trust
+    data: FloatArray, part: IntArray, closest: ClosestPoints, frames: PartFrames, trust: Trust
 ) -> SurfaceResidual:
-    """Residual of data whose feet are known; data with part -1 are left out."""
+    """Residual of data whose closest points are known; data with part -1 are left out."""
     order = np.argsort(part, kind="stable")
     order = order[part[order] >= 0]
-    part, e = part[order], feet.distance[order]
-    foot = feet.foot[order]
+    part, e = part[order], closest.distance[order]
+    point = closest.point[order]
     squared = trust.scale**2
     weight = (squared / (squared + e**2)) ** 2
     crowd = max(1.0, len(data) / trust.effective)
     return SurfaceResidual(
         data=data[order],
         part=part,
-        foot=foot,
-        foot_in_part=frames.local(part, foot),
-        direction=feet.direction[order],
+        point=point,
+        point_in_part=frames.local(part, point),
+        direction=closest.direction[order],
         distance=e,
         variance=trust.sigma**2 * crowd / np.maximum(weight, 1e-6),
         weight=weight,

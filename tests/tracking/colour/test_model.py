@@ -20,8 +20,8 @@ ARM_ON_CHEST = pose_with_arms([0.75, 0.3, -1.0], [-1.0, 0.35, 0.25], [-1, 0, 0],
 def _clothed(pose, rng, count=4000):
     """Data of a body in a blue shirt with orange arms, and the true parts."""
     points = surface_points(BODY, pose, count, rng, 0.004)
-    feet = nearest_on_surface(points, placed_cones(BODY, BODY.frames(pose)), np.inf)
-    part = parts_of_cones(BODY, feet.cone)
+    closest = nearest_on_surface(points, placed_cones(BODY, BODY.frames(pose)), np.inf)
+    part = parts_of_cones(BODY, closest.cone)
     colours = np.where(np.isin(part, [2, 3, 4, 5])[:, None], ORANGE, BLUE)
     light = rng.uniform(0.8, 1.2, (len(part), 1))
     return points, part, colour_features(colours * light + rng.normal(0, 3.0, colours.shape))
@@ -71,8 +71,8 @@ def test_colours_tell_an_arm_from_the_chest_it_lies_on(known, rng):
         ("place", None),
         ("colour", 0.06 * known.penalty(points, features, frames)),
     ):
-        feet = nearest_on_surface(points, placed_cones(BODY, frames), 0.25, penalty)
-        found = parts_of_cones(BODY, feet.cone)
+        closest = nearest_on_surface(points, placed_cones(BODY, frames), 0.25, penalty)
+        found = parts_of_cones(BODY, closest.cone)
         right[name] = np.mean(found[part == RIGHT_FOREARM] == RIGHT_FOREARM)
     assert right["colour"] > right["place"] + 0.1
 

@@ -105,7 +105,7 @@ def test_directions_are_unit_vectors_across_the_line_of_sight(clouds, edges):
         found = _outlines((edge,), POSES["pointing"])
         np.testing.assert_allclose(np.linalg.norm(found.direction, axis=1), 1.0, atol=1e-12)
         R, t = edge.camera_from_world[:, :3], edge.camera_from_world[:, 3]
-        sight = found.foot + R.T @ t
+        sight = found.point + R.T @ t
         sight /= np.linalg.norm(sight, axis=1, keepdims=True)
         np.testing.assert_allclose(np.einsum("mi,mi->m", sight, found.direction), 0.0, atol=1e-9)
 
@@ -114,7 +114,7 @@ def test_feet_lie_on_the_surface(edges):
     frames = BODY.frames(POSES["reaching"])
     found, placed = _outlines(edges["reaching"], POSES["reaching"]), placed_cones(BODY, frames)
     local = np.einsum(
-        "mji,mj->mi", placed.rotations[found.cone], found.foot - placed.origins[found.cone]
+        "mji,mj->mi", placed.rotations[found.cone], found.point - placed.origins[found.cone]
     )
     c = BODY.cones
     share = local[:, 2] / c.height[found.cone]
@@ -151,8 +151,8 @@ def _matched(residual, observation, pose):
     """Distances (m,) of the same outlines at another pose, which turns nothing; else NaN."""
     (there,) = observation.residuals(BODY, pose)
     result = np.full(len(residual.part), np.nan)
-    for i, (part, place) in enumerate(zip(residual.part, residual.foot_in_part, strict=True)):
-        same = (there.part == part) & (abs(there.foot_in_part - place).max(axis=1) < 0.003)
+    for i, (part, place) in enumerate(zip(residual.part, residual.point_in_part, strict=True)):
+        same = (there.part == part) & (abs(there.point_in_part - place).max(axis=1) < 0.003)
         along = there.direction @ residual.direction[i] > 0.97
         chosen = np.flatnonzero(same & along)
         if len(chosen) == 1:
@@ -166,13 +166,13 @@ def test_residuals_are_sorted_weighed_and_reach_their_data(edges):
     assert (np.diff(residual.part) >= 0).all()
     e = residual.distance
     np.testing.assert_allclose(
-        np.einsum("mi,mi->m", residual.direction, residual.data - residual.foot), e, atol=1e-12
+        np.einsum("mi,mi->m", residual.direction, residual.data - residual.point), e, atol=1e-12
     )
     again = (
-        np.einsum("mij,mj->mi", frames.rotations[residual.part], residual.foot_in_part)
+        np.einsum("mij,mj->mi", frames.rotations[residual.part], residual.point_in_part)
         + frames.origins[residual.part]
     )
-    np.testing.assert_allclose(again, residual.foot, atol=1e-12)
+    np.testing.assert_allclose(again, residual.point, atol=1e-12)
     w = (0.06**2 / (0.06**2 + e**2)) ** 2
     np.testing.assert_allclose(residual.weight, w)
     np.testing.assert_allclose(residual.variance, 0.02**2 * (len(e) / 120.0) / w)
@@ -207,7 +207,7 @@ def test_an_edge_that_the_trunk_explains_says_nothing_about_an_arm():
     found = contours_of(edges, BODY, BODY.frames(back))
     trunk = placed_cones(BODY, BODY.frames(back))
     of_arm = BODY.cones.part[found.cone] == LEFT_UPPER_ARM
-    edge = found.foot + found.distance[:, None] * found.direction
+    edge = found.point + found.distance[:, None] * found.direction
     local = (edge[of_arm] - trunk.origins[0]) @ trunk.rotations[0]
     height = local[:, 2] / BODY.cones.height[0]
     radius = BODY.cones.r1[0] + height * (BODY.cones.r2[0] - BODY.cones.r1[0])
