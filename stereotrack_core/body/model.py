@@ -25,13 +25,13 @@ from stereotrack_core.body.skeleton import (
     skeleton,
 )
 
-OUTLINE_NAMES: tuple[tuple[str, str], ...] = (
-    ("outline_torso_side", "outline_torso_front"),
-    *[("outline_shoulder_top", "outline_shoulder_front")] * 2,
-    ("outline_jaw_side", "outline_jaw_front"),
-    ("outline_head_side", "outline_head_front"),
-    *[("outline_upper_arm", "outline_upper_arm")] * 2,
-    *[("outline_forearm", "outline_forearm"), ("outline_hand", "outline_hand")] * 2,
+CONTOUR_NAMES: tuple[tuple[str, str], ...] = (
+    ("contour_torso_side", "contour_torso_front"),
+    *[("contour_shoulder_top", "contour_shoulder_front")] * 2,
+    ("contour_jaw_side", "contour_jaw_front"),
+    ("contour_head_side", "contour_head_front"),
+    *[("contour_upper_arm", "contour_upper_arm")] * 2,
+    *[("contour_forearm", "contour_forearm"), ("contour_hand", "contour_hand")] * 2,
 )
 """Margins of the outline along x and y of the thesis's 11 cones; legs are not measured."""
 
@@ -96,7 +96,7 @@ def body_cones(proportions: Proportions, parameters: BodyParameters) -> Cones:
         rows += _legs(proportions, parameters)
     margins = BodyShape.of(parameters)
     outline = np.zeros((len(rows), 2))
-    for row, pair in zip(outline, OUTLINE_NAMES, strict=False):
+    for row, pair in zip(outline, CONTOUR_NAMES, strict=False):
         row[:] = [getattr(margins, name) for name in pair]
     sizes = ("r1", "r2", "height", "flatness", "round_base", "round_end")
     return Cones(

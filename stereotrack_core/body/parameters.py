@@ -76,17 +76,17 @@ class BodyShape(BodyParameters):
     These margins are not set by anybody: they are fitted, with the surface, to the first frames.
     """
 
-    outline_torso_side: float = _margin("torso, lateral")
-    outline_torso_front: float = _margin("torso, front and back")
-    outline_shoulder_top: float = _margin("shoulders, top")
-    outline_shoulder_front: float = _margin("shoulders, front and back")
-    outline_jaw_side: float = _margin("lower head, lateral")
-    outline_jaw_front: float = _margin("lower head, front and back")
-    outline_head_side: float = _margin("upper head, lateral")
-    outline_head_front: float = _margin("upper head, front and back")
-    outline_upper_arm: float = _margin("upper arms")
-    outline_forearm: float = _margin("forearms")
-    outline_hand: float = _margin("hands")
+    contour_torso_side: float = _margin("torso, lateral")
+    contour_torso_front: float = _margin("torso, front and back")
+    contour_shoulder_top: float = _margin("shoulders, top")
+    contour_shoulder_front: float = _margin("shoulders, front and back")
+    contour_jaw_side: float = _margin("lower head, lateral")
+    contour_jaw_front: float = _margin("lower head, front and back")
+    contour_head_side: float = _margin("upper head, lateral")
+    contour_head_front: float = _margin("upper head, front and back")
+    contour_upper_arm: float = _margin("upper arms")
+    contour_forearm: float = _margin("forearms")
+    contour_hand: float = _margin("hands")
 
     @staticmethod
     def of(parameters: BodyParameters) -> BodyShape:

@@ -157,7 +157,7 @@ class ViewChain:
         self._drop_patches(disparity, chosen)
         watch.lap("patches")
         shown = chosen
-        if self._p.halo_trim == "outline" and outline is not None:
+        if self._p.halo_trim == "silhouette" and outline is not None:
             shown = chosen & outline
         pixels = thinned_pixels(shown, self._p.pixel_step, (region.left, region.top))
         if self._p.subpixel == "aligned" and isinstance(frame, StereoFrame):
@@ -197,11 +197,11 @@ class ViewChain:
             chosen = background.foreground(disparity, region)
             if p.halo_trim == "picture" and picture is not None:
                 chosen &= background.changed(picture, region)
-        silhouette, outline = None, mask if p.outlines else None
+        silhouette, outline = None, mask if p.silhouettes else None
         if picture is not None and background.knows_picture:
             if p.background_doubt:
                 silhouette = background.changed(picture, region)
-            if p.outlines:
+            if p.silhouettes:
                 outline = background.outline(picture, chosen, region)
         return chosen, silhouette, outline
 

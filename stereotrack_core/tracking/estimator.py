@@ -98,8 +98,8 @@ def sensors_for(p: TrackingParameters) -> tuple[Sensor, ...]:
     sensors: list[Sensor] = [
         lambda cloud: DetectionObservation(detections_in(cloud, p.detect), p.detection_gate)
     ]
-    if p.measure_outlines:
-        sensors.append(lambda cloud: SilhouetteObservation(edge_maps(cloud), p.outline_sigma))
+    if p.measure_silhouettes:
+        sensors.append(lambda cloud: SilhouetteObservation(edge_maps(cloud), p.silhouette_sigma))
     return tuple(sensors)
 
 

@@ -118,10 +118,10 @@ class TrackingParameters(ParameterGroup):
     longest_bridge: float = parameter(0.5, "Smoothing", (0.0, 10.0), unit="s")(
         "Longest gap of untracked frames that smoothing bridges."
     )
-    measure_outlines: bool = parameter(True, _SILHOUETTES, thesis=False, fast=False)(
+    measure_silhouettes: bool = parameter(True, _SILHOUETTES, thesis=False, fast=False)(
         "Fit the contours of the body to the silhouette edges."
     )
-    outline_sigma: float = parameter(0.02, _SILHOUETTES, (0.001, 1.0), unit="m")(
+    silhouette_sigma: float = parameter(0.02, _SILHOUETTES, (0.001, 1.0), unit="m")(
         "Expected distance between a contour and its edge."
     )
     search_arms: bool = parameter(True, _SEARCH, thesis=False)(

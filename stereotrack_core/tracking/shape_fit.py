@@ -16,7 +16,7 @@ import scipy.linalg
 
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.manifold import displaced
-from stereotrack_core.body.model import OUTLINE_NAMES, BodyModel, body_model, placed_cones
+from stereotrack_core.body.model import CONTOUR_NAMES, BodyModel, body_model, placed_cones
 from stereotrack_core.body.parameters import BodyParameters, BodyShape
 from stereotrack_core.body.pose import REST, PartFrames, Pose
 from stereotrack_core.body.proportions import Proportions
@@ -295,7 +295,7 @@ def fitted_outline(body: BodyModel, seen: Sequence[tuple[Pose, tuple[EdgeMap, ..
     far out as the other side in, and the margins come out right.
     """
     shape = BodyShape.of(body.shape)
-    names = list(dict.fromkeys(name for pair in OUTLINE_NAMES for name in pair))
+    names = list(dict.fromkeys(name for pair in CONTOUR_NAMES for name in pair))
     start = np.array([float(shape.values()[name]) for name in names])
     A, e = _rows(body, names, seen)
     if not len(e):
@@ -321,7 +321,7 @@ def _rows(
     seen: Sequence[tuple[Pose, tuple[EdgeMap, ...]]],
 ) -> tuple[FloatArray, FloatArray]:
     """Shares (m, n) of the margins in the outlines' distances, and the distances (m,)."""
-    columns = np.array([[names.index(name) for name in pair] for pair in OUTLINE_NAMES])
+    columns = np.array([[names.index(name) for name in pair] for pair in CONTOUR_NAMES])
     shares, distances = [], []
     for pose, edges in seen:
         frames = body.frames(pose)

@@ -237,7 +237,7 @@ class FitContext:
         if cloud is None or not s.use_depth:
             return FrameData(clicks)
         if isinstance(cloud, Cloud):
-            cloud = measured_depth(cloud, s.depth_points, outlines=s.use_outlines)
+            cloud = measured_depth(cloud, s.depth_points, silhouettes=s.use_silhouettes)
         return FrameData(clicks, cloud)
 
     def shaped(

@@ -75,10 +75,10 @@ class FitSettings(ParameterGroup):
     depth_effective: float = parameter(60.0, _DEPTH, (1.0, 20000.0))(
         "Effective sample size of these points."
     )
-    use_outlines: bool = parameter(True, _DEPTH)(
+    use_silhouettes: bool = parameter(True, _DEPTH)(
         "Fit the contours of the body to the silhouette edges, in views that have a silhouette."
     )
-    outline_effective: float = parameter(52.0, _DEPTH, (1.0, 20000.0))(
+    silhouette_effective: float = parameter(52.0, _DEPTH, (1.0, 20000.0))(
         "Effective sample size of all contours of a frame."
     )
     fit_shape: bool = parameter(True, _DEPTH)(

@@ -67,7 +67,7 @@ class MeasuredDepth:
         )
 
 
-def measured_depth(cloud: Cloud, wanted: int, *, outlines: bool) -> MeasuredDepth:
+def measured_depth(cloud: Cloud, wanted: int, *, silhouettes: bool) -> MeasuredDepth:
     """Keep of a cloud what the fit needs: points, drawn evenly, the same for the same frame.
 
     Edges, for outlines, are kept in half precision, which is enough near an edge.
@@ -76,7 +76,7 @@ def measured_depth(cloud: Cloud, wanted: int, *, outlines: bool) -> MeasuredDept
     if len(points) > wanted:
         rng = np.random.default_rng(cloud.frame)
         points = points[np.sort(rng.choice(len(points), wanted, replace=False))]
-    maps = edge_maps(cloud) if outlines else ()
+    maps = edge_maps(cloud) if silhouettes else ()
     nothing = np.empty((0, 0), dtype=np.float32)
     halves = tuple(
         (
@@ -112,7 +112,9 @@ def recorded_depth(
 
             def depth_of(frame: int) -> MeasuredDepth:
                 cloud = chain.process(reader.frame_set(frame))
-                return measured_depth(cloud, settings.depth_points, outlines=settings.use_outlines)
+                return measured_depth(
+                    cloud, settings.depth_points, silhouettes=settings.use_silhouettes
+                )
 
             yield depth_of
         finally:
@@ -269,7 +271,7 @@ class Stretch:
     ) -> list[SlippingSurface]:
         """Measure the body's outlines against the edges of the person."""
         seen = SilhouetteObservation(
-            depth.edges(), self._limits.outline_sigma, self.settings.outline_effective
+            depth.edges(), self._limits.silhouette_sigma, self.settings.silhouette_effective
         ).residuals(body, pose)
         return [SlippingSurface(row, self.freedom, off) for row in seen]
 

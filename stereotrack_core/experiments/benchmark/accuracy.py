@@ -154,7 +154,7 @@ class Ablation:
 
 ABLATIONS: tuple[Ablation, ...] = (
     Ablation("no arm search", {"search_arms": False}),
-    Ablation("no silhouettes", {"measure_outlines": False}),
+    Ablation("no silhouettes", {"measure_silhouettes": False}),
     Ablation("no render-and-compare", {"picture_cost": 0.0}),
     Ablation("no free space", {"sight_cost": 0.0}),
     Ablation("a third of the proposals", {"search_proposals": 73}),

@@ -45,7 +45,7 @@ _OF_DEPTH: Mapping[str, Stage] = MappingProxyType(
             "speckle_size",
             "background_threshold",
             "background_doubt",
-            "outlines",
+            "silhouettes",
             "halo_trim",
             "pixel_step",
         ),

@@ -15,10 +15,10 @@ QUICK = {
     "data_points": 300,
     "iterations": 3,
     "colour_weight": 0.0,
-    "outlines": False,
+    "silhouettes": False,
     "subpixel": "matcher",
     "halo_trim": "none",
-    "measure_outlines": False,
+    "measure_silhouettes": False,
 }
 
 

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from stereotrack_core.body.model import OUTLINE_NAMES, body_model
+from stereotrack_core.body.model import CONTOUR_NAMES, body_model
 from stereotrack_core.body.parameters import BodyShape
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.proportions import AVERAGE
@@ -16,15 +16,15 @@ from tests.tracking.views import cloud_of_body
 
 SHAPE = BodyShape()
 BODY = body_model(AVERAGE, SHAPE)
-NAMES = tuple(dict.fromkeys(name for pair in OUTLINE_NAMES for name in pair))
+NAMES = tuple(dict.fromkeys(name for pair in CONTOUR_NAMES for name in pair))
 
 PLANTED = dict.fromkeys(NAMES, -0.004) | {
-    "outline_torso_side": 0.006,
-    "outline_upper_arm": 0.003,
-    "outline_forearm": 0.0,
-    "outline_hand": 0.005,
-    "outline_head_side": 0.003,
-    "outline_head_front": 0.003,
+    "contour_torso_side": 0.006,
+    "contour_upper_arm": 0.003,
+    "contour_forearm": 0.0,
+    "contour_hand": 0.005,
+    "contour_head_side": 0.003,
+    "contour_head_front": 0.003,
 }
 """Round cones cannot be wider in front than at their sides where they are cast."""
 
@@ -60,7 +60,7 @@ def test_margins_that_are_in_the_silhouettes_are_recovered(seen, name):
 def test_a_pose_that_is_a_little_aside_shifts_no_margin_of_limbs(seen):
     aside = [(Pose(p.position + [0.006, -0.006, 0.006], p.rotations), e) for p, e in seen]
     found = _margins(fitted_outline(BODY, aside))
-    for name in ("outline_upper_arm", "outline_forearm"):
+    for name in ("contour_upper_arm", "contour_forearm"):
         assert found[name] == pytest.approx(PLANTED[name], abs=0.003)
 
 
@@ -81,7 +81,7 @@ def test_a_part_that_is_out_of_the_picture_keeps_its_margin():
     trunk = dataclasses.replace(BODY, cones=BODY.cones[~arms])
     edges = edge_maps(cloud_of_body(trunk, POSES["t"]))
     found = _margins(fitted_outline(BODY, [(POSES["t"], edges)]))
-    for name in ("outline_forearm", "outline_hand"):
+    for name in ("contour_forearm", "contour_hand"):
         assert found[name] == pytest.approx(SHAPE.values()[name], abs=1e-9)
 
 
