@@ -85,7 +85,7 @@ def test_smoothing_makes_nothing_less_certain(make_tracker, rng, name):
         np.testing.assert_array_equal(b.P, b.P.T)
         assert np.linalg.eigvalsh(b.P).min() > 0
         assert np.linalg.eigvalsh(a.P - b.P).min() > -1e-9
-        assert (b.limb_sigma_deg <= a.limb_sigma_deg + 0.2).all()
+        assert (b.estimate.limb_sigma_deg <= a.estimate.limb_sigma_deg + 0.2).all()
     np.testing.assert_array_equal(back[-1].x, frames[-1].x)
     np.testing.assert_array_equal(back[-1].P, frames[-1].P)
     assert np.trace(back[3].P) < np.trace(frames[3].P)
@@ -101,8 +101,10 @@ def test_what_comes_back_is_consistent_and_repeats(make_tracker, rng, name):
         np.testing.assert_array_equal(b.x, c.x)
         np.testing.assert_array_equal(b.P, c.P)
         np.testing.assert_allclose(b.landmarks, landmarks(tracker.setup.body, b.pose), atol=1e-12)
-        np.testing.assert_array_equal(a.unexplained_fraction, b.unexplained_fraction)
-        np.testing.assert_array_equal(a.residual, b.residual)
+        np.testing.assert_array_equal(
+            a.estimate.unexplained_fraction, b.estimate.unexplained_fraction
+        )
+        np.testing.assert_array_equal(a.estimate.residual, b.estimate.residual)
         assert b.seconds["smooth"] > 0
 
 
@@ -115,8 +117,14 @@ def test_a_short_gap_is_bridged_between_its_ends(make_tracker, rng, name):
     assert all(frame.tracked and not frame.reason for frame in back.frames)
     for k in missing:
         frame = back.frames[k]
-        assert np.isnan([frame.unexplained_fraction, frame.residual, frame.innovation]).all()
-        assert np.isfinite(frame.limb_sigma_deg).all()
+        assert np.isnan(
+            [
+                frame.estimate.unexplained_fraction,
+                frame.estimate.residual,
+                frame.estimate.innovation,
+            ]
+        ).all()
+        assert np.isfinite(frame.estimate.limb_sigma_deg).all()
         assert np.linalg.norm(frame.pose.position - _pose(k).position) < 0.04
         assert angle_errors(tracker.setup.body, frame.pose, _pose(k)).mean() < 6.0
     sigma = [np.trace(frame.P) for frame in back.frames]
