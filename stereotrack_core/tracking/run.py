@@ -14,7 +14,7 @@ import numpy as np
 
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.blas_threads import one_blas_thread
-from stereotrack_core.body.model import body_model, landmarks
+from stereotrack_core.body.model import BodyModel, body_model, landmarks
 from stereotrack_core.body.parameters import BodyShape
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.proportions import proportions_of
@@ -112,7 +112,6 @@ class Pipeline:
         self.spec = spec
         self.settings = settings = spec.settings
         self.views = usable_views(recording, spec.views)
-        self.body = body_model(proportions_of(recording.subject), settings.body)
         self._shared = clouds
         self._detections = spec.detections or Detections()
         coloured = False
@@ -122,7 +121,7 @@ class Pipeline:
         else:
             self.chain, reader = clouds.chain, clouds.reader
         self._cameras = cameras_of(recording, self.views)
-        self.tracker = self._tracker()
+        self._track(body_model(proportions_of(recording.subject), settings.body))
         self._init, self._given = spec.init, "pose"
         self._found: Pose | None = None
         self._owns_reader = reader is None
@@ -218,8 +217,7 @@ class Pipeline:
     def _go_on_after(self, checkpoint: Checkpoint, frames: range) -> None:
         """Be as after the frames that are done; a background that learns on sees them again."""
         if self._begun is not None and checkpoint.started:
-            self.body = body_model(proportions_of(self.recording.subject), self._begun.shape)
-            self.tracker = self._tracker()
+            self._track(body_model(proportions_of(self.recording.subject), self._begun.shape))
         recall(self.tracker, checkpoint.memory)
         self.started = checkpoint.started
         done = frames[: frames.index(checkpoint.frame) + 1]
@@ -240,9 +238,8 @@ class Pipeline:
         self._prepared, self._asked, self.started = True, frames, True
         self._init, self._given = pose, "the pose of another run"
         self._made.clear()
-        if shape is not None:
-            self.body = body_model(self.body.skeleton.proportions, shape)
-        self.tracker = self._tracker()
+        body = self.body
+        self._track(body if shape is None else body_model(body.skeleton.proportions, shape))
         self.tracker.start(pose, P=P)
 
     def learn(self, frames: range) -> None:
@@ -283,8 +280,7 @@ class Pipeline:
     def go_on_with(self, lengths: EstimatedLengths) -> None:
         """Track a body of these lengths."""
         self.recording = dataclasses.replace(self.recording, subject=lengths.subject())
-        self.body = body_model(lengths.proportions, self.settings.body)
-        self.tracker = self._tracker()
+        self._track(body_model(lengths.proportions, self.settings.body))
 
     def fit_shape(self, frames: range) -> BodyShape:
         """Follow the first frames in which somebody is there, and fit the shape to them."""
@@ -292,8 +288,7 @@ class Pipeline:
         told = self.before_step, self.on_preparing
         found = shape_in(self._initialiser(), clouds, self.first_pose, *told)
         if found is not None:
-            self.body = body_model(self.body.skeleton.proportions, found)
-            self.tracker = self._tracker()
+            self._track(body_model(self.body.skeleton.proportions, found))
         return BodyShape.of(self.body.shape)
 
     def _first_clouds(self, frames: range) -> list[Cloud]:
@@ -327,10 +322,15 @@ class Pipeline:
             self.body, self.settings, self._cameras, self.recording, self.spec.seed
         )
 
-    def _tracker(self) -> Tracker:
-        return tracker_for(
-            self.body, self.settings, self._cameras, self.recording.fps, self.spec.seed
-        )
+    def _track(self, body: BodyModel) -> None:
+        """Make the tracker anew, for this body."""
+        fps, seed = self.recording.fps, self.spec.seed
+        self.tracker: Tracker = tracker_for(body, self.settings, self._cameras, fps, seed)
+
+    @property
+    def body(self) -> BodyModel:
+        """What is tracked."""
+        return self.tracker.setup.body
 
     def origin(self) -> Origin:
         """Describe where the frames come from."""

@@ -102,9 +102,16 @@ def shape_in(
 ) -> BodyShape | None:
     """Shape of who is followed over successive clouds; None where too few show somebody.
 
-    Nothing of the initialiser is left as it was. `first_pose`: where the person is in the first
-    cloud. `before_step`: called before every step; may raise :class:`Cancelled`. `on_preparing`: is
-    told the stage, and how many of how many of its parts are done.
+    Parameters
+    ----------
+    initialiser : PersonTracker
+        Of which nothing is left as it was.
+    first_pose : callable
+        Where the person is in the first cloud.
+    before_step : callable
+        Called before every step; may raise :class:`Cancelled`.
+    on_preparing : callable
+        Is told the stage, and how many of how many of its parts are done.
     """
     setup, seen = initialiser.setup, list[SeenPose]()
     for done, cloud in enumerate(clouds):
@@ -141,10 +148,16 @@ def _followed_back(
 def facing_right(initialiser: PersonTracker, found: Pose, clouds: Sequence[Cloud]) -> Pose:
     """The pose, or the one that looks most alike from the other side if that is more natural.
 
-    `found` is that in the first of the clouds, of which there is at least one. A body of average
-    shape that faces the wrong way may explain the data better than one that faces the right way.
-    With shapes of their own both explain them about as well, but the one that faces the wrong way
-    then bends its knees and elbows as nobody can.
+    A body of average shape that faces the wrong way may explain the data better than one that
+    faces the right way. With shapes of their own both explain them about as well, but the one
+    that faces the wrong way then bends its knees and elbows as nobody can.
+
+    Parameters
+    ----------
+    found : Pose
+        In the first of the clouds.
+    clouds : sequence of Cloud
+        At least one.
     """
     away = turned_round(found)
     here = _gain_of_turning(initialiser, found, clouds[:_FITTED])

@@ -53,8 +53,8 @@ def seen():
 @pytest.mark.parametrize("name", ["torso_side", "upper_arm", "forearm", "hand", "head_side"])
 def test_margins_that_are_in_the_silhouettes_are_recovered(seen, name):
     found = _margins(fitted_outline(BODY, seen))
-    planted = PLANTED[f"outline_{name}"]
-    assert found[f"outline_{name}"] == pytest.approx(planted, abs=0.002)
+    planted = PLANTED[f"contour_{name}"]
+    assert found[f"contour_{name}"] == pytest.approx(planted, abs=0.002)
 
 
 def test_a_pose_that_is_a_little_aside_shifts_no_margin_of_limbs(seen):
