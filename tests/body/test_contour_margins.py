@@ -8,7 +8,7 @@ from stereotrack_core.body.parameters import BodyParameters, BodyShape
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.body.skeleton import PARTS
 
-NAMES = tuple(row.name for row in BodyShape.rows() if row.name.startswith("outline_"))
+NAMES = tuple(row.name for row in BodyShape.rows() if row.name.startswith("contour_"))
 
 EXPECTED = {
     "contour_torso_side": [(0, 0)],
