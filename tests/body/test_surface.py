@@ -29,12 +29,12 @@ def test_round_cones_are_exact(rng, name):
     closest = nearest_on_surface(local @ turn.T + origin, placed, np.inf)
     found = closest.cone == 0
     assert found.sum() > 80
-    for point, near, distance in zip(
+    for point, place, distance in zip(
         local[found], (closest.point[found] - origin) @ turn, closest.distance[found], strict=True
     ):
         best = nearest_on_side(r1, r2, height, 1.0, point)
         assert abs(distance) == pytest.approx(np.linalg.norm(point - best), abs=1e-6)
-        np.testing.assert_allclose(near, best, atol=1e-4)
+        np.testing.assert_allclose(place, best, atol=1e-4)
         assert (distance < 0) == (depth_inside(r1, r2, height, 1.0, point) > 0)
 
 
@@ -89,9 +89,9 @@ def test_the_flattened_torso_is_good_to_some_millimetres(rng, s):
     closest = nearest_on_surface(local @ turn.T + origin, placed, 0.25)
     near, far, deep = [], [], []
     for i in np.flatnonzero(closest.cone == 0)[:400]:
-        point, near = local[i], turn.T @ (closest.point[i] - origin)
-        radius = r1 + (r2 - r1) * near[2] / height
-        assert np.hypot(near[0], near[1] / s) == pytest.approx(radius, abs=1e-12)
+        point, place = local[i], turn.T @ (closest.point[i] - origin)
+        radius = r1 + (r2 - r1) * place[2] / height
+        assert np.hypot(place[0], place[1] / s) == pytest.approx(radius, abs=1e-12)
         best = np.linalg.norm(point - nearest_on_side(r1, r2, height, s, point))
         inside = depth_inside(r1, r2, height, s, point) > 0
         bin_ = deep if inside and best > 0.05 else near if best < 0.1 else far
