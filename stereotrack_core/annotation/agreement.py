@@ -43,35 +43,33 @@ class Difference:
         ``seen differently``: one says outside the image, the other gives a position. Two clicks
         that differ in flag, sigma or between seen and guessed alone are ``same``.
         """
-        if self.first is None or self.first.deleted:
-            return "only second" if _there(self.second) else "same"
-        if self.second is None or self.second.deleted:
-            return "only first"
+        first, second = self._there
+        if first is None or second is None:
+            return "only first" if first else "only second" if second else "same"
         outside = Visibility.OUTSIDE
-        if (self.first.visibility == outside) != (self.second.visibility == outside):
+        if (first.visibility == outside) != (second.visibility == outside):
             return "seen differently"
-        return "same" if self.first.position == self.second.position else "apart"
+        return "same" if first.position == second.position else "apart"
+
+    @property
+    def _there(self) -> tuple[Click | None, Click | None]:
+        """Both, but for those that were deleted."""
+        first, second = (c if c and not c.deleted else None for c in (self.first, self.second))
+        return first, second
 
     @property
     def apart(self) -> tuple[float, float] | None:
         """Second less first position in pixels; None where one of them has none."""
-        if not (_there(self.first) and _there(self.second)):
+        places = [click.position for click in self._there if click and click.position]
+        if len(places) < 2:
             return None
-        assert self.first is not None  # noqa: S101 - it is there
-        assert self.second is not None  # noqa: S101 - it is there
-        if self.first.position is None or self.second.position is None:
-            return None
-        (x, y), (u, v) = self.first.position, self.second.position
+        (x, y), (u, v) = places
         return u - x, v - y
 
     @property
     def distance(self) -> float | None:
         """Pixels between both; None where one of them has no position."""
         return None if self.apart is None else hypot(*self.apart)
-
-
-def _there(click: Click | None) -> bool:
-    return click is not None and not click.deleted
 
 
 def differences(first: Iterable[Click], second: Iterable[Click]) -> tuple[Difference, ...]:
@@ -191,11 +189,11 @@ def next_repeat(
     if len(known & set(done)) >= int(share * len(done)):
         return None
     waiting = [frame for frame in done[: max(0, len(done) - apart)] if frame not in known]
-    return min(waiting, key=lambda frame: _lot(seed, frame), default=None)
 
+    def lot(frame: int) -> bytes:
+        return hashlib.blake2b(f"{seed} {frame}".encode(), digest_size=8).digest()
 
-def _lot(seed: int, frame: int) -> bytes:
-    return hashlib.blake2b(f"{seed} {frame}".encode(), digest_size=8).digest()
+    return min(waiting, key=lot, default=None)
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from types import MappingProxyType
 
 import numpy as np
 
@@ -117,7 +116,7 @@ def limb_residuals(away: FloatArray, landmarks: LandmarkSet) -> FloatArray:
     return result
 
 
-FEWEST = 3
+_FEWEST = 3
 """Frames from which on a length is told."""
 
 _NORMAL = 1.4826
@@ -135,20 +134,19 @@ class MeasuredLength:
     count: int
 
 
-_BOTH = ("left", "right")
-_MIDDLES = {name: tuple(f"{side}_{name}" for side in _BOTH) for name in ("shoulder", "hip")}
+_SHOULDERS, _HIPS = ("left_shoulder", "right_shoulder"), ("left_hip", "right_hip")
 
-_ENDS: Mapping[str, tuple[tuple[tuple[str, ...], tuple[str, ...]], ...]] = MappingProxyType(
-    {
-        "shoulder_width": ((("left_shoulder",), ("right_shoulder",)),),
-        "hip_width": ((("left_hip",), ("right_hip",)),),
-        "torso_length": ((_MIDDLES["hip"], _MIDDLES["shoulder"]),),
-        "upper_arm_length": tuple(((f"{s}_shoulder",), (f"{s}_elbow",)) for s in _BOTH),
-        "elbow_to_hand": tuple(((f"{s}_elbow",), (f"{s}_hand",)) for s in _BOTH),
-        "shoulder_to_head": ((_MIDDLES["shoulder"], ("head",)),),
-    }
+ENDS_OF_LENGTHS: tuple[tuple[str, str, tuple[tuple[str, ...], tuple[str, ...]]], ...] = (
+    ("shoulder width", "shoulder_width", (("left_shoulder",), ("right_shoulder",))),
+    ("hip width", "hip_width", (("left_hip",), ("right_hip",))),
+    ("torso", "torso_length", (_HIPS, _SHOULDERS)),
+    ("left upper arm", "upper_arm_length", (("left_shoulder",), ("left_elbow",))),
+    ("right upper arm", "upper_arm_length", (("right_shoulder",), ("right_elbow",))),
+    ("left elbow to hand", "elbow_to_hand", (("left_elbow",), ("left_hand",))),
+    ("right elbow to hand", "elbow_to_hand", (("right_elbow",), ("right_hand",))),
+    ("shoulders to head", "shoulder_to_head", (_SHOULDERS, ("head",))),
 )
-"""Landmarks at both ends of a length, of two the middle; of both arms where they have it."""
+"""Lengths: name, the name that a subject has for it, landmarks at both ends, of two the middle."""
 
 
 def measured_lengths(clicks: ClickPixels) -> dict[str, MeasuredLength]:
@@ -158,14 +156,12 @@ def measured_lengths(clicks: ClickPixels) -> dict[str, MeasuredLength]:
     along the hand.
     """
     points = clicks.points()
-    samples = {
-        name: np.concatenate(
-            [np.linalg.norm(clicks.between(points, *pair), axis=-1) for pair in ends]
-        )
-        for name, ends in _ENDS.items()
-    }
-    known = {name: values[np.isfinite(values)] for name, values in samples.items()}
-    return {name: _measured(values) for name, values in known.items() if len(values) >= FEWEST}
+    samples: dict[str, list[float]] = {}
+    for _, name, ends in ENDS_OF_LENGTHS:
+        lengths = np.linalg.norm(clicks.between(points, *ends), axis=-1)
+        samples.setdefault(name, []).extend(lengths[np.isfinite(lengths)].tolist())
+    known = {name: np.array(values) for name, values in samples.items() if len(values) >= _FEWEST}
+    return {name: _measured(values) for name, values in known.items()}
 
 
 def lengths_of_clicks(

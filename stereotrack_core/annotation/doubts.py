@@ -18,7 +18,7 @@ from stereotrack_core.annotation.click_points import click_pixels
 from stereotrack_core.annotation.fit.results import MISTAKEN, TrajectoryFit
 from stereotrack_core.annotation.landmark_set import LandmarkSet
 from stereotrack_core.annotation.predict import PredictedPoint, predicted_point
-from stereotrack_core.annotation.swaps import Swap, find_swaps
+from stereotrack_core.annotation.swaps import find_swaps
 from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.body.limbs import LIMB_ENDS, LIMBS
 from stereotrack_core.geometry.camera import Camera
@@ -194,9 +194,12 @@ def swaps_of(
     there = [click for click in clicks if click.frame in chosen]
     found = {}
     for swap in find_swaps(there, cameras, landmark_set.pairs(), sigma=sigma):
+        names = f"{swap.first} and {swap.second}".replace("_", " ")
+        where = "" if swap.certain else " here or in the other views"
+        doubt = Doubt(1.0, 0.0, f"{names} seem to be swapped{where}")
         for camera in swap.cameras:
             for name in (swap.first, swap.second):
-                found[ClickKey(swap.frame, camera, name)] = Doubt(1.0, 0.0, _words(swap))
+                found[ClickKey(swap.frame, camera, name)] = doubt
     return found
 
 
@@ -216,11 +219,5 @@ def disagreement_deg(fit: TrajectoryFit, run: LandmarkTrajectory) -> FloatArray:
 def _angle_deg(camera: Camera, point: FloatArray, pixels: float) -> float:
     """Angle by which a limb turns whose end is moved by so many pixels in an image."""
     depth = float(np.linalg.norm(point - camera.position_world))
-    focal = float(0.5 * (camera.matrix[0, 0] + camera.matrix[1, 1]))
-    angle = np.degrees(np.arctan2(pixels * depth / focal, _LIMB_LENGTH))
+    angle = np.degrees(np.arctan2(pixels * depth / camera.focal, _LIMB_LENGTH))
     return float(np.nan_to_num(angle))
-
-
-def _words(swap: Swap) -> str:
-    names = f"{swap.first} and {swap.second}".replace("_", " ")
-    return f"{names} seem to be swapped" + ("" if swap.certain else " here or in the other views")

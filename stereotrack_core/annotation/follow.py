@@ -201,21 +201,15 @@ def _trouble(step: _Step, picture: ImageArray, scale: float) -> str:
 
 
 def _followed(steps: list[_Step], reliable: int, reason: str, scale: float) -> Followed:
-    score = np.array([step.score for step in steps])
+    score, frames = np.array([step.score for step in steps]), np.arange(len(steps))
     return Followed(
         pixels=np.array([step.pixel for step in steps]),
         score=score,
         forward_backward_px=np.array([step.back for step in steps]),
-        sigma_px=scale * _spread(score),
+        sigma_px=scale * (_DRIFT * np.sqrt(frames) + _UNLIKE * (1.0 - score) * (frames > 0)),
         reliable_until=reliable,
         reason=reason,
     )
-
-
-def _spread(score: FloatArray) -> FloatArray:
-    """Pixels per axis, at 480 lines, by which the landmark may be off the patch."""
-    frames = np.arange(len(score))
-    return _DRIFT * np.sqrt(frames) + _UNLIKE * (1.0 - score) * (frames > 0)
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stereotrack_core.annotation.click import Click, ClickKey, measurements
+from stereotrack_core.annotation.click_points import ENDS_OF_LENGTHS
 from stereotrack_core.annotation.epipolar import epipolar_curve
 from stereotrack_core.annotation.fit.fit import ClickFit
 from stereotrack_core.annotation.fit.results import FrameFit
@@ -138,21 +139,6 @@ def _curves(question: HintQuestion, clicks: list[Click]) -> dict[str, tuple[Curv
     return found
 
 
-_ENDS: tuple[tuple[str, str, tuple[str, ...], tuple[str, ...]], ...] = (
-    ("shoulder width", "shoulder_width", ("left_shoulder",), ("right_shoulder",)),
-    ("hip width", "hip_width", ("left_hip",), ("right_hip",)),
-    (
-        "torso",
-        "torso_length",
-        ("left_hip", "right_hip"),
-        ("left_shoulder", "right_shoulder"),
-    ),
-    ("left upper arm", "upper_arm_length", ("left_shoulder",), ("left_elbow",)),
-    ("right upper arm", "upper_arm_length", ("right_shoulder",), ("right_elbow",)),
-    ("left elbow to hand", "elbow_to_hand", ("left_elbow",), ("left_hand",)),
-    ("right elbow to hand", "elbow_to_hand", ("right_elbow",), ("right_hand",)),
-    ("shoulders to head", "shoulder_to_head", ("left_shoulder", "right_shoulder"), ("head",)),
-)
 _DOUBTFUL = 3.0
 _LEAST_SIGMA = 0.008
 """Metres that joints wander on a real body."""
@@ -182,7 +168,7 @@ def bone_lengths(
 ) -> tuple[BoneLength, ...]:
     """Lengths whose ends have all been clicked in two views or more."""
     found = []
-    for name, key, start, end in _ENDS:
+    for name, key, (start, end) in ENDS_OF_LENGTHS:
         if all(landmark in points for landmark in (*start, *end)):
             first, first_covariance = _middle(points, start)
             second, second_covariance = _middle(points, end)

@@ -116,7 +116,17 @@ class LandmarkSet:
 
     def places(self, body: BodyModel, frames: PartFrames) -> FloatArray:
         """Where the landmarks are (..., n, 3), world, metres, in the order of :attr:`names`."""
-        return np.stack([_place(landmark, body, frames) for landmark in self.landmarks], axis=-2)
+        parts = [PARTS.index(one.part) for one in self.landmarks]
+        rotations, in_parts = frames.rotations[..., parts, :, :], self.in_parts(body)
+        return frames.origins[..., parts, :] + (rotations @ in_parts[..., None])[..., 0]
+
+    def in_parts(self, body: BodyModel) -> FloatArray:
+        """Where the landmarks are (n, 3) in the frames of their parts, metres."""
+        places = np.array([one.offset for one in self.landmarks])
+        for place, one in zip(places, self.landmarks, strict=True):
+            place[2] += one.along * body.skeleton.lengths[PARTS.index(one.part)]
+            place[0] += one.across * body.skeleton.proportions.hip_width
+        return places
 
     def facts(self) -> dict[str, Any]:
         """The set as plain data; :func:`landmark_set_of` makes it again."""
@@ -173,16 +183,6 @@ def _check(landmark: Landmark, where: str) -> None:
             where=where,
             remedy="Fractions and offsets (three, in metres) must be between -1 and 1.",
         )
-
-
-def _place(landmark: Landmark, body: BodyModel, frames: PartFrames) -> FloatArray:
-    part = PARTS.index(landmark.part)
-    in_part = np.array(landmark.offset)
-    in_part[2] += landmark.along * body.skeleton.lengths[part]
-    in_part[0] += landmark.across * body.skeleton.proportions.hip_width
-    rotation, origin = frames.rotations[..., part, :, :], frames.origins[..., part, :]
-    result: FloatArray = origin + rotation @ in_part
-    return result
 
 
 def _both_sides(

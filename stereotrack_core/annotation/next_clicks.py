@@ -25,8 +25,9 @@ from stereotrack_core.annotation.doubts import (
 from stereotrack_core.annotation.fit.results import TrajectoryFit
 from stereotrack_core.annotation.landmark_set import LandmarkSet
 from stereotrack_core.annotation.limb_axes import AXES, SCORED
-from stereotrack_core.arrays import BoolArray, FloatArray
+from stereotrack_core.arrays import BoolArray, FloatArray, stretches_of
 from stereotrack_core.body.limbs import LIMBS
+from stereotrack_core.counting import counted
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 
@@ -264,14 +265,13 @@ class NextClicks:
         """The middle of every stretch that nothing is known of."""
         known = np.isfinite(self.gains.limb_sigma_deg()).any(axis=1)
         waiting = ~known & ~self._barred & ~self.gains.clicked().any(axis=1)
-        edges = np.flatnonzero(np.diff(np.concatenate([[0], waiting.astype(int), [0]])))
-        for first, end in edges.reshape(-1, 2):
-            frame = int(self.gains.frame[(first + end - 1) // 2])
+        for part in stretches_of(waiting):
+            frame = int(self.gains.frame[(part.start + part.stop - 1) // 2])
             if wish.frames is None or frame in wish.frames:
-                reason = f"no information on {end - first} frame{'s' if end - first > 1 else ''}"
+                reason = f"no information on {counted(len(part), 'frame')}"
                 gain = _UNKNOWN_DEG * len(SCORED)
                 place = (frame, self.gains.names[0], self._set.names[0])
-                yield Suggestion(*place, gain, reason, over_frames_deg=gain * (end - first))
+                yield Suggestion(*place, gain, reason, over_frames_deg=gain * len(part))
 
     def _reason(self, row: int, camera: int, landmark: int) -> str:
         """Why a click is asked for: which limb it is for, and what is the matter there."""

@@ -80,10 +80,16 @@ def predicted_point(
     }
     if len({(click.frame, click.landmark) for click in there.values()}) > 1:
         raise ValueError("the clicks are of several landmarks or frames")
-    used = _measurements(there)
+    # a person's own tell where the point is; all of them where those are too few
+    used = {name: click for name, click in there.items() if click.origin != ACCEPTED}
+    used = used if len(used) >= 2 else there
     if len(used) < 2:
         return None
-    sightings = _sightings(cameras, used, sigma)
+    sightings = Sightings.of(
+        [cameras[name] for name in used],
+        np.array([_place(click) for click in used.values()]),
+        np.array([sigma_of(click, sigma) for click in used.values()]),
+    )
     found = point_of_sightings(sightings)
     if found is None:
         return None
@@ -96,7 +102,9 @@ def predicted_point(
         place = own.get(name, camera.project(found.world))
         if in_image(camera, place):
             pixel[name] = place
-            spread[name] = _spread(camera, found.world, found.covariance)
+            jacobian = pixel_jacobian(camera, found.world)
+            in_picture = jacobian @ found.covariance @ jacobian.T
+            spread[name] = float(np.sqrt(np.linalg.norm(in_picture, 2)))
     return PredictedPoint(
         landmark=next(iter(used.values())).landmark,
         world=found.world,
@@ -108,24 +116,6 @@ def predicted_point(
             name: float(np.linalg.norm(_place(there[name]) - place)) for name, place in own.items()
         },
         outliers=tuple(name for name, out in zip(used, found.outlier, strict=True) if out),
-    )
-
-
-def _measurements(there: Mapping[str, Click]) -> dict[str, Click]:
-    """The clicks that tell where the point is: a person's own, or all where they are too few."""
-    own = {name: click for name, click in there.items() if click.origin != ACCEPTED}
-    return own if len(own) >= 2 else dict(there)
-
-
-def _sightings(
-    cameras: Mapping[str, Camera],
-    clicks: Mapping[str, Click],
-    sigma: Mapping[str, float] | float,
-) -> Sightings:
-    return Sightings.of(
-        [cameras[name] for name in clicks],
-        np.array([_place(click) for click in clicks.values()]),
-        np.array([sigma_of(click, sigma) for click in clicks.values()]),
     )
 
 
@@ -152,11 +142,6 @@ def _from_others(
     (origin,), (direction,) = others.rays
     start = float((world - origin) @ direction)
     return camera.project(nearest_on_ray(camera, _place(click), origin, direction, start))
-
-
-def _spread(camera: Camera, world: FloatArray, covariance: FloatArray) -> float:
-    jacobian = pixel_jacobian(camera, world)
-    return float(np.sqrt(np.linalg.norm(jacobian @ covariance @ jacobian.T, 2)))
 
 
 def _place(click: Click) -> FloatArray:

@@ -94,7 +94,8 @@ def from_neighbours(
         row.sort(key=lambda click: click.frame)
         for one, two in pairwise(row):
             between = range(one.frame + 1, two.frame)
-            if len(between) <= longest and not _interrupted(one, two, gaps):
+            broken = any(gap.start < two.frame and gap.stop > between.start for gap in gaps)
+            if one.position and two.position and len(between) <= longest and not broken:
                 yield from _straight(one, two, between, sigma)
 
 
@@ -149,13 +150,6 @@ def _projected(
             yield Prediction(
                 frames[row], name, names[place], source, (x, y), own if own > 0 else None
             )
-
-
-def _interrupted(one: Click, two: Click, gaps: Sequence[range]) -> bool:
-    """Whether nothing may be filled in between two clicks."""
-    if one.position is None or two.position is None:
-        return True
-    return any(gap.start < two.frame and gap.stop > one.frame + 1 for gap in gaps)
 
 
 def _straight(

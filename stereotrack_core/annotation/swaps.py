@@ -74,8 +74,8 @@ def epipolar_distance(
     line_in_two, line_in_one = one @ essential.T, two @ essential
     product_ = np.abs(np.sum(two * line_in_two, axis=-1))
     with np.errstate(divide="ignore", invalid="ignore"):
-        in_two = product_ / np.linalg.norm(line_in_two[..., :2], axis=-1) * _focal(other)
-        in_one = product_ / np.linalg.norm(line_in_one[..., :2], axis=-1) * _focal(camera)
+        in_two = product_ / np.linalg.norm(line_in_two[..., :2], axis=-1) * other.focal
+        in_one = product_ / np.linalg.norm(line_in_one[..., :2], axis=-1) * camera.focal
     result: FloatArray = 0.5 * (in_one + in_two)
     return result
 
@@ -171,7 +171,3 @@ def _costs(
 
 def _homogeneous(points: FloatArray) -> FloatArray:
     return np.concatenate([points, np.ones_like(points[..., :1])], axis=-1)
-
-
-def _focal(camera: Camera) -> float:
-    return float(0.5 * (camera.matrix[0, 0] + camera.matrix[1, 1]))

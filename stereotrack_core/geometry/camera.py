@@ -45,6 +45,11 @@ class Camera:
         """Optical centre (3,), world, metres."""
         return self.world_from_camera.translation
 
+    @property
+    def focal(self) -> float:
+        """Mean focal length in pixels."""
+        return float(0.5 * (self.matrix[0, 0] + self.matrix[1, 1]))
+
     @cached_property
     def widest_slope(self) -> float:
         """Distance from the optical axis at z = 1 up to which the distortion grows outwards.

@@ -7,8 +7,9 @@ image or along the movement, and without it the others agree; single wrong sight
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.stats import binom
@@ -127,7 +128,7 @@ def disagreeing_camera(
             exchanged = pixels.copy()
             exchanged[v] = pixels[v][:, list(mirror)]
             after, before = (
-                _median(_distances_from_others(cameras, one)[v]) for one in (exchanged, pixels)
+                _middle(_distances_from_others(cameras, one)[v]) for one in (exchanged, pixels)
             )
             if after < _EXCHANGED * before:
                 return None
@@ -147,11 +148,11 @@ def _distances_from_others(cameras: Sequence[Camera], pixels: FloatArray) -> Flo
 
 def _of_many(cameras: Sequence[Camera], frame: IntArray, pixels: FloatArray) -> Disagreement | None:
     rests = [_without(cameras, pixels, v) for v in range(len(cameras))]
-    middle = np.array([_median(rest.error) for rest in rests])
+    middle = np.array([_middle(rest.error) for rest in rests])
     if not np.isfinite(middle).any():
         return None
     limit = _GROSS * max(float(np.nanmin(middle)), 0.1 * LEAST_PX)
-    cost = np.array([_mean(np.minimum(rest.error, limit) ** 2) for rest in rests])
+    cost = np.array([_middle(np.minimum(rest.error, limit) ** 2, np.mean) for rest in rests])
     best, second = (int(v) for v in np.argsort(np.where(np.isfinite(cost), cost, np.inf))[:2])
     wrong = float(np.mean(rests[best].error[np.isfinite(rests[best].error)] > limit))
     speed = _speeds(frame, rests[best].picture.reshape(*pixels.shape[1:])).reshape(-1, 2)
@@ -207,7 +208,7 @@ def _without(cameras: Sequence[Camera], pixels: FloatArray, left: int) -> _Rest:
     picture, spread = own.project(points), _spread(own, points, covariance)
     known = spread < _LARGEST_SPREAD
     off = np.where(known[:, None], pixels[left] - picture, np.nan)
-    return _Rest(error, _median(np.sqrt(squares)), picture, off, spread)
+    return _Rest(error, _middle(np.sqrt(squares)), picture, off, spread)
 
 
 def _points(cameras: Sequence[Camera], pixels: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -220,7 +221,7 @@ def _points(cameras: Sequence[Camera], pixels: FloatArray) -> tuple[FloatArray, 
         [camera.rays_world(own) for camera, own in zip(cameras, pixels, strict=True)], axis=1
     )
     first = nearest_to_rays(origins, directions)
-    focal = np.array([_focal(camera) for camera in cameras])
+    focal = np.array([camera.focal for camera in cameras])
     distance = np.linalg.norm(first[:, None] - origins, axis=-1)
     weight = np.square(focal / np.maximum(distance, 1e-6))
     return (
@@ -239,12 +240,8 @@ def _spread(camera: Camera, points: FloatArray, covariance: FloatArray) -> Float
         unit = ray / distance[:, None]
         across = np.eye(3) - unit[:, :, None] * unit[:, None, :]
         largest = np.linalg.eigvalsh(across @ covariance[known] @ across)[:, -1]
-        result[known] = np.sqrt(np.maximum(largest, 0.0)) * _focal(camera) / distance
+        result[known] = np.sqrt(np.maximum(largest, 0.0)) * camera.focal / distance
     return result
-
-
-def _focal(camera: Camera) -> float:
-    return float(0.5 * (camera.matrix[0, 0] + camera.matrix[1, 1]))
 
 
 def _judged(
@@ -271,7 +268,8 @@ def _judged(
         columns = [np.ones(len(off))]
         if len(off) >= _WHOLE_IMAGE:
             columns += list((place - np.median(place, axis=0)).T)
-        follows, share, _ = _explained(off, _of_both_axes(np.stack(columns, axis=1)))
+        both_axes = np.einsum("km,ij->mikj", columns, np.eye(2)).reshape(len(off), 2, -1)
+        follows, share, _ = _explained(off, both_axes)
         if follows:
             found, left = (float(np.median(distance)), len(off), int(astray.sum()), np.nan), share
     if blamed(moving):
@@ -280,12 +278,6 @@ def _judged(
             far = int(astray[moving].sum())
             found = float(np.median(distance[moving])), int(moving.sum()), far, float(late)
     return found
-
-
-def _of_both_axes(columns: FloatArray) -> FloatArray:
-    """Columns (M, K) as what may explain both axes (M, 2, 2 K) independently."""
-    result: FloatArray = np.einsum("mk,ij->mikj", columns, np.eye(2)).reshape(len(columns), 2, -1)
-    return result
 
 
 def _explained(off: FloatArray, design: FloatArray) -> tuple[bool, float, FloatArray]:
@@ -320,11 +312,7 @@ def _speeds(frame: IntArray, picture: FloatArray) -> FloatArray:
     return result
 
 
-def _median(values: FloatArray) -> float:
+def _middle(values: FloatArray, middle: Callable[[FloatArray], Any] = np.median) -> float:
+    """The middle of what is known of values; NaN where that is too little."""
     known = values[np.isfinite(values)]
-    return float(np.median(known)) if known.size >= _LEAST_COUNT else float("nan")
-
-
-def _mean(values: FloatArray) -> float:
-    known = values[np.isfinite(values)]
-    return float(np.mean(known)) if known.size >= _LEAST_COUNT else float("nan")
+    return float(middle(known)) if known.size >= _LEAST_COUNT else float("nan")

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from stereotrack_core.arrays import stretches_of
 from stereotrack_core.errors import Finding
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.reader import FrameReader, ViewImages
@@ -124,11 +125,11 @@ def _check_darkness(where: str, one: _Watched) -> Iterator[Finding]:
         )
         return
     dark = (brightness < DARK_SHARE * usual) & (brightness < DARK_LEVEL)
-    for first, end in _stretches(dark, one.frames):
+    for part in stretches_of(dark):
         yield Finding(
             "warning",
             where,
-            f"the view is dark from frame {first} to {end - 1}",
+            f"the view is dark from frame {one.frames[part[0]]} to {one.frames[part[-1]]}",
             "Exclude these frames or this view.",
         )
 
@@ -157,13 +158,6 @@ def _check_sameness(watched: dict[tuple[str, str], _Watched]) -> Iterator[Findin
             )
 
 
-def _stretches(flags: NDArray[np.bool_], frames: list[int]) -> list[tuple[int, int]]:
-    """Half-open stretches of frame numbers where the flag is set."""
-    edges = np.diff(np.concatenate([[False], flags, [False]]).astype(int))
-    firsts, ends = np.flatnonzero(edges > 0), np.flatnonzero(edges < 0)
-    return [(frames[a], frames[b - 1] + 1) for a, b in zip(firsts, ends, strict=True)]
-
-
 def _check_frozen(watched: dict[tuple[str, str], _Watched]) -> Iterator[Finding]:
     """Streams that repeat an image while another stream goes on (a still scene freezes all)."""
     for (view, key), one in watched.items():
@@ -178,12 +172,13 @@ def _check_frozen(watched: dict[tuple[str, str], _Watched]) -> Iterator[Finding]
         seen = np.array(one.highlights) >= DARK_LEVEL
         seen &= np.array(one.brightness) <= BRIGHT_LEVEL
         flags = np.array(one.repeated) & np.array([k in moving for k in one.frames]) & seen
-        for first, end in _stretches(flags, one.frames):
-            if end - first >= FROZEN_FRAMES:
+        for part in stretches_of(flags):
+            first, last = one.frames[part[0]], one.frames[part[-1]]
+            if last - first + 1 >= FROZEN_FRAMES:
                 yield Finding(
                     "warning",
                     f"view {view}, {key}",
-                    f"the image is frozen from frame {first - 1} to {end - 1} while other views "
+                    f"the image is frozen from frame {first - 1} to {last} while other views "
                     "continue",
                     "The camera dropped frames. Check whether it is late afterwards.",
                 )
@@ -209,11 +204,10 @@ def _check_gain(watched: dict[tuple[str, str], _Watched]) -> Iterator[Finding]:
 def _check_depth(watched: dict[tuple[str, str], _Watched]) -> Iterator[Finding]:
     for (view, _), one in watched.items():
         share = np.array(one.depth_share)
-        empty = share == 0
-        for first, end in _stretches(empty, one.frames) if share.size == len(one.frames) else ():
+        for part in stretches_of(share == 0) if share.size == len(one.frames) else ():
             yield Finding(
                 "warning",
                 f"view {view}, depth",
-                f"there is no depth from frame {first} to {end - 1}",
+                f"there is no depth from frame {one.frames[part[0]]} to {one.frames[part[-1]]}",
                 "Check the depth files: 0 means no value.",
             )

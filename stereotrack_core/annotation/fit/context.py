@@ -5,9 +5,8 @@ These show triangulated landmarks, and the usual pose for the rest.
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -134,18 +133,14 @@ def _trunk_at(known: Mapping[str, FloatArray], body: BodyModel, usual: Pose) -> 
     rest = NINE.places(body, body.frames(usual))
     own = np.array([rest[NINE.names.index(name)] for name in names])
     seen = np.array([known[name] for name in names])
-    turn = _turn(own, seen) if len(names) > 2 else np.eye(3)
+    turn = np.eye(3)
+    if len(names) > 2:  # Kabsch
+        u, _, vt = np.linalg.svd((seen - seen.mean(axis=0)).T @ (own - own.mean(axis=0)))
+        turn = u @ np.diag([1.0, 1.0, np.linalg.det(u @ vt)]) @ vt
     rotations = usual.rotations.copy()
     rotations[TORSO] = turn @ usual.torso
     shift = seen.mean(axis=0) - turn @ (own.mean(axis=0) - usual.position)
     return Pose(shift, rotations)
-
-
-def _turn(own: FloatArray, seen: FloatArray) -> FloatArray:
-    """Rotation (3, 3) that brings `own` (N, 3) next to `seen` (Kabsch)."""
-    u, _, vt = np.linalg.svd((seen - seen.mean(axis=0)).T @ (own - own.mean(axis=0)))
-    result: FloatArray = u @ np.diag([1.0, 1.0, np.linalg.det(u @ vt)]) @ vt
-    return result
 
 
 _FRAMES, _FEWEST = 12, 3
@@ -204,23 +199,18 @@ class FitContext:
     def whole(self) -> LandmarkSet:
         """The set that is clicked, and after it what is missing of the nine landmarks."""
         names = self.asked.names
-        missing = [one for one in NINE.landmarks if one.name not in names]
-        extra = tuple(dataclasses.replace(one, mirror="") for one in missing)
+        extra = [replace(one, mirror="") for one in NINE.landmarks if one.name not in names]
         return LandmarkSet(self.asked.name, (*self.asked.landmarks, *extra))
 
     @cached_property
     def by_clicks(self) -> Stretch:
         """Fits clicks alone."""
-        return self._stretch(with_depth=False)
+        return Stretch(Freedom(self.whole, self.body, False), self.settings, self.fps)
 
     @cached_property
     def by_depth(self) -> Stretch:
         """Fits clicks and measured points."""
-        return self._stretch(with_depth=True)
-
-    def _stretch(self, *, with_depth: bool) -> Stretch:
-        freedom = Freedom(self.whole, self.body, with_depth)
-        return Stretch(freedom, self.settings, self.fps)
+        return Stretch(Freedom(self.whole, self.body, True), self.settings, self.fps)
 
     @cached_property
     def usual(self) -> Pose:
@@ -249,4 +239,4 @@ class FitContext:
         deep = np.array([k for k in known if data[k].depth is not None], dtype=np.int64)
         lengths = self.body.skeleton.proportions
         shape = _clicked_shape(self.by_depth, data, poses, deep, lengths, CLICKED_SHAPE)
-        return dataclasses.replace(self, body=body_model(lengths, shape), shape=shape)
+        return replace(self, body=body_model(lengths, shape), shape=shape)

@@ -218,11 +218,11 @@ def fitted_frame(
     for least, kept in ((_WIDEST, _KEPT), (_NARROWER[0], 1)):
         sigma = np.maximum(data.clicks.sigma, least)
         ways = [_further(way, sigma, roughly=len(ways) > 1) for way in ways]
-        missed = [_missed(context, data, way.state.pose) for way in ways]
-        order = np.argsort(
-            [way.cost + m for way, m in zip(ways, missed, strict=True)], kind="stable"
-        )
-        ways = [ways[i] for i in order[:kept]]
+        costs = [way.cost for way in ways]
+        if data.depth is not None:
+            points = data.depth.points
+            costs = [w.cost + depth_cost(context.by_depth, points, w.state.pose) for w in ways]
+        ways = [ways[i] for i in np.argsort(costs, kind="stable")[:kept]]
     best, sigma = _narrowed(ways[0], data.clicks.sigma)
     factor = float(np.max(sigma / data.clicks.sigma, initial=1.0))
     found = _finished(context, data, best, sigma)
@@ -274,12 +274,6 @@ def _finished(context: FitContext, data: FrameData, way: _Way, sigma: FloatArray
     firmly[: len(expected.sigma)] = expected.sigma
     begin = replace(stretch.freedom.still(way.state.pose), offsets=way.state.offsets)
     return stretch.fit_one(data, begin, expected.pose, firmly, range(_ROUNDS))
-
-
-def _missed(context: FitContext, data: FrameData, pose: Pose) -> float:
-    if data.depth is None:
-        return 0.0
-    return depth_cost(context.by_depth, data.depth.points, pose)
 
 
 def _usual_poses(context: FitContext, points: FloatArray, data: FrameData) -> list[Pose]:

@@ -19,7 +19,7 @@ from itertools import pairwise
 import numpy as np
 
 from stereotrack_core.annotation.fit.settings import FitSettings
-from stereotrack_core.annotation.landmark_set import Landmark, LandmarkSet
+from stereotrack_core.annotation.landmark_set import LandmarkSet
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 from stereotrack_core.body.angles import THESIS_JOINTS
 from stereotrack_core.body.limbs import LIMBS
@@ -38,12 +38,6 @@ from stereotrack_core.geometry.rotation import rotation_from_vector
 
 _ARMS_AND_HEAD = (*THESIS_JOINTS, HEAD)
 """Joints that landmarks can tell; legs are there for depth."""
-
-
-def _is_joint(landmark: Landmark) -> bool:
-    """Whether a landmark lies where its part is joined to the next."""
-    on_joint = landmark.along == landmark.across == 0.0 and not any(landmark.offset)
-    return on_joint and PARTS.index(landmark.part) not in (TORSO, HEAD)
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,7 +97,13 @@ class Freedom:
     @cached_property
     def shifts_joint(self) -> BoolArray:
         """Whether each landmark (L,) is a joint; of several at one joint the first alone is."""
-        found: BoolArray = np.array([_is_joint(one) for one in self.landmark_set.landmarks])
+        joints = {part for part in PARTS if part not in (PARTS[TORSO], PARTS[HEAD])}
+        found: BoolArray = np.array(
+            [
+                one.part in joints and not any((one.along, one.across, *one.offset))
+                for one in self.landmark_set.landmarks
+            ]
+        )
         for i in np.flatnonzero(found):
             found[i] = not np.any(found[:i] & (self.parts[:i] == self.parts[i]))
         return found
@@ -111,12 +111,7 @@ class Freedom:
     @cached_property
     def local(self) -> FloatArray:
         """Where the landmarks (L, 3) are in their parts, without shifts."""
-        lengths = self.body.skeleton.lengths[self.parts]
-        across = self.body.skeleton.proportions.hip_width
-        places = np.array([one.offset for one in self.landmark_set.landmarks])
-        places[:, 2] += lengths * [one.along for one in self.landmark_set.landmarks]
-        places[:, 0] += across * np.array([one.across for one in self.landmark_set.landmarks])
-        return places
+        return self.landmark_set.in_parts(self.body)
 
     @cached_property
     def moved_by(self) -> BoolArray:
@@ -256,7 +251,13 @@ class Movement:
         is expected, as firmly as `pose_sigma` (of_pose,) says.
         """
         f = self.freedom
-        at = np.array([self._numbers(s, v) for s, v in zip(states, speeds, strict=True)])
+        nothing = np.zeros(f.of_pose)
+        at = np.array(
+            [
+                np.concatenate([nothing, state.offsets.ravel(), state.slips.ravel(), speed])
+                for state, speed in zip(states, speeds, strict=True)
+            ]
+        )
         kept = np.diagonal(self.F)
         c = at[:-1] * kept - at[1:]
         for k, (one, other) in enumerate(pairwise(states)):
@@ -269,10 +270,6 @@ class Movement:
         sigma = self.sigma.copy()
         sigma[: f.of_pose] = pose_sigma
         return Walk(self.F, c, Q, mean, np.diag(sigma**2))
-
-    def _numbers(self, state: FitState, speed: FloatArray) -> FloatArray:
-        nothing = np.zeros(self.freedom.of_pose)
-        return np.concatenate([nothing, state.offsets.ravel(), state.slips.ravel(), speed])
 
     def factors(self, noise: FloatArray) -> FloatArray:
         """Factors (K - 1, of_pose) on the variances that make the movements usual ones.

@@ -5,7 +5,6 @@ Of a cloud the fit is told points that look for the body, and edges for its outl
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -41,7 +40,6 @@ from stereotrack_core.tracking.parameters import TrackingParameters
 from stereotrack_core.tracking.residuals.limits import limit_residuals
 from stereotrack_core.tracking.residuals.silhouette import EdgeMap, SilhouetteObservation, edge_maps
 from stereotrack_core.tracking.residuals.surface import (
-    SurfaceResidual,
     Trust,
     surface_distances,
     surface_residual,
@@ -263,8 +261,10 @@ class Stretch:
         trust = Trust(
             p.max_correspondence_distance, scale, p.sigma_measurement, self.settings.depth_effective
         )
-        row = _with_loose_legs(surface_residual(points, body, off, trust))
-        return SlippingSurface(row, self.freedom, off)
+        row = surface_residual(points, body, off, trust)
+        # legs are there to take their data; their cones are too rough to say where the hips are
+        loose = np.where(row.part < len(LIMBS), 1.0, _LEGS_LOOSER**2)
+        return SlippingSurface(replace(row, variance=row.variance * loose), self.freedom, off)
 
     def outlines(
         self, depth: MeasuredDepth, body: BodyModel, pose: Pose, off: PartFrames
@@ -280,7 +280,7 @@ class Stretch:
         s, row = self.settings, self.click_residual(clicks, state, np.ones(2 * len(clicks)))
         residual = row.missed(self.freedom.body_at(state.offsets).frames(state.pose))
         weight = mixture_weight(residual, clicks.sigma, s.mistake_share, s.mistake_spread)
-        return dataclasses.replace(_all_right(clicks), mistake=1.0 - weight)
+        return replace(_all_right(clicks), mistake=1.0 - weight)
 
     def judge(
         self, clicks: Clicks, state: FitState, P: FloatArray, old: Judgement, i: int
@@ -327,15 +327,9 @@ def _without_twists(poses: Sequence[Pose]) -> list[Pose]:
                     undone = rotations[parent].T @ turned[parent]
                 direction = undone @ turned[part][:, 2]
                 rotations[part] = rotation_towards(before[part], direction)
-            pose = dataclasses.replace(pose, rotations=rotations)
+            pose = replace(pose, rotations=rotations)
         found.append(pose)
     return found
-
-
-def _with_loose_legs(row: SurfaceResidual) -> SurfaceResidual:
-    """Legs are there to take their data; their cones are too rough to say where the hips are."""
-    loose = np.where(row.part < len(LIMBS), 1.0, _LEGS_LOOSER**2)
-    return dataclasses.replace(row, variance=row.variance * loose)
 
 
 def _all_right(clicks: Clicks) -> Judgement:

@@ -38,7 +38,7 @@ from stereotrack_core.annotation.fit.stretch import (
     Stretch,
     depth_cost,
 )
-from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
+from stereotrack_core.arrays import BoolArray, FloatArray, IntArray, stretches_of
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.pose import HANGING, Pose, rotation_towards
 from stereotrack_core.body.skeleton import (
@@ -79,11 +79,6 @@ _ENDS = {
 """The landmark at the far end of a part of the arms."""
 
 
-def _told_by_clicks(stretch: Stretch, data: Sequence[FrameData], wanted: int) -> BoolArray:
-    """Frames (K,) whose clicks tell the pose: the first `wanted` landmarks in two cameras each."""
-    return np.array([_cameras(stretch, one)[:wanted].min() > 1 for one in data])
-
-
 def _asked_between(
     stretch: Stretch,
     data: Sequence[FrameData],
@@ -108,7 +103,8 @@ def _asked_between(
         return found
     filled = list(found)
     sigma = pose_sigmas(f, *_STEP) * np.sqrt(_STATED_AT / fps)
-    for k in _outwards(known):
+    distance = np.abs(np.arange(len(known))[:, None] - np.flatnonzero(known)).min(axis=1)
+    for k in np.argsort(distance, kind="stable").tolist():  # known ones first, then outwards
         if cancelled is not None and cancelled():
             raise Cancelled
         frame = data[k]
@@ -118,7 +114,8 @@ def _asked_between(
             if f.with_depth and frame.depth is not None:
                 found[k] = _asked(stretch, frame, filled[k], filled[k], _told_sigma(f))[1]
             continue
-        neighbours = [found[i] for i in _nearer(k, known)]
+        around = [i for i in (k - 1, k + 1) if 0 <= i < len(known)]
+        neighbours = [found[i] for i in around if distance[i] < distance[k]]
         starts = [*neighbours, filled[k]]
         starts += _other_ways(stretch, frame, filled[k])
         results = [_asked(stretch, frame, start, neighbours[0], sigma) for start in starts]
@@ -187,24 +184,6 @@ def _other_ways(stretch: Stretch, frame: FrameData, pose: Pose) -> list[Pose]:
     return found
 
 
-def _distance(known: BoolArray) -> IntArray:
-    at = np.flatnonzero(known)
-    distance: IntArray = np.abs(np.arange(len(known))[:, None] - at).min(axis=1)
-    return distance
-
-
-def _outwards(known: BoolArray) -> list[int]:
-    """All frames, known ones first and then the nearest to them."""
-    return [int(k) for k in np.argsort(_distance(known), kind="stable")]
-
-
-def _nearer(k: int, known: BoolArray) -> list[int]:
-    """Neighbours of a frame that are nearer to a known one."""
-    distance = _distance(known)
-    there = (i for i in (k - 1, k + 1) if 0 <= i < len(known))
-    return [i for i in there if distance[i] < distance[k]]
-
-
 _ROUNDS = 8
 
 _ANYWHERE = (2.0, 120.0, 90.0)
@@ -261,7 +240,7 @@ def _stretches(
     near = np.array([not any(frame in gap for gap in gaps) for frame in frames], dtype=np.bool_)
     own = np.array([bool(clicked[frame]) for frame in frames], dtype=np.bool_)
     found: list[range] = []
-    for run in _runs(near):
+    for run in stretches_of(near):
         inside = np.flatnonzero(own[run.start : run.stop]) + run.start
         if not len(inside):
             continue
@@ -269,15 +248,9 @@ def _stretches(
         if not (has_depth and context.settings.use_depth):
             reach = int(context.settings.longest_fill * context.fps)
         away = np.abs(np.arange(run.start, run.stop)[:, None] - inside).min(axis=1)
-        kept = _runs(away <= reach)
+        kept = stretches_of(away <= reach)
         found += [frames[run.start + one.start : run.start + one.stop] for one in kept]
     return found
-
-
-def _runs(wanted: np.typing.NDArray[np.bool_]) -> list[range]:
-    """Runs of True as index ranges."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], wanted.astype(np.int8), [0]])))
-    return [range(int(a), int(b)) for a, b in edges.reshape(-1, 2)]
 
 
 def _fit(
@@ -291,7 +264,9 @@ def _fit(
     points = filled_over_time(np.array(seen))
     start = [pose_at(point, context.body, context.whole, context.usual) for point in points]
     stretch = context.by_clicks
-    known = _told_by_clicks(stretch, data, len(context.asked.landmarks))
+    wanted = len(context.asked.landmarks)
+    # their clicks tell the pose where the landmarks that are asked for are in two cameras each
+    known: BoolArray = np.array([_cameras(stretch, one)[:wanted].min() > 1 for one in data])
     found = _together(stretch, data, start, cancelled)
     if not known.all():
         start = [state.pose for state in found.states]
@@ -343,6 +318,7 @@ def _put_together(
             surprise.append(judgement.surprise)
             for one, miss, p in zip(own, off, judgement.mistake, strict=True):
                 residual[one.key], mistake[one.key] = miss, float(p)
+    squared = np.concatenate(surprise) if surprise else np.zeros(0)
     return TrajectoryFit(
         names=names,
         frame=np.array(frames, dtype=np.int64),
@@ -353,10 +329,7 @@ def _put_together(
         nine=nine,
         residual_px=residual,
         mistake=mistake,
-        sigma_factor=_sigma_factor(surprise),
+        sigma_factor=float(np.sqrt(np.median(squared) / MEDIAN_SURPRISE))
+        if len(squared)
+        else np.nan,
     )
-
-
-def _sigma_factor(surprise: Sequence[FloatArray]) -> float:
-    squared = np.concatenate(surprise) if surprise else np.zeros(0)
-    return float(np.sqrt(np.median(squared) / MEDIAN_SURPRISE)) if len(squared) else float("nan")
