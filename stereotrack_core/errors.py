@@ -10,9 +10,7 @@ from typing import Literal, TypeAlias
 
 _MOST_ALIKE = 6
 
-_MOST_OF_A_VALUE = 200
-"""Characters of a value that a message quotes."""
-
+_MOST_OF_A_VALUE = 200  # characters of a value that a message quotes
 _MOST_OF_A_PLACE, _MOST_OF_A_REMEDY = 1000, 4000
 """Longer than any path and than the list of all parameters that a person may have to see."""
 

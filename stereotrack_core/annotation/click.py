@@ -17,9 +17,7 @@ ACCEPTED = "accepted"
 GUESSED_FACTOR = 3.0
 """Factor on the standard deviation of clicks that were guessed behind something."""
 
-_DOUBTED_FACTOR = 2.0
-"""Factor on the standard deviation of clicks that their author doubts."""
-
+_DOUBTED_FACTOR = 2.0  # factor on the standard deviation of clicks that their author doubts
 USUAL_SIGMA = 3.0
 """Pixels per axis of a seen landmark where nobody has measured better."""
 

@@ -103,8 +103,7 @@ _CAPSULES: tuple[tuple[tuple[str, ...], tuple[str, ...], float], ...] = (
 )
 """Ends (middles of landmarks) and radius in metres."""
 
-_AGAINST = 1.5
-"""Radii before a landmark in which nothing hides it."""
+_AGAINST = 1.5  # radii before a landmark in which nothing hides it
 
 
 def hidden_landmarks(
@@ -137,8 +136,7 @@ def hidden_landmarks(
 
 
 _ROWS_AT_ONCE = 256
-_LOST = 90.0
-"""Degrees; a limb that may be off farther is not known at all."""
+_LOST = 90.0  # degrees; a limb that may be off farther is not known at all
 
 
 class Place(IntEnum):

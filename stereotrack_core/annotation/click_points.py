@@ -116,11 +116,8 @@ def limb_residuals(away: FloatArray, landmarks: LandmarkSet) -> FloatArray:
     return result
 
 
-_FEWEST = 3
-"""Frames from which on a length is told."""
-
-_NORMAL = 1.4826
-"""Standard deviation over median absolute deviation of a normal distribution."""
+_FEWEST = 3  # frames from which on a length is told
+_NORMAL = 1.4826  # standard deviation over median absolute deviation of a normal distribution
 
 
 @dataclass(frozen=True)

@@ -33,9 +33,7 @@ from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 _BLOCKS, _BLOCK = 60, 5
 """Stretches of clicked frames that are asked, and frames in each: movement shows in neighbours."""
 
-_FAR = 4.0
-"""Usual sigmas from which a click lies far from what other cameras say."""
-
+_FAR = 4.0  # usual sigmas from which a click lies far from what other cameras say
 _NUMBERS = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine")
 
 
@@ -141,11 +139,8 @@ def _wrong_ones(point: PredictedPoint | None, limit: float) -> tuple[str, ...]:
     return tuple(name for name, error in point.error_px.items() if both or error == worst)
 
 
-_HIGH_RESIDUAL = 4.0
-"""Usual sigmas from which a residual is worth a look."""
-
-_LIMB_LENGTH = 0.3
-"""Metres; what a place that is off does to a direction."""
+_HIGH_RESIDUAL = 4.0  # usual sigmas from which a residual is worth a look
+_LIMB_LENGTH = 0.3  # metres; what a place that is off does to a direction
 
 
 @dataclass(frozen=True)

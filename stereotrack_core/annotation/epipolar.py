@@ -17,24 +17,13 @@ from stereotrack_core.depth.points import Volume
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.triangulation import nearest_to_rays
 
-_STEP = 6.0
-"""Pixels between samples, about."""
-
-_COARSE = 200
-"""Samples with which the part of the ray that the image shows is looked for."""
-
-_BORDER = 9
-"""Samples along every side of the image, to know what the camera can see at most."""
-
-_WIDEST = 8.0
-"""Tangent of the largest angle off a camera's axis that is looked at (83 deg)."""
-
-_GRID = 9
-"""Points along every side of the working volume, to know whether the cameras see it."""
-
+_STEP = 6.0  # pixels between samples, about
+_COARSE = 200  # samples with which the part of the ray that the image shows is looked for
+_BORDER = 9  # samples along every side of the image, to know what the camera can see at most
+_WIDEST = 8.0  # tangent of the largest angle off a camera's axis that is looked at (83 deg)
+_GRID = 9  # points along every side of the working volume, to know whether the cameras see it
 _HALVINGS = 40
-_NEAREST = 1e-3
-"""Metres; nearer to a camera nothing is looked for."""
+_NEAREST = 1e-3  # metres; nearer to a camera nothing is looked for
 
 
 @dataclass(frozen=True, eq=False)

@@ -39,9 +39,7 @@ _WINDOW, _LEVELS = 13, 3
 _BACK = 1.0
 """Largest distance in pixels from the start after one step forward and back, at 480 lines."""
 
-_SCORE = 0.8
-"""Smallest correlation with the clicked patch."""
-
+_SCORE = 0.8  # smallest correlation with the clicked patch
 _MOST_FRAMES = 30
 
 

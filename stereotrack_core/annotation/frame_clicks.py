@@ -24,8 +24,7 @@ from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.depth.points import Volume
 from stereotrack_core.geometry.camera import Camera
 
-_AROUND = 16
-"""Corners around a part that is drawn."""
+_AROUND = 16  # corners around a part that is drawn
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,8 +139,7 @@ def _curves(question: HintQuestion, clicks: list[Click]) -> dict[str, tuple[Curv
 
 
 _DOUBTFUL = 3.0
-_LEAST_SIGMA = 0.008
-"""Metres that joints wander on a real body."""
+_LEAST_SIGMA = 0.008  # metres that joints wander on a real body
 
 
 @dataclass(frozen=True)

@@ -23,8 +23,7 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.recording.toml_table import load_toml
 
 _COLOUR = re.compile(r"#[0-9a-fA-F]{6}")
-_FARTHEST = 1.0
-"""Metres; a landmark farther than this from its part is a slip."""
+_FARTHEST = 1.0  # metres; a landmark farther than this from its part is a slip
 
 
 @dataclass(frozen=True)

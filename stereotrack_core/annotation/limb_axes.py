@@ -45,11 +45,8 @@ COUNTS = np.array([float(limb in SCORED) for limb in _LIMB_OF_AXIS])
 OWN_AXES = [AXES.index(limb) for limb in LIMBS]
 """Places of the limbs' own axes, in the order of ``LIMBS``."""
 
-_FURTHER = 0.5
-"""Weight of a landmark that is none of the nine in the axes of its limb."""
-
-_SHORTEST = 0.05
-"""Metres; a shorter axis is no limb, and counts as long as this."""
+_FURTHER = 0.5  # weight of a landmark that is none of the nine in the axes of its limb
+_SHORTEST = 0.05  # metres; a shorter axis is no limb, and counts as long as this
 
 
 def axis_quadratics(nine: FloatArray, landmark_set: LandmarkSet) -> FloatArray:

@@ -115,20 +115,13 @@ def good_enough(limb_sigma_deg: FloatArray, wanted_deg: float) -> StopSign:
     return StopSign(wanted_deg, len(missing), int(missing.any(axis=1).sum()), by_limb)
 
 
-_LARGE_GAP = 10
-"""Frames without a click of a landmark that are worth a word."""
-
-_APART = 5
-"""Frames around a suggestion in which the same landmark is not suggested again."""
-
+_LARGE_GAP = 10  # frames without a click of a landmark that are worth a word
+_APART = 5  # frames around a suggestion in which the same landmark is not suggested again
 _DISAGREE = 15.0
 """Degrees between tracker and fit, beyond what the fit may be off, that are worth a word."""
 
-_FIT_WRONG = 0.1
-"""How probably the fit is the one that is wrong, where both disagree."""
-
-_UNKNOWN_DEG = 90.0
-"""What a limb may be off of which nothing is known."""
+_FIT_WRONG = 0.1  # how probably the fit is the one that is wrong, where both disagree
+_UNKNOWN_DEG = 90.0  # what a limb may be off of which nothing is known
 
 
 @dataclass(frozen=True)

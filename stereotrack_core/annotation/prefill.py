@@ -25,14 +25,11 @@ from stereotrack_core.tracking.frame import Run
 
 FIT, NEIGHBOURS, FOLLOWING = "fit", "neighbours", "following"
 
-_LIMB_LENGTH = 0.3
-"""Metres by which the end of a limb moves when it turns by one radian."""
-
+_LIMB_LENGTH = 0.3  # metres by which the end of a limb moves when it turns by one radian
 _BENT = 0.15
 """How far from the straight line between two clicks a landmark is half way, as a share of it."""
 
-_CONTRADICTION = 4.0
-"""Standard deviations by which following from both sides may differ."""
+_CONTRADICTION = 4.0  # standard deviations by which following from both sides may differ
 
 
 def from_fit(

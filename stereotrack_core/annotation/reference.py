@@ -20,11 +20,8 @@ from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 from stereotrack_core.version import __version__
 
 _MISTAKES = "mistakes"
-_WORTH_KEEPING = 0.05
-"""Clicks that are less probably mistakes are not listed."""
-
-_STATED = ("covariance", "limb_sigma_deg", "filled")
-"""What a reference that was fitted states."""
+_WORTH_KEEPING = 0.05  # clicks that are less probably mistakes are not listed
+_STATED = ("covariance", "limb_sigma_deg", "filled")  # what a reference that was fitted states
 
 
 @dataclass(frozen=True, eq=False)

@@ -28,8 +28,7 @@ LEAST_GAIN = 8.0
 _GROSS = 12.0
 """Distances of more than so many sigma count as this: one gross mistake shall not decide."""
 
-_TOO_NEAR = 1e-6
-"""Metres between two optical centres below which there are no epipolar lines."""
+_TOO_NEAR = 1e-6  # metres between two optical centres below which there are no epipolar lines
 
 
 @dataclass(frozen=True)

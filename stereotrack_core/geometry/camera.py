@@ -122,12 +122,9 @@ class Camera:
         return directions @ self.camera_from_world.rotation
 
 
-_STEP = 1e-4
-"""Metres; half the way over which a projection is differentiated."""
-
+_STEP = 1e-4  # metres; half the way over which a projection is differentiated
 _ROUNDS = 40
-_STILL = 1e-11
-"""Metres; a step shorter than this ends the search."""
+_STILL = 1e-11  # metres; a step shorter than this ends the search
 
 
 def pixel_jacobian(camera: Camera, points_world: FloatArray) -> FloatArray:

@@ -18,47 +18,33 @@ from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.triangulation import covariance_of_rays, nearest_to_rays
 
-LEAST_PX = 6.0
+_LEAST_PX = 6.0
 """Median distance from which a camera is named; calibrations and eyes are no better than that."""
 
 LEAST_RATIO = 2.5
 """How much farther off it lies than the others are from each other."""
 
 _LEAST_COUNT = 8
-_LEAST_SHARE = 0.5
-"""Share of its sightings that lie off where the camera is to blame."""
-
-_USUAL_SHARE = 0.15
-"""Share of wrong sightings that surprises nobody in any camera."""
-
+_LEAST_SHARE = 0.5  # share of its sightings that lie off where the camera is to blame
+_USUAL_SHARE = 0.15  # share of wrong sightings that surprises nobody in any camera
 _MOST_CHANCE = 1e-4
 _LEAST_EXPLAINED = 0.6
 """Share of the distance that has to follow the place in the image, or the movement."""
 
-_EXCHANGED = 0.5
-"""Share of the distance that is left at most where left and right were mixed up."""
-
+_EXCHANGED = 0.5  # share of the distance that is left at most where left and right were mixed up
 _CLEAR_SHARE = 0.6
 _CLEAR_CHANCE = 0.01
 """Share of the points that fit better without the named camera than without any other one."""
 
-_ASTRAY = 2.5
-"""Standard deviations beyond which a sighting lies off."""
-
-_GROSS = 5.0
-"""Standard deviations that count at most where cameras are weighed against each other."""
-
+_ASTRAY = 2.5  # standard deviations beyond which a sighting lies off
+_GROSS = 5.0  # standard deviations that count at most where cameras are weighed against each other
 _LARGEST_SPREAD = 4.0
 """Pixels by which the other cameras' point may move in the image for each pixel of theirs."""
 
 _LEAST_SPEED_PX = 3.0
 _LEAST_LATE = 0.3
-_LONGEST_STEP = 3
-"""Frames between which a movement is taken to be even."""
-
-_WHOLE_IMAGE = 24
-"""Sightings from which a displacement may vary over the image."""
-
+_LONGEST_STEP = 3  # frames between which a movement is taken to be even
+_WHOLE_IMAGE = 24  # sightings from which a displacement may vary over the image
 _ROUNDS = 30
 
 
@@ -151,7 +137,7 @@ def _of_many(cameras: Sequence[Camera], frame: IntArray, pixels: FloatArray) -> 
     middle = np.array([_middle(rest.error) for rest in rests])
     if not np.isfinite(middle).any():
         return None
-    limit = _GROSS * max(float(np.nanmin(middle)), 0.1 * LEAST_PX)
+    limit = _GROSS * max(float(np.nanmin(middle)), 0.1 * _LEAST_PX)
     cost = np.array([_middle(np.minimum(rest.error, limit) ** 2, np.mean) for rest in rests])
     best, second = (int(v) for v in np.argsort(np.where(np.isfinite(cost), cost, np.inf))[:2])
     wrong = float(np.mean(rests[best].error[np.isfinite(rests[best].error)] > limit))
@@ -251,7 +237,7 @@ def _judged(
     known = np.isfinite(rest.off).all(axis=-1)
     off, place, speed = rest.off[known], rest.picture[known], speed[known]
     distance = np.linalg.norm(off, axis=-1)
-    gate = np.maximum(LEAST_PX, _ASTRAY * error * np.hypot(1.0, rest.spread[known]))
+    gate = np.maximum(_LEAST_PX, _ASTRAY * error * np.hypot(1.0, rest.spread[known]))
     astray = distance > gate
     moving = np.linalg.norm(np.nan_to_num(speed), axis=-1) > _LEAST_SPEED_PX
 
@@ -261,7 +247,7 @@ def _judged(
             return False
         chance = cameras * float(binom.sf(far - 1, count, usual))
         middle = float(np.median(distance[chosen]))
-        return chance < _MOST_CHANCE and middle > max(LEAST_PX, LEAST_RATIO * error)
+        return chance < _MOST_CHANCE and middle > max(_LEAST_PX, LEAST_RATIO * error)
 
     found, left = None, np.inf
     if blamed(np.ones(len(off), dtype=np.bool_)):

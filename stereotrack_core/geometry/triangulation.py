@@ -15,14 +15,10 @@ from stereotrack_core.geometry.camera import Camera
 _SINGULAR = 1e8
 _STEP = 1e-6
 _NEAREST = 1e-6
-_GROSS = 8.0
-"""Standard deviations beyond which a sighting has no weight."""
-
+_GROSS = 8.0  # standard deviations beyond which a sighting has no weight
 _OUTLIER_WEIGHT = 0.05
 _ROUNDS = 40
-_STILL = 1e-10
-"""Metres; a step shorter than this ends the search."""
-
+_STILL = 1e-10  # metres; a step shorter than this ends the search
 _UNPLACED = 1e12
 
 

@@ -22,9 +22,7 @@ from stereotrack_core.recording.csv_table import csv_text, read_cells
 _NOT_IN_FILES = frozenset('/\\:*?"<>|').union(map(chr, range(32)))
 """Signs that some system does not allow in names, or takes for the way to another folder."""
 
-_LEAST_LIKELIHOOD = 0.6
-"""Predictions below it are left out."""
-
+_LEAST_LIKELIHOOD = 0.6  # predictions below it are left out
 _HEADERS = ("scorer", "individuals", "bodyparts", "coords")
 
 

@@ -23,9 +23,7 @@ _LARGEST_TOTAL = 256 * MB
 _LARGEST_RATIO = 32
 """Bytes of arrays for each byte of a file; more only where they are few altogether."""
 
-_FLOATS = (4, 8)
-"""Bytes of the numbers that all of NumPy computes with."""
-
+_FLOATS = (4, 8)  # bytes of the numbers that all of NumPy computes with
 _PIECE = 4 * MB
 _HEADERS = {
     (1, 0): np.lib.format.read_array_header_1_0,

@@ -25,9 +25,7 @@ from numpy.typing import NDArray
 from stereotrack_core.file_lock import take_lock
 from stereotrack_core.reading import MB, open_file
 
-_FRAME = struct.Struct("<4sII")
-"""Kind of record, length and checksum of what follows."""
-
+_FRAME = struct.Struct("<4sII")  # kind of record, length and checksum of what follows
 _MOST_BYTES = 16384 * MB
 
 _TYPES = ("<f8", "<i8", "|u1", "|b1")

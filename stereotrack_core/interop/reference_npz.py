@@ -42,8 +42,7 @@ _FILE = ArchiveFormat(
     _LAYOUT,
 )
 _MOST_BYTES = 4096 * MB
-_FARTHEST = 1e6
-"""Metres."""
+_FARTHEST = 1e6  # metres
 
 
 def write_reference(path: Path, reference: Reference) -> None:

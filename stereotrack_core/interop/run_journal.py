@@ -36,9 +36,7 @@ _HEAD, _FRAME, _TRACKER = "head", "fram", "trac"
 _FOREIGN = "this is not an unfinished run of this program, or its beginning is damaged"
 _REMEDY = f"Use a {PART_SUFFIX} file written by `stereotrack track`, or move it away."
 
-_LARGEST = 1e9
-"""Beyond it a number is no person's, and cannot be computed with."""
-
+_LARGEST = 1e9  # beyond it a number is no person's, and cannot be computed with
 _FRAMES_PER_CHECKPOINT = 20
 """How many frames are tracked again at most where a run goes on. What the tracker remembers takes
 three times as much room as a frame."""

@@ -18,9 +18,7 @@ from stereotrack_core.errors import InputError, shortened
 from stereotrack_core.project.schema import APPLICATION, FORMAT, STATEMENTS, Row
 from stereotrack_core.reading import check_file, open_file
 
-_PRIMARY = 0xFF
-"""The part of SQLite's result codes that names the kind of failure."""
-
+_PRIMARY = 0xFF  # the part of SQLite's result codes that names the kind of failure
 _SENTENCES: dict[int, tuple[str, str]] = {
     sqlite3.SQLITE_BUSY: (
         "another program is reading or writing it",

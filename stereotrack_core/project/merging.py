@@ -17,8 +17,7 @@ from stereotrack_core.project.project import Project
 
 Decision: TypeAlias = Literal["mine", "theirs", "mean"]
 
-_MERGED = "merged"
-"""Origin of a click that is the mean of two."""
+_MERGED = "merged"  # origin of a click that is the mean of two
 
 
 def has_mean(conflict: Difference) -> bool:

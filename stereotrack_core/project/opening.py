@@ -60,12 +60,12 @@ def user() -> str:
         return "somebody"
 
 
-def myself() -> Owner:
+def _myself() -> Owner:
     """The program that asks."""
     return Owner(socket.gethostname(), os.getpid(), user(), now())
 
 
-def read_owner(database: sqlite3.Connection) -> Owner | None:
+def _read_owner(database: sqlite3.Connection) -> Owner | None:
     """Who has it, or had it when it crashed."""
     row = database.execute("SELECT host, process, who, at FROM owner").fetchone()
     return None if row is None else Owner(*row)
@@ -101,15 +101,13 @@ def _owner_of_file(path: Path) -> Owner | None:
     try:
         with closing(connect_for_reading(path)) as database, making_sense(path):
             check_rows(database, path, ("owner",))
-            return read_owner(database)
+            return _read_owner(database)
     except (InputError, sqlite3.Error):
         return None
 
 
 _MOUNTS = Path("/proc/self/mounts")
-_DRIVE_REMOTE = 4
-"""What Windows' GetDriveTypeW says of a drive of the network."""
-
+_DRIVE_REMOTE = 4  # what Windows' GetDriveTypeW says of a drive of the network
 _NETWORK_TYPES = frozenset(
     {
         *("9p", "afp", "afpfs", "afs", "beegfs", "ceph", "cifs", "coda", "davfs", "davfs2"),
@@ -190,7 +188,7 @@ def lock_path(project: Path) -> Path:
     return project.with_name(f".{project.name}.lock")
 
 
-def is_held(project: Path) -> bool:
+def _is_held(project: Path) -> bool:
     """Whether a program has the lock now; True as well where that cannot be told."""
     try:
         with lock_path(project).open("rb") as file:
@@ -309,9 +307,9 @@ def open_for_writing(
             database = connect(path)
             stack.callback(database.close)
             check_rows(database, path, ("owner",))
-            left = read_owner(database)
+            left = _read_owner(database)
             if left is not None:
-                ours = lock.holds and (network is None or left.host == myself().host)
+                ours = lock.holds and (network is None or left.host == _myself().host)
                 if not (take_over or ours):  # else it is gone for certain
                     raise in_use(path, left, _UNCERTAIN)
                 check_whole(database, path)
@@ -319,7 +317,7 @@ def open_for_writing(
             status = path.stat()
             identity = None if network else (status.st_dev, status.st_ino)
             stack.callback(_give_back, database, path, identity)
-            write_owner(database, myself())
+            write_owner(database, _myself())
         notes = _notes_of_end(path, left, locked)
         return Opened(path, database, False, notes, stack.pop_all(), identity)
     raise AssertionError  # the stack swallows no exception
@@ -335,7 +333,7 @@ def open_for_reading(path: Path) -> Opened:
     ProjectDamaged where it contradicts itself.
     """
     check_header(path)
-    locked, held = lock_path(path).exists(), is_held(path)
+    locked, held = lock_path(path).exists(), _is_held(path)
     with ExitStack() as stack, making_sense(path):
         try:
             database = connect_for_reading(path)
@@ -348,7 +346,7 @@ def open_for_reading(path: Path) -> Opened:
             database = connect_for_reading(copy)
         stack.callback(database.close)
         check_rows(database, path)
-        left = None if held else read_owner(database)
+        left = None if held else _read_owner(database)
         if left is not None:
             check_whole(database, path)
         return Opened(path, database, True, _notes_of_end(path, left, locked), stack.pop_all())

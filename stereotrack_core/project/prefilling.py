@@ -35,14 +35,9 @@ from stereotrack_core.tracking.frame import Run
 
 OnProgress = Callable[[float, str], None]
 
-_AT_ONCE = 100
-"""Frames between two looks at whether it shall stop."""
-
-_LONGEST = 30
-"""Frames between two clicks over which the straight line is worth while."""
-
-_FARTHEST = 60
-"""Frames outside the selection within which a click is followed into it."""
+_AT_ONCE = 100  # frames between two looks at whether it shall stop
+_LONGEST = 30  # frames between two clicks over which the straight line is worth while
+_FARTHEST = 60  # frames outside the selection within which a click is followed into it
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,13 +112,13 @@ def fill_in(
             and one.frame not in barred
             and one.frame not in of_landmarks.get(one.landmark, ())
         ]
-    kept = keep_predictions(project, filling.source, found, selection)
+    kept = _keep_predictions(project, filling.source, found, selection)
     if not kept:
         return f"Nothing to fill from {filling.words} in {selection.words()}."
     return f"{counted(kept, 'point')} filled from {filling.words}."
 
 
-def keep_predictions(
+def _keep_predictions(
     project: Project, source: str, found: Iterable[Prediction], selection: Selection
 ) -> int:
     """Let these be the predictions of a source in a selection; how many were kept.
@@ -199,7 +194,7 @@ def follow_selection(
                 on_progress(len(found) / count, words)
                 found.append(follow_click(reader, way.click, way.frames, cancelled=cancelled))
     predictions = from_following(found, sigma=project.click_sigmas())
-    kept = keep_predictions(project, FOLLOWING, predictions, selection)
+    kept = _keep_predictions(project, FOLLOWING, predictions, selection)
     return f"{counted(kept, 'point')} found by following {counted(count, 'click')}."
 
 

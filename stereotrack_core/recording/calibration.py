@@ -17,8 +17,8 @@ from stereotrack_core.geometry.rotation import rotation_from_vector, vector_from
 from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.recording.toml_table import LARGEST, Table, load_toml
 
-DISTORTION_COUNTS = (4, 5, 8, 12, 14)
-METRES_PER_UNIT = {"m": 1.0, "mm": 0.001}
+_DISTORTION_COUNTS = (4, 5, 8, 12, 14)
+_METRES_PER_UNIT = {"m": 1.0, "mm": 0.001}
 
 
 def read_calibration(path: Path) -> dict[str, Camera]:
@@ -75,8 +75,8 @@ def parse_calibration(
 def _metres_per_unit(content: Mapping[str, Any], path: Path, complaints: list[InputError]) -> float:
     metadata = content.get("metadata")
     units = metadata.get("units") if isinstance(metadata, Mapping) else None
-    if isinstance(units, str) and units in METRES_PER_UNIT:
-        return METRES_PER_UNIT[units]
+    if isinstance(units, str) and units in _METRES_PER_UNIT:
+        return _METRES_PER_UNIT[units]
     what = (
         "the unit of the translations is not stated" if units is None else f"unknown unit {units!r}"
     )
@@ -171,7 +171,7 @@ def _matrix(table: Table) -> FloatArray | None:
 
 
 def _distortions(table: Table, fisheye: bool) -> FloatArray | None:
-    allowed = (4,) if fisheye else DISTORTION_COUNTS
+    allowed = (4,) if fisheye else _DISTORTION_COUNTS
     text = "4 coefficients" if fisheye else "4, 5, 8, 12 or 14 coefficients in OpenCV's order"
     coefficients = _numbers(table, "distortions", None, text)
     if coefficients is not None and coefficients.size not in allowed:

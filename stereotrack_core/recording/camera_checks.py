@@ -16,14 +16,14 @@ from stereotrack_core.geometry.triangulation import nearest_to_rays
 from stereotrack_core.recording.description import Recording, View
 
 CALIBRATION = "calibration.toml"
-BASELINE_M = (0.01, 2.0)
-FARTHEST_CAMERA_M = 100.0
-LEAST_SPAN_M = 0.05
-USUAL_DISTANCE_M = 3.0
-WIDEST_STEREO_TURN = np.radians(20.0)
-MOST_FOLDED = 0.1
+_BASELINE_M = (0.01, 2.0)
+_FARTHEST_CAMERA_M = 100.0
+_LEAST_SPAN_M = 0.05
+_USUAL_DISTANCE_M = 3.0
+_WIDEST_STEREO_TURN = np.radians(20.0)
+_MOST_FOLDED = 0.1
 """Share of the border; polynomials of good calibrations may turn in the very corners."""
-FIELD_OF_VIEW_DEG = (5.0, 170.0)
+_FIELD_OF_VIEW_DEG = (5.0, 170.0)
 
 
 def check_cameras(recording: Recording) -> Iterator[Finding]:
@@ -34,7 +34,7 @@ def check_cameras(recording: Recording) -> Iterator[Finding]:
     for view in recording.views:
         if view.left is not None:
             yield from _check_pair(recording, view)
-    whole_rig = yield from check_gaze(recording)
+    whole_rig = yield from _check_gaze(recording)
     if not whole_rig:
         yield from _check_distances(recording)
 
@@ -71,7 +71,7 @@ def _check_intrinsics(camera: Camera) -> Iterator[Finding]:
             "This is correct only for non-square pixels; otherwise calibrate again.",
         )
     angle = np.degrees(2 * np.arctan2(width / 2, fx))
-    if not camera.fisheye and not FIELD_OF_VIEW_DEG[0] < angle < FIELD_OF_VIEW_DEG[1]:
+    if not camera.fisheye and not _FIELD_OF_VIEW_DEG[0] < angle < _FIELD_OF_VIEW_DEG[1]:
         yield Finding(
             "warning",
             where,
@@ -83,7 +83,7 @@ def _check_intrinsics(camera: Camera) -> Iterator[Finding]:
 
 def _check_distortion(camera: Camera) -> Iterator[Finding]:
     folded = _folded_share(camera)
-    if folded > MOST_FOLDED:
+    if folded > _MOST_FOLDED:
         yield Finding(
             "warning",
             f"{CALIBRATION}, camera {camera.name}, distortions",
@@ -111,21 +111,21 @@ def _check_distances(recording: Recording) -> Iterator[Finding]:
         return
     where = f"{CALIBRATION}, [metadata] units"
     farthest = max(float(np.linalg.norm(place)) for place in places)
-    if farthest > FARTHEST_CAMERA_M:
+    if farthest > _FARTHEST_CAMERA_M:
         yield Finding(
             "error",
             where,
             f"a camera is {farthest:,.0f} m from the world origin, which corresponds to a person "
-            f"{1.7 * farthest / USUAL_DISTANCE_M / 1000:.1f} km tall",
+            f"{1.7 * farthest / _USUAL_DISTANCE_M / 1000:.1f} km tall",
             'If the translations are in millimetres, state units = "mm".',
         )
     spans = [float(np.linalg.norm(a - b)) for a, b in combinations(places, 2)]
-    if spans and max(spans) < LEAST_SPAN_M:
+    if spans and max(spans) < _LEAST_SPAN_M:
         yield Finding(
             "error",
             where,
             f"all views are within {1000 * max(spans):.1f} mm, which corresponds to a person "
-            f"{1700 * max(spans) / USUAL_DISTANCE_M:.1f} mm tall",
+            f"{1700 * max(spans) / _USUAL_DISTANCE_M:.1f} mm tall",
             'If the translations are in metres, state units = "m".',
         )
 
@@ -139,7 +139,7 @@ def _check_pair(recording: Recording, view: View) -> Iterator[Finding]:
     right_from_left = right.camera_from_world @ left.world_from_camera
     offset = right_from_left.translation
     baseline = float(np.linalg.norm(offset))
-    if not BASELINE_M[0] < baseline < BASELINE_M[1]:
+    if not _BASELINE_M[0] < baseline < _BASELINE_M[1]:
         yield Finding(
             "error" if baseline < 1e-6 or baseline > 20 else "warning",
             where,
@@ -164,7 +164,7 @@ def _check_pair(recording: Recording, view: View) -> Iterator[Finding]:
             "Check which cameras belong to this view, and their rotations.",
         )
     turn = np.arccos(np.clip((np.trace(right_from_left.rotation) - 1) / 2, -1, 1))
-    if turn > WIDEST_STEREO_TURN:
+    if turn > _WIDEST_STEREO_TURN:
         yield Finding(
             "warning",
             where,
@@ -177,17 +177,10 @@ def _length(metres: float) -> str:
     return f"{1000 * metres:.1f} mm" if metres < 1 else f"{metres:.2f} m"
 
 
-LEAST_VIEWS = 3
-"""With fewer nobody can tell which one is wrong."""
-
-STEEP = 0.85
-"""Cosine to the vertical above which a camera has no upright."""
-
-LEAST_UPRIGHT = 0.5
-"""Cosine between up in the image and the world's z, seen in the image."""
-
-MARGIN = 0.5
-"""Of the image size, by which the common centre may miss the image."""
+_LEAST_VIEWS = 3  # with fewer nobody can tell which one is wrong
+_STEEP = 0.85  # cosine to the vertical above which a camera has no upright
+_LEAST_UPRIGHT = 0.5  # cosine between up in the image and the world's z, seen in the image
+_MARGIN = 0.5  # of the image size, by which the common centre may miss the image
 
 
 def view_cameras(recording: Recording) -> dict[str, Camera]:
@@ -199,15 +192,15 @@ def view_cameras(recording: Recording) -> dict[str, Camera]:
     }
 
 
-def check_gaze(recording: Recording) -> Generator[Finding, None, bool]:
+def _check_gaze(recording: Recording) -> Generator[Finding, None, bool]:
     """Findings about rotations; the generator's value says whether the whole rig is wrong."""
     cameras = view_cameras(recording)
     turns = {view.name: view.display_rotation for view in recording.views}
-    if len(cameras) < LEAST_VIEWS:
+    if len(cameras) < _LEAST_VIEWS:
         return False
     misfits = _misfits(cameras, turns)
     if len(misfits) > len(cameras) // 2 or _at_one_place(cameras):
-        for way, change in WAYS.items():
+        for way, change in _WAYS.items():
             changed = {name: change(camera) for name, camera in cameras.items()}
             if not _at_one_place(changed) and not _misfits(changed, turns):
                 yield Finding(
@@ -219,7 +212,7 @@ def check_gaze(recording: Recording) -> Generator[Finding, None, bool]:
                 return True
     for name, what in misfits.items():
         camera = cameras[name]
-        fits = [w for w, c in WAYS.items() if not _misfits({**cameras, name: c(camera)}, turns)]
+        fits = [w for w, c in _WAYS.items() if not _misfits({**cameras, name: c(camera)}, turns)]
         yield Finding(
             "warning",
             f"{CALIBRATION}, camera {camera.name}, rotation",
@@ -241,7 +234,7 @@ def _inverted(camera: Camera) -> Camera:
     return replace(camera, camera_from_world=camera.camera_from_world.inverse())
 
 
-WAYS: dict[str, Callable[[Camera], Camera]] = {
+_WAYS: dict[str, Callable[[Camera], Camera]] = {
     "transposed (rotations only)": _transposed,
     "inverted": _inverted,
 }
@@ -259,14 +252,16 @@ def _misfits(cameras: Mapping[str, Camera], turns: Mapping[str, int]) -> dict[st
     found = {}
     for name, camera in cameras.items():
         others = {other: c for other, c in cameras.items() if other != name}
-        if not _shows(camera, common_centre(cameras)) and not _shows(camera, common_centre(others)):
+        if not _shows(camera, _common_centre(cameras)) and not _shows(
+            camera, _common_centre(others)
+        ):
             found[name] = "does not look towards the place that the other views look at"
         elif not _is_upright(camera, turns[name]):
             found[name] = "is not upright: the world's z does not point up in its image"
     return found
 
 
-def common_centre(cameras: Mapping[str, Camera]) -> FloatArray:
+def _common_centre(cameras: Mapping[str, Camera]) -> FloatArray:
     """Place (3,) that the optical axes of most pairs of cameras come near; NaN where none."""
     meetings = []
     for a, b in combinations(cameras.values(), 2):
@@ -283,14 +278,14 @@ def common_centre(cameras: Mapping[str, Camera]) -> FloatArray:
 def _shows(camera: Camera, point: FloatArray) -> bool:
     ideal = replace(camera, distortions=np.zeros(4), fisheye=False)
     place = ideal.project(point) / (camera.width, camera.height)
-    return bool(np.all((place > -MARGIN) & (place < 1 + MARGIN)))
+    return bool(np.all((place > -_MARGIN) & (place < 1 + _MARGIN)))
 
 
 def _is_upright(camera: Camera, turn: int) -> bool:
     """Whether z points up in the image turned clockwise by `turn` degrees, or is seen end on."""
     x, y, z = camera.camera_from_world.rotation[:, 2]
-    if abs(z) > STEEP:
+    if abs(z) > _STEEP:
         return True
     angle = np.radians(turn)
     down = x * np.sin(angle) + y * np.cos(angle)
-    return bool(-down > LEAST_UPRIGHT * np.hypot(x, y))
+    return bool(-down > _LEAST_UPRIGHT * np.hypot(x, y))

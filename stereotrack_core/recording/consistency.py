@@ -25,22 +25,17 @@ FILES: tuple[tuple[str, str], ...] = (
 )
 """Files of pixels and the column that names the point."""
 
-LEAST_POINTS = 30
-LEAST_SPEED_PX = 3.0
-"""Pixels per frame; slower points say nothing about time."""
-
-MOST_PLACES = 20_000_000
-"""Views times frames times points that fit into memory comfortably."""
-
-SHIFTS = np.round(np.arange(-2.0, 2.01, 0.05), 2)
-LEAST_SHIFT = 0.15
+_LEAST_POINTS = 30
+_LEAST_SPEED_PX = 3.0  # pixels per frame; slower points say nothing about time
+_MOST_PLACES = 20_000_000  # views times frames times points that fit into memory comfortably
+_SHIFTS = np.round(np.arange(-2.0, 2.01, 0.05), 2)
+_LEAST_SHIFT = 0.15
 LEAST_GAIN = 0.12
-CAP_PX = 15.0
-"""Larger errors count as this much, so that wrong points do not decide."""
+_CAP_PX = 15.0  # larger errors count as this much, so that wrong points do not decide
 
 
 @dataclass(frozen=True, eq=False)
-class Observations:
+class _Observations:
     """Pixels (V, F, L, 2) of points in views over contiguous frames (F,); NaN where not seen.
 
     `mirror` names for each of the L points the one of the other side, or itself.
@@ -77,7 +72,7 @@ def _cameras(recording: Recording) -> dict[str, Camera]:
 
 def _observations(
     recording: Recording, file: str, column: str, frame_count: int
-) -> Observations | None:
+) -> _Observations | None:
     path = recording.folder / file
     cameras = _cameras(recording)
     names: dict[str, int] = {}
@@ -102,12 +97,12 @@ def _observations(
     table = np.array(rows)
     view_at, frame_at, point_at = table[:, :3].astype(np.int64).T
     frames = np.arange(frame_at.min(), frame_at.max() + 1)
-    if len(names) * len(frames) * len(points) > MOST_PLACES:
+    if len(names) * len(frames) * len(points) > _MOST_PLACES:
         return None
     pixels = np.full((len(names), len(frames), len(points), 2), np.nan)
     pixels[view_at, frame_at - frames[0], point_at] = table[:, 3:]
     mirror = tuple(points.get(_of_other_side(name), place) for name, place in points.items())
-    return Observations(tuple(names), frames, pixels, mirror)
+    return _Observations(tuple(names), frames, pixels, mirror)
 
 
 def _of_other_side(point: str) -> str:
@@ -116,7 +111,9 @@ def _of_other_side(point: str) -> str:
     return f"{'right' if side == 'left' else 'left'}_{rest}" if side in {"left", "right"} else point
 
 
-def _check_place(file: str, cameras: Mapping[str, Camera], seen: Observations) -> Iterator[Finding]:
+def _check_place(
+    file: str, cameras: Mapping[str, Camera], seen: _Observations
+) -> Iterator[Finding]:
     """The view that contradicts the others in place; what is late is measured by itself."""
     named = [replace(cameras[name], name=name) for name in seen.views]
     found = disagreeing_camera(named, seen.frame, seen.pixels, seen.mirror)
@@ -143,12 +140,12 @@ def _check_place(file: str, cameras: Mapping[str, Camera], seen: Observations) -
 
 
 def _check_time(
-    file: str, cameras: Mapping[str, Camera], seen: Observations, fps: float
+    file: str, cameras: Mapping[str, Camera], seen: _Observations, fps: float
 ) -> Iterator[Finding]:
     """The view whose epipolar error falls most when its frames are taken as earlier or later."""
     verdicts = [(*_best_shift(cameras, seen, i), name) for i, name in enumerate(seen.views)]
     shift, gain, name = max(verdicts, key=lambda verdict: verdict[1])
-    if abs(shift) < LEAST_SHIFT or gain < LEAST_GAIN:
+    if abs(shift) < _LEAST_SHIFT or gain < LEAST_GAIN:
         return
     yield Finding(
         "warning",
@@ -161,7 +158,7 @@ def _check_time(
     )
 
 
-def _best_shift(cameras: Mapping[str, Camera], seen: Observations, i: int) -> tuple[float, float]:
+def _best_shift(cameras: Mapping[str, Camera], seen: _Observations, i: int) -> tuple[float, float]:
     """Shift s in frames for which view i at k + s fits the others at k best, and the gain.
 
     The gain is the relative fall of the mean epipolar error, over the same points for all s.
@@ -170,22 +167,22 @@ def _best_shift(cameras: Mapping[str, Camera], seen: Observations, i: int) -> tu
     if len(pixels) < 2:
         return 0.0, 0.0
     speed = np.linalg.norm(np.gradient(pixels, axis=0), axis=-1)
-    both_ends = _shifted(pixels, float(SHIFTS[0])) + _shifted(pixels, float(SHIFTS[-1]))
-    usable = np.isfinite(both_ends).all(axis=-1) & (speed > LEAST_SPEED_PX)
+    both_ends = _shifted(pixels, float(_SHIFTS[0])) + _shifted(pixels, float(_SHIFTS[-1]))
+    usable = np.isfinite(both_ends).all(axis=-1) & (speed > _LEAST_SPEED_PX)
     others = [j for j in range(len(seen.views)) if j != i]
     own_camera = cameras[seen.views[i]]
     errors = []
-    for s in SHIFTS:
+    for s in _SHIFTS:
         own = _shifted(pixels, float(s))[usable]
         against = [
             _epipolar_error(own_camera, own, cameras[seen.views[j]], seen.pixels[j][usable])
             for j in others
         ]
-        if sum(map(len, against)) < LEAST_POINTS:
+        if sum(map(len, against)) < _LEAST_POINTS:
             return 0.0, 0.0
-        errors.append(float(np.mean(np.minimum(np.concatenate(against), CAP_PX))))
-    now, best = errors[int(np.abs(SHIFTS).argmin())], int(np.argmin(errors))
-    return float(SHIFTS[best]), (now - errors[best]) / now if now > 0 else 0.0
+        errors.append(float(np.mean(np.minimum(np.concatenate(against), _CAP_PX))))
+    now, best = errors[int(np.abs(_SHIFTS).argmin())], int(np.argmin(errors))
+    return float(_SHIFTS[best]), (now - errors[best]) / now if now > 0 else 0.0
 
 
 def _epipolar_error(a: Camera, pixels_a: FloatArray, b: Camera, pixels_b: FloatArray) -> FloatArray:

@@ -126,17 +126,17 @@ def whole_number(text: str, path: Path, line: int, column: str) -> int:
     )
 
 
-SUFFIXES = (".csv", ".md")
+_SUFFIXES = (".csv", ".md")
 
 
 def table_suffix(path: Path) -> str:
     """Suffix of a table file, checked; raises InputError for a suffix that no table has."""
     suffix = path.suffix.lower()
-    if suffix not in SUFFIXES:
+    if suffix not in _SUFFIXES:
         raise InputError(
             "a table cannot be written to this type of file",
             where=str(path),
-            remedy=f"Use a name that ends in {' or '.join(SUFFIXES)}.",
+            remedy=f"Use a name that ends in {' or '.join(_SUFFIXES)}.",
         )
     return suffix
 

@@ -19,7 +19,7 @@ from stereotrack_core.recording.description import Recording
 
 HEAD, LEFT_HAND, RIGHT_HAND, HAND = "head", "left_hand", "right_hand", "hand"
 
-DETECTION_KINDS: tuple[str, ...] = (HEAD, LEFT_HAND, RIGHT_HAND, HAND)
+_DETECTION_KINDS: tuple[str, ...] = (HEAD, LEFT_HAND, RIGHT_HAND, HAND)
 """What can be detected; ``hand`` where the side is not known."""
 
 
@@ -30,7 +30,7 @@ class Detection:
     Attributes
     ----------
     time : in frames of the recording: 12.5 is half-way between frames 12 and 13
-    kind : one of ``DETECTION_KINDS``
+    kind : one of ``_DETECTION_KINDS``
     position : (3,) or (2,) float64; world, metres; or, with a camera, column and row of its raw
         picture
     sigma : standard deviation of each number of `position`, in its unit
@@ -108,11 +108,11 @@ def _detection(
     path: Path, line: int, cells: dict[str, str], cameras: dict[str, Camera]
 ) -> Detection | None:
     view, kind = cells["view"], cells["kind"]
-    if kind not in DETECTION_KINDS:
+    if kind not in _DETECTION_KINDS:
         raise InputError(
             f"line {line} has {kind!r} as kind",
             where=str(path),
-            remedy=f"Write one of {', '.join(DETECTION_KINDS)}.",
+            remedy=f"Write one of {', '.join(_DETECTION_KINDS)}.",
         )
     if view and view not in cameras:
         raise InputError(

@@ -48,7 +48,7 @@ def _check(
     recording: Recording, *, readable: bool, paced: bool, deep: bool, compare: bool
 ) -> Iterator[Finding]:
     yield from check_cameras(recording)
-    yield from check_subject(recording)
+    yield from _check_subject(recording)
     lasting: dict[str, int] = {}
     for view in recording.views:
         for key, stream in view.streams().items():
@@ -57,8 +57,8 @@ def _check(
     yield from _check_lengths(lasting)
     frame_count = max(0, min(lasting.values(), default=0))
     if frame_count:
-        yield from check_segments(recording, frame_count)
-        yield from check_reference(recording, frame_count)
+        yield from _check_segments(recording, frame_count)
+        yield from _check_reference(recording, frame_count)
     yield from _check_detections(recording)
     if deep and readable and frame_count:
         yield from check_images(recording)
@@ -140,7 +140,7 @@ def _check_background(view: View) -> Iterator[Finding]:
     )
 
 
-PLAUSIBLE_LENGTHS_M: dict[str, tuple[float, float]] = {
+_PLAUSIBLE_LENGTHS_M: dict[str, tuple[float, float]] = {
     "shoulder_width": (0.2, 0.55),
     "hip_width": (0.12, 0.5),
     "torso_length": (0.3, 0.75),
@@ -202,11 +202,11 @@ def check_times(where: str, times: FloatArray, fps: float | None) -> Iterator[Fi
         )
 
 
-def check_subject(recording: Recording) -> Iterator[Finding]:
+def _check_subject(recording: Recording) -> Iterator[Finding]:
     """Lengths that no person has."""
     if recording.subject is None:
         return
-    for key, (low, high) in PLAUSIBLE_LENGTHS_M.items():
+    for key, (low, high) in _PLAUSIBLE_LENGTHS_M.items():
         length = getattr(recording.subject, key)
         if length is None or low <= length <= high:
             continue
@@ -221,7 +221,7 @@ def check_subject(recording: Recording) -> Iterator[Finding]:
         )
 
 
-def check_segments(recording: Recording, frame_count: int) -> Iterator[Finding]:
+def _check_segments(recording: Recording, frame_count: int) -> Iterator[Finding]:
     """Segments behind the end of the recording."""
     for segment in recording.segments:
         if segment.end > frame_count:
@@ -236,7 +236,7 @@ def check_segments(recording: Recording, frame_count: int) -> Iterator[Finding]:
             )
 
 
-def check_reference(recording: Recording, frame_count: int) -> Iterator[Finding]:
+def _check_reference(recording: Recording, frame_count: int) -> Iterator[Finding]:
     """Names, range, size, sides and place of the reference."""
     reference = recording.reference
     if reference is None:
@@ -301,7 +301,7 @@ def check_size(reference: LandmarkTrajectory) -> Generator[Finding, None, bool]:
         ),
     }
     for key, length in lengths.items():
-        low, high = PLAUSIBLE_LENGTHS_M[key]
+        low, high = _PLAUSIBLE_LENGTHS_M[key]
         if not np.isfinite(length) or 0.7 * low <= length <= 1.4 * high:
             continue
         tall = 1.7 * length / ((low + high) / 2)

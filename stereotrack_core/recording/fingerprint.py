@@ -17,7 +17,7 @@ from stereotrack_core.recording.folder import DESCRIPTION
 from stereotrack_core.recording.images import is_pattern, numbered_files
 from stereotrack_core.recording.toml_table import load_toml
 
-FIRST_BYTES = 65536
+_FIRST_BYTES = 65536
 
 
 def fingerprint(recording: Recording) -> str:
@@ -79,6 +79,6 @@ def _beginning(path: Path) -> bytes:
     try:
         with open_file(path) as file:
             size = os.fstat(file.fileno()).st_size
-            return f"{path.name} {size} ".encode() + file.read(FIRST_BYTES)
+            return f"{path.name} {size} ".encode() + file.read(_FIRST_BYTES)
     except (InputError, OSError):
         return b"missing"

@@ -22,28 +22,28 @@ from stereotrack_core.recording.landmarks import read_landmarks
 from stereotrack_core.recording.stream_files import inside, picture_size
 from stereotrack_core.recording.toml_table import Table, load_toml
 
-STREAM_KEYS: dict[str, tuple[str, ...]] = {
+_STREAM_KEYS: dict[str, tuple[str, ...]] = {
     "stereo": ("right", "left"),
     "depth": ("image", "depth"),
     "mono": ("image",),
 }
 """Streams that a view of each kind must have, the reference image first."""
 
-EXAMPLE = 'camera = "...", frames = "..."'
+_EXAMPLE = 'camera = "...", frames = "..."'
 
-LARGEST_UNIT_M = 1.0
+_LARGEST_UNIT_M = 1.0
 
 
 def parse_view(table: Table) -> View | None:
     """The view, or None where something essential is missing (with complaints)."""
     name = table.text("name", required=True)
     kind = table.text("kind", required=True)
-    if kind is not None and kind not in STREAM_KEYS:
+    if kind is not None and kind not in _STREAM_KEYS:
         table.complain("kind", f"unknown kind {kind!r}", 'Use "stereo", "depth" or "mono".')
         return None
     if name is None or kind is None:
         return None
-    streams = [_stream(table, key) for key in STREAM_KEYS[kind]]
+    streams = [_stream(table, key) for key in _STREAM_KEYS[kind]]
     mask = _stream(table, "mask", required=False) if kind == "depth" else None
     image = streams[0]
     second = streams[1] if len(streams) > 1 else None
@@ -62,7 +62,7 @@ def parse_view(table: Table) -> View | None:
 
 
 def _stream(view: Table, key: str, *, required: bool = True) -> Stream | None:
-    table = view.table(key, required=required, example=EXAMPLE)
+    table = view.table(key, required=required, example=_EXAMPLE)
     if table is None:
         return None
     camera = table.text("camera", required=key != "mask")
@@ -88,11 +88,11 @@ def _stream(view: Table, key: str, *, required: bool = True) -> Stream | None:
 def _depth_unit(view: Table) -> float:
     table = view.table("depth")
     unit = 0.001 if table is None else table.number("unit", 0.001)
-    if unit is not None and not 0 < unit <= LARGEST_UNIT_M:
+    if unit is not None and not 0 < unit <= _LARGEST_UNIT_M:
         view.complain(
             "depth.unit", f"{unit:g} metres per count is not possible", "Write e.g. 0.001."
         )
-    return unit if unit is not None and 0 < unit <= LARGEST_UNIT_M else 0.001
+    return unit if unit is not None and 0 < unit <= _LARGEST_UNIT_M else 0.001
 
 
 def _display_rotation(table: Table) -> int:

@@ -14,20 +14,16 @@ from stereotrack_core.errors import Finding
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.reader import FrameReader, ViewImages
 
-DARK_SHARE = 0.35
-"""Of what is usual in the view."""
-
-DARK_LEVEL = 40.0
+_DARK_SHARE = 0.35  # of what is usual in the view
+_DARK_LEVEL = 40.0
 """Grey value that 98 percent of a dark image do not reach; empty borders do not make it dark."""
 
-BRIGHT_LEVEL = 250.0
-"""Mean grey value of an image that shows nothing any more."""
-
-FOREIGN_BACKGROUND = 40.0
+_BRIGHT_LEVEL = 250.0  # mean grey value of an image that shows nothing any more
+_FOREIGN_BACKGROUND = 40.0
 """Median difference in grey values to a picture that cannot be of the same scene."""
 
-FROZEN_FRAMES = 5
-GAIN_RATIO = 1.2
+_FROZEN_FRAMES = 5
+_GAIN_RATIO = 1.2
 STEP = 4
 """Only every so many pixels in each direction are looked at."""
 
@@ -48,7 +44,7 @@ class _Watched:
     @property
     def shows_something(self) -> bool:
         """Whether the images are neither all dark nor all white."""
-        return max(self.highlights) >= DARK_LEVEL and min(self.brightness) <= BRIGHT_LEVEL
+        return max(self.highlights) >= _DARK_LEVEL and min(self.brightness) <= _BRIGHT_LEVEL
 
     def add(self, k: int, image: NDArray[Any]) -> None:
         small = image[::STEP, ::STEP]
@@ -108,7 +104,7 @@ def _watch(watched: dict[tuple[str, str], _Watched], view: str, images: ViewImag
 def _check_darkness(where: str, one: _Watched) -> Iterator[Finding]:
     brightness = np.array(one.highlights)
     usual = float(np.median(brightness))
-    if usual < DARK_LEVEL:
+    if usual < _DARK_LEVEL:
         yield Finding(
             "warning",
             where,
@@ -116,7 +112,7 @@ def _check_darkness(where: str, one: _Watched) -> Iterator[Finding]:
             "Use a longer exposure or a wider aperture. The matcher needs contrast.",
         )
         return
-    if np.median(one.brightness) > BRIGHT_LEVEL:
+    if np.median(one.brightness) > _BRIGHT_LEVEL:
         yield Finding(
             "warning",
             where,
@@ -124,7 +120,7 @@ def _check_darkness(where: str, one: _Watched) -> Iterator[Finding]:
             "Use a shorter exposure or a smaller aperture.",
         )
         return
-    dark = (brightness < DARK_SHARE * usual) & (brightness < DARK_LEVEL)
+    dark = (brightness < _DARK_SHARE * usual) & (brightness < _DARK_LEVEL)
     for part in stretches_of(dark):
         yield Finding(
             "warning",
@@ -138,7 +134,7 @@ def _check_background(where: str, one: _Watched) -> Iterator[Finding]:
     if one.background is None or one.last is None or not one.shows_something:
         return
     empty = one.background[::STEP, ::STEP].astype(np.float64)
-    if float(np.median(np.abs(empty - one.last))) > FOREIGN_BACKGROUND:
+    if float(np.median(np.abs(empty - one.last))) > _FOREIGN_BACKGROUND:
         yield Finding(
             "warning",
             f"{where}, background",
@@ -169,12 +165,12 @@ def _check_frozen(watched: dict[tuple[str, str], _Watched]) -> Iterator[Finding]
             if not same
         }
         # what is dark or white is told as such
-        seen = np.array(one.highlights) >= DARK_LEVEL
-        seen &= np.array(one.brightness) <= BRIGHT_LEVEL
+        seen = np.array(one.highlights) >= _DARK_LEVEL
+        seen &= np.array(one.brightness) <= _BRIGHT_LEVEL
         flags = np.array(one.repeated) & np.array([k in moving for k in one.frames]) & seen
         for part in stretches_of(flags):
             first, last = one.frames[part[0]], one.frames[part[-1]]
-            if last - first + 1 >= FROZEN_FRAMES:
+            if last - first + 1 >= _FROZEN_FRAMES:
                 yield Finding(
                     "warning",
                     f"view {view}, {key}",
@@ -190,7 +186,7 @@ def _check_gain(watched: dict[tuple[str, str], _Watched]) -> Iterator[Finding]:
         if key != "left" or right is None:
             continue
         levels = [float(np.median(w.brightness)) for w in (left, right)]
-        if min(levels) > 0 and max(levels) / min(levels) > GAIN_RATIO:
+        if min(levels) > 0 and max(levels) / min(levels) > _GAIN_RATIO:
             darker = "left" if levels[0] < levels[1] else "right"
             yield Finding(
                 "note",

@@ -51,10 +51,8 @@ class StreamSource(Protocol):
 
 PictureKind: TypeAlias = Literal["grey", "colour", "depth"]
 
-FULL_RANGE = 2
-"""AVCOL_RANGE_JPEG"""
-
-PLANAR_LUMA = ("yuv", "yuvj", "nv12", "nv21", "gray")
+_FULL_RANGE = 2  # AVCOL_RANGE_JPEG
+_PLANAR_LUMA = ("yuv", "yuvj", "nv12", "nv21", "gray")
 
 
 def picture_of(frame: Any, kind: PictureKind) -> NDArray[Any]:
@@ -81,13 +79,13 @@ def picture_of(frame: Any, kind: PictureKind) -> NDArray[Any]:
 def _grey(frame: Any) -> ImageArray:
     name = frame.format.name
     eight_bit = all(component.bits == 8 for component in frame.format.components)
-    if not name.startswith(PLANAR_LUMA) or not eight_bit:
+    if not name.startswith(_PLANAR_LUMA) or not eight_bit:
         converted: ImageArray = frame.to_ndarray(format="gray")
         return converted
     plane = frame.planes[0]
     rows = np.frombuffer(plane, dtype=np.uint8).reshape(-1, plane.line_size)
     luma = rows[: frame.height, : frame.width]
-    if name.startswith(("yuvj", "gray")) or frame.color_range == FULL_RANGE:
+    if name.startswith(("yuvj", "gray")) or frame.color_range == _FULL_RANGE:
         return luma.copy()
     stretched = cv2.LUT(luma, _stretch_table())
     return np.asarray(stretched, dtype=np.uint8)
@@ -103,14 +101,12 @@ def _stretch_table() -> ImageArray:
     return table
 
 
-NUMBER = re.compile(r"%(0(\d+))?d")
+_NUMBER = re.compile(r"%(0(\d+))?d")
 
 _PNG = b"\x89PNG\r\n\x1a\n"
 
-WIDEST = 18
-"""Digits of the longest number in a file's name."""
-
-READ_FLAGS: dict[PictureKind, int] = {
+_WIDEST = 18  # digits of the longest number in a file's name
+_READ_FLAGS: dict[PictureKind, int] = {
     # Turning a picture by its EXIF entry would part it from its calibration.
     "grey": cv2.IMREAD_GRAYSCALE | cv2.IMREAD_IGNORE_ORIENTATION,
     "colour": cv2.IMREAD_ANYCOLOR | cv2.IMREAD_IGNORE_ORIENTATION,
@@ -130,16 +126,16 @@ def numbered_files(folder: Path, pattern: str) -> dict[int, Path]:
     OSError when the folder cannot be read.
     """
     path = folder / pattern
-    places = list(NUMBER.finditer(path.name))
-    if len(places) != 1 or "%" in NUMBER.sub("", path.name) or "%" in str(path.parent):
+    places = list(_NUMBER.finditer(path.name))
+    if len(places) != 1 or "%" in _NUMBER.sub("", path.name) or "%" in str(path.parent):
         raise ValueError(pattern)
     place = places[0]
     width = int(place.group(2) or 1)
-    if width > WIDEST:
+    if width > _WIDEST:
         raise ValueError(pattern)
     fitting = re.compile(
         re.escape(path.name[: place.start()])
-        + rf"(\d{{{width},{WIDEST}}})"
+        + rf"(\d{{{width},{_WIDEST}}})"
         + re.escape(path.name[place.end() :])
     )
     found = {}
@@ -163,7 +159,7 @@ def read_image(path: Path, kind: PictureKind) -> NDArray[Any]:
     try:
         whole = bool(content) and not _is_cut_off(content)
         data = np.frombuffer(content, dtype=np.uint8)
-        picture = cv2.imdecode(data, READ_FLAGS[kind]) if whole else None
+        picture = cv2.imdecode(data, _READ_FLAGS[kind]) if whole else None
     except cv2.error:
         picture = None
     if picture is None:
@@ -217,7 +213,7 @@ class NumberedImages:
         """Picture of frame k."""
         file = self._files.get(self._lowest + k)
         if file is None:
-            missing = NUMBER.sub(lambda _: "%d", self._pattern) % (self._lowest + k)
+            missing = _NUMBER.sub(lambda _: "%d", self._pattern) % (self._lowest + k)
             raise DamagedFrame(f"file number {self._lowest + k} is missing ({missing})")
         return read_image(file, self._kind)
 

@@ -56,12 +56,12 @@ class FrameSet:
 KINDS: dict[str, PictureKind] = {"depth": "depth", "mask": "grey"}
 """Of streams that are no images, by their key in ``recording.toml``."""
 
-MASK_THRESHOLD = 127
-READ_AHEAD_THREADS = 4
+_MASK_THRESHOLD = 127
+_READ_AHEAD_THREADS = 4
 
 
 @dataclass(frozen=True, eq=False)
-class OpenStream:
+class _OpenStream:
     """A stream with the lock that keeps it to one thread at a time."""
 
     name: str
@@ -102,7 +102,7 @@ class FrameReader:
         self._read_ahead = read_ahead
         self._latest = -1
         self._closed = False
-        self._streams: dict[tuple[str, str], OpenStream] = {}
+        self._streams: dict[tuple[str, str], _OpenStream] = {}
         try:
             for view in self.views:
                 self._open_view(view)
@@ -110,7 +110,7 @@ class FrameReader:
             self._close_streams()
             raise
         self._readers = ThreadPoolExecutor(len(self._streams), "read")
-        self._ahead = ThreadPoolExecutor(min(READ_AHEAD_THREADS, len(self._streams)), "read ahead")
+        self._ahead = ThreadPoolExecutor(min(_READ_AHEAD_THREADS, len(self._streams)), "read ahead")
         self._backgrounds: dict[str, tuple[ImageArray | None, ImageArray] | None] = {}
         self._background_lock = threading.Lock()
 
@@ -148,7 +148,7 @@ class FrameReader:
             name = f"{view.name} {key}"
             camera = self.recording.cameras[stream.camera or view.image.camera]
             shape = camera.height, camera.width
-            self._streams[view.name, key] = OpenStream(name, stream, source, shift, shape)
+            self._streams[view.name, key] = _OpenStream(name, stream, source, shift, shape)
 
     @property
     def frame_count(self) -> int:
@@ -218,7 +218,7 @@ class FrameReader:
                 remedy=f"The frames are numbered 0 to {self.frame_count - 1}.",
             )
 
-    def _picture(self, opened: OpenStream, k: int) -> NDArray[Any]:
+    def _picture(self, opened: _OpenStream, k: int) -> NDArray[Any]:
         """Picture of the recording's frame k, from the cache or decoded."""
         cached: NDArray[Any] | None = self._cache.get((opened.name, k))
         if cached is not None:
@@ -257,7 +257,7 @@ class FrameReader:
             if missing:
                 self._ahead.submit(self._read_several, opened, missing, k)
 
-    def _read_several(self, opened: OpenStream, numbers: Sequence[int], asked: int) -> None:
+    def _read_several(self, opened: _OpenStream, numbers: Sequence[int], asked: int) -> None:
         for n in numbers:
             if self._closed or abs(self._latest - asked) > self._read_ahead:
                 return
@@ -303,7 +303,7 @@ def _view_images(view: View, pictures: Mapping[str, NDArray[Any]]) -> ViewImages
         image=pictures["right" if view.kind == "stereo" else "image"],
         left=pictures.get("left"),
         depth=None if depth is None else metres_of(depth, view.depth_unit),
-        mask=None if mask is None else mask > MASK_THRESHOLD,
+        mask=None if mask is None else mask > _MASK_THRESHOLD,
     )
 
 
@@ -314,14 +314,9 @@ def metres_of(counts: NDArray[Any], unit: float) -> Float32Array:
     return metres
 
 
-_EVERY = 4
-"""Only every so many columns and rows are looked at."""
-
-_DIFFERENCE = 8
-"""Levels between the channels of a pixel from which it has a colour."""
-
-_SHARE = 0.01
-"""Share of such pixels from which a picture has colours."""
+_EVERY = 4  # only every so many columns and rows are looked at
+_DIFFERENCE = 8  # levels between the channels of a pixel from which it has a colour
+_SHARE = 0.01  # share of such pixels from which a picture has colours
 
 
 def has_colours(recording: Recording, views: Sequence[str]) -> bool:

@@ -22,12 +22,11 @@ from stereotrack_core.recording.images import (
 )
 from stereotrack_core.recording.video import VideoStream, open_container, video_stream
 
-IMAGE_SUFFIXES = frozenset(
+_IMAGE_SUFFIXES = frozenset(
     {".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".pgm", ".ppm", ".webp"}
 )
 
-WIDEST_GAP = 10_000
-"""Image numbers that may be missing altogether, besides every second one."""
+_WIDEST_GAP = 10_000  # image numbers that may be missing altogether, besides every second one
 
 
 def inside(folder: Path, relative: str, where: str) -> Path:
@@ -75,7 +74,7 @@ def picture_size(folder: Path, frames: str, where: str) -> tuple[int, int]:
     if is_pattern(frames):
         files = _files(folder, frames, where)
         return image_size(files[min(files)], where)
-    if path.suffix.lower() in IMAGE_SUFFIXES:
+    if path.suffix.lower() in _IMAGE_SUFFIXES:
         return image_size(path, where)
     try:
         with open_container(path) as container:
@@ -132,7 +131,7 @@ def _files(folder: Path, frames: str, where: str) -> dict[int, Path]:
             where=where,
             remedy="Add the images or correct the pattern.",
         )
-    if max(files) - min(files) > WIDEST_GAP + 2 * len(files):
+    if max(files) - min(files) > _WIDEST_GAP + 2 * len(files):
         raise InputError(
             f"the images of {frames!r} are numbered from {min(files)} to {max(files)}, but there"
             f" are only {len(files)}",
@@ -153,7 +152,7 @@ def _no_video(frames: str, where: str, error: Exception) -> InputError:
     )
 
 
-FRAMES_OF_A_VIDEO = 15
+_FRAMES_OF_A_VIDEO = 15
 """Frames whose median is the background where it is a video; spread over its length."""
 
 
@@ -177,11 +176,11 @@ def _picture(folder: Path, view: View, stream: Stream, key: str, kind: PictureKi
     file = stream.background or ""
     path = inside(folder, file, where)
     try:
-        if not is_pattern(file) and path.suffix.lower() in IMAGE_SUFFIXES:
+        if not is_pattern(file) and path.suffix.lower() in _IMAGE_SUFFIXES:
             return read_image(path, kind)
         source = open_stream(folder, file, kind, where)
         try:
-            numbers = np.unique(np.linspace(0, source.count() - 1, FRAMES_OF_A_VIDEO).astype(int))
+            numbers = np.unique(np.linspace(0, source.count() - 1, _FRAMES_OF_A_VIDEO).astype(int))
             pictures = [source.read(int(n), lambda _n, _picture: None) for n in numbers if n >= 0]
         finally:
             source.close()

@@ -27,20 +27,20 @@ from numpy.typing import NDArray
 from stereotrack_core.reading import reason
 from stereotrack_core.recording.images import DamagedFrame, Keep, PictureKind, picture_of
 
-REORDER_DEPTH = 32
+_REORDER_DEPTH = 32
 """More packets than any codec holds back for reordering (H.264 and H.265 allow 16)."""
 
-OPEN_OPTIONS = {"fflags": "genpts"}
+_OPEN_OPTIONS = {"fflags": "genpts"}
 """AVI and others store decoding times only; the demuxer can deduce the presentation times."""
 
-PYAV = int(av.__version__.partition(".")[0])
-METADATA_OPTIONS = {"metadata_errors": "surrogateescape"} if PYAV < 19 else {}
+_PYAV = int(av.__version__.partition(".")[0])
+_METADATA_OPTIONS = {"metadata_errors": "surrogateescape"} if _PYAV < 19 else {}
 """Titles that are not UTF-8 must not keep a video shut; PyAV 19 takes them by itself."""
 
 
 def open_container(path: Path) -> Any:
     """An opened video; raises av.FFmpegError or OSError."""
-    return av.open(str(path), options=OPEN_OPTIONS, **METADATA_OPTIONS)
+    return av.open(str(path), options=_OPEN_OPTIONS, **_METADATA_OPTIONS)
 
 
 def video_stream(container: Any) -> Any:
@@ -149,7 +149,7 @@ class FrameTimes:
             return False
         with open_container(self._path) as trial:
             packets = trial.demux(video_stream(trial))
-            for (time, key, _), packet in zip(stored[: 2 * REORDER_DEPTH], packets, strict=False):
+            for (time, key, _), packet in zip(stored[: 2 * _REORDER_DEPTH], packets, strict=False):
                 if (packet.pts, packet.dts, packet.is_keyframe) != (time, time, key):
                     return False
         with self._grown:
@@ -175,7 +175,7 @@ class FrameTimes:
             self._packets += 1
             if self.ordered and packet.pts >= self._keys[0]:
                 heapq.heappush(waiting, packet.pts)
-                if len(waiting) > REORDER_DEPTH:
+                if len(waiting) > _REORDER_DEPTH:
                     self._settle(heapq.heappop(waiting))
         while waiting:
             self._settle(heapq.heappop(waiting))
@@ -188,11 +188,10 @@ class FrameTimes:
             self._grown.notify_all()
 
 
-KEPT_ON_THE_WAY = 24
+_KEPT_ON_THE_WAY = 24
 """Pictures before the wanted one that are handed on too, which makes going backwards fast."""
 
-NEVER = 2**62
-"""A time stamp after all others."""
+_NEVER = 2**62  # A time stamp after all others
 
 
 @dataclass(frozen=True)
@@ -339,7 +338,7 @@ class VideoStream:
 
         Where decoding starts too late for it, the position stays unknown.
         """
-        passed: deque[Any] = deque(maxlen=KEPT_ON_THE_WAY)
+        passed: deque[Any] = deque(maxlen=_KEPT_ON_THE_WAY)
         wanted = None
         for frame in self._frames:
             if frame.pts is None:
@@ -352,7 +351,7 @@ class VideoStream:
                 break
             passed.append(frame)
         else:
-            self._at = None if self._at is None else NEVER
+            self._at = None if self._at is None else _NEVER
         for frame in passed:
             number = self._times.frame_at(frame.pts)
             if number is not None and self._is_sound(frame, frame.pts):
@@ -377,7 +376,7 @@ class VideoStream:
                 self._spoil(None, reason(error))
                 return
             if packet.is_keyframe and packet.size:
-                key = -NEVER if packet.pts is None else packet.pts
+                key = -_NEVER if packet.pts is None else packet.pts
                 start = key if start is None else start
             if start is None and packet.size:
                 continue
@@ -394,10 +393,10 @@ class VideoStream:
     def _spoil(self, time: int | None, cause: str) -> None:
         """Pictures from `time` to the next key frame cannot be trusted."""
         if time is None:
-            time = NEVER if self._at is None else self._at + 1
+            time = _NEVER if self._at is None else self._at + 1
         end = self._times.next_key_time(time) if self._times.ordered else None
         complaint = f"the video is damaged here ({cause})"
-        self._spoilt.append(Stretch(time, NEVER if end is None else end, complaint))
+        self._spoilt.append(Stretch(time, _NEVER if end is None else end, complaint))
 
     def _read_by_counting(self, k: int) -> NDArray[Any]:
         """Frame k of a stream whose time stamps are missing or repeat: count from its beginning."""

@@ -83,13 +83,10 @@ def counts_of(metres: Float32Array, unit: float) -> NDArray[np.uint16]:
     return counts.astype(np.uint16)
 
 
-KEY_FRAME_EVERY = 10
-"""Frames; keeps steps backwards and jumps fast."""
+_KEY_FRAME_EVERY = 10  # frames; keeps steps backwards and jumps fast
+_FULL_RANGE_FORMAT = "yuvj420p"
 
-FULL_RANGE_FORMAT = "yuvj420p"
-
-RATE_DENOMINATOR = 1001
-"""Enough to write 29.97 frames per second as 30000/1001."""
+_RATE_DENOMINATOR = 1001  # enough to write 29.97 frames per second as 30000/1001
 
 
 class VideoWriter:
@@ -128,7 +125,7 @@ class VideoWriter:
             )
         self._shape = (height, width, 3) if colour else (height, width)
         self._count = 0
-        self._time_base = 1 / Fraction(fps).limit_denominator(RATE_DENOMINATOR)
+        self._time_base = 1 / Fraction(fps).limit_denominator(_RATE_DENOMINATOR)
         with ExitStack() as opening:
             temporary = opening.enter_context(replacing(path, self._holds_all))
             try:
@@ -145,8 +142,8 @@ class VideoWriter:
     def _new_stream(self, width: int, height: int, colour: bool, crf: int) -> Any:
         stream: Any = self._container.add_stream("libx264", rate=1 / self._time_base)
         stream.width, stream.height = width, height
-        stream.pix_fmt = "yuv420p" if colour else FULL_RANGE_FORMAT
-        stream.options = {"crf": str(crf), "preset": "fast", "bf": "0", "g": str(KEY_FRAME_EVERY)}
+        stream.pix_fmt = "yuv420p" if colour else _FULL_RANGE_FORMAT
+        stream.options = {"crf": str(crf), "preset": "fast", "bf": "0", "g": str(_KEY_FRAME_EVERY)}
         stream.codec_context.thread_count = 1
         stream.codec_context.time_base = self._time_base
         return stream

@@ -66,8 +66,7 @@ T_POSE = Posture(STRETCHED, STRETCHED)
 _STANDING = Posture()
 
 
-_Key = tuple[float, Posture]
-"""The seconds that it takes to reach a posture from the one before."""
+_Key = tuple[float, Posture]  # the seconds that it takes to reach a posture from the one before
 
 
 @dataclass(frozen=True, eq=False)

@@ -27,8 +27,7 @@ _SHARES = {
 Winter, Biomechanics and Motor Control of Human Movement (2009), chapter 4."""
 
 _UPRIGHT = ("ankle_height", "shank", "thigh", "torso_length", "shoulder_to_head")
-_SPREAD = 0.03
-"""Standard deviation of a length as share of itself; cut at one and a half."""
+_SPREAD = 0.03  # standard deviation of a length as share of itself; cut at one and a half
 
 
 @dataclass(frozen=True)

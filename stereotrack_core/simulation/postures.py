@@ -95,7 +95,7 @@ class Stand:
     ankles: FloatArray | None = None
 
 
-def turn_about(axis: Triple, degrees: float) -> FloatArray:
+def _turn_about(axis: Triple, degrees: float) -> FloatArray:
     """Rotation matrix (3, 3) about a unit axis."""
     return rotation_from_vector(np.radians(degrees) * np.asarray(axis))
 
@@ -116,10 +116,10 @@ def state_of(person: Person, posture: Posture, stand: Stand | None = None) -> Jo
         position, _trunk(posture, facing), identity, np.zeros(2), identity, ankles,
         np.tile(facing, (2, 1, 1)), np.radians([posture.lifted, posture.forward]).T,
     )  # fmt: skip
-    return with_arms(person, bare, posture.left, posture.right)
+    return _with_arms(person, bare, posture.left, posture.right)
 
 
-def with_arms(person: Person, state: JointState, left: Arm, right: Arm) -> JointState:
+def _with_arms(person: Person, state: JointState, left: Arm, right: Arm) -> JointState:
     """The state with its arms as told."""
     bones = posed_bones(person, state)
     chest = BONE["chest"]
@@ -136,8 +136,8 @@ def with_arms(person: Person, state: JointState, left: Arm, right: Arm) -> Joint
         rotation, flexion = _reach(person, side, wrist, np.asarray(arm.elbow) * mirror, own)
         rotations.append(rotation)
         flexions.append(flexion)
-        towards_palm = turn_about((0.0, SIGN[side], 0.0), arm.bend)
-        hands.append(towards_palm @ turn_about((0.0, 0.0, SIGN[side]), arm.turn))
+        towards_palm = _turn_about((0.0, SIGN[side], 0.0), arm.bend)
+        hands.append(towards_palm @ _turn_about((0.0, 0.0, SIGN[side]), arm.turn))
     return replace(
         state, arms=np.array(rotations), elbows=np.array(flexions), hands=np.array(hands)
     )
@@ -173,13 +173,13 @@ def _trunk(posture: Posture, facing: FloatArray) -> FloatArray:
     pelvis, waist, chest = posture.lean
     forward = (-1.0, 0.0, 0.0)
     up, ahead = (0.0, 0.0, 1.0), (0.0, 1.0, 0.0)
-    half_turn = turn_about(up, posture.twist / 2) @ turn_about(ahead, posture.side / 2)
-    gaze = turn_about(up, posture.look / 2) @ turn_about(forward, posture.nod / 2)
+    half_turn = _turn_about(up, posture.twist / 2) @ _turn_about(ahead, posture.side / 2)
+    gaze = _turn_about(up, posture.look / 2) @ _turn_about(forward, posture.nod / 2)
     return np.array(
         [
-            facing @ turn_about(forward, pelvis),
-            turn_about(forward, waist) @ half_turn,
-            turn_about(forward, chest) @ half_turn,
+            facing @ _turn_about(forward, pelvis),
+            _turn_about(forward, waist) @ half_turn,
+            _turn_about(forward, chest) @ half_turn,
             gaze,
             gaze,
         ]
@@ -276,11 +276,11 @@ def _foot(
     person: Person, path: Path, side: int, distance: float, lift: float, pitch: float
 ) -> tuple[FloatArray, FloatArray]:
     place, heading = path.at(distance)
-    facing = turn_about((0.0, 0.0, 1.0), np.degrees(heading))
+    facing = _turn_about((0.0, 0.0, 1.0), np.degrees(heading))
     rest = rest_joints(person)[BONE["foot_right" if side else "foot_left"]]
     ankle = np.array([*place, 0.0]) + facing @ (rest * [0.75, 1.0, 1.0])
     ankle[2] += lift + 0.13 * abs(np.sin(np.radians(pitch)))
-    return ankle, facing @ turn_about((1.0, 0.0, 0.0), pitch)
+    return ankle, facing @ _turn_about((1.0, 0.0, 0.0), pitch)
 
 
 def _swinging(share: float) -> Arm:

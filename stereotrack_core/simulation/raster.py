@@ -13,12 +13,12 @@ from typing import Any, TypeVar, cast
 import numba
 import numpy as np
 
-FunctionT = TypeVar("FunctionT", bound=Callable[..., Any])
+_FunctionT = TypeVar("_FunctionT", bound=Callable[..., Any])
 
 
-def compiled(function: FunctionT) -> FunctionT:
+def compiled(function: _FunctionT) -> _FunctionT:
     """Compile a kernel of the renderer; without fast-math, so that results are repeatable."""
-    return cast(FunctionT, numba.njit(cache=True, nogil=True)(function))
+    return cast(_FunctionT, numba.njit(cache=True, nogil=True)(function))
 
 
 SAMPLES = 2
@@ -96,7 +96,7 @@ LIGHT = np.array(
 """Direction towards a lamp and its strength: a lamp, a soft one (half Lambert), and light from
 everywhere."""
 
-EXPOSURE = 370.0
+_EXPOSURE = 370.0
 
 SKIN, HAIR, SHIRT, SLEEVE, TROUSERS, SHOE = range(6)
 """Rows of a person's material table."""
@@ -185,7 +185,7 @@ def _brightness(nx: float, ny: float, nz: float, light: Any) -> float:
     strong = (nx * light[0, 0] + ny * light[0, 1] + nz * light[0, 2]) / length
     soft = (nx * light[1, 0] + ny * light[1, 1] + nz * light[1, 2]) / length
     total = light[2, 3] + light[0, 3] * max(0.0, strong) + light[1, 3] * (0.5 + 0.5 * soft)
-    return float(EXPOSURE * total)
+    return float(_EXPOSURE * total)
 
 
 @compiled
@@ -212,7 +212,7 @@ def _region(x: float, y: float, z: float, marks: Any) -> int:
 
 
 @compiled
-def lattice_noise(lattice: Any, x: float, y: float, z: float) -> float:
+def _lattice_noise(lattice: Any, x: float, y: float, z: float) -> float:
     """Trilinear value of the lattice at a point in lattice units."""
     fx, fy, fz = math.floor(x), math.floor(y), math.floor(z)
     u, v, w = x - fx, y - fy, z - fz
@@ -234,18 +234,18 @@ def reflectance(
     scale = table[m, 7]
     share = 0.0
     if kind == 1:
-        coarse = lattice_noise(lattice, x / scale, y / scale, z / scale)
+        coarse = _lattice_noise(lattice, x / scale, y / scale, z / scale)
         s2 = 0.42 * scale
-        middle = lattice_noise(lattice, x / s2 + 17.3, y / s2 + 5.1, z / s2 + 29.7)
+        middle = _lattice_noise(lattice, x / s2 + 17.3, y / s2 + 5.1, z / s2 + 29.7)
         s3 = 0.19 * scale
-        fine = lattice_noise(lattice, x / s3 + 41.9, y / s3 + 11.7, z / s3 + 3.3)
+        fine = _lattice_noise(lattice, x / s3 + 41.9, y / s3 + 11.7, z / s3 + 3.3)
         share = 0.5 + 1.1 * (0.6 * coarse + 0.7 * middle + 0.6 * fine)
         share = min(1.0, max(0.0, share))
     elif kind == 2:
         wave = math.sin(2 * math.pi * stripe / scale)
         share = min(1.0, max(0.0, 0.5 + 4.0 * wave))
     elif kind == 3:
-        rings = x / scale + 1.8 * lattice_noise(lattice, 6 * x, 1.5 * y, 1.5 * z)
+        rings = x / scale + 1.8 * _lattice_noise(lattice, 6 * x, 1.5 * y, 1.5 * z)
         share = 0.5 + 0.5 * math.sin(6.2832 * rings)
     elif kind == 4:
         u, v = x / scale - math.floor(x / scale), y / scale - math.floor(y / scale)
@@ -253,8 +253,8 @@ def reflectance(
         joint = min(min(u, 1 - u), min(v, 1 - v))
         joint = min(joint, max(min(w, 1 - w), 0.0)) if abs(z) > 1e-3 else joint
         share = 1.0 if joint * scale < 0.006 else 0.0
-    grain = lattice_noise(lattice, x * 70 + 7.7, y * 70 + 3.1, z * 70 + 1.9)
-    grain += 0.6 * lattice_noise(lattice, x * 21 + 1.3, y * 21 + 8.5, z * 21 + 4.7)
+    grain = _lattice_noise(lattice, x * 70 + 7.7, y * 70 + 3.1, z * 70 + 1.9)
+    grain += 0.6 * _lattice_noise(lattice, x * 21 + 1.3, y * 21 + 8.5, z * 21 + 4.7)
     factor = max(0.0, 1 + table[m, 8] * grain)
     for c in range(3):
         out[c] = (table[m, 1 + c] * (1 - share) + table[m, 4 + c] * share) * factor

@@ -9,11 +9,9 @@ import numpy as np
 from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.simulation.materials import PLAIN, STRONG, TILES, WOOD, Material
 
-HALF = 4.5
-"""Half the width of the room in metres; the room is square, and 3 m high."""
+_HALF = 4.5  # half the width of the room in metres; the room is square, and 3 m high
 HEIGHT = 3.0
-_DADO = 1.15
-"""Up to here the walls are papered with a strong texture."""
+_DADO = 1.15  # up to here the walls are papered with a strong texture
 _TILE = 0.06
 
 _MATERIALS = {
@@ -45,8 +43,7 @@ _Triple = tuple[float, float, float]
 _Sheet = tuple[FloatArray | _Triple, FloatArray | _Triple, FloatArray | _Triple, str]
 """A rectangle: corner, two edges (their cross product looks outwards), material."""
 
-_Box = tuple[_Triple, _Triple, str]
-"""Corner, size, material."""
+_Box = tuple[_Triple, _Triple, str]  # corner, size, material
 
 
 def room(*, furnished: bool) -> Things:
@@ -59,7 +56,7 @@ def room(*, furnished: bool) -> Things:
 
 
 def _walls() -> list[_Sheet]:
-    h, w = HALF, 2 * HALF
+    h, w = _HALF, 2 * _HALF
     sheets: list[_Sheet] = [
         ((-h, -h, 0), (w, 0, 0), (0, w, 0), "floor"),
         ((-h, -h, HEIGHT), (0, w, 0), (w, 0, 0), "ceiling"),

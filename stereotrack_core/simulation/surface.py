@@ -50,7 +50,7 @@ def rest_surface(
     low = np.min([np.minimum(p.a - p.radius_a, p.b - p.radius_b) for p in pieces], axis=0) - 0.04
     high = np.max([np.maximum(p.a + p.radius_a, p.b + p.radius_b) for p in pieces], axis=0) + 0.04
     axes = [np.arange(lo, hi, spacing) for lo, hi in zip(low, high, strict=True)]
-    field = distance_on_grid(pieces, axes)
+    field = _distance_on_grid(pieces, axes)
     image = vtkImageData()
     image.SetDimensions(*field.shape)
     image.SetSpacing(spacing, spacing, spacing)
@@ -80,7 +80,7 @@ def _field_normals(field: FloatArray, cells: FloatArray) -> FloatArray:
     return result
 
 
-def distance_on_grid(pieces: tuple[Flesh, ...], axes: list[FloatArray]) -> FloatArray:
+def _distance_on_grid(pieces: tuple[Flesh, ...], axes: list[FloatArray]) -> FloatArray:
     """Signed distance of the joined pieces on the grid of `axes`, negative inside.
 
     Far from a piece only its own box is touched; the polynomial smooth minimum has no

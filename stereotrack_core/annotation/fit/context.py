@@ -48,11 +48,8 @@ _CHAINS = {
 }
 """The landmark at the far end of a part."""
 
-_LEAST_SIGMA = 3.0
-"""Pixels; calibrations are no better than that."""
-
-_DISTANCE = 3.0
-"""Metres in front of a lone camera at which somebody is looked for."""
+_LEAST_SIGMA = 3.0  # pixels; calibrations are no better than that
+_DISTANCE = 3.0  # metres in front of a lone camera at which somebody is looked for
 
 
 def watched_place(cameras: Mapping[str, Camera]) -> FloatArray:

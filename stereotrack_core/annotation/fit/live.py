@@ -51,15 +51,9 @@ _LEAST_DAMPING, _MOST_DAMPING = 1e-5, 1e6
 _EASED, _TIGHTENED = 0.2, 5.0
 """Factors on the damping after a step that was taken, and after one that was not."""
 
-_SETTLED = 0.05
-"""A step that lowers the cost by less than this is the last one."""
-
-_ROUGHLY = 0.3
-"""The same where only the neighbourhood is looked for."""
-
-_FARTHEST = 0.7
-"""Radians and metres by which one step may move a number of the state."""
-
+_SETTLED = 0.05  # A step that lowers the cost by less than this is the last one
+_ROUGHLY = 0.3  # the same where only the neighbourhood is looked for
+_FARTHEST = 0.7  # radians and metres by which one step may move a number of the state
 _LIMITS = TrackingParameters()
 
 
@@ -175,29 +169,18 @@ class Descent:
 _WIDEST = 40.0
 """Pixels that clicks are taken to scatter at least, from poses to begin with that are far off."""
 
-_NARROWER = (20.0, 10.0, 5.0, 0.0)
-"""The same, step by step, once a pose is near."""
-
-_STEPS = 12
-"""Steps downhill at most, at each scatter."""
-
-_KEPT = 2
-"""Poses that are followed beyond the widest scatter."""
-
+_NARROWER = (20.0, 10.0, 5.0, 0.0)  # the same, step by step, once a pose is near
+_STEPS = 12  # steps downhill at most, at each scatter
+_KEPT = 2  # poses that are followed beyond the widest scatter
 _MORE_THAN_STATED = 1.5
 """Factor on their stated scatter from which clicks are believed to scatter more."""
 
-_ROUNDS = 5
-"""Rounds with measured points."""
-
+_ROUNDS = 5  # rounds with measured points
 _USUAL = (1.0, 60.0, 50.0)
 """How far a body may be from the usual pose: metres; degrees of the torso, of a joint."""
 
-_ENOUGH = 3
-"""Landmarks of the trunk that tell how it is turned."""
-
-_TOP = 95.0
-"""Percentile of the measured points' heights at which the head is."""
+_ENOUGH = 3  # landmarks of the trunk that tell how it is turned
+_TOP = 95.0  # percentile of the measured points' heights at which the head is
 
 
 @dataclass(frozen=True, eq=False)

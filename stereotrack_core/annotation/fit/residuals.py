@@ -24,8 +24,7 @@ from stereotrack_core.tracking.residuals.surface import SurfaceResidual
 _NEAREST = 0.05
 """Metres in front of a camera; nearer points, and those behind it, are drawn at this distance."""
 
-_STEP = 0.5
-"""Pixels by which the lens distortion's derivative is taken."""
+_STEP = 0.5  # pixels by which the lens distortion's derivative is taken
 
 
 @dataclass(frozen=True, eq=False)
@@ -194,14 +193,9 @@ _LEAST_WEIGHT = 1e-4
 MEDIAN_SURPRISE = 2.0 * np.log(2.0)
 """Median of the squared distance of a right click, over its variance: chi squared of two."""
 
-_UPPER_QUARTILE = 2.0 * np.log(4.0)
-"""The same for the upper quartile."""
-
-_TOLD_BY_OTHERS = 0.9
-"""Leverage below which others say something of a click."""
-
-_ENOUGH = 6
-"""Clicks whose scatter can be told."""
+_UPPER_QUARTILE = 2.0 * np.log(4.0)  # the same for the upper quartile
+_TOLD_BY_OTHERS = 0.9  # leverage below which others say something of a click
+_ENOUGH = 6  # clicks whose scatter can be told
 
 
 @dataclass(frozen=True, eq=False)

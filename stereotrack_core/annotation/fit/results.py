@@ -96,9 +96,7 @@ _SEEN_BY = {0: "not clicked in any camera", 1: "seen by one camera"}
 _UNSURE = 0.02
 """Metres of standard deviation in the worst direction from which a landmark is spoken of."""
 
-_UNSURE_LIMB = 10.0
-"""Degrees from which a limb is spoken of."""
-
+_UNSURE_LIMB = 10.0  # degrees from which a limb is spoken of
 _ALONG = np.cos(np.radians(35.0))
 """A direction nearer to a camera's ray than this is along its view."""
 

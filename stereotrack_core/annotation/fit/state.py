@@ -36,8 +36,7 @@ from stereotrack_core.body.skeleton import HEAD, PARENTS, PARTS, TORSO
 from stereotrack_core.filtering.smoothing import Walk
 from stereotrack_core.geometry.rotation import rotation_from_vector
 
-_ARMS_AND_HEAD = (*THESIS_JOINTS, HEAD)
-"""Joints that landmarks can tell; legs are there for depth."""
+_ARMS_AND_HEAD = (*THESIS_JOINTS, HEAD)  # joints that landmarks can tell; legs are there for depth
 
 
 @dataclass(frozen=True, eq=False)
@@ -201,11 +200,8 @@ def slipped(frames: PartFrames, slips: FloatArray) -> PartFrames:
     return PartFrames(rotations, origins)
 
 
-_UNEVEN = 0.3
-"""Part of the usual speed by which a step differs from what the speed says."""
-
-_SLOWEST = 0.02
-"""Least factor on the movement's variances."""
+_UNEVEN = 0.3  # part of the usual speed by which a step differs from what the speed says
+_SLOWEST = 0.02  # least factor on the movement's variances
 
 
 class Movement:

@@ -45,8 +45,7 @@ from stereotrack_core.tracking.residuals.surface import (
     surface_residual,
 )
 
-_FARTHEST = 1.0e4
-"""Pixels and metres beyond what half precision must hold."""
+_FARTHEST = 1.0e4  # pixels and metres beyond what half precision must hold
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,14 +122,9 @@ _LEAST_SIGMAS = (20.0, 12.0, 6.0)
 """Pixels that clicks are taken to scatter at least in the first rounds, before gross mistakes
 are known."""
 
-_WIDE_ROUNDS = 2
-"""Rounds in which measured points are let in from far."""
-
-_LEGS_LOOSER = 3.0
-"""Factor on the standard deviation of points of the legs."""
-
-_STEP_LIMIT = 0.5
-"""Radians and metres by which one round may move a number of the error state."""
+_WIDE_ROUNDS = 2  # rounds in which measured points are let in from far
+_LEGS_LOOSER = 3.0  # factor on the standard deviation of points of the legs
+_STEP_LIMIT = 0.5  # radians and metres by which one round may move a number of the error state
 
 
 @dataclass(frozen=True, eq=False)

@@ -58,18 +58,14 @@ _STEP = (0.06, 10.0, 20.0)
 """How far a body may move from one frame to the next at 10 Hz: metres; degrees of the torso, of a
 joint."""
 
-_TOLD = (0.05, 8.0, 15.0)
-"""How far a pose that clicks tell may be off."""
-
+_TOLD = (0.05, 8.0, 15.0)  # how far a pose that clicks tell may be off
 _LEGS = (*THIGHS, *SHANKS)
 
 _LEG_SIGMA = np.radians(45.0)
 
 _STATED_AT = 10.0
 
-_LARGEST = 25.0
-"""What one click can cost at most when poses are compared."""
-
+_LARGEST = 25.0  # what one click can cost at most when poses are compared
 _ENDS = {
     UPPER_ARMS[0]: "left_elbow",
     UPPER_ARMS[1]: "right_elbow",
