@@ -1,4 +1,4 @@
-"""Files and folders that are either written completely or not at all.
+"""Files and folders that are written completely or not at all, and files of one writer at a time.
 
 Whatever the program writes goes through here. What is new is on the drive and has been looked at
 before it takes the place of what is old: many libraries do not notice that a drive is full.
@@ -7,15 +7,17 @@ before it takes the place of what is old: many libraries do not notice that a dr
 from __future__ import annotations
 
 import contextlib
+import errno
 import glob
 import os
 import shutil
+import sys
 import uuid
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from functools import partial
 from pathlib import Path
-from typing import TypeAlias
+from typing import IO, TypeAlias
 
 from stereotrack_core.errors import InputError
 
@@ -163,3 +165,37 @@ def _flush_names(folder: Path) -> None:
             os.fsync(handle)
         finally:
             os.close(handle)
+
+
+if sys.platform == "win32":
+    import msvcrt
+else:
+    import fcntl
+
+_TAKEN = (errno.EWOULDBLOCK, errno.EAGAIN, errno.EACCES, errno.EDEADLK)
+"""What the system says where another program has the lock; anything else: it knows no locks."""
+
+_BEYOND = 2**40
+"""Byte that stands for the file where bytes are locked, so that others may read those before."""
+
+
+def take_lock(file: IO[bytes]) -> bool:
+    """Lock an open file until it is closed; False on a drive that knows no locks.
+
+    Raises BlockingIOError when another program has the lock.
+    """
+    try:
+        if sys.platform == "win32":
+            here = file.tell()
+            os.lseek(file.fileno(), _BEYOND, os.SEEK_SET)
+            try:
+                msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
+            finally:
+                os.lseek(file.fileno(), here, os.SEEK_SET)
+        else:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError as error:
+        if error.errno in _TAKEN:
+            raise BlockingIOError from None
+        return False
+    return True

@@ -34,7 +34,7 @@ from stereotrack_core.evaluation.episodes.stretches import (
 from stereotrack_core.interop.run_npz import read_npz, write_npz
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.simulation.make import simulate
-from stereotrack_core.simulation.options import SceneOptions
+from stereotrack_core.simulation.rig import SceneOptions
 from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run import track

@@ -9,7 +9,9 @@ import numpy as np
 
 from stereotrack_core.annotation.click import USUAL_SIGMA, Click, ClickKey
 from stereotrack_core.annotation.click_gains import (
+    AXES,
     REACH,
+    SCORED,
     ClickGains,
     Place,
     over_frames,
@@ -24,7 +26,6 @@ from stereotrack_core.annotation.doubts import (
 )
 from stereotrack_core.annotation.fit.results import TrajectoryFit
 from stereotrack_core.annotation.landmark_set import LandmarkSet
-from stereotrack_core.annotation.limb_axes import AXES, SCORED
 from stereotrack_core.arrays import BoolArray, FloatArray, stretches_of
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.counting import counted

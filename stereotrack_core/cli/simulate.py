@@ -11,7 +11,7 @@ from stereotrack_core.cli.progress import progress, stoppable
 from stereotrack_core.errors import Cancelled
 from stereotrack_core.parameters import parsed_settings
 from stereotrack_core.simulation.make import simulate
-from stereotrack_core.simulation.options import SceneOptions
+from stereotrack_core.simulation.rig import SceneOptions
 
 DESCRIPTION = (
     "Render a stereo recording of a simulated person, with the true landmarks as its "

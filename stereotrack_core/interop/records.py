@@ -1,8 +1,8 @@
-"""Records of facts and arrays in a file that is only ever appended to.
+"""Files that are only ever appended to: of JSON lines, and of records of facts and arrays.
 
-A record counts once it is complete: each states its length and a checksum. Whoever is killed while
-writing one loses that one alone. Nothing in a record is ever executed; a stranger's file can be
-read as safely as any other.
+A line counts once it is complete, a record by its length and a checksum. Whoever is killed while
+writing one loses that one alone. Nothing in them is ever executed; a stranger's file can be read as
+safely as any other.
 """
 
 from __future__ import annotations
@@ -22,8 +22,82 @@ from typing import IO, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stereotrack_core.file_lock import take_lock
-from stereotrack_core.reading import MB, open_file
+from stereotrack_core.atomic import take_lock
+from stereotrack_core.errors import InputError
+from stereotrack_core.reading import MB, TABLE_BYTES, open_file, parsed_json, read_bytes
+
+
+def read_journal(path: Path) -> list[dict[str, Any]]:
+    """All complete entries, the oldest first; none where there is no file.
+
+    InputError where the file cannot be read.
+    """
+    if not path.exists():
+        return []
+    lines = read_bytes(path, TABLE_BYTES).split(b"\n")
+    entries = []
+    for line in lines[:-1]:  # what stands after the last line's end was not finished
+        try:
+            entry = parsed_json(line, str(path))
+        except InputError:
+            continue  # a line that somebody was killed in
+        if isinstance(entry, dict):
+            entries.append(entry)
+    return entries
+
+
+class Journal:
+    """A journal that is written to; every entry is on the disk when :meth:`append` returns.
+
+    Raises InputError where nothing can be written there.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        try:
+            self._file: IO[bytes] = path.open("ab")
+            self._torn = _is_torn(path)
+        except OSError as error:
+            raise self._refusal(error) from None
+
+    def __enter__(self) -> Journal:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def append(self, entry: Mapping[str, Any]) -> None:
+        """Write one entry; InputError where the disk is full or gone."""
+        line = json.dumps(entry, ensure_ascii=False, allow_nan=False).encode() + b"\n"
+        try:
+            self._file.write(b"\n" + line if self._torn else line)
+            self._file.flush()
+            os.fsync(self._file.fileno())
+        except OSError as error:
+            self._torn = True
+            raise self._refusal(error) from None
+        self._torn = False
+
+    def close(self) -> None:
+        """Close the file."""
+        self._file.close()
+
+    def _refusal(self, error: OSError) -> InputError:
+        return InputError(
+            f"the journal cannot be written ({error.strerror})",
+            where=str(self._path),
+            remedy="Free space or choose another place. The data written so far remain valid.",
+        )
+
+
+def _is_torn(path: Path) -> bool:
+    """Whether the last line has no end."""
+    with path.open("rb") as file:
+        if not file.seek(0, os.SEEK_END):
+            return False
+        file.seek(-1, os.SEEK_END)
+        return file.read(1) != b"\n"
+
 
 _FRAME = struct.Struct("<4sII")  # kind of record, length and checksum of what follows
 _MOST_BYTES = 16384 * MB

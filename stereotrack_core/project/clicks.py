@@ -13,8 +13,14 @@ from typing import Any, ClassVar
 import numpy as np
 
 from stereotrack_core.annotation.agreement import Difference, differences
-from stereotrack_core.annotation.click import UNCERTAIN, Click, ClickKey, Prediction, Visibility
-from stereotrack_core.annotation.progress import Seen
+from stereotrack_core.annotation.click import (
+    UNCERTAIN,
+    Click,
+    ClickKey,
+    Prediction,
+    Seen,
+    Visibility,
+)
 from stereotrack_core.arrays import IntArray
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.connection import Access

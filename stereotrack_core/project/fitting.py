@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from stereotrack_core.annotation.click import Click, ClickKey
+from stereotrack_core.annotation.click_gains import SCORED
 from stereotrack_core.annotation.click_points import click_pixels, click_residuals, limb_residuals
 from stereotrack_core.annotation.doubts import (
     doubtful_camera,
@@ -23,7 +24,6 @@ from stereotrack_core.annotation.fit.fit import fit_reference
 from stereotrack_core.annotation.fit.results import CLICKED, GAP, INTERPOLATED, TrajectoryFit
 from stereotrack_core.annotation.fit.settings import FitSettings
 from stereotrack_core.annotation.landmark_set import LandmarkSet
-from stereotrack_core.annotation.limb_axes import SCORED
 from stereotrack_core.annotation.reference import (
     Reference,
     fit_of_reference,

@@ -20,8 +20,8 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import IO
 
+from stereotrack_core.atomic import take_lock
 from stereotrack_core.errors import Finding, InputError
-from stereotrack_core.file_lock import take_lock
 from stereotrack_core.project.connection import connect, connect_for_reading
 from stereotrack_core.project.database import (
     ProjectInUse,

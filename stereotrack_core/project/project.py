@@ -7,9 +7,8 @@ from dataclasses import astuple
 from pathlib import Path
 
 from stereotrack_core.annotation.agreement import click_sigmas
-from stereotrack_core.annotation.click import USUAL_SIGMA
+from stereotrack_core.annotation.click import USUAL_SIGMA, Progress, progress
 from stereotrack_core.annotation.landmark_set import NINE, LandmarkSet
-from stereotrack_core.annotation.progress import Progress, progress
 from stereotrack_core.errors import Finding, InputError
 from stereotrack_core.project.clicks import Clicks
 from stereotrack_core.project.connection import Access

@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 from stereotrack_core.arrays import IntArray
+from stereotrack_core.atomic import take_lock
 from stereotrack_core.errors import InputError
-from stereotrack_core.file_lock import take_lock
 from stereotrack_core.interop.run_file import read_run
 from stereotrack_core.interop.run_journal import PART_SUFFIX
 from stereotrack_core.interop.run_npz import run_bytes, run_of_bytes

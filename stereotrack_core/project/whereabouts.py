@@ -15,8 +15,7 @@ from stereotrack_core.errors import Finding, InputError
 from stereotrack_core.project.connection import connect_for_reading
 from stereotrack_core.project.database import beside, making_sense
 from stereotrack_core.project.validity import check_rows
-from stereotrack_core.recording.fingerprint import fingerprint
-from stereotrack_core.recording.folder import DESCRIPTION, open_recording
+from stereotrack_core.recording.folder import DESCRIPTION, fingerprint, open_recording
 from stereotrack_core.recording.toml_table import load_toml
 
 SUFFIX = ".stereotrack"

@@ -25,14 +25,12 @@ from stereotrack_core.recording.writing import (
 )
 from stereotrack_core.simulation.actor import Actor, actor
 from stereotrack_core.simulation.materials import noise_lattice
-from stereotrack_core.simulation.motions import motion_names
-from stereotrack_core.simulation.options import SceneOptions
+from stereotrack_core.simulation.motions import Chain, Part, chain, motion_names, scheduled
 from stereotrack_core.simulation.people import PEOPLE, Person, person_named
 from stereotrack_core.simulation.postures import line_path, walk
 from stereotrack_core.simulation.render import CameraRenderer, Posed
-from stereotrack_core.simulation.rig import sensor, stereo_rig, view_names
+from stereotrack_core.simulation.rig import SceneOptions, sensor, stereo_rig, view_names
 from stereotrack_core.simulation.room import room
-from stereotrack_core.simulation.schedule import Chain, Part, chain, scheduled
 from stereotrack_core.simulation.skeleton import JointState, landmarks, posed_bones
 
 _WAYS = (((-3.9, -2.2), (3.3, -2.4)), ((3.3, 2.3), (-3.0, 2.4)))

@@ -17,8 +17,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from stereotrack_core.simulation.options import SceneOptions
-from stereotrack_core.simulation.schedule import Part, filled
+from stereotrack_core.simulation.motions import Part, filled
+from stereotrack_core.simulation.rig import SceneOptions
 
 FAST = "-fast"
 """End of the names of segments that are done faster than the people of the thesis did."""

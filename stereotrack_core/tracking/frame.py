@@ -22,7 +22,7 @@ from stereotrack_core.body.skeleton import PARENTS, PARTS, TORSO
 from stereotrack_core.depth.cloud import Cloud, PointCounts
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.detections import Detections
-from stereotrack_core.recording.fingerprint import calibration_fingerprint
+from stereotrack_core.recording.folder import calibration_fingerprint
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 from stereotrack_core.tracking.estimate import Estimate
 from stereotrack_core.tracking.run_spec import RunSpec

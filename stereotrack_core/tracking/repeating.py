@@ -16,7 +16,7 @@ from stereotrack_core.body.skeleton import PARTS
 from stereotrack_core.errors import InputError
 from stereotrack_core.recording.description import Recording, Subject
 from stereotrack_core.recording.detections import OWN_FILE, Detections, read_detections
-from stereotrack_core.recording.fingerprint import calibration_fingerprint, fingerprint
+from stereotrack_core.recording.folder import calibration_fingerprint, fingerprint
 from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.presets import PRESETS, preset

@@ -22,7 +22,7 @@ from stereotrack_core.depth.chain import DepthChain
 from stereotrack_core.depth.cloud import FRAMES_APART, Cloud, contradicted_share
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.detections import Detections
-from stereotrack_core.recording.fingerprint import fingerprint
+from stereotrack_core.recording.folder import fingerprint
 from stereotrack_core.recording.reader import FrameReader, has_colours
 from stereotrack_core.recording.selection import usable_views
 from stereotrack_core.tracking.estimate import Estimate

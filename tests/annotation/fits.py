@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from stereotrack_core.annotation.click_gains import limb_sigma_deg
 from stereotrack_core.annotation.fit.results import CLICKED, GAP, INTERPOLATED, TrajectoryFit
 from stereotrack_core.annotation.landmark_set import NINE
-from stereotrack_core.annotation.limb_axes import limb_sigma_deg
 
 
 def fit_of(points, clicked, *, sure=0.01, unsure=0.06, unknown=(), residuals=None, mistakes=None):

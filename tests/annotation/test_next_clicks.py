@@ -9,9 +9,14 @@ import numpy as np
 import pytest
 
 from stereotrack_core.annotation.click import Click, ClickKey, Visibility
-from stereotrack_core.annotation.click_gains import ClickGains
+from stereotrack_core.annotation.click_gains import (
+    AXES,
+    SCORED,
+    ClickGains,
+    axis_quadratics,
+    limb_sigma_deg,
+)
 from stereotrack_core.annotation.landmark_set import NINE, LandmarkSet
-from stereotrack_core.annotation.limb_axes import AXES, SCORED, axis_quadratics, limb_sigma_deg
 from stereotrack_core.annotation.next_clicks import NextClicks, Wish, good_enough
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.geometry.camera import pixel_jacobian

@@ -10,7 +10,7 @@ import pytest
 from stereotrack_core.annotation.click import Click, ClickKey, Visibility
 from stereotrack_core.annotation.follow import Followed, FollowedClick
 from stereotrack_core.annotation.landmark_set import NINE
-from stereotrack_core.annotation.prefill import (
+from stereotrack_core.project.prefilling import (
     from_fit,
     from_following,
     from_neighbours,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from stereotrack_core.annotation.progress import progress
+from stereotrack_core.annotation.click import progress
 
 
 def test_progress_is_told_in_a_sentence():

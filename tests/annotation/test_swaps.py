@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from stereotrack_core.annotation.click import Click
+from stereotrack_core.annotation.doubts import epipolar_distance, find_swaps
 from stereotrack_core.annotation.landmark_set import NINE
-from stereotrack_core.annotation.swaps import epipolar_distance, find_swaps
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.pose import hanging_pose
 from stereotrack_core.body.proportions import AVERAGE

@@ -14,8 +14,7 @@ from stereotrack_core.errors import Cancelled
 from stereotrack_core.experiments.reproduction.plan import Group, Places, PlannedRun, kept_run
 from stereotrack_core.experiments.reproduction.runs import missing_runs
 from stereotrack_core.interop.run_npz import read_npz
-from stereotrack_core.recording.fingerprint import fingerprint
-from stereotrack_core.recording.folder import open_recording
+from stereotrack_core.recording.folder import fingerprint, open_recording
 from stereotrack_core.worker_processes import Lost
 
 

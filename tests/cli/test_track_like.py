@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from stereotrack_core.interop.run_file import read_run
-from stereotrack_core.recording.fingerprint import calibration_fingerprint
-from stereotrack_core.recording.folder import open_recording
+from stereotrack_core.recording.folder import calibration_fingerprint, open_recording
 from stereotrack_core.tracking.repeating import sameness
 
 pytestmark = pytest.mark.xdist_group("cli")

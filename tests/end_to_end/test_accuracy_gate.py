@@ -10,7 +10,7 @@ from stereotrack_core.evaluation.errors import errors_against
 from stereotrack_core.evaluation.summary import summarise
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.simulation.make import simulate
-from stereotrack_core.simulation.options import SceneOptions
+from stereotrack_core.simulation.rig import SceneOptions
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run import track
 from stereotrack_core.tracking.run_spec import RunSpec

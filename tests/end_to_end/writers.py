@@ -41,7 +41,7 @@ from stereotrack_core.recording.detections import Detection, write_detections
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory, write_landmarks
 from stereotrack_core.recording.writing import VideoWriter, write_png, write_recording_description
 from stereotrack_core.simulation.make import simulate
-from stereotrack_core.simulation.options import SceneOptions
+from stereotrack_core.simulation.rig import SceneOptions
 from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.presets import named, preset, write_preset
 from stereotrack_core.tracking.trace import StepTrace

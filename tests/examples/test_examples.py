@@ -12,7 +12,7 @@ import stereotrack_core as stereotrack
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.interop.labels import write_clicks
 from stereotrack_core.recording.landmarks import LANDMARKS, read_landmarks
-from stereotrack_core.simulation.options import SceneOptions
+from stereotrack_core.simulation.rig import SceneOptions
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 

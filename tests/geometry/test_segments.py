@@ -7,7 +7,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from stereotrack_core.geometry.segments import segment_distance
+from stereotrack_core.geometry.triangulation import segment_distance
 
 ends = hnp.arrays(np.float64, (4, 3), elements=st.floats(-2, 2))
 

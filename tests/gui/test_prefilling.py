@@ -9,9 +9,9 @@ import pytest
 
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.annotation.landmark_set import NINE
-from stereotrack_core.annotation.prefill import FIT, NEIGHBOURS
 from stereotrack_core.project.clicks import DeleteClicks, PlaceClicks
 from stereotrack_core.project.marks import FrameFlag, SetFlags
+from stereotrack_core.project.prefilling import FIT, NEIGHBOURS
 from stereotrack_core.recording.landmarks import LANDMARKS
 from tests.gui.hands import undo_words, view
 

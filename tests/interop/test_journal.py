@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stereotrack_core.errors import InputError
-from stereotrack_core.interop.journal import Journal, read_journal
+from stereotrack_core.interop.records import Journal, read_journal
 
 ENTRIES = [{"job": "a", "value": 1.5}, {"job": "b", "words": 'ü \n " ]}'}, {"job": "c"}]
 

@@ -142,8 +142,7 @@ WRITING = {
 }
 WRITES_BY_ITSELF = {
     "stereotrack_core/atomic.py": {"touch", "write_bytes", "open"},
-    "stereotrack_core/interop/journal.py": {"open"},  # it is only ever added to
-    "stereotrack_core/interop/records.py": {"touch", "open"},  # the same, with checksums
+    "stereotrack_core/interop/records.py": {"touch", "open"},  # they are only ever added to
     "stereotrack_core/project/runs.py": {"open"},  # to hold it, as nothing is written
     "stereotrack_core/project/opening.py": {"open"},
     "stereotrack_core/project/database.py": {"copyfile"},

@@ -12,8 +12,14 @@ from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, rule
 
-from stereotrack_core.annotation.click import UNCERTAIN, Click, ClickKey, Prediction, Visibility
-from stereotrack_core.annotation.progress import Seen
+from stereotrack_core.annotation.click import (
+    UNCERTAIN,
+    Click,
+    ClickKey,
+    Prediction,
+    Seen,
+    Visibility,
+)
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.clicks import (
     AcceptPredictions,

@@ -157,7 +157,7 @@ def test_on_a_drive_without_locks_the_note_in_the_file_counts(project, project_p
         raise OSError(errno.ENOLCK, "no locks available")
 
     project.close()
-    monkeypatch.setattr("stereotrack_core.file_lock.fcntl.flock", no_locks)
+    monkeypatch.setattr("stereotrack_core.atomic.fcntl.flock", no_locks)
     with Project.open(project_path), pytest.raises(InputError, match="force unlock the project"):
         Project.open(project_path)
     Project.open(project_path).close()

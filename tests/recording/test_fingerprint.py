@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import shutil
 
-from stereotrack_core.recording.fingerprint import fingerprint
-from stereotrack_core.recording.folder import open_recording
+from stereotrack_core.recording.folder import fingerprint, open_recording
 
 
 def test_it_stays_when_the_folder_moves_or_the_reference_is_mended(small_recording, tmp_path):

@@ -3,8 +3,8 @@
 from concurrent.futures import ThreadPoolExecutor
 
 from stereotrack_core.simulation.make import build_scene
-from stereotrack_core.simulation.options import SceneOptions
 from stereotrack_core.simulation.people import PEOPLE
+from stereotrack_core.simulation.rig import SceneOptions
 
 SMALL = {"width": 160, "height": 120, "focal": 100.0}
 

@@ -8,10 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stereotrack_core.simulation.actor import actor
-from stereotrack_core.simulation.motions import MOTIONS
+from stereotrack_core.simulation.motions import MOTIONS, chain
 from stereotrack_core.simulation.people import PEOPLE
 from stereotrack_core.simulation.postures import Arm, Posture, state_of
-from stereotrack_core.simulation.schedule import chain
 from stereotrack_core.simulation.skeleton import BONE, SIDES, SIGN, landmarks, posed_bones
 
 P2 = PEOPLE["P2"]

@@ -7,7 +7,7 @@ from stereotrack_core.errors import Cancelled, InputError
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.simulation.make import simulate
-from stereotrack_core.simulation.options import SceneOptions
+from stereotrack_core.simulation.rig import SceneOptions
 
 SMALL = SceneOptions(width=160, height=120, focal=100.0)
 TINY = {"frames": 3, "views": "NO", "options": SMALL}

@@ -7,11 +7,11 @@ from stereotrack_core.simulation.motions import (
     MOTIONS,
     T_POSE,
     KeyedWay,
+    chain,
     motion_names,
 )
 from stereotrack_core.simulation.people import PEOPLE
 from stereotrack_core.simulation.postures import Posture, state_of
-from stereotrack_core.simulation.schedule import chain
 from stereotrack_core.simulation.skeleton import difference, landmarks, minimum_jerk, posed_bones
 
 P2 = PEOPLE["P2"]

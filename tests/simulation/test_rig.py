@@ -2,8 +2,7 @@ import numpy as np
 import pytest
 
 from stereotrack_core.errors import InputError
-from stereotrack_core.simulation.options import SceneOptions
-from stereotrack_core.simulation.rig import COMPASS, stereo_rig, view_names
+from stereotrack_core.simulation.rig import COMPASS, SceneOptions, stereo_rig, view_names
 
 ALL = tuple("NOSW")
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from stereotrack_core.errors import InputError
+from stereotrack_core.simulation.motions import Part, filled, scheduled
 from stereotrack_core.simulation.people import PEOPLE
-from stereotrack_core.simulation.schedule import Part, filled, scheduled
 from stereotrack_core.simulation.skeleton import landmarks, posed_bones
 from stereotrack_core.simulation.thesis_recordings import FAST, thesis_recordings
 

@@ -1,8 +1,7 @@
 import numpy as np
 import pytest
 
-from stereotrack_core.simulation.options import SceneOptions
-from stereotrack_core.simulation.rig import sensor
+from stereotrack_core.simulation.rig import SceneOptions, sensor
 
 LIGHT = np.full((60, 80, 1), 100.0, np.float32)
 

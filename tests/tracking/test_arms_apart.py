@@ -9,7 +9,7 @@ from stereotrack_core.body.model import body_model
 from stereotrack_core.body.pose import PartFrames
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.filtering.linearisation import posterior
-from stereotrack_core.geometry.segments import segment_distance
+from stereotrack_core.geometry.triangulation import segment_distance
 from stereotrack_core.tracking.arm_search.arms import LEFT, RIGHT, arm_of_pose, arm_shape
 from stereotrack_core.tracking.arm_search.score import crossing_cost
 from stereotrack_core.tracking.correction import gathered

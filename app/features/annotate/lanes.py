@@ -7,9 +7,8 @@ from typing import TypeAlias
 
 import numpy as np
 
-from stereotrack_core.annotation.click import ClickKey
+from stereotrack_core.annotation.click import ClickKey, Seen
 from stereotrack_core.annotation.landmark_set import LandmarkSet
-from stereotrack_core.annotation.progress import Seen
 from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 from stereotrack_core.body.limbs import LIMBS

@@ -14,7 +14,7 @@ from stereotrack_core.evaluation.circumstances import limb_ends
 from stereotrack_core.evaluation.episodes.episode import UNCLEAR, Cause, Episode, Evidence, Verdict
 from stereotrack_core.evaluation.episodes.looks import Look
 from stereotrack_core.evaluation.episodes.stretches import turns
-from stereotrack_core.geometry.segments import segment_distance
+from stereotrack_core.geometry.triangulation import segment_distance
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.tracking.frame import Run
 

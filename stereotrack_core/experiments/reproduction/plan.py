@@ -14,8 +14,7 @@ from stereotrack_core.body.pose import Pose
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.run_npz import read_npz
 from stereotrack_core.recording.description import Recording, Subject
-from stereotrack_core.recording.fingerprint import fingerprint
-from stereotrack_core.recording.folder import open_recording
+from stereotrack_core.recording.folder import fingerprint, open_recording
 from stereotrack_core.simulation.make import simulate
 from stereotrack_core.simulation.thesis_recordings import ThesisRecording, thesis_recordings
 from stereotrack_core.tracking.frame import Run

@@ -14,8 +14,7 @@ from stereotrack_core.experiments.runner.job import Job, JobResult, failure
 from stereotrack_core.experiments.runner.lockstep import LockstepRun, RunInput, track_together
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.detections import own_detections
-from stereotrack_core.recording.fingerprint import fingerprint
-from stereotrack_core.recording.folder import open_recording
+from stereotrack_core.recording.folder import fingerprint, open_recording
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 
 

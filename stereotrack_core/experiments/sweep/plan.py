@@ -31,7 +31,7 @@ from stereotrack_core.reading import TABLE_BYTES, read_bytes
 from stereotrack_core.recording.csv_table import read_csv_table
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.detections import OWN_FILE
-from stereotrack_core.recording.fingerprint import calibration_fingerprint, fingerprint
+from stereotrack_core.recording.folder import calibration_fingerprint, fingerprint
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.recording.selection import frames_within, seeds_of, usable_views, views_of
 from stereotrack_core.tracking.presets import preset

@@ -16,7 +16,7 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.experiments.measures import MEASURES
 from stereotrack_core.experiments.runner.job import Job, JobResult
 from stereotrack_core.experiments.sweep.points import varied_names
-from stereotrack_core.interop.journal import Journal, read_journal
+from stereotrack_core.interop.records import Journal, read_journal
 from stereotrack_core.plain_data import Kind, check_kind
 from stereotrack_core.project.opening import ProjectLock
 from stereotrack_core.reading import read_json

@@ -15,7 +15,7 @@ from stereotrack_core.body.pose import PartFrames
 from stereotrack_core.body.skeleton import TORSO
 from stereotrack_core.depth.cloud import ViewDepth
 from stereotrack_core.geometry.rotation import angle_between
-from stereotrack_core.geometry.segments import segment_distance
+from stereotrack_core.geometry.triangulation import segment_distance
 from stereotrack_core.tracking.arm_search.arms import LEFT, Arms, ArmShape
 
 _ALONG = np.linspace(0.0, 3.0, 11)[2:]

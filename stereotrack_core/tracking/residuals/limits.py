@@ -23,7 +23,7 @@ from stereotrack_core.body.skeleton import (
     UPPER_ARMS,
 )
 from stereotrack_core.body.surface import nearest_on_surface
-from stereotrack_core.geometry.segments import nearest_on_segments
+from stereotrack_core.geometry.triangulation import nearest_on_segments
 from stereotrack_core.tracking.parameters import TrackingParameters
 from stereotrack_core.tracking.state import GIRDLE_REST
 

@@ -18,7 +18,7 @@ from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.recording.writing import VideoWriter, write_recording_description
 from stereotrack_core.simulation import make
 from stereotrack_core.simulation.make import simulate
-from stereotrack_core.simulation.options import SceneOptions
+from stereotrack_core.simulation.rig import SceneOptions
 from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run import track

@@ -6,7 +6,7 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.experiments.benchmark.speed import chain_speed
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.simulation.make import simulate
-from stereotrack_core.simulation.options import SceneOptions
+from stereotrack_core.simulation.rig import SceneOptions
 from stereotrack_core.tracking.presets import preset
 
 

@@ -12,8 +12,8 @@ from stereotrack_core.experiments.reproduction.tables import outcome_of
 from stereotrack_core.interop.first_pose import pose_of_landmarks
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.simulation.make import simulate
-from stereotrack_core.simulation.options import SceneOptions
-from stereotrack_core.simulation.schedule import Part
+from stereotrack_core.simulation.motions import Part
+from stereotrack_core.simulation.rig import SceneOptions
 from stereotrack_core.tracking.run import track
 from stereotrack_core.tracking.run_spec import RunSpec
 

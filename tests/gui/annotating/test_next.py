@@ -12,9 +12,9 @@ from PySide6.QtCore import Qt
 from app.features.annotate import next_clicks
 from app.features.annotate.next_clicks import NextPresenter
 from app.widgets.tables.next_panel import NextPanel, SuggestionModel
+from stereotrack_core.annotation.click_gains import limb_sigma_deg
 from stereotrack_core.annotation.fit.results import CLICKED, INTERPOLATED, TrajectoryFit
 from stereotrack_core.annotation.landmark_set import NINE
-from stereotrack_core.annotation.limb_axes import limb_sigma_deg
 from stereotrack_core.annotation.next_clicks import NextClicks, StopSign, Suggestion
 from stereotrack_core.project.clicks import PlaceClicks
 from stereotrack_core.project.marks import FrameFlag, SetFlags

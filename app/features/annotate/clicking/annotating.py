@@ -10,8 +10,8 @@ from typing import Literal
 from PySide6.QtCore import QObject, Signal, Slot
 
 from stereotrack_core.annotation.click import UNCERTAIN, Click, ClickKey, Prediction, Visibility
+from stereotrack_core.annotation.doubts import Swap
 from stereotrack_core.annotation.landmark_set import NINE, LandmarkSet
-from stereotrack_core.annotation.swaps import Swap
 from stereotrack_core.project.blind_repeats import ROUND, BlindRepeats
 from stereotrack_core.project.clicks import (
     AcceptPredictions,

@@ -9,8 +9,8 @@ from PySide6.QtGui import QKeySequence
 from PySide6.QtWidgets import QInputDialog
 
 from stereotrack_core.annotation.click import Prediction, Visibility
+from stereotrack_core.annotation.doubts import Swap
 from stereotrack_core.annotation.frame_clicks import ClickHints
-from stereotrack_core.annotation.swaps import Swap
 from stereotrack_core.project.blind_repeats import BlindRepeats
 
 from ....context import Context

@@ -8,9 +8,11 @@ from typing import Literal, TypeAlias
 
 from PySide6.QtCore import QObject, Signal, Slot
 
-from stereotrack_core.annotation.prefill import FIT, FOLLOWING, NEIGHBOURS, source_of_run
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.prefilling import (
+    FIT,
+    FOLLOWING,
+    NEIGHBOURS,
     Filling,
     accept_predictions,
     fill_in,
@@ -18,6 +20,7 @@ from stereotrack_core.project.prefilling import (
     follow_selection,
     neighbour_filling,
     run_filling,
+    source_of_run,
 )
 from stereotrack_core.project.project import Project
 from stereotrack_core.recording.description import Recording
