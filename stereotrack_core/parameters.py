@@ -26,31 +26,21 @@ _ROW = "parameter"
 class ParameterRow:
     """What is declared about one parameter.
 
-    Attributes
-    ----------
-    name : name for ``--set`` and the tuning panel; unique over all groups
-    type : ``bool``, ``int``, ``float`` or ``str``
-    default : value where nothing else is said
-    unit : unit of the value as a person types it; empty for pure numbers
-    minimum, maximum : closed range that is accepted
-    choices : for ``str``: the accepted words
-    group : heading in the panel and the documentation
-    help : one sentence that says what it does
-    presets : mapping from a preset's name to its value; where it is not the default. That of
-        ``thesis`` also where the thesis decides it, by section 4.2.1 or by its method, and it is
-        the default.
+    `minimum` and `maximum`: closed range that is accepted.
     """
 
-    name: str
-    type: type
-    default: Any
-    unit: str
+    name: str  # name for ``--set`` and the tuning panel; unique over all groups
+    type: type  # ``bool``, ``int``, ``float`` or ``str``
+    default: Any  # value where nothing else is said
+    unit: str  # unit of the value as a person types it; empty for pure numbers
     minimum: float | None
     maximum: float | None
-    choices: tuple[str, ...]
-    group: str
-    help: str
+    choices: tuple[str, ...]  # for ``str``: the accepted words
+    group: str  # heading in the panel and the documentation
+    help: str  # one sentence that says what it does
     presets: Mapping[str, Value] = dataclasses.field(default_factory=dict)
+    """Mapping from a preset's name to its value; where it is not the default. That of ``thesis``
+    also where the thesis decides it, by section 4.2.1 or by its method, and it is the default."""
 
     @property
     def thesis(self) -> Value | None:

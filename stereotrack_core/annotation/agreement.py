@@ -85,27 +85,21 @@ def differences(first: Iterable[Click], second: Iterable[Click]) -> tuple[Differ
 class Agreement:
     """How well two readings agree on a landmark; pixels.
 
-    Attributes
-    ----------
-    landmark : empty: all landmarks together
-    count : images in which both gave a position
-    sigma : standard deviation of a single click per axis, if both readings are equally good: the
-        mean square of the distance is 4 sigma^2. NaN without a common image.
-    robust_sigma : the same from the median distance, which single mistakes do not change
-    median, p95, largest : of the distances
-    bias : mean of second less first: a landmark that both understand differently
-    disputed : images in which one says outside, or in which one of them says nothing
+    `median` and `p95` and `largest`: of the distances.
     """
 
-    landmark: str
-    count: int
+    landmark: str  # empty: all landmarks together
+    count: int  # images in which both gave a position
     sigma: float
-    robust_sigma: float
+    """Standard deviation of a single click per axis, if both readings are equally good: the mean
+    square of the distance is 4 sigma^2. NaN without a common image."""
+    robust_sigma: float  # the same from the median distance, which single mistakes do not change
     median: float
     p95: float
     largest: float
     bias: tuple[float, float]
-    disputed: int
+    """Mean of second less first: a landmark that both understand differently."""
+    disputed: int  # images in which one says outside, or in which one of them says nothing
 
 
 def agreement(found: Iterable[Difference], landmark: str = "") -> Agreement:

@@ -40,35 +40,24 @@ class ClickKey(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Click:
-    """A landmark in one camera's image at one frame, as a person says it is.
+    """A landmark in one camera's image at one frame, as a person says it is."""
 
-    Attributes
-    ----------
-    frame : frame of the recording, from 0
-    camera : name of the camera in the calibration
-    position : raw-image pixels, (0, 0) is the centre of the top-left pixel; None where the landmark
-        is outside the image
-    visibility : seen, guessed behind something, or outside
-    flag : empty, or a word such as :data:`UNCERTAIN`
-    sigma : standard deviation in pixels per axis; None: as usual for this landmark
-    origin : how it came about: ``hand``, ``accepted`` (a prediction that a person confirmed) or
-        ``imported``
-    who : annotator; empty until the project stamps it
-    at : time of the last change, ISO 8601, UTC; empty until the project stamps it
-    deleted : a person took it away. The position is the last one that it had.
-    """
-
-    frame: int
-    camera: str
+    frame: int  # frame of the recording, from 0
+    camera: str  # name of the camera in the calibration
     landmark: str
     position: tuple[float, float] | None
-    visibility: Visibility = Visibility.SEEN
-    flag: str = ""
+    """Raw-image pixels, (0, 0) is the centre of the top-left pixel; None where the landmark is
+    outside the image."""
+    visibility: Visibility = Visibility.SEEN  # seen, guessed behind something, or outside
+    flag: str = ""  # empty, or a word such as :data:`UNCERTAIN`
     sigma: float | None = None
+    """Standard deviation in pixels per axis; None: as usual for this landmark."""
     origin: str = "hand"
-    who: str = ""
-    at: str = ""
-    deleted: bool = False
+    """How it came about: ``hand``, ``accepted`` (a prediction that a person confirmed) or
+    ``imported``."""
+    who: str = ""  # annotator; empty until the project stamps it
+    at: str = ""  # time of the last change, ISO 8601, UTC; empty until the project stamps it
+    deleted: bool = False  # a person took it away. The position is the last one that it had.
 
     def __post_init__(self) -> None:
         if self.frame < 0:
@@ -133,21 +122,14 @@ def measurements(
 
 @dataclass(frozen=True, slots=True)
 class Prediction:
-    """A landmark placed by the program.
-
-    Attributes
-    ----------
-    source : what it comes from: ``run accurate``, ``following``, ``triangulated`` ...
-    position : raw-image pixels
-    sigma : standard deviation in pixels per axis, where the source knows it
-    """
+    """A landmark placed by the program."""
 
     frame: int
     camera: str
     landmark: str
-    source: str
-    position: tuple[float, float]
-    sigma: float | None = None
+    source: str  # what it comes from: ``run accurate``, ``following``, ``triangulated`` ...
+    position: tuple[float, float]  # raw-image pixels
+    sigma: float | None = None  # standard deviation in pixels per axis, where the source knows it
 
     @property
     def key(self) -> ClickKey:
@@ -156,34 +138,22 @@ class Prediction:
 
 
 class Seen(NamedTuple):
-    """What all cameras together say about a landmark at a frame.
-
-    `positions`: cameras in which it has a position. `doubted`: whether the author of a click doubts
-    it.
-    """
+    """What all cameras together say about a landmark at a frame."""
 
     frame: int
     landmark: str
-    positions: int
-    doubted: bool
+    positions: int  # cameras in which it has a position
+    doubted: bool  # whether the author of a click doubts it
 
 
 @dataclass(frozen=True)
 class Progress:
-    """Keyframes counted.
+    """Keyframes counted."""
 
-    Attributes
-    ----------
-    keyframes : frames that shall be annotated
-    done : those of them that are
-    flagged : keyframes that somebody wants to look at again
-    clicks : all clicks, on whichever frame
-    """
-
-    keyframes: int
-    done: int
-    flagged: int
-    clicks: int
+    keyframes: int  # frames that shall be annotated
+    done: int  # those of them that are
+    flagged: int  # keyframes that somebody wants to look at again
+    clicks: int  # all clicks, on whichever frame
 
     @property
     def share(self) -> float:

@@ -21,19 +21,12 @@ from stereotrack_core.recording.description import Subject
 
 @dataclass(frozen=True, eq=False)
 class ClickPixels:
-    """Positions of clicks as arrays; F frames, L landmarks, V cameras.
+    """Positions of clicks as arrays; F frames, L landmarks, V cameras."""
 
-    Attributes
-    ----------
-    frame : (F,); frames that have a click, ascending
-    names : landmarks
-    pixel : (F, L, V, 2); raw-image pixels, NaN where nobody gave a position
-    """
-
-    frame: IntArray
-    names: tuple[str, ...]
+    frame: IntArray  # (F,); frames that have a click, ascending
+    names: tuple[str, ...]  # landmarks
     cameras: tuple[Camera, ...]
-    pixel: FloatArray
+    pixel: FloatArray  # (F, L, V, 2); raw-image pixels, NaN where nobody gave a position
 
     def points(self) -> FloatArray:
         """The point nearest to each landmark's rays (F, L, 3), world, metres.

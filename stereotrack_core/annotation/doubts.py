@@ -52,21 +52,17 @@ _TOO_NEAR = 1e-6  # metres between two optical centres below which there are no 
 class Swap:
     """Two landmarks that were mixed up in some images of one frame.
 
-    Attributes
-    ----------
-    first, second : the landmarks
-    cameras : where they should be exchanged
-    certain : False where to exchange them in all the other views instead fits as well and needs no
-        more exchanges: somebody has to look which
-    distance, distance_after : root mean square distance to the epipolar lines in pixels, as they
-        are and after the exchange
+    `first` and `second`: the landmarks. `distance` and `distance_after`: root mean square distance
+    to the epipolar lines in pixels, as they are and after the exchange.
     """
 
     frame: int
     first: str
     second: str
-    cameras: tuple[str, ...]
+    cameras: tuple[str, ...]  # where they should be exchanged
     certain: bool
+    """False where to exchange them in all the other views instead fits as well and needs no more
+    exchanges: somebody has to look which."""
     distance: float
     distance_after: float
 
@@ -304,14 +300,10 @@ _LIMB_LENGTH = 0.3  # metres; what a place that is off does to a direction
 
 @dataclass(frozen=True)
 class Doubt:
-    """Something about a click that is there.
+    """Something about a click that is there."""
 
-    `mistake`: probability that it is a gross mistake. `angle_deg`: what its residual would do to a
-    limb, degrees.
-    """
-
-    mistake: float
-    angle_deg: float
+    mistake: float  # probability that it is a gross mistake
+    angle_deg: float  # what its residual would do to a limb, degrees
     words: str
 
 

@@ -28,15 +28,13 @@ _NEAREST = 1e-3  # metres; nearer to a camera nothing is looked for
 
 @dataclass(frozen=True, eq=False)
 class EpipolarCurve:
-    """Where a landmark that was clicked in one image can be in another; K samples.
-
-    `pixels` (K, 2), raw pixels of the other image, ordered from near to far as the first camera
-    sees them; no NaN. Nothing (0, 2) where the other camera sees no part of the ray within the
-    volume. `distance` (K,), metres, from the first camera along the ray.
-    """
+    """Where a landmark that was clicked in one image can be in another; K samples."""
 
     pixels: FloatArray
-    distance: FloatArray
+    """(K, 2), raw pixels of the other image, ordered from near to far as the first camera sees
+    them; no NaN. Nothing (0, 2) where the other camera sees no part of the ray within the
+    volume."""
+    distance: FloatArray  # (K,), metres, from the first camera along the ray
 
 
 def epipolar_curve(

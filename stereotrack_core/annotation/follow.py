@@ -45,25 +45,18 @@ _MOST_FRAMES = 30
 
 @dataclass(frozen=True, eq=False)
 class Followed:
-    """A patch followed over F pictures, the first of which was clicked.
-
-    Attributes
-    ----------
-    pixels : (F, 2); raw pixels; the last row may be the unreliable one that ended it, NaN where it
-        was lost
-    score : (F,); correlation with the first patch, -1 to 1; 1 in the first
-    forward_backward_px : (F,); distance from where it came from, after going back; 0 in the first
-    sigma_px : (F,); standard deviation per axis to be expected besides that of the click
-    reliable_until : rows before this one are reliable
-    reason : why it ended there, in words
-    """
+    """A patch followed over F pictures, the first of which was clicked."""
 
     pixels: FloatArray
-    score: FloatArray
+    """(F, 2); raw pixels; the last row may be the unreliable one that ended it, NaN where it was
+    lost."""
+    score: FloatArray  # (F,); correlation with the first patch, -1 to 1; 1 in the first
     forward_backward_px: FloatArray
+    """(F,); distance from where it came from, after going back; 0 in the first."""
     sigma_px: FloatArray
-    reliable_until: int
-    reason: str
+    """(F,); standard deviation per axis to be expected besides that of the click."""
+    reliable_until: int  # rows before this one are reliable
+    reason: str  # why it ended there, in words
 
 
 def follow_patch(

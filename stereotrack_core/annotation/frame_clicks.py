@@ -29,14 +29,12 @@ _AROUND = 16  # corners around a part that is drawn
 
 @dataclass(frozen=True, eq=False)
 class FrameClicks:
-    """The clicks of one frame, and what is known besides.
-
-    `clicks`: of all cameras and landmarks. `sigmas` mapping from landmark to float, how good clicks
-    are, pixels per axis, as far as measured.
-    """
+    """The clicks of one frame, and what is known besides."""
 
     frame: int
     clicks: tuple[Click, ...]
+    """Of all cameras and landmarks. `sigmas` mapping from landmark to float, how good clicks are,
+    pixels per axis, as far as measured."""
     cameras: Mapping[str, Camera]
     landmark_set: LandmarkSet
     proportions: Proportions
@@ -45,18 +43,11 @@ class FrameClicks:
 
 @dataclass(frozen=True, eq=False)
 class HintQuestion(FrameClicks):
-    """What the clicks say about each other.
+    """What the clicks say about each other."""
 
-    Attributes
-    ----------
-    landmark : the one whose curves are wanted
-    shown : cameras whose images are shown
-    volume : where landmarks can be
-    """
-
-    landmark: str
-    shown: tuple[str, ...]
-    volume: Volume
+    landmark: str  # the one whose curves are wanted
+    shown: tuple[str, ...]  # cameras whose images are shown
+    volume: Volume  # where landmarks can be
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,14 +135,11 @@ _LEAST_SIGMA = 0.008  # metres that joints wander on a real body
 
 @dataclass(frozen=True)
 class BoneLength:
-    """A length as clicked, and as the subject has it; metres.
-
-    `sigma`: standard deviation of it, from the clicks.
-    """
+    """A length as clicked, and as the subject has it; metres."""
 
     name: str
     clicked: float
-    sigma: float
+    sigma: float  # standard deviation of it, from the clicks
     subject: float
 
     @property
@@ -191,21 +179,17 @@ def _middle(
 
 @dataclass(frozen=True, eq=False)
 class ShownFit:
-    """A fit and what is drawn of it.
-
-    Attributes
-    ----------
-    residuals : mapping from ClickKey to (2,); click minus model, raw pixels
-    mistakes : mapping from ClickKey to float; probability that the click is a gross mistake
-    places : mapping from landmark to (3,); landmarks of the model, world, metres
-    """
+    """A fit and what is drawn of it."""
 
     question: FitQuestion
     fit: FrameFit
     meshes: tuple[PartMesh, ...]
     residuals: Mapping[ClickKey, FloatArray]
+    """Mapping from ClickKey to (2,); click minus model, raw pixels."""
     mistakes: Mapping[ClickKey, float]
+    """Mapping from ClickKey to float; probability that the click is a gross mistake."""
     places: Mapping[str, FloatArray]
+    """Mapping from landmark to (3,); landmarks of the model, world, metres."""
 
 
 class Fitter:

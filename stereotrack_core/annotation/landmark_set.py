@@ -28,29 +28,18 @@ _FARTHEST = 1.0  # metres; a landmark farther than this from its part is a slip
 
 @dataclass(frozen=True)
 class Landmark:
-    """A place on the body that people click.
+    """A place on the body that people click."""
 
-    Attributes
-    ----------
-    name : as in clicks and trajectories; left and right are the person's own
-    colour : ``#rrggbb``
-    limb : one of ``LIMBS``: where it is listed, and whose direction it tells
-    part : one of the body's ``PARTS``: what it is fixed to
-    along : share of the part's length from its joint along its z axis
-    across : share of the hip width along the part's x axis (the torso's points to the person's
-        right)
-    offset : metres in the part's frame, added to that
-    mirror : the landmark of the other side, that it may be mixed up with; empty: none
-    """
-
-    name: str
-    colour: str
-    limb: str
-    part: str
-    along: float = 0.0
+    name: str  # as in clicks and trajectories; left and right are the person's own
+    colour: str  # ``#rrggbb``
+    limb: str  # one of ``LIMBS``: where it is listed, and whose direction it tells
+    part: str  # one of the body's ``PARTS``: what it is fixed to
+    along: float = 0.0  # share of the part's length from its joint along its z axis
     across: float = 0.0
+    """Share of the hip width along the part's x axis (the torso's points to the person's right)."""
     offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    mirror: str = ""
+    """Metres in the part's frame, added to that."""
+    mirror: str = ""  # the landmark of the other side, that it may be mixed up with; empty: none
 
     @property
     def label(self) -> str:

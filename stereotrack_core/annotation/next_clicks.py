@@ -35,26 +35,18 @@ from stereotrack_core.recording.landmarks import LandmarkTrajectory
 
 @dataclass(frozen=True, slots=True)
 class Suggestion:
-    """A place where a click would help.
-
-    Attributes
-    ----------
-    gain_deg : by how much the click is expected to bring down the angle by which the limbs of this
-        frame may be off (root mean square), summed up over the limbs and the torso's cross axis;
-        degrees
-    reason : why, in words for a person; most important first
-    click_there : whether there is a click already that should be looked at again
-    over_frames_deg : the same summed up over the frames around that profit; suggestions are ranked
-        by it
-    """
+    """A place where a click would help."""
 
     frame: int
     camera: str
     landmark: str
     gain_deg: float
-    reason: str
-    click_there: bool = False
+    """By how much the click is expected to bring down the angle by which the limbs of this frame
+    may be off (root mean square), summed up over the limbs and the torso's cross axis; degrees."""
+    reason: str  # why, in words for a person; most important first
+    click_there: bool = False  # whether there is a click already that should be looked at again
     over_frames_deg: float = 0.0
+    """The same summed up over the frames around that profit; suggestions are ranked by it."""
 
     @property
     def key(self) -> ClickKey:
@@ -64,23 +56,16 @@ class Suggestion:
 
 @dataclass(frozen=True)
 class StopSign:
-    """Whether the wanted accuracy is reached.
+    """Whether the wanted accuracy is reached."""
 
-    Attributes
-    ----------
-    wanted_deg : angle by which a limb may be off (root mean square), degrees
-    frames : frames that count
-    frames_missing : those of them in which a limb misses the wanted accuracy, or nothing is known
-    missing_by_limb : mapping from limb to int; frames in which that limb misses it; limbs that
-        nobody misses are there with 0
-    allowed : share of the frames that may miss it
-    """
-
-    wanted_deg: float
-    frames: int
+    wanted_deg: float  # angle by which a limb may be off (root mean square), degrees
+    frames: int  # frames that count
     frames_missing: int
+    """Those of them in which a limb misses the wanted accuracy, or nothing is known."""
     missing_by_limb: Mapping[str, int]
-    allowed: float = 0.05
+    """Mapping from limb to int; frames in which that limb misses it; limbs that nobody misses are
+    there with 0."""
+    allowed: float = 0.05  # share of the frames that may miss it
 
     @property
     def reached(self) -> bool:

@@ -26,31 +26,24 @@ from stereotrack_core.geometry.triangulation import Sightings, point_of_sighting
 
 @dataclass(frozen=True, eq=False)
 class PredictedPoint:
-    """A landmark at one frame, from the clicks of it.
-
-    Attributes
-    ----------
-    world : (3,), metres
-    covariance : (3, 3), square metres; of the point; grows with the residuals where the clicks
-        contradict each other
-    used : cameras whose clicks placed the point
-    pixel : mapping from camera to (2,); where it is in every image that shows it, raw pixels. In an
-        image with a click: as the other clicks say, where they can say so.
-    spread_px : mapping from camera to float; largest standard deviation of these, from the
-        covariance, pixels
-    error_px : mapping from camera to float; for every click: how far it is from what the others
-        predict
-    outliers : cameras whose click fits none of the others (see :func:`point_of_sightings`)
-    """
+    """A landmark at one frame, from the clicks of it."""
 
     landmark: str
-    world: FloatArray
+    world: FloatArray  # (3,), metres
     covariance: FloatArray
-    used: tuple[str, ...]
+    """(3, 3), square metres; of the point; grows with the residuals where the clicks contradict
+    each other."""
+    used: tuple[str, ...]  # cameras whose clicks placed the point
     pixel: Mapping[str, FloatArray]
+    """Mapping from camera to (2,); where it is in every image that shows it, raw pixels. In an
+    image with a click: as the other clicks say, where they can say so."""
     spread_px: Mapping[str, float]
+    """Mapping from camera to float; largest standard deviation of these, from the covariance,
+    pixels."""
     error_px: Mapping[str, float]
+    """Mapping from camera to float; for every click: how far it is from what the others predict."""
     outliers: tuple[str, ...] = ()
+    """Cameras whose click fits none of the others (see :func:`point_of_sightings`)."""
 
     @property
     def rms_px(self) -> float:

@@ -26,26 +26,17 @@ _STATED = ("covariance", "limb_sigma_deg", "filled")  # what a reference that wa
 
 @dataclass(frozen=True, eq=False)
 class Reference:
-    """A trajectory taken as truth, and how good it is; F frames, n landmarks.
+    """A trajectory taken as truth, and how good it is; F frames, n landmarks."""
 
-    Attributes
-    ----------
-    frame : (F,); ascending
-    points : (F, n, 3), world, metres; NaN where not known
-    covariance : (F, n, 3, 3), square metres; of each landmark's position
-    limb_sigma_deg : (F, 6); root mean square angle by which each limb may be off, in the order of
-        ``LIMBS``
-    filled : (F,); frames that nobody annotated, filled in between annotated ones
-    meta : how it was made; JSON-serialisable
-    """
-
-    frame: IntArray
-    points: FloatArray
-    covariance: FloatArray | None = None
+    frame: IntArray  # (F,); ascending
+    points: FloatArray  # (F, n, 3), world, metres; NaN where not known
+    covariance: FloatArray | None = None  # (F, n, 3, 3), square metres; of each landmark's position
     limb_sigma_deg: FloatArray | None = None
+    """(F, 6); root mean square angle by which each limb may be off, in the order of ``LIMBS``."""
     filled: BoolArray | None = None
+    """(F,); frames that nobody annotated, filled in between annotated ones."""
     landmark_names: tuple[str, ...] = LANDMARKS
-    meta: Mapping[str, Any] = field(default_factory=dict)
+    meta: Mapping[str, Any] = field(default_factory=dict)  # how it was made; JSON-serialisable
 
     def __post_init__(self) -> None:
         frames, landmarks = len(self.frame), len(self.landmark_names)

@@ -19,20 +19,16 @@ class Camera:
 
     The centre of the top-left pixel is (0, 0); pixels are those of the raw image.
 
-    Attributes
-    ----------
-    width, height : image size in pixels
-    matrix : (3, 3); intrinsics in pixels
-    distortions : (k,); OpenCV order: 4, 5, 8, 12 or 14 coefficients; 4 for a fisheye lens
-    fisheye : whether `distortions` belong to OpenCV's fisheye model
+    `width` and `height`: image size in pixels.
     """
 
     name: str
     width: int
     height: int
-    matrix: FloatArray
+    matrix: FloatArray  # (3, 3); intrinsics in pixels
     distortions: FloatArray
-    fisheye: bool
+    """(k,); OpenCV order: 4, 5, 8, 12 or 14 coefficients; 4 for a fisheye lens."""
+    fisheye: bool  # whether `distortions` belong to OpenCV's fisheye model
     camera_from_world: RigidTransform
 
     @property

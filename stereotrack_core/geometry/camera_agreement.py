@@ -52,41 +52,36 @@ _ROUNDS = 30
 class Disagreement:
     """A camera that contradicts the others.
 
-    Attributes
-    ----------
-    camera : its name; empty where nobody can say which of two is wrong
-    others : those that agree with each other; or else the two that do not
-    off_px : median distance of its sightings from where the others have the points; where there are
-        no others, from each other's epipolar lines
-    agreement_px : median distance of the others' sightings from the points that they agree on; NaN
-        where there are no others
-    count, off : sightings that could be compared, and those of them that lie off
-    late_frames : by how many frames it shows everything later than the others, where that explains
-        more than a displacement does; NaN else
+    `count` and `off`: sightings that could be compared, and those of them that lie off.
     """
 
-    camera: str
-    others: tuple[str, ...]
+    camera: str  # its name; empty where nobody can say which of two is wrong
+    others: tuple[str, ...]  # those that agree with each other; or else the two that do not
     off_px: float
+    """Median distance of its sightings from where the others have the points; where there are no
+    others, from each other's epipolar lines."""
     agreement_px: float
+    """Median distance of the others' sightings from the points that they agree on; NaN where there
+    are no others."""
     count: int
     off: int
     late_frames: float = float("nan")
+    """By how many frames it shows everything later than the others, where that explains more than a
+    displacement does; NaN else."""
 
 
 @dataclass(frozen=True, eq=False)
 class _Rest:
-    """What the cameras say without one of them about N points.
-
-    `error` (N,) in pixels per axis by which they miss the point that they give, `miss` the median
-    distance of their sightings from it. `picture` (N, 2) is the point's in the camera that was left
-    out, `off` (N, 2) its sighting minus that, NaN where either is not known well enough, `spread`
-    (N,) the pixels by which the picture moves for every pixel of theirs.
-    """
+    """What the cameras say without one of them about N points."""
 
     error: FloatArray
+    """(N,) in pixels per axis by which they miss the point that they give, `miss` the median
+    distance of their sightings from it."""
     miss: float
     picture: FloatArray
+    """(N, 2) is the point's in the camera that was left out, `off` (N, 2) its sighting minus that,
+    NaN where either is not known well enough, `spread` (N,) the pixels by which the picture moves
+    for every pixel of theirs."""
     off: FloatArray
     spread: FloatArray
 

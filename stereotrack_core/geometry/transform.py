@@ -11,13 +11,10 @@ from stereotrack_core.arrays import FloatArray
 
 @dataclass(frozen=True, eq=False)
 class RigidTransform:
-    """A rotation followed by a translation: p_target = R p_source + t.
+    """A rotation followed by a translation: p_target = R p_source + t."""
 
-    `rotation` (3, 3). `translation` (3,), metres.
-    """
-
-    rotation: FloatArray
-    translation: FloatArray
+    rotation: FloatArray  # (3, 3)
+    translation: FloatArray  # (3,), metres
 
     @staticmethod
     def identity() -> RigidTransform:

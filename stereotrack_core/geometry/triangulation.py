@@ -120,21 +120,13 @@ class Sightings:
     with the sighting and the point as undistorted image coordinates n and p, and the derivative A
     of raw pixels by these at the sighting. That is exact where it matters, for small errors, and
     no lens has to be computed while the point is looked for.
-
-    Attributes
-    ----------
-    rotation : (V, 3, 3)
-    translation : (V, 3), metres; camera_from_world of every camera
-    place : (V, 2); undistorted image coordinates of the sightings
-    raw_from_place : (V, 2, 2); derivative of raw pixels there
-    sigma : (V,); standard deviations in raw pixels per axis
     """
 
-    rotation: FloatArray
-    translation: FloatArray
-    place: FloatArray
-    raw_from_place: FloatArray
-    sigma: FloatArray
+    rotation: FloatArray  # (V, 3, 3)
+    translation: FloatArray  # (V, 3), metres; camera_from_world of every camera
+    place: FloatArray  # (V, 2); undistorted image coordinates of the sightings
+    raw_from_place: FloatArray  # (V, 2, 2); derivative of raw pixels there
+    sigma: FloatArray  # (V,); standard deviations in raw pixels per axis
 
     @staticmethod
     def of(cameras: Sequence[Camera], pixels: FloatArray, sigma: FloatArray) -> Sightings:
@@ -184,14 +176,12 @@ class Sightings:
 
 @dataclass(frozen=True, eq=False)
 class SeenPoint:
-    """A point (3,), world, metres, and how well it is known.
-
-    `covariance` (3, 3), square metres, follows from the sigmas and is larger where the sightings
-    contradict each other more than these say; `outlier` (V,) are those that fit none of the others.
-    """
+    """A point (3,), world, metres, and how well it is known."""
 
     world: FloatArray
     covariance: FloatArray
+    """(3, 3), square metres, follows from the sigmas and is larger where the sightings contradict
+    each other more than these say; `outlier` (V,) are those that fit none of the others."""
     outlier: BoolArray
 
 

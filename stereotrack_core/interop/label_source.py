@@ -23,18 +23,12 @@ _LAST_NUMBER = re.compile(r"(\d+)(?!.*\d)")
 
 @dataclass(frozen=True)
 class Labels:
-    """Clicks of a file.
+    """Clicks of a file."""
 
-    Attributes
-    ----------
-    clicks : in the order of the file; what has problems is left out
-    problems : everything wrong with it, each with its place and what would be right
-    left_out : names in the file that mean none of our landmarks
-    """
-
-    clicks: tuple[Click, ...]
+    clicks: tuple[Click, ...]  # in the order of the file; what has problems is left out
     problems: tuple[InputError, ...]
-    left_out: tuple[str, ...] = ()
+    """Everything wrong with it, each with its place and what would be right."""
+    left_out: tuple[str, ...] = ()  # names in the file that mean none of our landmarks
 
     def checked(self) -> tuple[Click, ...]:
         """The clicks, where there are no problems.
@@ -50,16 +44,12 @@ class Labels:
 
 @dataclass(frozen=True)
 class LabelSource:
-    """A file of another tool, and what a person has said about it.
-
-    `landmarks`: ours. `camera`: camera or view that the file is of, where it does not say so
-    itself.
-    """
+    """A file of another tool, and what a person has said about it."""
 
     path: Path
     recording: Recording
-    landmarks: Sequence[str]
-    camera: str | None = None
+    landmarks: Sequence[str]  # ours
+    camera: str | None = None  # camera or view that the file is of, where it does not say so itself
     names: Mapping[str, str] | None = None
 
     def labels(

@@ -33,18 +33,11 @@ _HEADERS = {
 
 @dataclass(frozen=True)
 class ArrayLayout:
-    """What an array of an archive shall be.
+    """What an array of an archive shall be."""
 
-    Attributes
-    ----------
-    kind : of NumPy's type: ``f``, ``i``, ``b`` or ``U``
-    shape : a letter or word stands for the same length wherever it appears
-    optional : whether it may be missing
-    """
-
-    kind: str
-    shape: tuple[int | str, ...]
-    optional: bool = False
+    kind: str  # of NumPy's type: ``f``, ``i``, ``b`` or ``U``
+    shape: tuple[int | str, ...]  # a letter or word stands for the same length wherever it appears
+    optional: bool = False  # whether it may be missing
 
 
 @dataclass(frozen=True)
@@ -60,14 +53,10 @@ class _Header:
 
 @dataclass(frozen=True)
 class ArchiveFormat:
-    """Archives of one kind.
+    """Archives of one kind."""
 
-    `what`: what such a file is called, such as ``run file of this program``. `remedy`: what to do
-    about a file that is none.
-    """
-
-    what: str
-    remedy: str
+    what: str  # what such a file is called, such as ``run file of this program``
+    remedy: str  # what to do about a file that is none
     layout: Mapping[str, ArrayLayout]
 
     def read(self, file: BinaryIO, where: str) -> dict[str, NDArray[Any]]:

@@ -180,15 +180,11 @@ def _restated(state: State, click: Click, stamp: Stamp, **changes: Any) -> Chang
 
 @dataclass(frozen=True)
 class PlaceClicks(Edit):
-    """Set clicks, whether the landmarks had one before or not.
-
-    `clicks`: those without author and time get the project's. `text`: what it does in words; empty:
-    told from the clicks.
-    """
+    """Set clicks, whether the landmarks had one before or not."""
 
     kind: ClassVar[str] = "place clicks"
-    clicks: tuple[Click, ...]
-    text: str = ""
+    clicks: tuple[Click, ...]  # those without author and time get the project's
+    text: str = ""  # what it does in words; empty: told from the clicks
 
     def words(self) -> str:
         """``place left elbow in N_right, frame 213``."""
@@ -252,20 +248,13 @@ class DeleteClicks(Edit):
 
 @dataclass(frozen=True)
 class MarkClicks(Edit):
-    """State how existing clicks are seen, how sure they are, or flag them.
-
-    Attributes
-    ----------
-    visibility : outside takes the position away
-    flag : empty: no flag
-    sigma : pixels per axis; ``usual_sigma`` takes a stated one away
-    """
+    """State how existing clicks are seen, how sure they are, or flag them."""
 
     kind: ClassVar[str] = "mark clicks"
     keys: tuple[ClickKey, ...]
-    visibility: Visibility | None = None
-    flag: str | None = None
-    sigma: float | None = None
+    visibility: Visibility | None = None  # outside takes the position away
+    flag: str | None = None  # empty: no flag
+    sigma: float | None = None  # pixels per axis; ``usual_sigma`` takes a stated one away
     usual_sigma: bool = False
 
     def __post_init__(self) -> None:
@@ -339,14 +328,11 @@ class SwapLandmarks(Edit):
 
 @dataclass(frozen=True)
 class BlindRepeat(Edit):
-    """An edit of clicks made in a second, blind reading; the first reading is not touched.
-
-    `round`: which repetition, from 1. `edit`: of clicks; it sees and changes those of this reading.
-    """
+    """An edit of clicks made in a second, blind reading; the first reading is not touched."""
 
     kind: ClassVar[str] = "place repeats"
-    round: int
-    edit: Edit
+    round: int  # which repetition, from 1
+    edit: Edit  # of clicks; it sees and changes those of this reading
 
     def words(self) -> str:
         """``place left elbow in N_right, frame 213, blind repeat``."""

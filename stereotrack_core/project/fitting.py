@@ -52,15 +52,12 @@ FITTED = "fitted to clicks"
 
 @dataclass(frozen=True, eq=False)
 class FitJob:
-    """A fit that another process can do.
-
-    `fit`: :func:`fit_reference` with all that it needs but ``on_frame``. `progress`: file that the
-    number of frames that are taken in is written to.
-    """
+    """A fit that another process can do."""
 
     fit: Callable[..., TrajectoryFit]
+    """:func:`fit_reference` with all that it needs but ``on_frame``."""
     frames: range
-    progress: Path
+    progress: Path  # file that the number of frames that are taken in is written to
 
     def do(self) -> TrajectoryFit:
         """Fit; InputError where images cannot be read."""
@@ -164,22 +161,15 @@ def residuals_of(
 
 @dataclass(frozen=True, eq=False)
 class ShownReference:
-    """The project's reference, and what follows from it.
-
-    Attributes
-    ----------
-    fit : None where it was not fitted to the project's landmarks
-    residuals : (frames, 6); of each limb's clicks in pixels, over the frames of the recording
-    words : how good it is
-    mistakes : clicks that look like gross mistakes
-    """
+    """The project's reference, and what follows from it."""
 
     name: str
     reference: Reference
-    fit: TrajectoryFit | None
+    fit: TrajectoryFit | None  # None where it was not fitted to the project's landmarks
     residuals: FloatArray | None
-    words: str
-    mistakes: tuple[ClickKey, ...] = ()
+    """(frames, 6); of each limb's clicks in pixels, over the frames of the recording."""
+    words: str  # how good it is
+    mistakes: tuple[ClickKey, ...] = ()  # clicks that look like gross mistakes
 
 
 def read_reference(

@@ -18,16 +18,12 @@ GAP, REVIEW = "gap", "review"
 class FrameFlag:
     """A flag on a frame, for one landmark or, without its name, for the whole frame.
 
-    Attributes
-    ----------
-    landmark : empty: the whole frame
-    kind : :data:`GAP`, :data:`REVIEW`, or any other word
-    who, at : filled in by the project
+    `who` and `at`: filled in by the project.
     """
 
     frame: int
-    landmark: str = ""
-    kind: str = REVIEW
+    landmark: str = ""  # empty: the whole frame
+    kind: str = REVIEW  # :data:`GAP`, :data:`REVIEW`, or any other word
     note: str = ""
     who: str = ""
     at: str = ""

@@ -264,22 +264,16 @@ _UNCERTAIN = (
 
 @dataclass(frozen=True, eq=False)
 class Opened:
-    """An open project file.
-
-    Attributes
-    ----------
-    notes : what the person should know
-    resources : closes everything
-    identity : device and number of the file, by which it is known; None on network drives, which do
-        not keep numbers
-    """
+    """An open project file."""
 
     path: Path
     database: sqlite3.Connection
     read_only: bool
-    notes: tuple[Finding, ...]
-    resources: ExitStack
+    notes: tuple[Finding, ...]  # what the person should know
+    resources: ExitStack  # closes everything
     identity: tuple[int, int] | None = None
+    """Device and number of the file, by which it is known; None on network drives, which do not
+    keep numbers."""
 
 
 def open_for_writing(

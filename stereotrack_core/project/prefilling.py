@@ -180,18 +180,12 @@ _FARTHEST = 60  # frames outside the selection within which a click is followed 
 
 @dataclass(frozen=True, eq=False)
 class Filling:
-    """Where predictions come from.
+    """Where predictions come from."""
 
-    Attributes
-    ----------
-    source : the word under which they are kept
-    words : what a person calls it: ``the fit``
-    make : gives those of some frames; others that it gives are left out
-    """
-
-    source: str
-    words: str
+    source: str  # the word under which they are kept
+    words: str  # what a person calls it: ``the fit``
     make: Callable[[range], Iterable[Prediction]]
+    """Gives those of some frames; others that it gives are left out."""
 
 
 def fit_filling(fit: TrajectoryFit, cameras: Mapping[str, Camera]) -> Filling:

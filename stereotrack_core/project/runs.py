@@ -39,40 +39,34 @@ _META = (
 class RunFacts:
     """A run in a list; what is not known is empty or None.
 
-    Attributes
-    ----------
-    frames, tracked : frames that it has, and those of them with a pose
-    first, last : the first and the last frame
-    asked : frames that were asked for, half-open
-    changed : parameters that are not the preset's, as they were when the run was kept: name to the
-        preset's value and the run's
-    init : where the first pose came from
-    fingerprint, calibration : of the recording and of its cameras
-    versions : of this program and of what it computes with
-    made : when it was tracked, ISO 8601, UTC
-    note : what a person has written about it
+    `frames` and `tracked`: frames that it has, and those of them with a pose. `first` and `last`:
+    the first and the last frame. `fingerprint` and `calibration`: of the recording and of its
+    cameras.
     """
 
     frames: int = 0
     tracked: int = 0
     first: int | None = None
     last: int | None = None
-    asked: tuple[int, int] | None = None
+    asked: tuple[int, int] | None = None  # frames that were asked for, half-open
     preset: str = ""
     parameters: Mapping[str, Any] = field(default_factory=dict)
     changed: Mapping[str, tuple[Any, Any]] = field(default_factory=dict)
+    """Parameters that are not the preset's, as they were when the run was kept: name to the
+    preset's value and the run's."""
     seed: int | None = None
     views: tuple[str, ...] = ()
-    init: str = ""
+    init: str = ""  # where the first pose came from
     smoothed: bool = False
     subject: str = ""
     recording: str = ""
     fingerprint: str = ""
     calibration: str = ""
     versions: Mapping[str, str] = field(default_factory=dict)
+    """Of this program and of what it computes with."""
     wall_seconds: float | None = None
-    made: str = ""
-    note: str = ""
+    made: str = ""  # when it was tracked, ISO 8601, UTC
+    note: str = ""  # what a person has written about it
 
     @property
     def changed_words(self) -> str:

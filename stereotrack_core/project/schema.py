@@ -24,19 +24,12 @@ _TYPES = {
 
 @dataclass(frozen=True)
 class Table:
-    """A table whose every change is kept in the history.
-
-    Attributes
-    ----------
-    key : columns that identify a row
-    values : the others
-    word : what a person calls a row
-    """
+    """A table whose every change is kept in the history."""
 
     name: str
-    key: tuple[str, ...]
-    values: tuple[str, ...]
-    word: str = ""
+    key: tuple[str, ...]  # columns that identify a row
+    values: tuple[str, ...]  # the others
+    word: str = ""  # what a person calls a row
 
     @cached_property
     def columns(self) -> str:

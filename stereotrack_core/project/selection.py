@@ -14,13 +14,10 @@ from stereotrack_core.project.project import Project
 
 @dataclass(frozen=True)
 class Selection:
-    """What commands work on.
+    """What commands work on."""
 
-    `frames`: not empty, without steps. `landmarks`: empty: all of them.
-    """
-
-    frames: range
-    landmarks: tuple[str, ...] = ()
+    frames: range  # not empty, without steps
+    landmarks: tuple[str, ...] = ()  # empty: all of them
 
     def words(self) -> str:
         """``frames 120 – 180, left elbow``."""

@@ -121,21 +121,17 @@ class Corrections:
 
     Every version says everything that differs, so that versions can be compared and taken back one
     by one. Streams are named ``N/left``.
-
-    Attributes
-    ----------
-    reason : how they were found, in words
-    time_offsets : seconds by which a stream shows the scene later
-    first_frames : the stream's own frame that is frame 0 of the recording
-    stream_cameras : name of the camera that a stream really shows (views that were swapped)
-    cameras : cameras by name that are better calibrated
     """
 
-    reason: str
+    reason: str  # how they were found, in words
     time_offsets: Mapping[str, float] = field(default_factory=dict)
+    """Seconds by which a stream shows the scene later."""
     first_frames: Mapping[str, int] = field(default_factory=dict)
+    """The stream's own frame that is frame 0 of the recording."""
     stream_cameras: Mapping[str, str] = field(default_factory=dict)
+    """Name of the camera that a stream really shows (views that were swapped)."""
     cameras: Mapping[str, Camera] = field(default_factory=dict)
+    """Cameras by name that are better calibrated."""
 
     def applied_to(self, recording: Recording) -> Recording:
         """The recording as it is with these corrections.

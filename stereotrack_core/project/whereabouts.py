@@ -23,14 +23,11 @@ SUFFIX = ".stereotrack"
 
 @dataclass(frozen=True)
 class RecordingPlace:
-    """Where a project's recording was, and how to know it again.
-
-    `relative`: from the project's folder, with ``/``; empty where there is no such way (another
-    drive).
-    """
+    """Where a project's recording was, and how to know it again."""
 
     name: str
     relative: str
+    """From the project's folder, with ``/``; empty where there is no such way (another drive)."""
     absolute: str
     fingerprint: str
 

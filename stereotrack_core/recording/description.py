@@ -21,22 +21,13 @@ ViewKind: TypeAlias = Literal["stereo", "depth", "mono"]
 
 @dataclass(frozen=True)
 class Stream:
-    """One video, or one set of numbered images.
+    """One video, or one set of numbered images."""
 
-    Attributes
-    ----------
-    camera : name of the camera in the calibration (empty for a mask)
-    frames : video file or printf pattern, relative to the folder
-    background : image or video of the empty scene
-    first_frame : the stream's own frame that is frame 0 of the recording
-    time_offset : seconds by which the stream shows the scene later
-    """
-
-    camera: str
-    frames: str
-    background: str | None = None
-    first_frame: int = 0
-    time_offset: float = 0.0
+    camera: str  # name of the camera in the calibration (empty for a mask)
+    frames: str  # video file or printf pattern, relative to the folder
+    background: str | None = None  # image or video of the empty scene
+    first_frame: int = 0  # the stream's own frame that is frame 0 of the recording
+    time_offset: float = 0.0  # seconds by which the stream shows the scene later
 
 
 @dataclass(frozen=True)
@@ -93,22 +84,16 @@ class Subject:
 
 @dataclass(frozen=True, eq=False)
 class Recording:
-    """A recording folder as described by its files; images are read by ``FrameReader``.
-
-    Attributes
-    ----------
-    fps : frame sets per second
-    cameras : mapping from camera name to Camera
-    reference : taken as truth by ``evaluate``; the tracker never sees it
-    """
+    """A recording folder as described by its files; images are read by ``FrameReader``."""
 
     folder: Path
     name: str
-    fps: float
+    fps: float  # frame sets per second
     views: tuple[View, ...]
-    cameras: Mapping[str, Camera]
+    cameras: Mapping[str, Camera]  # mapping from camera name to Camera
     subject: Subject | None = None
     reference: LandmarkTrajectory | None = None
+    """Taken as truth by ``evaluate``; the tracker never sees it."""
     segments: tuple[Segment, ...] = field(default=())
 
     def view(self, name: str) -> View:

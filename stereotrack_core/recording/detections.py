@@ -25,23 +25,14 @@ _DETECTION_KINDS: tuple[str, ...] = (HEAD, LEFT_HAND, RIGHT_HAND, HAND)
 
 @dataclass(frozen=True, eq=False)
 class Detection:
-    """One detected landmark, in space or in the picture of one camera.
+    """One detected landmark, in space or in the picture of one camera."""
 
-    Attributes
-    ----------
-    time : in frames of the recording: 12.5 is half-way between frames 12 and 13
-    kind : one of ``_DETECTION_KINDS``
-    position : (3,) or (2,) float64; world, metres; or, with a camera, column and row of its raw
-        picture
-    sigma : standard deviation of each number of `position`, in its unit
-    confidence : from 0 (exclusive) to 1; the variance is divided by it
-    """
-
-    time: float
-    kind: str
+    time: float  # in frames of the recording: 12.5 is half-way between frames 12 and 13
+    kind: str  # one of ``_DETECTION_KINDS``
     position: FloatArray
-    sigma: float
-    confidence: float = 1.0
+    """(3,) or (2,) float64; world, metres; or, with a camera, column and row of its raw picture."""
+    sigma: float  # standard deviation of each number of `position`, in its unit
+    confidence: float = 1.0  # from 0 (exclusive) to 1; the variance is divided by it
     camera: Camera | None = None
 
 

@@ -42,14 +42,11 @@ SKELETON: tuple[tuple[str, str], ...] = (
 
 @dataclass(frozen=True, eq=False)
 class LandmarkTrajectory:
-    """Landmarks over frames: a reference, or what a run found.
+    """Landmarks over frames: a reference, or what a run found."""
 
-    `frame` (F,), frame numbers of the recording, ascending; need not be contiguous. `points` (F, 9,
-    3), world, metres, in the order of :data:`LANDMARKS`; NaN where not known.
-    """
-
-    frame: IntArray
+    frame: IntArray  # (F,), frame numbers of the recording, ascending; need not be contiguous
     points: FloatArray
+    """(F, 9, 3), world, metres, in the order of :data:`LANDMARKS`; NaN where not known."""
 
 
 COLUMNS = ("frame", "landmark", "x", "y", "z")

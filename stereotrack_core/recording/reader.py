@@ -21,36 +21,23 @@ from stereotrack_core.recording.stream_files import background_picture, open_str
 
 @dataclass(frozen=True, eq=False)
 class ViewImages:
-    """What one view shows at one instant, raw (distorted, not rotated).
+    """What one view shows at one instant, raw (distorted, not rotated)."""
 
-    Attributes
-    ----------
-    image : (H, W) or (H, W, 3) uint8; reference image, grey or BGR
-    left : (H, W) or (H, W, 3) uint8; left image of a stereo view
-    depth : (H, W), metres along the camera's z; NaN where not measured
-    mask : (H, W); True on the person
-    """
-
-    image: ImageArray
-    left: ImageArray | None = None
-    depth: Float32Array | None = None
-    mask: BoolArray | None = None
+    image: ImageArray  # (H, W) or (H, W, 3) uint8; reference image, grey or BGR
+    left: ImageArray | None = None  # (H, W) or (H, W, 3) uint8; left image of a stereo view
+    depth: Float32Array | None = None  # (H, W), metres along the camera's z; NaN where not measured
+    mask: BoolArray | None = None  # (H, W); True on the person
 
 
 @dataclass(frozen=True, eq=False)
 class FrameSet:
-    """All images of one instant.
+    """All images of one instant."""
 
-    Attributes
-    ----------
-    index : frame number in the recording, from 0
-    views : mapping from view name to ViewImages; views whose images could not be read are absent
-    problems : mapping from view name to str; why a view is absent, as a sentence
-    """
-
-    index: int
+    index: int  # frame number in the recording, from 0
     views: Mapping[str, ViewImages]
+    """Mapping from view name to ViewImages; views whose images could not be read are absent."""
     problems: Mapping[str, str] = field(default_factory=dict)
+    """Mapping from view name to str; why a view is absent, as a sentence."""
 
 
 KINDS: dict[str, PictureKind] = {"depth": "depth", "mask": "grey"}

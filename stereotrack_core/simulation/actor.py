@@ -225,22 +225,16 @@ def _arm_shift(bones: PosedBones, side: int) -> FloatArray:
 class Actor:
     """A dressed person whose surface can be posed.
 
-    Attributes
-    ----------
-    vertices, normals : (V, 3); at rest; the textures live in these coordinates
-    triangles : (T, 3)
-    weights : (V, B)
-    materials : (6, 9)
-    marks : (8,)
+    `vertices` and `normals`: (V, 3); at rest; the textures live in these coordinates.
     """
 
     person: Person
     vertices: FloatArray
     normals: FloatArray
-    triangles: IntArray
-    weights: FloatArray
-    materials: FloatArray
-    marks: FloatArray
+    triangles: IntArray  # (T, 3)
+    weights: FloatArray  # (V, B)
+    materials: FloatArray  # (6, 9)
+    marks: FloatArray  # (8,)
 
     @cached_property
     def stuff(self) -> IntArray:

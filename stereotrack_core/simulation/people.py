@@ -34,14 +34,8 @@ _SPREAD = 0.03  # standard deviation of a length as share of itself; cut at one 
 class Person:
     """One person; lengths in metres between joint centres.
 
-    Attributes
-    ----------
-    shoulder_width, hip_width, torso_length, upper_arm, forearm, hand : as `Subject` names them;
-        `hand` is wrist to fingertip
-    shoulder_to_head : shoulder midpoint to the centre of the head
-    girth : factor on the radii of the trunk
-    muscle : factor on the radii of the limbs
-    hips : factor on the width of the pelvis
+    `shoulder_width` and `hip_width` and `torso_length` and `upper_arm` and `forearm` and `hand`: as
+    `Subject` names them; `hand` is wrist to fingertip.
     """
 
     name: str
@@ -52,13 +46,13 @@ class Person:
     upper_arm: float
     forearm: float
     hand: float
-    shoulder_to_head: float
+    shoulder_to_head: float  # shoulder midpoint to the centre of the head
     thigh: float
     shank: float
     ankle_height: float
-    girth: float
-    muscle: float
-    hips: float
+    girth: float  # factor on the radii of the trunk
+    muscle: float  # factor on the radii of the limbs
+    hips: float  # factor on the width of the pelvis
 
     @property
     def arm(self) -> float:

@@ -30,18 +30,15 @@ Triple = tuple[float, float, float]
 class Arm:
     """Where a wrist is, and what the hand does.
 
-    Attributes
-    ----------
-    wrist : out, forward, up; from the shoulder in the chest's axes, in lengths of the stretched
-        arm; "out" is away from the body on both sides. The shoulder is where it is at rest, moved
-        by what the posture asks of it, so that a lifted shoulder lifts the hand. With `at_foot`:
-        from the ankle of the same side in the world's axes, in metres.
-    elbow : out, forward, up; direction to which the elbow points
-    bend, turn : degrees by which the hand tilts towards the palm, and towards the thumb
+    `bend` and `turn`: degrees by which the hand tilts towards the palm, and towards the thumb.
     """
 
     wrist: Triple
-    elbow: Triple = (0.0, -1.0, 0.0)
+    """Out, forward, up; from the shoulder in the chest's axes, in lengths of the stretched arm;
+    "out" is away from the body on both sides. The shoulder is where it is at rest, moved by what
+    the posture asks of it, so that a lifted shoulder lifts the hand. With `at_foot`: from the ankle
+    of the same side in the world's axes, in metres."""
+    elbow: Triple = (0.0, -1.0, 0.0)  # out, forward, up; direction to which the elbow points
     bend: float = 0.0
     turn: float = 0.0
     at_foot: bool = False
@@ -55,29 +52,22 @@ STRETCHED = Arm((0.999, 0.0, 0.0))
 class Posture:
     """One key of a motion; angles in degrees, lengths in shares of the leg.
 
-    Attributes
-    ----------
-    lean : (pelvis, waist, chest); forward tilt of each
-    twist : turn of the trunk to the left, shared by waist and chest
-    side : tilt of the trunk to the right
-    nod, look : the head: down, and to the left
-    drop, back : the hips: below standing height, and backwards
-    sway : the hips to the right
-    lifted, forward : (left, right); the shoulders: up and forward, beside what follows the arms.
-        From the T pose people get about 35 up, 10 down, 25 forward and 20 back in all, of which up
-        to 10 up, 6 down and 9 forward or back follow.
+    `nod` and `look`: the head: down, and to the left. `drop` and `back`: the hips: below standing
+    height, and backwards. `lifted` and `forward`: (left, right); the shoulders: up and forward,
+    beside what follows the arms. From the T pose people get about 35 up, 10 down, 25 forward and 20
+    back in all, of which up to 10 up, 6 down and 9 forward or back follow.
     """
 
     left: Arm = HANGING
     right: Arm = HANGING
-    lean: Triple = (0.0, 0.0, 0.0)
-    twist: float = 0.0
-    side: float = 0.0
+    lean: Triple = (0.0, 0.0, 0.0)  # (pelvis, waist, chest); forward tilt of each
+    twist: float = 0.0  # turn of the trunk to the left, shared by waist and chest
+    side: float = 0.0  # tilt of the trunk to the right
     nod: float = 0.0
     look: float = 0.0
     drop: float = 0.02
     back: float = 0.0
-    sway: float = 0.0
+    sway: float = 0.0  # the hips to the right
     lifted: Pair = (0.0, 0.0)
     forward: Pair = (0.0, 0.0)
 

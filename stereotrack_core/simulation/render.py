@@ -33,13 +33,11 @@ class Posed:
 
 @dataclass(frozen=True, eq=False)
 class Seen:
-    """Truth of a picture's pixels (their upper left samples).
-
-    `depth` (H, W) is in metres along the camera's z; `stuff` (H, W) is the row of a person's
-    materials (skin, hair, shirt ...), -1 for the room.
-    """
+    """Truth of a picture's pixels (their upper left samples)."""
 
     depth: Float32Array
+    """(H, W) is in metres along the camera's z; `stuff` (H, W) is the row of a person's materials
+    (skin, hair, shirt ...), -1 for the room."""
     stuff: NDArray[np.int8]
 
 

@@ -154,14 +154,12 @@ _LUMINANCE = np.array([[0.299, 0.587, 0.114]])
 
 @dataclass(frozen=True, eq=False)
 class Sensor:
-    """One camera's sensor.
-
-    `response` (c, 3) makes channels (grey, or blue, green, red) of red, green and blue light;
-    `blur` and `noise` are standard deviations in pixels and grey levels. The noise of a frame
-    depends on nothing but `stream`, the seed and the number of the camera.
-    """
+    """One camera's sensor."""
 
     response: FloatArray
+    """(c, 3) makes channels (grey, or blue, green, red) of red, green and blue light; `blur` and
+    `noise` are standard deviations in pixels and grey levels. The noise of a frame depends on
+    nothing but `stream`, the seed and the number of the camera."""
     gain: float
     blur: float
     noise: float

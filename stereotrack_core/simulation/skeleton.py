@@ -103,31 +103,21 @@ _LEG_REACH = 0.997
 
 @dataclass(frozen=True, eq=False)
 class JointState:
-    """All that moves, for one frame. Pairs are left, right.
+    """All that moves, for one frame. Pairs are left, right."""
 
-    Attributes
-    ----------
-    position : (3,) world, metres; midpoint of the hips
-    trunk : (5, 3, 3); world_from_pelvis, then waist, chest, neck and head, each relative to the one
-        before
-    arms : (2, 3, 3); chest_from_upper_arm; the identity is the T pose
-    elbows : (2,) radians; flexion
-    hands : (2, 3, 3); forearm_from_hand
-    ankles : (2, 3) world, metres; where the ankle joints are to be
-    feet : (2, 3, 3); world_from_foot
-    girdle : (2, 2) radians; by how much each shoulder is lifted and pushed forward beside what
-        follows the arm: elevation and protraction of the clavicle against the chest (as named in Wu
-        et al. 2005, doi:10.1016/j.jbiomech.2004.05.042).
-    """
-
-    position: FloatArray
+    position: FloatArray  # (3,) world, metres; midpoint of the hips
     trunk: FloatArray
-    arms: FloatArray
-    elbows: FloatArray
-    hands: FloatArray
-    ankles: FloatArray
-    feet: FloatArray
+    """(5, 3, 3); world_from_pelvis, then waist, chest, neck and head, each relative to the one
+    before."""
+    arms: FloatArray  # (2, 3, 3); chest_from_upper_arm; the identity is the T pose
+    elbows: FloatArray  # (2,) radians; flexion
+    hands: FloatArray  # (2, 3, 3); forearm_from_hand
+    ankles: FloatArray  # (2, 3) world, metres; where the ankle joints are to be
+    feet: FloatArray  # (2, 3, 3); world_from_foot
     girdle: FloatArray
+    """(2, 2) radians; by how much each shoulder is lifted and pushed forward beside what follows
+    the arm: elevation and protraction of the clavicle against the chest (as named in Wu et al.
+    2005, doi:10.1016/j.jbiomech.2004.05.042)."""
 
 
 def difference(a: JointState, b: JointState) -> FloatArray:

@@ -34,25 +34,15 @@ class Clicks:
     A click is where the ray through it meets z = 1 of its camera; differences there are turned
     into raw pixels by the distortion's derivative at the click, so that sigma means what it says
     in every corner of a lens.
-
-    Attributes
-    ----------
-    landmark : (M,); index into the set of landmarks
-    camera : (M,); index into `cameras`
-    normalised : (M, 2)
-    raw_from_normalised : (M, 2, 2); pixels
-    sigma : (M,); pixels per axis
-    rotations : (M, 3, 3); camera_from_world
-    translations : (M, 3)
     """
 
-    landmark: IntArray
-    camera: IntArray
-    normalised: FloatArray
-    raw_from_normalised: FloatArray
-    sigma: FloatArray
-    rotations: FloatArray
-    translations: FloatArray
+    landmark: IntArray  # (M,); index into the set of landmarks
+    camera: IntArray  # (M,); index into `cameras`
+    normalised: FloatArray  # (M, 2)
+    raw_from_normalised: FloatArray  # (M, 2, 2); pixels
+    sigma: FloatArray  # (M,); pixels per axis
+    rotations: FloatArray  # (M, 3, 3); camera_from_world
+    translations: FloatArray  # (M, 3)
 
     def __len__(self) -> int:
         return len(self.landmark)
@@ -93,14 +83,11 @@ def undistorted_clicks(
 
 @dataclass(frozen=True, eq=False)
 class ClickResidual:
-    """Places of clicked landmarks in the pictures: raw pixels, x and y of each click in turn.
-
-    `local` (L, 3) are the landmarks in their parts' frames, `variance` is (2 M,).
-    """
+    """Places of clicked landmarks in the pictures: raw pixels, x and y of each click in turn."""
 
     clicks: Clicks
     freedom: Freedom
-    local: FloatArray
+    local: FloatArray  # (L, 3) are the landmarks in their parts' frames, `variance` is (2 M,)
     variance: FloatArray
 
     @property
@@ -200,20 +187,15 @@ _ENOUGH = 6  # clicks whose scatter can be told
 
 @dataclass(frozen=True, eq=False)
 class Judgement:
-    """What the rest says about each of M clicks.
+    """What the rest says about each of M clicks."""
 
-    Attributes
-    ----------
-    mistake : (M,); probability of a gross mistake
-    leverage : (M,); share (0 to 1) that the click has in where the fit puts its landmark in this
-        picture
-    surprise : (M,); squared distance from where the rest expects the landmark, over its variance; a
-        right click has 2 on average
-    """
-
-    mistake: FloatArray
+    mistake: FloatArray  # (M,); probability of a gross mistake
     leverage: FloatArray
+    """(M,); share (0 to 1) that the click has in where the fit puts its landmark in this
+    picture."""
     surprise: FloatArray
+    """(M,); squared distance from where the rest expects the landmark, over its variance; a right
+    click has 2 on average."""
 
     @property
     def weight(self) -> FloatArray:

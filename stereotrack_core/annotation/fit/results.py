@@ -28,59 +28,39 @@ MISTAKEN = 0.5
 
 @dataclass(frozen=True, eq=False)
 class FrameFit:
-    """The body fitted to the clicks of one frame.
-
-    Attributes
-    ----------
-    landmarks_world : (L, 3), metres; in the order of the set of landmarks
-    landmark_covariance : (L, 3, 3), square metres, world
-    residual_px : (M, 2); click minus fitted place, raw pixels, in the order of the measurements
-    mistake : (M,); probability that the click is a gross mistake
-    limb_sigma_deg : (6,); root mean square angle by which each limb may be off, in the order of
-        ``LIMBS``
-    words : what a person should know, most important first
-    sigma_factor : by which factor the clicks are taken to scatter more than their sigma; 1 where
-        they do not
-    """
+    """The body fitted to the clicks of one frame."""
 
     pose: Pose
-    landmarks_world: FloatArray
-    landmark_covariance: FloatArray
+    landmarks_world: FloatArray  # (L, 3), metres; in the order of the set of landmarks
+    landmark_covariance: FloatArray  # (L, 3, 3), square metres, world
     residual_px: FloatArray
-    mistake: FloatArray
+    """(M, 2); click minus fitted place, raw pixels, in the order of the measurements."""
+    mistake: FloatArray  # (M,); probability that the click is a gross mistake
     limb_sigma_deg: FloatArray
-    words: tuple[str, ...]
+    """(6,); root mean square angle by which each limb may be off, in the order of ``LIMBS``."""
+    words: tuple[str, ...]  # what a person should know, most important first
     sigma_factor: float
+    """By which factor the clicks are taken to scatter more than their sigma; 1 where they do
+    not."""
 
 
 @dataclass(frozen=True, eq=False)
 class TrajectoryFit:
-    """The body fitted to clicks over frames, forward and backward.
+    """The body fitted to clicks over frames, forward and backward."""
 
-    Attributes
-    ----------
-    names : landmarks, in the order of the arrays
-    frame : (F,)
-    landmarks : (F, L, 3), world, metres; NaN where nothing is known
-    covariance : (F, L, 3, 3), square metres, world
-    limb_sigma_deg : (F, 6); in the order of ``LIMBS``
-    kind : (F,); ``clicked``, ``interpolated`` or ``gap``
-    nine : (F, 9, 3), world, metres; the landmarks of every reference, whatever set was clicked
-    residual_px : mapping from ClickKey to (2,); click minus fitted place, raw pixels
-    mistake : mapping from ClickKey to float; probability that the click is a gross mistake
-    sigma_factor : by what the clicks scatter more than their sigmas say
-    """
-
-    names: tuple[str, ...]
-    frame: IntArray
-    landmarks: FloatArray
-    covariance: FloatArray
-    limb_sigma_deg: FloatArray
-    kind: NDArray[np.str_]
+    names: tuple[str, ...]  # landmarks, in the order of the arrays
+    frame: IntArray  # (F,)
+    landmarks: FloatArray  # (F, L, 3), world, metres; NaN where nothing is known
+    covariance: FloatArray  # (F, L, 3, 3), square metres, world
+    limb_sigma_deg: FloatArray  # (F, 6); in the order of ``LIMBS``
+    kind: NDArray[np.str_]  # (F,); ``clicked``, ``interpolated`` or ``gap``
     nine: FloatArray
+    """(F, 9, 3), world, metres; the landmarks of every reference, whatever set was clicked."""
     residual_px: Mapping[ClickKey, FloatArray]
+    """Mapping from ClickKey to (2,); click minus fitted place, raw pixels."""
     mistake: Mapping[ClickKey, float]
-    sigma_factor: float = 1.0
+    """Mapping from ClickKey to float; probability that the click is a gross mistake."""
+    sigma_factor: float = 1.0  # by what the clicks scatter more than their sigmas say
 
     def trajectory(self) -> LandmarkTrajectory:
         """The nine landmarks, as a reference holds them."""
