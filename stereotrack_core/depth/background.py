@@ -30,20 +30,15 @@ class BackgroundModel:
     frequency: Float32Array
     """(H, W). g_M: how often the disparity was valid, 0 to 1."""
 
-    def limit(self, threshold: float, valid_above: float) -> Float32Array:
+    def limit(self, threshold: float) -> Float32Array:
         """Disparity (H, W) above which a pixel is foreground.
 
         Equation (3.3): a valid d is foreground where the model is invalid (limit -inf) or
         where d > d_M + s.
         """
-        known = self.frequency > valid_above
+        known = self.frequency > _VALID_ABOVE
         limit: Float32Array = np.where(known, self.disparity + np.float32(threshold), -np.inf)
         return limit.astype(np.float32, copy=False)
-
-
-def foreground(disparity: Float32Array, limit: Float32Array) -> BoolArray:
-    """Equation (3.3): true where the disparity is valid (not NaN) and above the limit."""
-    return disparity > limit
 
 
 def empty_scene_model(disparity: Float32Array) -> BackgroundModel:
@@ -173,7 +168,7 @@ class ViewBackground:
     def _set(self, model: BackgroundModel) -> None:
         p = self._p
         self.model = model
-        self._limit = model.limit(p.background_threshold, _VALID_ABOVE)
+        self._limit = model.limit(p.background_threshold)
         if self._picture is not None:
             known = np.isfinite(self._limit)
             disparity = np.where(known, model.disparity, np.float32(np.nan))
@@ -183,7 +178,7 @@ class ViewBackground:
         """Equation (3.3) in a region; whatever is valid where there is no model."""
         if self._limit is None:
             return np.isfinite(disparity)
-        return foreground(disparity, self._limit[region.slices])
+        return disparity > self._limit[region.slices]
 
     def outside(self) -> tuple[Float32Array, Float32Array]:
         """Copies of disparity and range (H, W) to fill in where nothing was measured.

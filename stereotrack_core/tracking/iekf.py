@@ -285,7 +285,7 @@ class IteratedEstimator(Estimator):
         least = search.cost(evidence, expected, here) - search.parameters.search_gain
         if trace is not None:
             trace.searching(search, evidence, expected)
-        for _, proposed in search.best_pairs(evidence, expected, here, rng, trace):
+        for proposed in search.best_pairs(evidence, expected, here, rng, trace):
             found = self.refine(measured, proposed, prior.P)
             cost = search.cost(evidence, expected, found.pose)
             if trace is not None:

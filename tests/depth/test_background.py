@@ -7,7 +7,6 @@ from hypothesis.extra.numpy import arrays
 from stereotrack_core.depth.background import (
     averaged,
     empty_scene_model,
-    foreground,
     percentile_model,
 )
 
@@ -51,7 +50,7 @@ def test_averages_agree_with_the_equations_pixel_by_pixel(sequence, rate, validi
 @settings(max_examples=60, deadline=None)
 def test_foreground_agrees_with_equation_3_3(sequence, image, threshold):
     model = percentile_model(sequence, 20.0)
-    got = foreground(image, model.limit(threshold, 0.5))
+    got = image > model.limit(threshold)
     for v in range(3):
         for u in range(4):
             d, d_model = image[v, u], np.float32(model.disparity[v, u])
@@ -81,12 +80,12 @@ def test_a_resting_person_melts_into_the_average_but_not_into_the_percentile():
     model = None
     for image in sequence:
         model = averaged(model, image, 0.05, 0.05)
-    assert not foreground(person, model.limit(1.0, 0.5)).any()
-    assert foreground(person, percentile_model(sequence, 20.0).limit(1.0, 0.5)).all()
+    assert not (person > model.limit(1.0)).any()
+    assert (person > percentile_model(sequence, 20.0).limit(1.0)).all()
 
 
 def test_the_empty_scene_is_the_model_at_once():
     scene = np.array([[4.0, np.nan]], np.float32)
-    limit = empty_scene_model(scene).limit(1.0, 0.5)
-    assert foreground(np.array([[4.9, 0.5]], np.float32), limit).tolist() == [[False, True]]
-    assert foreground(np.array([[5.1, np.nan]], np.float32), limit).tolist() == [[True, False]]
+    limit = empty_scene_model(scene).limit(1.0)
+    assert (np.array([[4.9, 0.5]], np.float32) > limit).tolist() == [[False, True]]
+    assert (np.array([[5.1, np.nan]], np.float32) > limit).tolist() == [[True, False]]

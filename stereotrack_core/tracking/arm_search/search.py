@@ -146,8 +146,8 @@ class ArmSearch:
         pose: Pose,
         rng: np.random.Generator,
         trace: StepRecorder | None = None,
-    ) -> list[tuple[float, Pose]]:
-        """Cost and pose of the best pairs of arms, best first; the body stays as in `pose`."""
+    ) -> list[Pose]:
+        """Poses with the best pairs of arms, best first; the body stays as in `pose`."""
         frames, before = self.body.frames(pose), self.body.frames(predicted)
         present = [arm_of_pose(frames, side) for side in (LEFT, RIGHT)]
         expected = [arm_of_pose(before, side) for side in (LEFT, RIGHT)]
@@ -261,7 +261,7 @@ class ArmSearch:
         evidence: Evidence,
         kept: list[tuple[Arms, FloatArray, FloatArray]],
         pose: Pose,
-    ) -> list[tuple[float, Pose]]:
+    ) -> list[Pose]:
         (left, left_distance, left_own), (right, right_distance, right_own) = kept
         cost = np.empty((len(left), len(right)))
         pair_sums(evidence.body_distance, left_distance, right_distance, _SQUARED_SCALE, cost)
@@ -275,8 +275,7 @@ class ArmSearch:
         for flat in best:
             k, m = np.unravel_index(flat, cost.shape)
             moved = with_arm(pose, LEFT, left.upper[k], left.fore[k])
-            moved = with_arm(moved, RIGHT, right.upper[m], right.fore[m])
-            result.append((float(cost[k, m]), moved))
+            result.append(with_arm(moved, RIGHT, right.upper[m], right.fore[m]))
         return result
 
     def _unlike_pairs(self, evidence: Evidence, pose: Pose, left: Arms, right: Arms) -> FloatArray:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from operator import attrgetter
 
 import numpy as np
 
@@ -52,6 +53,10 @@ TURN_GAIN = 3.0
 """Cost by which a pose must be more natural the other way round to be turned."""
 
 
+by_cost = attrgetter("cost")
+"""What speaks against a candidate."""
+
+
 @dataclass(eq=False)
 class Candidate:
     """A pose on trial: the filter that follows it, and the sum of what speaks against it."""
@@ -86,7 +91,8 @@ class PoseFinder:
     def poses_of(self, cloud: Cloud, last: Pose) -> list[Candidate]:
         """Find poses of the one person in a cloud, from coarse to fine."""
         coarse = _thinned(cloud.points, _COARSE_DATA)
-        fine = self._measured(cloud, _thinned(cloud.points, _FINE_DATA))
+        data = _thinned(cloud.points, _FINE_DATA)
+        fine = Measurements(self.setup, cloud, data, self._correspondences)
         seeds = [last, *seeds_in(self.setup.body, cloud.points)]
         order = np.argsort(self._coarse_cost(cloud, coarse, seeds), kind="stable")
         tried = _spread([seeds[k] for k in order], _TRIED, _trunks_differ)
@@ -107,16 +113,9 @@ class PoseFinder:
         rng = np.random.default_rng((self.setup.seed, cloud.frame, 2))
         return self._cost_at(pose, cloud, self._arms.evidence(cloud, pose, rng))
 
-    def turned_if_natural(self, pose: Pose, cloud: Cloud) -> Pose:
-        """The pose, or that of the other side where it is clearly more natural."""
-        return turned_round(pose) if self.gain_of_turning(pose, cloud) > TURN_GAIN else pose
-
     def gain_of_turning(self, pose: Pose, cloud: Cloud) -> float:
         """How much more natural a pose is the other way round; negative where it is less."""
         return self._unnatural(pose, cloud) - self._unnatural(turned_round(pose), cloud)
-
-    def _measured(self, cloud: Cloud, data: FloatArray) -> Measurements:
-        return Measurements(self.setup, cloud, data, self._correspondences)
 
     def _coarse_cost(self, cloud: Cloud, data: FloatArray, poses: Sequence[Pose]) -> FloatArray:
         body, cameras = self.setup.body, self.setup.cameras
@@ -134,13 +133,15 @@ class PoseFinder:
         rng = measured.random(1)
         evidence = self._arms.evidence(cloud, pose, rng)
         best, least = pose, self._cost_at(pose, cloud, evidence)
-        pairs = [proposed for _, proposed in self._arms.best_pairs(evidence, pose, pose, rng)]
+        pairs = self._arms.best_pairs(evidence, pose, pose, rng)
         for proposed in _spread(pairs, _PAIRS, _arms_differ):
             refined = self._estimator.refine(measured, proposed, P).pose
             cost = self._cost_at(refined, cloud, evidence)
             if cost < least:
                 best, least = refined, cost
-        found = self.turned_if_natural(self._followed(best, measured), cloud)
+        found = self._followed(best, measured)
+        if self.gain_of_turning(found, cloud) > TURN_GAIN:
+            found = turned_round(found)
         return Candidate(self.follower(found, cloud.frame), self.cost(found, cloud))
 
     def _unnatural(self, pose: Pose, cloud: Cloud) -> float:
@@ -169,11 +170,6 @@ def distinct(candidates: Sequence[Candidate]) -> list[Candidate]:
         if all(differ(candidate.pose, other.pose) for other in result):
             result.append(candidate)
     return result
-
-
-def by_cost(candidate: Candidate) -> float:
-    """What speaks against a candidate."""
-    return candidate.cost
 
 
 def differ(a: Pose, b: Pose) -> bool:

@@ -7,7 +7,7 @@ from stereotrack_core.body.model import body_model, placed_cones
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.body.skeleton import RIGHT_FOREARM, TORSO
 from stereotrack_core.body.surface import nearest_on_surface, parts_of_cones
-from stereotrack_core.tracking.residuals.colour import PartColours, colour_features
+from stereotrack_core.tracking.correspondences import PartColours, colour_features
 from stereotrack_core.tracking.residuals.surface import Trust, surface_residual
 from tests.tracking.scenes import POSES, pose_with_arms, surface_points
 
