@@ -18,7 +18,7 @@ from stereotrack_core.cli.arguments import (
     check_suffix,
     option,
 )
-from stereotrack_core.cli.output import OK, Table, number, put_result, say
+from stereotrack_core.cli.output import OK, put_result, say
 from stereotrack_core.cli.sources import (
     AngleSource,
     angle_source,
@@ -35,7 +35,9 @@ from stereotrack_core.evaluation.joint_angles.ranges import (
     range_of_motion,
 )
 from stereotrack_core.evaluation.joint_angles.series import JointAngles
+from stereotrack_core.recording.csv_table import Table, number
 from stereotrack_core.recording.selection import frame_bounds
+from stereotrack_core.report.run_tables import range_table, side_table
 
 DESCRIPTION = (
     "Compute joint angles following the recommendations of the International Society of "
@@ -93,7 +95,7 @@ def run(args: Namespace) -> int:
         "low_pass": motion.words,
         "stretches": [_range_facts(stretch) for stretch in stretches],
     }
-    tables = [*map(_range_table, stretches), _side_table(stretches)]
+    tables = [*map(range_table, stretches), side_table(stretches)]
     if errors is not None:
         facts["errors"] = {one.angle.name: _error_facts(one) for one in errors}
         tables.append(_error_table(errors))
@@ -135,37 +137,6 @@ def _errors(args: Namespace, source: AngleSource, angles: JointAngles) -> Sequen
             remedy="Choose frames that it contains.",
         )
     return angle_errors(angles, truth)
-
-
-def _range_table(stretch: StretchMotion) -> Table:
-    """Range of motion, mean and peak velocity of every angle that is known."""
-    headings = (
-        *("angle", ">frames", ">from", ">to", ">range", ">± range", ">mean", ">± angle"),
-        *(">peak deg/s", ">± peak"),
-    )
-    rows = [
-        (one.angle.words, str(one.frames), *map(number, one.degrees().values()))
-        for one in stretch.ranges
-        if one.frames
-    ]
-    where = "all frames" if stretch.name == "all" else f"segment {stretch.name}"
-    title = f"Joint angles, {where} ({stretch.first} to {stretch.end - 1}), degrees"
-    return Table(title, headings, rows)
-
-
-def _side_table(stretches: Sequence[StretchMotion]) -> Table:
-    headings = ("stretch", "angle", ">left", ">right", ">left - right", ">±", ">symmetry %")
-    rows = [
-        (
-            stretch.name,
-            side.left.angle.label,
-            *map(number, (*side.degrees().values(), 100.0 * side.symmetry)),
-        )
-        for stretch in stretches
-        for side in stretch.sides
-        if side.left.frames or side.right.frames
-    ]
-    return Table("Range of motion, left against right, degrees", headings, rows)
 
 
 def _error_table(errors: Sequence[AngleError]) -> Table:

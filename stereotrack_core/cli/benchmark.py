@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import dataclasses
 import itertools
 from argparse import Namespace
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeAlias
 
+from stereotrack_core.annotation.fit.settings import FitSettings
+from stereotrack_core.annotation.fit.stretch import recorded_depth
 from stereotrack_core.atomic import write_file
 from stereotrack_core.cli.arguments import (
     FRAMES,
@@ -19,19 +22,26 @@ from stereotrack_core.cli.arguments import (
     flag,
     option,
 )
-from stereotrack_core.cli.benchmark_annotation import annotation_benchmark
 from stereotrack_core.cli.demo import made_demo
-from stereotrack_core.cli.output import OK, Table, number, put_json, put_table, say
+from stereotrack_core.cli.output import OK, put_json, put_result, put_table, say
 from stereotrack_core.cli.progress import progress, stoppable
 from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
 from stereotrack_core.evaluation.errors import truth_of
 from stereotrack_core.experiments.benchmark.accuracy import ABLATIONS, Row, Score, accuracy, pooled
+from stereotrack_core.experiments.benchmark.annotation import CASES, AnnotationScore, annotated
 from stereotrack_core.experiments.benchmark.growth import Cost, cost_of_points, cost_of_views
 from stereotrack_core.experiments.benchmark.speed import chain_speed, exponent
-from stereotrack_core.recording.csv_table import csv_text, markdown_text, table_suffix
+from stereotrack_core.recording.csv_table import (
+    Table,
+    csv_text,
+    markdown_text,
+    number,
+    table_suffix,
+)
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.folder import open_recordings
+from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.recording.selection import frames_within, seeds_of, usable_views, views_of
 from stereotrack_core.tracking.parameters import Settings
@@ -322,3 +332,99 @@ def _growth_table(title: str, what: str, costs: Sequence[Cost]) -> Table:
     power = exponent([cost.size for cost in costs], [cost.milliseconds for cost in costs])
     grows = f"{title} grows as {what}^{number(power, 2)} (processor time)"
     return Table(grows, (f">{what}", ">ms", ">ms for each"), rows)
+
+
+_ANNOTATION_HEADINGS = (
+    *("recording", "clicks", ">upper arms", ">forearms", ">cross axis"),
+    *(">inside 95 %", ">limbs inside", ">outliers found", ">false alarms"),
+)
+
+
+def annotation_benchmark(
+    recordings: Sequence[Recording], seeds: Sequence[int], args: Namespace
+) -> int:
+    """Simulate clicks, fit them, and print the table."""
+    scores = [
+        score
+        for recording in recordings
+        for score in _annotation_scores(recording, seeds, args.frames)
+    ]
+    title = (
+        "Fitted references; degrees, means over all frames, share of limbs inside their 95 % "
+        "interval"
+    )
+    table = Table(title, _ANNOTATION_HEADINGS, [_annotation_line(score, seeds) for score in scores])
+    put_result([_annotation_facts(score) for score in scores], table, as_json=args.json)
+    return OK
+
+
+def _annotation_scores(
+    recording: Recording, seeds: Sequence[int], frames: str | None
+) -> list[AnnotationScore]:
+    settings, found = FitSettings(), []
+    recording = _cut(recording, frames)
+    clicked = truth_of(recording).frame.tolist()
+    with recorded_depth(recording, settings) as depth:
+        clouds = None
+        if depth is not None:
+            say(f"Depth of {recording.name}: {len(clicked)} frames.")
+            with progress("Depth", len(clicked)) as show:
+                made = {}
+                for frame in clicked:
+                    made[frame] = depth(frame)
+                    show(len(made))
+            clouds = made.get
+        cases = [case for case in CASES if clouds is not None or not case.depth]
+        with progress("Fitting", len(cases) * len(seeds)) as show:
+            for case in cases:
+                for seed in seeds:
+                    found.append(annotated(recording, case, seed, settings, clouds))
+                    show(len(found))
+    return found
+
+
+def _cut(recording: Recording, text: str | None) -> Recording:
+    """The recording with the reference of some frames alone."""
+    truth = truth_of(recording)
+    with FrameReader(recording, read_ahead=0) as reader:
+        frames = frames_within(text, reader.frame_count)
+    inside = (truth.frame >= frames.start) & (truth.frame < frames.stop)
+    if not inside.any():
+        raise InputError(
+            "the reference contains none of the frames",
+            where=str(recording.folder),
+            remedy="Choose frames that it contains.",
+        )
+    cut = LandmarkTrajectory(truth.frame[inside], truth.points[inside])
+    return dataclasses.replace(recording, reference=cut)
+
+
+def _values(score: AnnotationScore) -> dict[str, float]:
+    means = {
+        name: score.summary.measure(name).statistics.mean
+        for name in ("upper_arms", "forearms", "torso_cross")
+    }
+    return {
+        **means,
+        "inside": 100.0 * score.inside,
+        "limbs_inside": 100.0 * score.limbs_inside,
+        "found": 100.0 * score.found,
+        "accused": 100.0 * score.accused,
+    }
+
+
+def _annotation_line(score: AnnotationScore, seeds: Sequence[int]) -> tuple[str, ...]:
+    seed = f", seed {score.seed}" if len(seeds) > 1 else ""
+    return (score.recording, f"{score.case}{seed}", *(number(v) for v in _values(score).values()))
+
+
+def _annotation_facts(score: AnnotationScore) -> dict[str, Any]:
+    return {
+        "recording": score.recording,
+        "case": score.case,
+        "seed": score.seed,
+        "frames": score.summary.frames,
+        "clicks": score.clicks,
+        "mistakes": score.mistakes,
+        **_values(score),
+    }

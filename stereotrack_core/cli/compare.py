@@ -10,8 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from stereotrack_core.cli.arguments import FRAMES, JSON, SEGMENTS, option
-from stereotrack_core.cli.error_tables import error_facts, measure_rows
-from stereotrack_core.cli.output import OK, Table, number, put, put_json, put_table, say
+from stereotrack_core.cli.output import OK, put, put_json, put_table, say
 from stereotrack_core.cli.sources import (
     Truth,
     read_measured,
@@ -21,6 +20,7 @@ from stereotrack_core.cli.sources import (
     warn_about_size,
 )
 from stereotrack_core.errors import InputError
+from stereotrack_core.evaluation.accuracy import error_facts
 from stereotrack_core.evaluation.comparison.compare import (
     Candidate,
     Comparison,
@@ -30,9 +30,11 @@ from stereotrack_core.evaluation.comparison.compare import (
     how_it_is_made,
     verdict,
 )
+from stereotrack_core.recording.csv_table import Table, number
 from stereotrack_core.recording.description import Segment
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.recording.selection import frame_bounds
+from stereotrack_core.report.run_tables import measure_rows
 from stereotrack_core.tracking.frame import Run
 
 DESCRIPTION = (

@@ -17,7 +17,7 @@ from stereotrack_core.cli.arguments import (
     flag,
     option,
 )
-from stereotrack_core.cli.output import FAILED, OK, Table, put, put_json, put_table, say
+from stereotrack_core.cli.output import FAILED, OK, put, put_json, put_table, say
 from stereotrack_core.cli.progress import watched
 from stereotrack_core.cli.sources import recording_of_run, say_if_unfinished
 from stereotrack_core.counting import counted
@@ -34,6 +34,7 @@ from stereotrack_core.evaluation.episodes.find import Subject, find_episodes
 from stereotrack_core.evaluation.episodes.stretches import EpisodeRules
 from stereotrack_core.interop.run_file import read_run, read_trajectory
 from stereotrack_core.parameters import parsed_settings
+from stereotrack_core.recording.csv_table import Table
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.tracking.stored import fps_of_run
 

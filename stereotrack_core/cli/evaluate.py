@@ -9,19 +9,19 @@ from typing import Any
 import numpy as np
 
 from stereotrack_core.cli.arguments import FRAMES, JSON, SEGMENTS, option
-from stereotrack_core.cli.error_tables import (
-    accuracy_facts,
-    error_facts,
-    error_table,
-    segment_table,
-)
 from stereotrack_core.cli.output import OK, put, put_json, put_table, say
 from stereotrack_core.cli.sources import read_measured, some_segments, truth_of, warn_about_size
 from stereotrack_core.errors import InputError
-from stereotrack_core.evaluation.accuracy import accuracy_of, stated_means
+from stereotrack_core.evaluation.accuracy import (
+    accuracy_facts,
+    accuracy_of,
+    error_facts,
+    stated_means,
+)
 from stereotrack_core.evaluation.errors import LimbErrors
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.recording.selection import frame_bounds
+from stereotrack_core.report.run_tables import error_table, segment_table
 
 DESCRIPTION = (
     "Print mean, median and 95th percentile of torso position, torso axes, upper arms and "

@@ -35,7 +35,7 @@ from stereotrack_core.cli.arguments import (
     flag,
     option,
 )
-from stereotrack_core.cli.output import OK, Table, number, put_json, put_table, say
+from stereotrack_core.cli.output import OK, put_json, put_table, say
 from stereotrack_core.cli.progress import progress, stoppable
 from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
@@ -47,6 +47,7 @@ from stereotrack_core.interop.reference_npz import (
     write_reference,
 )
 from stereotrack_core.parameters import parsed_settings
+from stereotrack_core.recording.csv_table import Table, number
 from stereotrack_core.recording.description import Recording, read_subject
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.landmarks import LANDMARKS, write_landmarks

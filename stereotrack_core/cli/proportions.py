@@ -20,10 +20,11 @@ from stereotrack_core.cli.arguments import (
     check_suffix,
     option,
 )
-from stereotrack_core.cli.output import FAILED, OK, Table, put_json, put_table, say
+from stereotrack_core.cli.output import FAILED, OK, put_json, put_table, say
 from stereotrack_core.cli.progress import progress, stoppable
 from stereotrack_core.errors import Cancelled, InputError
 from stereotrack_core.interop.first_pose import first_pose
+from stereotrack_core.recording.csv_table import Table
 from stereotrack_core.recording.description import Recording, write_subject
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.reader import FrameReader

@@ -8,7 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from stereotrack_core.cli.arguments import FRAMES, JSON, OF_RUN, check_output, check_suffix, option
-from stereotrack_core.cli.output import FAILED, OK, Table, put_result, say
+from stereotrack_core.cli.output import FAILED, OK, put_result, say
 from stereotrack_core.cli.progress import watched
 from stereotrack_core.cli.sources import (
     open_project,
@@ -22,6 +22,7 @@ from stereotrack_core.interop.run_file import read_run
 from stereotrack_core.project.runs import kept_runs, load_run
 from stereotrack_core.project.setups import load_reference
 from stereotrack_core.project.whereabouts import SUFFIX
+from stereotrack_core.recording.csv_table import Table
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.selection import frame_bounds
 from stereotrack_core.report.reported import Reported, Source, gathered

@@ -8,7 +8,7 @@ from functools import partial
 from pathlib import Path
 
 from stereotrack_core.cli.arguments import JSON, check_least, flag, option
-from stereotrack_core.cli.output import FAILED, OK, Table, put_json, put_table, say
+from stereotrack_core.cli.output import FAILED, OK, put_json, put_table, say
 from stereotrack_core.cli.progress import pace, stoppable
 from stereotrack_core.counting import counted
 from stereotrack_core.errors import Cancelled, InputError
@@ -24,7 +24,7 @@ from stereotrack_core.experiments.reproduction.plan import (
 )
 from stereotrack_core.experiments.reproduction.results import Results, write_results
 from stereotrack_core.experiments.reproduction.runs import frames_of, missing_runs, track_groups
-from stereotrack_core.experiments.reproduction.tables import columns_of, facts, rows_of
+from stereotrack_core.experiments.reproduction.tables import facts, readable
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.worker_processes import Lost
@@ -148,7 +148,7 @@ def _print(results: Results, places: Places, *, as_json: bool) -> None:
                   "timings": results.timings})  # fmt: skip
     else:
         for compared in results.tables:
-            put_table(Table(compared.title, columns_of(compared), rows_of(compared)))
+            put_table(readable(compared))
     say(f"Page written to {places.page}; the tables are next to it as .csv and .md.")
 
 

@@ -6,10 +6,11 @@ from argparse import Namespace
 from pathlib import Path
 
 from stereotrack_core.cli.arguments import JSON, SEED, changes, option
-from stereotrack_core.cli.output import FAILED, OK, Table, put_result, say
+from stereotrack_core.cli.output import FAILED, OK, put_result, say
 from stereotrack_core.cli.progress import progress, stoppable
 from stereotrack_core.errors import Cancelled
 from stereotrack_core.parameters import parsed_settings
+from stereotrack_core.recording.csv_table import Table
 from stereotrack_core.simulation.make import simulate
 from stereotrack_core.simulation.options import SceneOptions
 

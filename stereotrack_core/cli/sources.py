@@ -66,10 +66,7 @@ def read_measured(path: Path) -> tuple[LandmarkTrajectory, Run | None]:
 def truth_of(given: Path | None, meta: Mapping[str, Any]) -> Truth:
     """The reference that was named, else that of the run's recording.
 
-    Raises
-    ------
-    InputError
-        Where there is none.
+    Raises InputError where there is none.
     """
     folder = meta.get("recording_folder")
     recording = describe(Path(folder), []) if folder and Path(folder).is_dir() else None
@@ -120,13 +117,7 @@ def recording_of_run(given: Path | None, run: Run, otherwise: str) -> Recording 
 
 
 def some_segments(segments: Sequence[Segment], where: Path) -> Sequence[Segment]:
-    """The named stretches of a recording.
-
-    Raises
-    ------
-    InputError
-        Where there are none.
-    """
+    """The named stretches of a recording. Raises InputError where there are none."""
     if not segments:
         raise InputError(
             "the recording has no segments",
@@ -166,13 +157,7 @@ def say_notes(notes: Iterable[Finding]) -> None:
 
 
 def recording_of(project: Project) -> Recording:
-    """The recording of a project.
-
-    Raises
-    ------
-    InputError
-        Where it is not found.
-    """
+    """The recording of a project. Raises InputError where it is not found."""
     place = project.find_recording()
     if place.finding is not None and place.folder is not None:
         say(f"{place.finding.severity}: {place.finding.where}: {place.finding.what}.")
@@ -206,15 +191,8 @@ class AngleSource:
 def angle_source(path: Path, fps: float | None) -> AngleSource:
     """Angles of a run, a reference or landmarks.
 
-    Parameters
-    ----------
-    fps : float or None
-        Frames per second for files that do not say them; what is given here holds.
-
-    Raises
-    ------
-    InputError
-        For a file that cannot be read, or that nothing states the frame rate of.
+    Raises InputError for a file that cannot be read, or that nothing states the frame rate of.
+    `fps`: frames per second for files that do not say them; what is given here holds.
     """
     angles, recording, stated = _read(path)
     rate = fps if fps is not None else stated

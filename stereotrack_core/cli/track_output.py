@@ -8,13 +8,14 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from stereotrack_core.cli.output import Table, number, say
+from stereotrack_core.cli.output import say
 from stereotrack_core.cli.progress import progress, stoppable
 from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
 from stereotrack_core.experiments.tracked_run import TrackedRun, steps, track_recording
 from stereotrack_core.interop.run_file import write_run
 from stereotrack_core.interop.run_journal import Wish, has_frames, part_of, read_unfinished
+from stereotrack_core.recording.csv_table import Table, number
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.run_checks import CHECK
@@ -41,13 +42,7 @@ class UnfinishedOutput:
         self.command = shlex.join(words)
 
     def begun(self) -> tuple[UnfinishedRun, Wish]:
-        """The run to go on with.
-
-        Raises
-        ------
-        InputError
-            Where there is none, or it cannot be read.
-        """
+        """The run to go on with. Raises InputError where there is none, or it cannot be read."""
         if not self.part.is_file():
             raise InputError(
                 "there is no unfinished run to resume",
@@ -59,10 +54,7 @@ class UnfinishedOutput:
     def refuse_to_lose(self) -> None:
         """Refuse to begin where an earlier run waits to be gone on with.
 
-        Raises
-        ------
-        InputError
-            Where there is one.
+        Raises InputError where there is one.
         """
         if has_frames(self.part):
             raise InputError(
@@ -81,10 +73,7 @@ class UnfinishedOutput:
     ) -> TrackedRun:
         """Track, with progress, until it is done or stopped with Ctrl-C.
 
-        Raises
-        ------
-        Cancelled
-            Where it is stopped before the first frame.
+        Raises Cancelled where it is stopped before the first frame.
         """
         total = steps(spec, count or len(spec.frames_of(0)), begun)
         with progress("Tracking", total) as show, stoppable() as stopped:

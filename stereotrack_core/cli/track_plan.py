@@ -64,10 +64,7 @@ class TrackPlan:
 def plan_of(args: Namespace, recording: Recording, output: UnfinishedOutput) -> TrackPlan:
     """Read the command line, with ``--like`` the run, and with ``--resume`` what there is of it.
 
-    Raises
-    ------
-    InputError
-        Where they cannot be followed, or a run would be lost.
+    Raises InputError where they cannot be followed, or a run would be lost.
     """
     if args.resume:
         return _plan_resumed(args, recording, output)

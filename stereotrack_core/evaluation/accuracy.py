@@ -7,7 +7,8 @@ error against one that is good to 8.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
+from typing import Any
 
 import numpy as np
 
@@ -167,3 +168,33 @@ def _of_the_nine(reference: Reference, covariance: FloatArray) -> FloatArray:
 
 def _places(joint: str) -> list[int]:
     return [LANDMARKS.index(f"{side}_{joint}") for side in ("left", "right")]
+
+
+def accuracy_facts(accuracy: Accuracy) -> dict[str, Any]:
+    """What is known of the accuracy, for JSON."""
+    facts = error_facts(accuracy.summary)
+    for name, good in accuracy.quality.items():
+        facts["measures"][name]["reference_good_to"] = good
+    if (doubts := accuracy.doubts) is not None:
+        facts["lost_limbs"] = {
+            "judged": doubts.judged,
+            "lost": doubts.lost,
+            "called_lost": doubts.called,
+            "precision": doubts.precision,
+            "recall": doubts.recall,
+        }
+    return facts
+
+
+def error_facts(summary: Summary) -> dict[str, Any]:
+    """Errors of one stretch for JSON."""
+    return {
+        "name": summary.name,
+        "frames": summary.frames,
+        "not_tracked": summary.not_tracked,
+        "lost_percent": 100.0 * summary.lost,
+        "measures": {
+            measure.name: {"unit": measure.unit, **asdict(measure.statistics)}
+            for measure in summary.measures
+        },
+    }

@@ -85,8 +85,6 @@ def views_that_see(
         One for each view.
     on_progress : callable, optional
         Told how many frames are done.
-    cancelled : callable, optional
-        Asked after every frame whether to stop.
     """
     result: FloatArray = np.full((len(poses), len(LIMBS)), np.nan)
     for i, pose in enumerate(poses):

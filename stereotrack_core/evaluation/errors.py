@@ -66,12 +66,8 @@ class LimbErrors:
     def of_limb(self, limb: str) -> FloatArray:
         """Angular error (F,) in radians of one limb; the torso's is its long axis.
 
-        The head enters no measure, so its row is NaN throughout.
-
-        Raises
-        ------
-        KeyError
-            For a name that is not a limb.
+        The head enters no measure, so its row is NaN throughout. Raises KeyError for a name that is
+        not a limb.
         """
         nothing: FloatArray = np.full(len(self.frame), np.nan)
         return {
@@ -85,13 +81,7 @@ class LimbErrors:
 
 
 def truth_of(recording: Recording) -> LandmarkTrajectory:
-    """The recording's own reference.
-
-    Raises
-    ------
-    InputError
-        Where it has none.
-    """
+    """The recording's own reference. Raises InputError where it has none."""
     if recording.reference is None:
         raise InputError(
             "the recording has no reference to measure against",

@@ -180,10 +180,10 @@ class Spread:
             return Spread()
         return Spread(float(known.mean()), float(known.std(ddof=1)) if known.size > 1 else np.nan)
 
-    def text(self, digits: int = 1, absent: str = "-") -> str:
+    def text(self, digits: int = 1) -> str:
         """``32.1 ± 0.8``."""
         if not np.isfinite(self.mean):
-            return absent
+            return "-"
         deviation = f" ± {self.deviation:.{digits}f}" if np.isfinite(self.deviation) else ""
         return f"{self.mean:.{digits}f}{deviation}"
 

@@ -143,6 +143,8 @@ def track_recording(
 ) -> TrackedRun:
     """Track, keep every frame at once, and keep what there is when it is stopped.
 
+    Raises Cancelled where it is stopped before the first frame, while lengths are estimated.
+
     Parameters
     ----------
     spec : RunSpec
@@ -155,11 +157,6 @@ def track_recording(
         What is there already, to go on with.
     on_step : callable, optional
         Told how many of the :func:`steps` are done.
-
-    Raises
-    ------
-    Cancelled
-        Where it is stopped before the first frame, while lengths are estimated.
     """
     wanted = count or len(spec.frames_of(0))
     started = time.perf_counter() - (0.0 if begun is None else begun.wall_seconds)

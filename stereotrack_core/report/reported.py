@@ -124,11 +124,7 @@ def gathered(
 ) -> Reported:
     """Measure, look for episodes and draw their strips.
 
-    Raises
-    ------
-    InputError
-        Where the run has none of the frames.
-    Cancelled
+    Raises InputError where the run has none of the frames, and Cancelled.
     """
     source = dataclasses.replace(source, run=_cut(source.run, source.frames))
     run, recording = source.run, source.recording

@@ -186,10 +186,7 @@ def write_page(path: Path, reported: Reported) -> None:
 def write_pdf(path: Path, reported: Reported, window_package: str | None) -> None:
     """Write a report as PDF; the window's package does it, in a process of its own.
 
-    Raises
-    ------
-    InputError
-        Where that package is missing or fails.
+    Raises InputError where that package is missing or fails.
     """
     if window_package is None:
         raise InputError(

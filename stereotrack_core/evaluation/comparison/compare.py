@@ -129,6 +129,8 @@ def compare(
 ) -> Comparison:
     """Compare the first run with each of the others.
 
+    Raises InputError where there is but one run, or no frame that all of them have.
+
     Parameters
     ----------
     candidates : sequence of Candidate
@@ -137,11 +139,6 @@ def compare(
         Taken as truth; without it the runs are compared with each other alone.
     frames : range, optional
         Only these.
-
-    Raises
-    ------
-    InputError
-        Where there is but one run, or no frame that all of them have.
     """
     if len(candidates) < 2:
         raise InputError("there is only one run to compare", remedy="Give at least two runs.")

@@ -249,10 +249,7 @@ def look_evidence(
 ) -> list[Evidence]:
     """Evidence from looks at frames of an episode, against frames of the run outside of any.
 
-    Parameters
-    ----------
-    views : sequence of str
-        In the order of the looks' rows.
+    `views`: in the order of the looks' rows.
     """
     if not inside:
         return []

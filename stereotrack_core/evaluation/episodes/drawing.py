@@ -188,12 +188,7 @@ def best_view(
     """Name of the view in which some limbs are seen best; the first one where nothing tells.
 
     A limb counts with the length at which it appears where it is inside the picture and no other
-    part of the body stands before it.
-
-    Parameters
-    ----------
-    limbs : sequence of str
-        Names in ``LIMBS``; both arms where not given.
+    part of the body stands before it. `limbs`: names in ``LIMBS``; both arms where not given.
     """
     wanted = [LIMBS.index(limb) for limb in (limbs or LIMBS[2:])]
     body = body_of_run(run)

@@ -71,14 +71,8 @@ def write_strips(
 ) -> int:
     """Write a strip of each episode as PNG into a folder, which is made; returns their number.
 
-    The files are named as ``0144-0183-left-forearm-crossing-truth.png``.
-
-    Raises
-    ------
-    InputError
-        Where not all of them can be written there; then none is.
-    Cancelled
-        None is written.
+    The files are named as ``0144-0183-left-forearm-crossing-truth.png``. Raises InputError where
+    not all of them can be written there; then none is, and Cancelled: none is written.
     """
     with filling(folder) as workplace, FrameReader(recording, read_ahead=0) as reader:
         for i, episode in enumerate(episodes):
@@ -147,7 +141,8 @@ def write_film(
 ) -> None:
     """Write a video at the recording's own pace; one that is not finished is taken away.
 
-    Every view is shown with the model's outline, the numbers and the title below.
+    Every view is shown with the model's outline, the numbers and the title below. Raises InputError
+    for no frames, or where the file cannot be written, and Cancelled.
 
     Parameters
     ----------
@@ -155,12 +150,6 @@ def write_film(
         Ends in .mp4.
     report : callable, optional
         Called with the share done and with words.
-
-    Raises
-    ------
-    InputError
-        For no frames, or where the file cannot be written.
-    Cancelled
     """
     check_frames(frames)
     if path.suffix.lower() != ".mp4":

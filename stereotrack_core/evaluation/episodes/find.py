@@ -97,18 +97,9 @@ def find_episodes(
 ) -> tuple[Episode, ...]:
     """Episodes by error, where there is a reference, and by the run's own signs; with causes.
 
-    Those found without truth are found and explained without it, whatever there is.
-
-    Parameters
-    ----------
-    report : callable, optional
-        Called with the share done and with words.
-
-    Raises
-    ------
-    Cancelled
-    InputError
-        Where the recording's images cannot be read.
+    Those found without truth are found and explained without it, whatever there is. Raises
+    Cancelled, and InputError where the recording's images cannot be read. `report`: called with the
+    share done and with words.
     """
     return explained(subject, stretches_of(subject), report, cancelled)
 

@@ -74,10 +74,7 @@ class Look:
 class Looker:
     """Makes the clouds of single frames of a run's recording, with the run's own settings.
 
-    Parameters
-    ----------
-    run : Run
-        Its meta names the views and the parameters; its poses say where the torso is.
+    `run`: its meta names the views and the parameters; its poses say where the torso is.
     """
 
     def __init__(self, recording: Recording, run: Run) -> None:

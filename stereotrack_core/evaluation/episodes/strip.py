@@ -143,6 +143,8 @@ def picture_strip(
 ) -> ImageArray:
     """Pictures of a view beside each other, below them the same with the model, and numbers.
 
+    Raises InputError for no frames, a view that is not there, or frames that the recording has not.
+
     Parameters
     ----------
     frames : sequence of int
@@ -159,11 +161,6 @@ def picture_strip(
     Returns
     -------
     (H, W, 3) uint8, BGR
-
-    Raises
-    ------
-    InputError
-        For no frames, a view that is not there, or frames that the recording has not.
     """
     check_frames(frames)
     recording, run = shown.recording, shown.run

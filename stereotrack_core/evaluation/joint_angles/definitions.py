@@ -136,13 +136,7 @@ NAMES: tuple[str, ...] = tuple(angle.name for angle in ANGLES)
 
 
 def place_of(name: str) -> int:
-    """Place of an angle in arrays.
-
-    Raises
-    ------
-    ValueError
-        For a name that no angle has.
-    """
+    """Place of an angle in arrays. Raises ValueError for a name that no angle has."""
     return NAMES.index(name)
 
 

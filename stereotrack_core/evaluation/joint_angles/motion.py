@@ -77,6 +77,8 @@ class Motion:
 def motion_of(angles: JointAngles, fps: float, cut_off: float = CUT_OFF_HZ) -> Motion:
     """Filter and differentiate angles, stretch by stretch of successive frames.
 
+    Raises InputError for a cut-off or a frame rate that is not positive.
+
     Parameters
     ----------
     fps : float
@@ -84,11 +86,6 @@ def motion_of(angles: JointAngles, fps: float, cut_off: float = CUT_OFF_HZ) -> M
     cut_off : float, hertz
         Taken down to :data:`HIGHEST_SHARE` of `fps` where it is higher. At 10 frames per second
         that is 4 Hz, and the central differences let through 64 % of a movement of 2.5 Hz.
-
-    Raises
-    ------
-    InputError
-        For a cut-off or a frame rate that is not positive.
     """
     _check(fps, cut_off)
     used = min(cut_off, HIGHEST_SHARE * fps)

@@ -243,10 +243,7 @@ def joined(limbs: list[Registered], measured: Measurements, pose: Pose) -> Infor
 def rigid_jacobian(part: int, frames: PartFrames, columns: Columns) -> FloatArray:
     """Derivatives (6, n) of a part's translation and left rotation vector by the error state.
 
-    Parameters
-    ----------
-    frames : PartFrames
-        Of one pose.
+    `frames`: of one pose.
     """
     origin = np.repeat(frames.origins[part][None], 3, axis=0)
     J = np.zeros((6, columns.n))

@@ -66,7 +66,8 @@ def accuracy(
 ) -> tuple[Score, ...]:
     """Track a recording with every contestant and every seed, and measure the errors.
 
-    All that see the same clouds go forward together.
+    All that see the same clouds go forward together. Raises InputError where the recording has no
+    reference, or it knows none of the frames, and Cancelled.
 
     Parameters
     ----------
@@ -76,14 +77,6 @@ def accuracy(
         The contestants, with the same frames.
     on_frames : callable, optional
         Told how many frames more are tracked, of those of all contestants with all seeds.
-    cancelled : callable, optional
-        Asked after every frame whether to stop.
-
-    Raises
-    ------
-    InputError
-        Where the recording has no reference, or it knows none of the frames.
-    Cancelled
     """
     reference = _reference_within(recording, specs)
     blind = dataclasses.replace(recording, reference=None)

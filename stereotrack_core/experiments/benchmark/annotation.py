@@ -160,17 +160,9 @@ def annotated(
     settings: FitSettings,
     clouds: Clouds | None,
 ) -> AnnotationScore:
-    """Simulate the clicks, fit them, measure.
+    """Simulate the clicks, fit them, measure. Raises InputError for a recording without reference.
 
-    Parameters
-    ----------
-    clouds : callable or None
-        Depth by frame, for cases that use it.
-
-    Raises
-    ------
-    InputError
-        For a recording without reference.
+    `clouds`: depth by frame, for cases that use it.
     """
     truth = truth_of(recording)
     clicks = simulated_clicks(recording, case, seed)

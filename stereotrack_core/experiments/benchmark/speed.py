@@ -72,7 +72,8 @@ def chain_speed(
     """Alternate bare block matching and the chain with every preset.
 
     A round has a new pipeline, so that nothing is in a cache. What is done once for a recording,
-    learning the background and fitting the shape, is told by itself.
+    learning the background and fitting the shape, is told by itself. Raises InputError where no
+    views are given and the recording has no stereo view.
 
     Parameters
     ----------
@@ -82,11 +83,6 @@ def chain_speed(
         Frame sets in a round, and rounds.
     on_progress : callable, optional
         Told how many passes are done, of ``rounds * len(presets)``.
-
-    Raises
-    ------
-    InputError
-        Where no views are given and the recording has no stereo view.
     """
     stereo = [view.name for view in recording.views if view.kind == "stereo"]
     views = stereo if views is None else views

@@ -15,10 +15,10 @@ from stereotrack_core.evaluation.episodes.drawing import best_view
 from stereotrack_core.evaluation.episodes.strip import Shown, picture_strip
 from stereotrack_core.evaluation.errors import LimbErrors
 from stereotrack_core.evaluation.limb_colours import LIMB_COLOURS
+from stereotrack_core.experiments.benchmark.growth import Timing
 from stereotrack_core.experiments.reproduction.plan import Places, PlannedRun
 from stereotrack_core.experiments.reproduction.tables import Outcome, source_name
 from stereotrack_core.experiments.reproduction.thesis import FILTER_MS, MOTIONS, ThesisMotion
-from stereotrack_core.experiments.reproduction.timing import Timing
 from stereotrack_core.interop.run_npz import read_npz
 from stereotrack_core.recording.description import Recording, Segment
 from stereotrack_core.report.drawing import Kind, drawn_axes, image_of

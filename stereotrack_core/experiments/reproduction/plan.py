@@ -176,13 +176,7 @@ def default_folder(*, short: bool) -> Path:
 
 
 def made_folder(folder: Path) -> Places:
-    """Make the folder where it is missing.
-
-    Raises
-    ------
-    InputError
-        Where that cannot be.
-    """
+    """Make the folder where it is missing. Raises InputError where that cannot be."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -239,10 +233,7 @@ def _is_whole(run: Run, recording: Recording) -> bool:
 def missing_recordings(places: Places, *, short: bool) -> tuple[ThesisRecording, ...]:
     """What has to be rendered of the four recordings.
 
-    Raises
-    ------
-    InputError
-        Where a recording is there that is another one.
+    Raises InputError where a recording is there that is another one.
     """
     wanted = thesis_recordings(short=short)
     for one in wanted:
@@ -257,13 +248,7 @@ def render_recording(
     on_progress: Callable[[int, int], None],
     cancelled: Callable[[], bool],
 ) -> None:
-    """Render a recording.
-
-    Raises
-    ------
-    Cancelled
-        Nothing of it is left behind.
-    """
+    """Render a recording. Raises Cancelled: nothing of it is left behind."""
     places.recordings.mkdir(parents=True, exist_ok=True)
     simulate(
         places.recording(one.name),

@@ -48,6 +48,9 @@ def track_groups(
 ) -> None:
     """Track all runs of some groups and write them.
 
+    Raises Cancelled: finished groups of runs stay, and Lost where the process of a group has ended
+    by itself twice.
+
     Parameters
     ----------
     on_frames : callable
@@ -56,13 +59,6 @@ def track_groups(
         Told every group that is finished.
     on_lost : callable
         Told a group that is begun again because its process has ended by itself.
-
-    Raises
-    ------
-    Cancelled
-        Finished groups of runs stay.
-    Lost
-        Where the process of a group has ended by itself twice.
     """
     tasks = [(places, [recording.folder for recording in recordings], one) for one in groups]
     desk = _GroupDesk(tasks, on_frames, on_group, on_lost, cancelled)
@@ -125,6 +121,8 @@ def track_group(
 ) -> list[tuple[PlannedRun, Run]]:
     """Track a recording with all runs of a group.
 
+    Raises Cancelled: nothing of the group is kept then.
+
     Parameters
     ----------
     average : Subject
@@ -134,13 +132,6 @@ def track_group(
         where the group has such runs.
     on_frames : callable, optional
         Told how many frames more were tracked, over all runs.
-    cancelled : callable, optional
-        Asked after every frame whether to stop.
-
-    Raises
-    ------
-    Cancelled
-        Nothing of the group is kept then.
     """
     inside = {frame: pose for frame, pose in starts.items() if frame in frames}
     inputs = []

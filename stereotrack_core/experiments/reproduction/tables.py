@@ -27,8 +27,8 @@ from stereotrack_core.experiments.reproduction.thesis import (
     TABLE_4_4,
     ThesisTable,
 )
+from stereotrack_core.recording.csv_table import Table
 from stereotrack_core.recording.description import Recording, Segment
-from stereotrack_core.report.pages import Row, Table
 from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.presets import preset
 
@@ -155,10 +155,7 @@ class Line:
 class ComparedTable:
     """A table in which numbers of several sources stand below each other.
 
-    Attributes
-    ----------
-    key : str
-        Name of its files.
+    `key`: name of its files.
     """
 
     key: str
@@ -306,12 +303,7 @@ def _line(
     return [Line(name, label, unit, source_name(run), figures)]
 
 
-def columns_of(compared: ComparedTable) -> tuple[str, ...]:
-    """Headings for reading."""
-    return ("", "", *(f">{name}" for name in compared.columns))
-
-
-def rows_of(compared: ComparedTable) -> list[tuple[str, ...]]:
+def _rows_of(compared: ComparedTable) -> list[tuple[str, ...]]:
     """Rows for reading; a measure is named once."""
     rows: list[tuple[str, ...]] = []
     before = ""
@@ -322,20 +314,21 @@ def rows_of(compared: ComparedTable) -> list[tuple[str, ...]]:
             (
                 label,
                 line.source,
-                *(f.text(0 if line.unit == "mm" else 1, "–") for f in line.figures),
+                *(f.text(0 if line.unit == "mm" else 1) for f in line.figures),
             )
         )
     return rows
 
 
-def page_table(compared: ComparedTable) -> Table:
-    """The table for the page, the thesis's own numbers set apart."""
-    rows = []
-    for cells, line in zip(rows_of(compared), compared.lines, strict=True):
-        kinds = ["first"] if cells[0] else []
-        kinds += ["given"] if line.source == OF_THESIS else []
-        rows.append(Row(cells, " ".join(kinds)))
-    return Table(columns_of(compared), rows)
+def readable(compared: ComparedTable) -> Table:
+    """The table for reading, the thesis's own numbers set apart."""
+    rows = _rows_of(compared)
+    kinds = [
+        " ".join(["first"] * bool(cells[0]) + ["given"] * (line.source == OF_THESIS))
+        for cells, line in zip(rows, compared.lines, strict=True)
+    ]
+    columns = ("", "", *(f">{name}" for name in compared.columns))
+    return Table(compared.title, columns, rows, kinds)
 
 
 def in_full(compared: ComparedTable) -> tuple[list[str], list[list[str | float | int]]]:

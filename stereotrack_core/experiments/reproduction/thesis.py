@@ -31,13 +31,7 @@ ROWS: tuple[tuple[str, str, str], ...] = (
 
 @dataclass(frozen=True, eq=False)
 class ThesisTable:
-    """A table of the thesis.
-
-    Attributes
-    ----------
-    remark : str
-        What the thesis itself says about it.
-    """
+    """A table of the thesis. `remark`: what the thesis itself says about it."""
 
     number: str
     page: int

@@ -12,9 +12,15 @@ from typing import Any
 import cv2
 
 from stereotrack_core.errors import Cancelled, InputError
-from stereotrack_core.experiments.runner.job import Job, JobResult, Watcher, failure
+from stereotrack_core.experiments.runner.job import (
+    Job,
+    JobResult,
+    Watcher,
+    do_batch,
+    failure,
+    recording_of,
+)
 from stereotrack_core.experiments.runner.local import RETRIES
-from stereotrack_core.experiments.runner.work import do_batch, recording_of
 from stereotrack_core.version import __version__
 
 _PATIENCE_SECONDS = 10.0
@@ -42,6 +48,7 @@ class ClusterWorkers:
     """Workers of a Dask scheduler, who see the recordings by the same paths.
 
     A worker that dies gives its jobs to others; results that were told are never asked again.
+    Raises InputError where Dask is missing, nobody answers, or there is no worker.
 
     Parameters
     ----------
@@ -51,11 +58,6 @@ class ClusterWorkers:
         How often a job is tried again whose failure may have been chance.
     patience : float
         Seconds to wait for the scheduler's answer.
-
-    Raises
-    ------
-    InputError
-        Where Dask is missing, nobody answers, or there is no worker.
     """
 
     def __init__(
@@ -96,10 +98,7 @@ class ClusterWorkers:
     def check(self, jobs: Iterable[Job]) -> None:
         """Ask every worker whether it has this program and sees the recordings.
 
-        Raises
-        ------
-        InputError
-            That names the worker and what it lacks.
+        Raises InputError that names the worker and what it lacks.
         """
         if not self._client.nthreads():
             raise InputError(
@@ -174,10 +173,8 @@ class ClusterWorkers:
 def do_job(job: Job) -> JobResult:
     """Do one job on a worker.
 
-    Raises
-    ------
-    ChanceError
-        Where it failed in a way that may not come again, so that Dask tries it again.
+    Raises ChanceError where it failed in a way that may not come again, so that Dask tries it
+    again.
     """
     cv2.setNumThreads(1)  # the machine's other cores have workers of their own
     (result,) = do_batch((job,))

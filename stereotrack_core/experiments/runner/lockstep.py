@@ -131,8 +131,6 @@ def track_together(
         They agree in all that clouds depend on; see :func:`cloud_key`.
     on_frames : callable, optional
         Told how many frames more were tracked, over all runs.
-    cancelled : callable, optional
-        Asked after every frame whether to stop.
     go_on_after_errors : bool
         Whether an error of one run ends nothing else; it is then told by the run.
     """

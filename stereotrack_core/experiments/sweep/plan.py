@@ -42,10 +42,7 @@ from stereotrack_core.version import __version__
 class SweepPlan:
     """What a request asks for: jobs, or ranges in which points are searched.
 
-    Parameters
-    ----------
-    recordings : sequence of Recording
-        Its recordings, opened.
+    Raises InputError where something cannot be meant.
 
     Attributes
     ----------
@@ -55,30 +52,41 @@ class SweepPlan:
         Where a search looks; empty where there is no search.
     jobs : tuple of Job
         Empty for a search, whose points depend on what comes out.
-
-    Raises
-    ------
-    InputError
-        Where something cannot be meant.
     """
 
     def __init__(self, request: SweepRequest, recordings: Sequence[Recording]) -> None:
         self.request = request
         self.by = _judged_by(request.minimise, recordings)
-        self.planner = Planner(recordings, request)
+        preset(request.preset, request.changes)
+        self._changes = parsed_settings(request.changes)
+        self.seeds = seeds_of(request.seeds)
+        self._sources = tuple(_Source(recording) for recording in recordings)
         self.ranges = tuple(parsed_range(text) for text in request.search)
-        self.jobs = () if self.ranges else self.planner.jobs(_points(request))
+        self.jobs = () if self.ranges else self.jobs_of(_points(request))
+
+    def jobs_of(self, points: Sequence[Point]) -> tuple[Job, ...]:
+        """Jobs of points: recordings times points times seeds, in this order.
+
+        Raises InputError for views, frames or first poses that a recording does not have.
+        """
+        jobs: list[Job] = []
+        for source in self._sources:
+            for point in points:
+                own = point.special("seed")
+                seeds = self.seeds if own is None else [int(own)]
+                jobs += [source.job(point, self.request, self._changes, seed) for seed in seeds]
+        return tuple(jobs)
 
     def jobs_to_count(self) -> tuple[Job, ...]:
         """All jobs; of a search as many as it will try."""
         if not self.ranges:
             return self.jobs
         search = Search(self.ranges, self.request.search_seed)
-        return self.planner.jobs(search.ask(self.request.trials))
+        return self.jobs_of(search.ask(self.request.trials))
 
     def search_batch(self, at_once: int) -> int:
         """Points that a search asks for at once, so that nobody has to wait for work."""
-        return max(1, math.ceil(at_once / (len(self.request.recordings) * len(self.planner.seeds))))
+        return max(1, math.ceil(at_once / (len(self.request.recordings) * len(self.seeds))))
 
     def search_signature(self) -> str:
         """Hash by which a search is known again."""
@@ -141,10 +149,7 @@ def _points(request: SweepRequest) -> tuple[Point, ...]:
 def _judged_by(asked: str | None, recordings: Sequence[Recording]) -> str:
     """Measure that says which point is best.
 
-    Raises
-    ------
-    InputError
-        For an unknown one, or one that needs a reference that is not there.
+    Raises InputError for an unknown one, or one that needs a reference that is not there.
     """
     without = [one for one in recordings if one.reference is None]
     if asked is None:
@@ -200,44 +205,6 @@ def expected_seconds(
         each = fmean(own) if own else fmean(per_view) * len(job.views)
         total += each * len(job.frames)
     return total / max(1, workers)
-
-
-class Planner:
-    """Makes jobs of points: recordings times points times seeds, in this order.
-
-    Parameters
-    ----------
-    request : SweepRequest
-        What holds where a point says nothing else.
-
-    Raises
-    ------
-    InputError
-        Where the request asks for what no point could mend.
-    """
-
-    def __init__(self, recordings: Sequence[Recording], request: SweepRequest) -> None:
-        preset(request.preset, request.changes)
-        self._request = request
-        self._changes = parsed_settings(request.changes)
-        self.seeds = seeds_of(request.seeds)
-        self._sources = tuple(_Source(recording) for recording in recordings)
-
-    def jobs(self, points: Sequence[Point]) -> tuple[Job, ...]:
-        """All jobs of some points.
-
-        Raises
-        ------
-        InputError
-            For views, frames or first poses that a recording does not have.
-        """
-        jobs: list[Job] = []
-        for source in self._sources:
-            for point in points:
-                own = point.special("seed")
-                seeds = self.seeds if own is None else [int(own)]
-                jobs += [source.job(point, self._request, self._changes, seed) for seed in seeds]
-        return tuple(jobs)
 
 
 class _Source:

@@ -72,13 +72,7 @@ def parameter_rows() -> dict[str, ParameterRow]:
 
 
 def checked_name(name: str, where: str) -> str:
-    """The name of something that can be varied.
-
-    Raises
-    ------
-    InputError
-        For anything else.
-    """
+    """The name of something that can be varied. Raises InputError for anything else."""
     rows = parameter_rows()
     if name not in rows and name not in SPECIAL:
         raise InputError(
@@ -91,13 +85,7 @@ def checked_name(name: str, where: str) -> str:
 
 
 def checked_value(name: str, value: Value) -> Value:
-    """A value as its row wants it.
-
-    Raises
-    ------
-    InputError
-        For a value that is not accepted.
-    """
+    """A value as its row wants it. Raises InputError for a value that is not accepted."""
     if name not in SPECIAL:
         return parameter_rows()[name].checked(value)
     text = str(value).strip()
@@ -115,10 +103,7 @@ def checked_value(name: str, value: Value) -> Value:
 def parsed_axis(text: str) -> Axis:
     """Read ``NAME=a,b,c`` as given to ``--grid``.
 
-    Raises
-    ------
-    InputError
-        For an unknown name, a value outside its range, or a value given twice.
+    Raises InputError for an unknown name, a value outside its range, or a value given twice.
     """
     name, sign, values = text.partition("=")
     if not sign or not values.strip():
@@ -137,10 +122,7 @@ def parsed_axis(text: str) -> Axis:
 def grid_points(axes: Sequence[Axis]) -> tuple[Point, ...]:
     """Every combination of the axes' values, the last axis fastest; without axes one point.
 
-    Raises
-    ------
-    InputError
-        For an axis given twice, or more points than anybody means.
+    Raises InputError for an axis given twice, or more points than anybody means.
     """
     names = [axis.name for axis in axes]
     if len(set(names)) < len(names):
@@ -166,10 +148,7 @@ def listed_points(
 ) -> tuple[Point, ...]:
     """Points of a table whose columns are names; an empty cell leaves the value as it is.
 
-    Raises
-    ------
-    InputError
-        For an unknown name, a value outside its range, or no row at all.
+    Raises InputError for an unknown name, a value outside its range, or no row at all.
     """
     names = [checked_name(name, where) for name in columns]
     points = []
@@ -255,12 +234,7 @@ class SweepRequest:
     again: bool = False
 
     def check(self) -> None:
-        """Refuse what does not go together, and numbers that mean nothing.
-
-        Raises
-        ------
-        InputError
-        """
+        """Refuse what does not go together, and numbers that mean nothing. Raises InputError."""
         least = {"workers": 1, "together": 1, "trials": 1, "retries": 0, "search_seed": 0}
         for name, low in least.items():
             value = getattr(self, name)

@@ -97,7 +97,7 @@ class SweepRun:
         tried = 0
         while tried < request.trials:
             points = search.ask(min(batch, request.trials - tried))
-            jobs = plan.planner.jobs(points)
+            jobs = plan.jobs_of(points)
             frames = sum(len(job.frames) for job in jobs)
             rounds = math.ceil((request.trials - tried) / len(points))
             self._frames.expect_about(frames * rounds)
@@ -258,10 +258,7 @@ def summarised(
 ) -> tuple[PointSummary, ...]:
     """Summaries of all points of which something is known, best first.
 
-    Parameters
-    ----------
-    by : str
-        Measure that says which one is best.
+    `by`: measure that says which one is best.
     """
     groups: dict[Point, list[JobResult]] = {}
     for job in jobs:

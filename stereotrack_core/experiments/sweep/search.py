@@ -65,10 +65,7 @@ class Range:
 def parsed_range(text: str) -> Range:
     """Read what is given to ``--search``.
 
-    Raises
-    ------
-    InputError
-        For an unknown name, or a range that the parameter does not have.
+    Raises InputError for an unknown name, or a range that the parameter does not have.
     """
     where = "--search"
     name, sign, rest = text.partition("=")
@@ -130,10 +127,7 @@ def _optuna_library() -> ModuleType:
 class Search:
     """Proposes points and learns from how good they are.
 
-    Parameters
-    ----------
-    more_is_better : bool
-        Whether large values are wanted.
+    `more_is_better`: whether large values are wanted.
     """
 
     def __init__(self, ranges: Sequence[Range], seed: int, *, more_is_better: bool = False) -> None:

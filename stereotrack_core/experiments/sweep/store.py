@@ -7,6 +7,7 @@ import json
 import os
 import time
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, TypeAlias
@@ -116,21 +117,16 @@ def stored_results(places: SweepPlaces) -> dict[str, JobResult]:
     """Every result of the journal by its job; the newest where there are several."""
     results = {}
     for entry in read_journal(places.journal):
-        try:
+        with suppress(InputError):  # for what else the journal tells
             result = JobResult.of_facts(entry)
-        except ValueError:
-            continue  # what else the journal tells
-        results[result.identity] = result
+            results[result.identity] = result
     return results
 
 
 class SweepStore:
     """Writes the files of a sweep; one process at a time.
 
-    Raises
-    ------
-    InputError
-        Where another process is at it, or the table belongs to something else.
+    Raises InputError where another process is at it, or the table belongs to something else.
     """
 
     def __init__(self, places: SweepPlaces) -> None:
