@@ -165,7 +165,7 @@ def comparison_table(comparison: Comparison, pair: Pair, title: str = "") -> Tab
     heading = f"{where}{second} compared with {first}, means over {frames} frames"
     rows = [
         (
-            f"{measure.label} [{measure.unit}]",
+            f"{paired.measure.label} [{paired.measure.unit}]",
             number(paired.first, 2),
             number(paired.second, 2),
             f"{paired.difference:+.2f}" if math.isfinite(paired.difference) else "-",
@@ -173,10 +173,9 @@ def comparison_table(comparison: Comparison, pair: Pair, title: str = "") -> Tab
             f"{100.0 * paired.better:.0f} %" if math.isfinite(paired.better) else "-",
             number(paired.p, 3),
             str(paired.block),
-            verdict(measure, first, second),
+            verdict(paired, first, second),
         )
-        for measure in pair.measures
-        for paired in (measure.paired,)
+        for paired in pair.measures
     ]
     columns = (
         *("measure", f">{first}", f">{second}", f">{second} - {first}", ">95 % interval"),
@@ -207,10 +206,9 @@ def comparison_facts(comparison: Comparison) -> dict[str, Any]:
 
 def _pair_facts(pair: Pair) -> dict[str, Any]:
     measures = {}
-    for measure in pair.measures:
-        paired = measure.paired
-        measures[measure.name] = {
-            "unit": measure.unit,
+    for paired in pair.measures:
+        measures[paired.measure.name] = {
+            "unit": paired.measure.unit,
             "first_mean": paired.first,
             "second_mean": paired.second,
             "difference": paired.difference,
@@ -223,7 +221,7 @@ def _pair_facts(pair: Pair) -> dict[str, Any]:
             "block_frames": paired.block,
             "independent_frames": paired.independent,
             "differs": paired.differs,
-            "verdict": verdict(measure, pair.first, pair.second),
+            "verdict": verdict(paired, pair.first, pair.second),
         }
     return {
         "first": pair.first,

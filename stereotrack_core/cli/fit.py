@@ -41,19 +41,14 @@ from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera_agreement import Disagreement
 from stereotrack_core.interop.labels import read_clicks
-from stereotrack_core.interop.reference_npz import (
-    check_reference_file,
-    export_reference,
-    write_reference,
-)
+from stereotrack_core.interop.reference_npz import check_reference_file, export_reference
 from stereotrack_core.parameters import parsed_settings
 from stereotrack_core.recording.csv_table import Table, number
 from stereotrack_core.recording.description import Recording, read_subject
 from stereotrack_core.recording.folder import open_recording
-from stereotrack_core.recording.landmarks import LANDMARKS, write_landmarks
+from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.recording.selection import frame_bounds, frames_within, views_of
-from stereotrack_core.version import __version__
 
 DESCRIPTION = (
     "Fit the body to clicked landmarks with a forward and a backward pass over the frames, "
@@ -176,19 +171,6 @@ def _proportions(subject: str | None, recording: Recording, clicks: Sequence[Cli
         return proportions_of(read_subject(Path(subject)))
     lengths = lengths_of_clicks(clicks, recording.cameras, LANDMARKS, "--subject")
     return proportions_of(subject_of(recording.name, lengths))
-
-
-def _write(path: Path, fit: TrajectoryFit, recording: Recording, meta: Mapping[str, Any]) -> None:
-    if path.suffix.lower() == ".npz":
-        origin = {
-            "program": "stereotrack",
-            "version": __version__,
-            "recording": recording.name,
-            "fps": recording.fps,
-        }
-        write_reference(path, reference_of_fit(fit, {**origin, **meta}))
-        return
-    write_landmarks(path, fit.trajectory())
 
 
 def _facts(

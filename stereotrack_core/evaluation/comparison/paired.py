@@ -43,9 +43,18 @@ _SEARCHED = 5.0
 doi:10.1007/978-1-4899-0319-8_6)."""
 
 
+@dataclass(frozen=True)
+class Measured:
+    """What is measured: its key, its name for people, and its unit ``mm``, ``deg`` or ``%``."""
+
+    name: str = ""
+    label: str = ""
+    unit: str = ""
+
+
 @dataclass(frozen=True, eq=False)
 class Series:
-    """A measure frame by frame; F frames. Its mean is the sum of `total` by that of `weight`.
+    """A measure of which less is better, frame by frame; its mean is `total` by `weight`.
 
     Attributes
     ----------
@@ -57,15 +66,15 @@ class Series:
 
     total: FloatArray
     weight: FloatArray
+    measure: Measured = Measured()
 
     @staticmethod
-    def of(values: FloatArray) -> Series:
-        """From values (F,) or (F, k); NaN is not known."""
+    def of(values: FloatArray, *measure: str) -> Series:
+        """From values (F,) or (F, k), NaN where not known, and name, label and unit."""
         columns = values.reshape(len(values), -1)
         known = ~np.isnan(columns)
-        return Series(
-            np.where(known, columns, 0.0).sum(axis=1), known.sum(axis=1).astype(np.float64)
-        )
+        total, weight = np.where(known, columns, 0.0).sum(axis=1), known.sum(axis=1)
+        return Series(total, weight.astype(np.float64), Measured(*measure))
 
     def mean(self, frames: BoolArray) -> float:
         """Mean over some frames; NaN where nothing was measured in any."""
@@ -109,6 +118,7 @@ class Paired:
     p: float
     block: int
     independent: float
+    measure: Measured = Measured()
 
     @property
     def enough(self) -> bool:
@@ -127,7 +137,7 @@ def paired(first: Series, second: Series) -> Paired:
     frames = int(known.sum())
     if not frames:
         nan = math.nan
-        return Paired(0, nan, nan, nan, nan, nan, nan, nan, nan, 0, 0.0)
+        return Paired(0, nan, nan, nan, nan, nan, nan, nan, nan, 0, 0.0, first.measure)
     means = first.mean(known), second.mean(known)
     each = second.total[known] / second.weight[known] - first.total[known] / first.weight[known]
     weight = (first.weight[known] + second.weight[known]) / 2.0
@@ -149,6 +159,7 @@ def paired(first: Series, second: Series) -> Paired:
         p=p,
         block=block,
         independent=independent,
+        measure=first.measure,
     )
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from stereotrack_core.blas_threads import one_blas_thread
@@ -49,7 +49,6 @@ def cost_of_points(
     *,
     views: Sequence[str] | None = None,
     frames: int = 10,
-    on_progress: Callable[[int], None] = lambda _: None,
 ) -> tuple[Cost, ...]:
     """Time the tracker's step with more and more data of the same clouds.
 
@@ -64,17 +63,15 @@ def cost_of_points(
         All that give depth when not given.
     frames : int
         First frames of the recording that are used.
-    on_progress : callable, optional
-        Told how many sizes are done.
     """
     dense = settings.replaced(pixel_step=1, fit_shape=False)
     clouds = _clouds(recording, dense, views, frames)
     most = min((len(cloud.points) for cloud in clouds), default=0)
     costs = []
-    for k, size in enumerate(size for size in sizes if size <= most):
-        own = dense.replaced(data_points=size)
-        costs.append(Cost(size, step_milliseconds(recording, own, clouds, views)))
-        on_progress(k + 1)
+    for size in sizes:
+        if size <= most:
+            own = dense.replaced(data_points=size)
+            costs.append(Cost(size, step_milliseconds(recording, own, clouds, views)))
     return tuple(costs)
 
 
@@ -118,7 +115,6 @@ def cost_of_views(
     *,
     views: Sequence[str] | None = None,
     frames: int = 10,
-    on_progress: Callable[[int], None] = lambda _: None,
 ) -> tuple[Cost, ...]:
     """Processor time of the whole chain with one view, two views, and so on.
 
@@ -126,12 +122,10 @@ def cost_of_views(
     """
     used = usable_views(recording, views)
     plain = settings.replaced(fit_shape=False)
-    costs = []
-    for count in range(1, len(used) + 1):
-        milliseconds = _processor_ms(recording, plain, used[:count], frames)
-        costs.append(Cost(count, milliseconds))
-        on_progress(count)
-    return tuple(costs)
+    return tuple(
+        Cost(count, _processor_ms(recording, plain, used[:count], frames))
+        for count in range(1, len(used) + 1)
+    )
 
 
 def _processor_ms(
@@ -211,7 +205,6 @@ def timing(
     name: str,
     *,
     frames: int = 8,
-    on_progress: Callable[[int], None] = lambda _: None,
 ) -> Timing:
     """Time a preset on the first frames of a recording; nothing else should run meanwhile.
 
@@ -221,8 +214,6 @@ def timing(
         Of the preset.
     frames : int
         Frames in each of which every size is timed; medians count.
-    on_progress : callable, optional
-        Told how many sizes are done.
     """
     settings = preset(name)
     samples = settings.tracking.matching == "model_to_data"
@@ -233,13 +224,12 @@ def timing(
     most = min((len(cloud.points) for cloud in clouds), default=0)
     wanted = sorted({usual, *(_MODEL_POINTS if samples else _DATA_POINTS)})
     sizes = [size for size in wanted if samples or size <= most or size == usual]
-    costs = []
     # what is compiled at first use shall not be timed
     step_milliseconds(blind, settings.replaced(fit_shape=False), clouds[:2])
-    for done, size in enumerate(sizes, start=1):
+    costs = []
+    for size in sizes:
         own = settings.replaced(**{key: size, "fit_shape": False})
         costs.append(StepCost(size, step_milliseconds(blind, own, clouds, judging=False)))
-        on_progress(done)
     return Timing(
         preset=name,
         usual_points=usual,

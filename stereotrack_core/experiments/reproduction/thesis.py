@@ -11,6 +11,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 
+from stereotrack_core.evaluation.summary import ERROR_MEASURES
+
 SOURCE = (
     "J. Ziegler, Tracking der artikularen Bewegung des Oberkörpers in Stereobildfolgen, "
     "Diplomarbeit, Universität Karlsruhe, 2005"
@@ -19,13 +21,7 @@ SOURCE = (
 REFERENCE_GOOD_TO_DEG = 10.0
 """Section 4.1, page 49: ten pixels of annotation error, estimated to be 10 degrees."""
 
-ROWS: tuple[tuple[str, str, str], ...] = (
-    ("torso_position", "torso position", "mm"),
-    ("torso_long", "torso long axis", "deg"),
-    ("torso_cross", "torso cross axis", "deg"),
-    ("upper_arms", "upper arms", "deg"),
-    ("forearms", "forearms", "deg"),
-)
+ROWS = ERROR_MEASURES[:5]
 """Measure, name and unit of every row that all four tables have."""
 
 
