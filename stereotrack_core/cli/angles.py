@@ -36,7 +36,7 @@ from stereotrack_core.evaluation.joint_angles.ranges import (
 )
 from stereotrack_core.evaluation.joint_angles.series import JointAngles
 from stereotrack_core.recording.csv_table import Table, number
-from stereotrack_core.recording.selection import frame_bounds
+from stereotrack_core.recording.selection import asked_frames
 from stereotrack_core.report.run_tables import range_table, side_table
 
 DESCRIPTION = (
@@ -109,10 +109,8 @@ def run(args: Namespace) -> int:
 
 
 def _chosen(angles: JointAngles, frames: str | None) -> JointAngles:
-    if frames is not None:
-        first, end = frame_bounds(frames)
-        last = int(angles.frame[-1]) if len(angles.frame) else 0
-        angles = angles.between(first or 0, last + 1 if end is None else end)
+    asked = asked_frames(frames)
+    angles = angles.between(asked.start, asked.stop)
     if not len(angles.frame):
         raise InputError(
             "there are no frames to process",

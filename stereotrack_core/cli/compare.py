@@ -33,7 +33,7 @@ from stereotrack_core.evaluation.comparison.compare import (
 from stereotrack_core.recording.csv_table import Table, number
 from stereotrack_core.recording.description import Segment
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
-from stereotrack_core.recording.selection import frame_bounds
+from stereotrack_core.recording.selection import asked_frames
 from stereotrack_core.report.run_tables import measure_rows
 from stereotrack_core.tracking.frame import Run
 
@@ -63,14 +63,11 @@ OPTIONS = (
 )
 
 
-_END = 2**62
-
-
 def run(args: Namespace) -> int:
     """Compare and print."""
     if len(args.run_files) > len(string.ascii_uppercase):
         raise InputError("too many runs", remedy="Compare at most 26 at once.")
-    frames = _frames(args.frames)
+    frames = asked_frames(args.frames)
     read = [read_measured(path) for path in args.run_files]
     candidates = _candidates(read)
     stored = [one for _, one in read if one is not None]
@@ -137,13 +134,6 @@ def _segments(truth: Truth | None, stored: Sequence[Run]) -> Sequence[Segment]:
     folder = Path(str(stored[0].meta.get("recording_folder") or "")) if stored else Path()
     recording = recording_in(folder)
     return some_segments(() if recording is None else recording.segments, folder)
-
-
-def _frames(text: str | None) -> range | None:
-    if text is None:
-        return None
-    first, end = frame_bounds(text)
-    return range(first or 0, _END if end is None else end)
 
 
 def _warn(paths: Sequence[Path], stored: Sequence[Run], truth: Truth | None) -> None:

@@ -110,7 +110,7 @@ def _without_window(args: Namespace, settings: Settings) -> int:
 
 def _accuracy(recording: Recording, found: LandmarkTrajectory) -> Accuracy:
     """Errors of a run as far as it goes, whole and by segment."""
-    stretch = 0, int(found.frame[-1]) + 1
+    stretch = range(int(found.frame[-1]) + 1)
     return accuracy_of(found, truth_of(recording), None, recording.segments, stretch)
 
 

@@ -17,11 +17,11 @@ from stereotrack_core.cli.arguments import (
     flag,
     option,
 )
-from stereotrack_core.cli.output import FAILED, OK, put, put_json, put_table, say
+from stereotrack_core.cli.output import OK, put, put_json, put_table, say
 from stereotrack_core.cli.progress import watched
 from stereotrack_core.cli.sources import recording_of_run, say_if_unfinished
 from stereotrack_core.counting import counted
-from stereotrack_core.errors import Cancelled, InputError
+from stereotrack_core.errors import InputError
 from stereotrack_core.evaluation.episodes.episode import (
     CAUSE_WORDS,
     Agreement,
@@ -70,17 +70,15 @@ OPTIONS = (
     JSON,
 )
 
+_INCOMPLETE = "The output is incomplete."
+
 
 def run(args: Namespace) -> int:
     """Find, print, and write what is asked for."""
     _check(args)
     subject = _subject(args)
-    with watched("Detecting failures") as (report, stopped):
-        try:
-            every = find_episodes(subject, report, stopped)
-        except Cancelled:
-            say("Stopped. Nothing was written.")
-            return FAILED
+    with watched("Detecting failures", "Nothing was written.") as (report, stopped):
+        every = find_episodes(subject, report, stopped)
     chosen = _chosen(every, args)
     agreed = _agreed(every) if subject.reference is not None else None
     if args.json:
@@ -89,11 +87,8 @@ def run(args: Namespace) -> int:
         put_table(_table(args, subject, chosen, agreed))
     else:
         put(f"{_heading(args, 0, agreed)}.")
-    try:
-        return _export(args, subject, chosen)
-    except Cancelled:
-        say("Stopped. The output is incomplete.")
-        return FAILED
+    _export(args, subject, chosen)
+    return OK
 
 
 def _check(args: Namespace) -> None:
@@ -211,22 +206,21 @@ def _heading(args: Namespace, count: int, agreed: Agreement | None) -> str:
     )
 
 
-def _export(args: Namespace, subject: Subject, chosen: Sequence[Episode]) -> int:
+def _export(args: Namespace, subject: Subject, chosen: Sequence[Episode]) -> None:
     recording = subject.recording
     if recording is None or (args.strips is None and args.video is None):
-        return OK
+        return
     if not chosen:
         say("No failures, so nothing was written.")
-        return OK
+        return
     if args.strips is not None:
-        with watched("Rendering image strips") as (report, stopped):
+        with watched("Rendering image strips", _INCOMPLETE) as (report, stopped):
             count = write_strips(
                 args.strips, subject, recording, chosen, view=args.view, report=report,
                 cancelled=stopped,
             )  # fmt: skip
         say(f"{counted(count, 'strip')} written to {args.strips}.")
     if args.video is not None:
-        with watched("Rendering video") as (report, stopped):
+        with watched("Rendering video", _INCOMPLETE) as (report, stopped):
             film_of(args.video, subject, recording, chosen, report, stopped)
         say(f"Video written to {args.video}.")
-    return OK

@@ -20,7 +20,7 @@ from stereotrack_core.evaluation.accuracy import (
 )
 from stereotrack_core.evaluation.errors import LimbErrors
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
-from stereotrack_core.recording.selection import frame_bounds
+from stereotrack_core.recording.selection import asked_frames
 from stereotrack_core.report.run_tables import error_table, segment_table
 
 DESCRIPTION = (
@@ -49,10 +49,11 @@ def run(args: Namespace) -> int:
     trajectory, stored = read_measured(args.run_file)
     meta = {} if stored is None else dict(stored.meta)
     truth = truth_of(args.reference, meta)
-    frames = (None, None) if args.frames is None else frame_bounds(args.frames)
     segments = some_segments(truth.segments, truth.source) if args.segments else ()
     found = stored or trajectory
-    accuracy = accuracy_of(found, truth.reference, truth.states, segments, frames)
+    accuracy = accuracy_of(
+        found, truth.reference, truth.states, segments, asked_frames(args.frames)
+    )
     if not len(accuracy.errors.frame):
         raise InputError(
             "the reference contains none of the frames",

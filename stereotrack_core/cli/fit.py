@@ -48,7 +48,7 @@ from stereotrack_core.recording.description import Recording, read_subject
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.recording.reader import FrameReader
-from stereotrack_core.recording.selection import frame_bounds, frames_within, views_of
+from stereotrack_core.recording.selection import asked_frames, frames_within, views_of
 
 DESCRIPTION = (
     "Fit the body to clicked landmarks with a forward and a backward pass over the frames, "
@@ -106,7 +106,7 @@ def run(args: Namespace) -> int:
     with FrameReader(recording, views=views, read_ahead=0) as reader:
         count = reader.frame_count
     frames = frames_within(args.frames, count)
-    gaps = [_gap(text, count) for text in args.gaps]
+    gaps = [asked_frames(text, count, "--gap") for text in args.gaps]
     clicks = read_clicks(args.clicks, recording, frames=count).checked()
     proportions = _proportions(args.subject, recording, clicks)
     with progress("Reading", len(frames)) as show, stoppable() as stopped:
@@ -157,11 +157,6 @@ def _sigma(given: float | None) -> float:
             remedy="Give a number above 0.",
         )
     return given
-
-
-def _gap(text: str, count: int) -> range:
-    first, end = frame_bounds(text, "--gap")
-    return range(first or 0, count if end is None else end)
 
 
 def _proportions(subject: str | None, recording: Recording, clicks: Sequence[Click]) -> Proportions:

@@ -55,7 +55,7 @@ def accuracy_of(
     reference: LandmarkTrajectory,
     states: Reference | None = None,
     segments: Sequence[Segment] = (),
-    frames: tuple[int | None, int | None] = (None, None),
+    frames: range | None = None,
 ) -> Accuracy:
     """Measure a run, or landmarks alone.
 
@@ -63,13 +63,13 @@ def accuracy_of(
     ----------
     states : Reference, optional
         The reference with its uncertainty.
-    frames : tuple of (int or None, int or None)
-        Half-open stretch that counts.
+    frames : range, optional
+        That count; all when not given.
     """
     run, trajectory = (found, found.trajectory()) if isinstance(found, Run) else (None, found)
     errors = errors_against(trajectory, reference)
-    first, end = frames
-    errors = errors.between(first or 0, 2**62 if end is None else end)
+    if frames is not None:
+        errors = errors.between(frames.start, frames.stop)
     doubts = None if run is None else doubts_against(run.frame, run.limb_lost, errors)
     return Accuracy(
         errors=errors,

@@ -251,15 +251,13 @@ ALL_ARMS = "all_arm_segments"
 
 
 @dataclass(frozen=True)
-class LimbStatistics:
+class LimbStatistics(Statistics):
     """Numbers of one limb; NaN where nothing is known. In the unit of the values.
 
     Attributes
     ----------
     limb : str
         A limb, or :data:`ALL_ARMS`.
-    count : int
-        Values that are known.
     above : float
         Share (0 to 1) of them above the threshold.
     lost : float
@@ -267,10 +265,6 @@ class LimbStatistics:
     """
 
     limb: str
-    count: int
-    mean: float
-    median: float
-    p95: float
     maximum: float
     above: float
     lost: float
@@ -303,15 +297,11 @@ def _limb_row(
     limb: str, values: FloatArray, lost: FloatArray | None, threshold: float
 ) -> LimbStatistics:
     known = values[np.isfinite(values)]
-    figures = statistics(known)
     nan = float("nan")
     gone = np.empty(0) if lost is None else lost[np.isfinite(lost)]
     return LimbStatistics(
-        limb,
-        figures.count,
-        figures.mean,
-        figures.median,
-        figures.p95,
+        **vars(statistics(known)),
+        limb=limb,
         maximum=float(known.max()) if len(known) else nan,
         above=float(np.mean(known > threshold)) if len(known) else nan,
         lost=float(np.mean(gone)) if len(gone) else nan,

@@ -104,12 +104,11 @@ def _errors_of(run: Run, reference: LandmarkTrajectory | None) -> Mapping[str, f
     if not len(errors.frame):
         return {}
     pooled = summary.summarise(errors)
-    values: dict[str, float] = {}
-    for measure in pooled.measures:
-        figures = measure.statistics
-        values[measure.name] = figures.mean
-        values[f"{measure.name}_median"] = figures.median
-        values[f"{measure.name}_p95"] = figures.p95
+    values = {
+        f"{measure.name}{end}": getattr(measure.statistics, figure)
+        for measure in pooled.measures
+        for end, figure in (("", "mean"), ("_median", "median"), ("_p95", "p95"))
+    }
     doubts = doubts_against(run.frame, run.limb_lost, errors)
     return values | {
         "lost": 100.0 * pooled.lost,

@@ -47,8 +47,8 @@ class Source:
         None where it is not there any more; pictures and calibration are left out then.
     states : Reference or None
         The reference with its uncertainty, where it states one.
-    frames : tuple of (int or None, int or None)
-        Half-open stretch that is reported; None for where the run begins or ends.
+    frames : range or None
+        That are reported; None for all.
     command : str
         That makes this report again.
     repeat : str
@@ -63,7 +63,7 @@ class Source:
     reference: LandmarkTrajectory | None = None
     reference_name: str = ""
     states: Reference | None = None
-    frames: tuple[int | None, int | None] = (None, None)
+    frames: range | None = None
     command: str = ""
     repeat: str = ""
     note: str = ""
@@ -147,13 +147,9 @@ def gathered(
     )
 
 
-def _cut(run: Run, frames: tuple[int | None, int | None]) -> Run:
-    first, end = frames
-    inside = np.ones(len(run.frame), dtype=bool)
-    if first is not None:
-        inside &= run.frame >= first
-    if end is not None:
-        inside &= run.frame < end
+def _cut(run: Run, frames: range | None) -> Run:
+    first, end = (0, np.inf) if frames is None else (frames.start, frames.stop)
+    inside = (run.frame >= first) & (run.frame < end)
     if not inside.any():
         raise InputError(
             "the run has none of these frames" if len(run.frame) else "the run has no frames",
@@ -181,7 +177,7 @@ def _accuracy(source: Source, segments: Sequence[Segment]) -> Accuracy | None:
     if source.reference is None:
         return None
     frame = source.run.frame
-    stretch = int(frame[0]), int(frame[-1]) + 1
+    stretch = range(int(frame[0]), int(frame[-1]) + 1)
     found = accuracy_of(source.run, source.reference, source.states, segments, stretch)
     return found if len(found.errors.frame) else None
 

@@ -14,6 +14,7 @@ from stereotrack_core.evaluation.circumstances import limb_ends
 from stereotrack_core.evaluation.episodes.episode import UNCLEAR, Cause, Episode, Evidence, Verdict
 from stereotrack_core.evaluation.episodes.looks import Look
 from stereotrack_core.evaluation.episodes.stretches import turns
+from stereotrack_core.evaluation.errors import points_at
 from stereotrack_core.geometry.segments import segment_distance
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.tracking.frame import Run
@@ -132,10 +133,7 @@ class Whereabouts:
 
     def at(self, frames: IntArray) -> FloatArray:
         """Landmarks (n, 9, 3) of some frames; NaN where the run has none of them."""
-        place = np.clip(np.searchsorted(self.frame, frames), 0, max(len(self.frame) - 1, 0))
-        result: FloatArray = self.points[place].copy()
-        result[self.frame[place] != frames] = np.nan
-        return result
+        return points_at(LandmarkTrajectory(self.frame, self.points), frames)
 
 
 def whereabouts(run: Run, fps: float, reference: LandmarkTrajectory | None) -> Whereabouts:

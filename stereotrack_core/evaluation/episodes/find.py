@@ -92,8 +92,8 @@ def failures(
 
 def find_episodes(
     subject: Subject,
-    report: Report | None = None,
-    cancelled: Callable[[], bool] | None = None,
+    report: Report = lambda _share, _words: None,
+    cancelled: Callable[[], bool] = lambda: False,
 ) -> tuple[Episode, ...]:
     """Episodes by error, where there is a reference, and by the run's own signs; with causes.
 
@@ -130,8 +130,8 @@ def stretches_by_truth(subject: Subject) -> tuple[Episode, ...]:
 def explained(
     subject: Subject,
     episodes: Sequence[Episode],
-    report: Report | None = None,
-    cancelled: Callable[[], bool] | None = None,
+    report: Report = lambda _share, _words: None,
+    cancelled: Callable[[], bool] = lambda: False,
 ) -> tuple[Episode, ...]:
     """Episodes with their probable causes.
 
@@ -153,8 +153,7 @@ def explained(
             nonlocal done
 
             def each(count: int) -> None:
-                if report is not None:
-                    report((done + count) / max(total, 1), "analysing frames")
+                report((done + count) / max(total, 1), "analysing frames")
 
             points = where.at(np.array(frames, dtype=np.int64))
             looks = looker.looks(frames, points, each, cancelled)

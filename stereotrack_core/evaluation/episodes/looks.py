@@ -109,8 +109,8 @@ class Looker:
         self,
         frames: Sequence[int],
         points: FloatArray,
-        each: Callable[[int], None] | None = None,
-        cancelled: Callable[[], bool] | None = None,
+        each: Callable[[int], None] = lambda _: None,
+        cancelled: Callable[[], bool] = lambda: False,
     ) -> list[Look]:
         """Look at some frames.
 
@@ -128,12 +128,11 @@ class Looker:
             self._learned = True
         found = []
         for i, frame in enumerate(frames):
-            if cancelled is not None and cancelled():
+            if cancelled():
                 raise Cancelled
             cloud, _ = read_cloud(self._chain, self._reader, int(frame))
             found.append(self._look(cloud, points[i]))
-            if each is not None:
-                each(i + 1)
+            each(i + 1)
         return found
 
     def _look(self, cloud: Cloud, landmarks: FloatArray) -> Look:

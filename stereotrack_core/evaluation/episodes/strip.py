@@ -21,7 +21,7 @@ from stereotrack_core.evaluation.episodes.drawing import (
     whole_window,
     write,
 )
-from stereotrack_core.evaluation.errors import errors_against
+from stereotrack_core.evaluation.errors import errors_against, points_at
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.recording.description import Recording, View
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
@@ -94,8 +94,8 @@ class Shown:
             plain = window.cut(seen.image)
         drawn = plain.copy()
         draw_body(drawn, camera, window, _meshes_at(self.run, images.index), thick=self.limbs)
-        truth = _landmarks_at(self.reference, images.index)
-        if truth is not None:
+        if self.reference is not None:
+            truth = points_at(self.reference, np.array([images.index]))[0]
             draw_reference(drawn, camera, window, truth)
         turns = -(view.display_rotation // 90)
         upright = (np.ascontiguousarray(np.rot90(one, turns)) for one in (plain, drawn))
@@ -191,16 +191,6 @@ def _meshes_at(run: Run, frame: int) -> tuple[PartMesh, ...]:
         if pose is not None:
             return body_mesh(body_of_run(run), pose)
     return ()
-
-
-def _landmarks_at(trajectory: LandmarkTrajectory | None, frame: int) -> FloatArray | None:
-    """Landmarks (9, 3) of a frame; None where there are none."""
-    if trajectory is None:
-        return None
-    for i in np.flatnonzero(trajectory.frame == frame):
-        points: FloatArray = trajectory.points[i]
-        return points if np.isfinite(points).any() else None
-    return None
 
 
 def person_window(

@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
-
-import numpy as np
+from functools import partial, reduce
 
 from stereotrack_core.evaluation.errors import LimbErrors, errors_against
 from stereotrack_core.evaluation.summary import Spread, Summary, summarise
@@ -68,7 +65,7 @@ class Outcome:
     def segment(self, name: str) -> LimbErrors | None:
         """Errors of all segments of that name; None where there is none."""
         found = [self.errors.between(s.first, s.end) for s in self.segments if s.name == name]
-        return together(found) if found else None
+        return reduce(LimbErrors.followed_by, found) if found else None
 
 
 Part = Callable[[Outcome], LimbErrors | None]
@@ -95,12 +92,6 @@ def fast_from(segments: Sequence[Segment], end: int) -> int:
     return min((s.first for s in segments if s.name.endswith(FAST)), default=end)
 
 
-def together(parts: Sequence[LimbErrors]) -> LimbErrors:
-    """Several stretches as one."""
-    names = [field.name for field in dataclasses.fields(LimbErrors)]
-    return LimbErrors(**{n: np.concatenate([getattr(p, n) for p in parts]) for n in names})
-
-
 def figure(
     outcomes: Sequence[Outcome], way: str, measure: str, part: Part, recordings: Sequence[str]
 ) -> Spread:
@@ -118,7 +109,7 @@ def figure(
             return Spread()
         stretches = [stretch for o in of_seed if (stretch := part(o)) is not None]
         if stretches:
-            values.append(_value(summarise(together(stretches)), measure))
+            values.append(_value(summarise(reduce(LimbErrors.followed_by, stretches)), measure))
     return Spread.of(values)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import itertools
 import sys
 from collections.abc import Iterable, Mapping, Sequence
@@ -265,25 +266,19 @@ class SweepRequest:
     def arguments(self) -> list[str]:
         """The command that does the sweep."""
         words = ["sweep", *map(str, self.recordings), "-o", str(self.table)]
-        lists = {"--grid": self.grid, "--search": self.search, "--set": self.changes}
-        words += [word for option, texts in lists.items() for text in texts
-                  for word in (option, text)]  # fmt: skip
-        values = {
-            "--list": self.points, "--minimise": self.minimise, "--preset": self.preset,
-            "--seeds": self.seeds, "--frames": self.frames, "--views": self.views,
-            "--init": self.init, "--workers": self.workers, "--together": self.together,
-            "--scheduler": self.scheduler, "--retries": self.retries,
-        }  # fmt: skip
-        if self.search:
-            values |= {"--trials": self.trials, "--search-seed": self.search_seed}
-        words += [
-            word
-            for option, value in values.items()
-            if value is not None
-            for word in (option, str(value))
-        ]
-        flags = {"--smooth": self.smooth, "--again": self.again}
-        return [*words, *(option for option, asked in flags.items() if asked)]
+        own = {"recordings", "table"} | (set() if self.search else {"trials", "search_seed"})
+        for field in dataclasses.fields(self):
+            value = getattr(self, field.name)
+            name = {"points": "list", "changes": "set"}.get(field.name, field.name)
+            option = f"--{name.replace('_', '-')}"
+            if field.name in own or value is None or value is False:
+                continue
+            if value is True:
+                words.append(option)
+                continue
+            for text in value if isinstance(value, tuple) else (value,):
+                words += [option, str(text)]
+        return words
 
 
 def program_command(arguments: Sequence[str]) -> list[str]:

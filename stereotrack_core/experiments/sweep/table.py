@@ -37,17 +37,17 @@ class SweepTable:
     @property
     def parameters(self) -> tuple[str, ...]:
         """What was varied: columns that are no measures and have more than one value."""
-        known = {measure.name for measure in MEASURES} | set(_FIXED)
-        return tuple(
-            name for name in self.columns if name not in known and len(self.values(name)) > 1
-        )
+        return tuple(name for name in self._told if len(self.values(name)) > 1)
 
     @property
     def settled(self) -> dict[str, str]:
         """Columns that are no measures and have the same value throughout."""
+        return {name: self.values(name)[0] for name in self._told if len(self.values(name)) == 1}
+
+    @property
+    def _told(self) -> list[str]:
         known = {measure.name for measure in MEASURES} | set(_FIXED)
-        names = [name for name in self.columns if name not in known]
-        return {name: self.values(name)[0] for name in names if len(self.values(name)) == 1}
+        return [name for name in self.columns if name not in known]
 
     @property
     def measures(self) -> tuple[str, ...]:
@@ -58,20 +58,21 @@ class SweepTable:
             if measure.name in self.columns and np.isfinite(self.numbers(measure.name)).any()
         )
 
+    def cells(self, name: str) -> list[str]:
+        """A column, row by row."""
+        place = self.columns.index(name)
+        return [row[place] for row in self.rows]
+
     def values(self, name: str) -> tuple[str, ...]:
         """Different values of a column: numbers by size, words as they come."""
-        place = self.columns.index(name)
-        found = tuple(dict.fromkeys(row[place] for row in self.rows))
+        found = tuple(dict.fromkeys(self.cells(name)))
         if all(_is_number(value) for value in found):
             return tuple(sorted(found, key=float))
         return found
 
     def numbers(self, name: str) -> FloatArray:
         """A column (R,) as numbers; NaN where there is none."""
-        place = self.columns.index(name)
-        return np.array(
-            [float(row[place]) if _is_number(row[place]) else np.nan for row in self.rows]
-        )
+        return np.array([float(c) if _is_number(c) else np.nan for c in self.cells(name)])
 
     def chosen(self, rows: Iterable[int]) -> dict[str, str]:
         """What some rows have in common of what was varied."""
@@ -194,9 +195,9 @@ def curves_of(table: SweepTable, x: str, y: str, colour: str = "") -> tuple[Curv
         Column that tells curves apart; empty for a single one.
     """
     places = axis_of(table, x).places
-    at = np.array([places[row[table.columns.index(x)]] for row in table.rows])
+    at = np.array([places[cell] for cell in table.cells(x)])
     height = table.numbers(y)
-    labels = _column(table, colour) if colour else [""] * len(table.rows)
+    labels = table.cells(colour) if colour else [""] * len(table.rows)
     curves = []
     for label in table.values(colour) if colour else ("",):
         own = np.array([one == label for one in labels]) & np.isfinite(height)
@@ -209,7 +210,7 @@ def curves_of(table: SweepTable, x: str, y: str, colour: str = "") -> tuple[Curv
 def heat_of(table: SweepTable, x: str, y: str, measure: str) -> Heat:
     """Means of a measure over two parameters."""
     columns, lines = table.values(x), table.values(y)
-    across, down = _column(table, x), _column(table, y)
+    across, down = table.cells(x), table.cells(y)
     value = table.numbers(measure)
     cells = [
         [
@@ -245,11 +246,6 @@ def _curve(label: str, x: FloatArray, y: FloatArray, row: IntArray) -> Curve:
     mean = np.array([one.mean for one in found])
     spread = np.array([one.deviation for one in found])
     return Curve(label, x, y, row, at, mean, spread)
-
-
-def _column(table: SweepTable, name: str) -> list[str]:
-    place = table.columns.index(name)
-    return [row[place] for row in table.rows]
 
 
 def _is_number(text: str) -> bool:

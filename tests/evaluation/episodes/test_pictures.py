@@ -10,7 +10,6 @@ from stereotrack_core.evaluation.episodes.export import (
     before_peak_after,
     film_of,
     strip_of,
-    write_film,
 )
 from stereotrack_core.evaluation.episodes.find import Subject, find_episodes
 from stereotrack_core.evaluation.episodes.looks import Looker
@@ -59,7 +58,7 @@ def test_wrong_wishes_are_refused(seen, tmp_path):
     with pytest.raises(InputError, match="no view 'Q'"):
         picture_strip(Shown(recording, run), [1], "Q")
     with pytest.raises(InputError, match="must end in"):
-        write_film(tmp_path / "film.avi", Shown(recording, run), [1])
+        film_of(tmp_path / "film.avi", Subject(run, 10.0), recording, ())
 
 
 def test_the_best_view_is_one_that_sees_the_limb(seen):
@@ -85,7 +84,7 @@ def test_a_video_has_all_frames_around_the_episode(seen, tmp_path):
     with av.open(str(tmp_path / "one.mp4")) as video:
         assert sum(1 for _ in video.decode(video=0)) == 11
     with pytest.raises(Cancelled):
-        film_of(tmp_path / "two.mp4", subject, recording, [episode], None, lambda: True)
+        film_of(tmp_path / "two.mp4", subject, recording, [episode], cancelled=lambda: True)
     assert [path.name for path in tmp_path.iterdir()] == ["one.mp4"]
 
 
