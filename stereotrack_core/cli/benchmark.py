@@ -7,7 +7,7 @@ import itertools
 from argparse import Namespace
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any
 
 from stereotrack_core.annotation.fit.settings import FitSettings
 from stereotrack_core.annotation.fit.stretch import recorded_depth
@@ -55,9 +55,6 @@ DESCRIPTION = (
     "--ablation: the contribution of each part of accurate. With --annotation: the accuracy "
     "of references fitted to clicks."
 )
-
-Speeds: TypeAlias = Mapping[tuple[str, str], Mapping[str, float]]
-"""Frames per second and ratio by recording and contestant; empty where nothing was timed."""
 
 _BASE = "accurate"
 """The preset that the ablation takes parts away from."""
@@ -128,15 +125,13 @@ def run(args: Namespace) -> int:
     for recording in recordings:
         scores += _scores(recording, contestants, seeds, args)
         speeds |= _speeds(recording, contestants, args)
-    rows = pooled(scores)
+    rows = pooled(scores, speeds)
     what = "Ablation" if args.ablation else "Presets and baselines"
-    table = readable(rows, speeds, seeds, what)
+    table = readable(rows, seeds, what)
     if args.output is not None:
-        _write(args.output, table, rows, speeds)
-    if args.json:
-        put_json({"seeds": seeds, "rows": facts(rows, speeds), "scores": scores})
-    else:
-        put_table(table)
+        _write(args.output, table, rows)
+    facts = {"seeds": seeds, "rows": [_row_facts(row) for row in rows], "scores": scores}
+    put_result(facts, table, as_json=args.json)
     return OK
 
 
@@ -201,7 +196,9 @@ def _scores(
         )
 
 
-def _speeds(recording: Recording, contestants: Mapping[str, Settings], args: Namespace) -> Speeds:
+def _speeds(
+    recording: Recording, contestants: Mapping[str, Settings], args: Namespace
+) -> dict[tuple[str, str], Mapping[str, float]]:
     if not args.speed_frames:
         return {}
     say(f"Timing on {recording.name}. Do not run anything else meanwhile.")
@@ -244,11 +241,11 @@ def _growth(
     return OK
 
 
-def _write(path: Path, table: Table, rows: Sequence[Row], speeds: Speeds) -> None:
+def _write(path: Path, table: Table, rows: Sequence[Row]) -> None:
     if path.suffix.lower() == ".md":
         text = f"{markdown_text(table.columns, table.rows)}\n{table.title}.\n"
     else:
-        text = csv_text(*in_full(rows, speeds))
+        text = csv_text(*in_full(rows))
     write_file(path, text)
     say(f"Table written to {path}.")
 
@@ -260,16 +257,16 @@ _HEADINGS = (
 _SPEED_HEADINGS = (">frames/s", ">times StereoBM")
 
 
-def readable(rows: Sequence[Row], speeds: Speeds, seeds: Sequence[int], what: str) -> Table:
+def readable(rows: Sequence[Row], seeds: Sequence[int], what: str) -> Table:
     """Means, with their standard deviations over the seeds, one line per recording and preset."""
     spread = f" ± standard deviation over seeds {', '.join(map(str, seeds))}"
     title = f"{what}; degrees unless stated otherwise, means{spread if len(seeds) > 1 else ''}"
-    headings = (*_HEADINGS, *(_SPEED_HEADINGS if speeds else ()))
-    return Table(title, headings, [_line(row, speeds) for row in rows])
+    headings = (*_HEADINGS, *(_SPEED_HEADINGS if rows and rows[0].speed else ()))
+    return Table(title, headings, [_line(row) for row in rows])
 
 
-def _line(row: Row, speeds: Speeds) -> tuple[str, ...]:
-    cells = (
+def _line(row: Row) -> tuple[str, ...]:
+    return (
         row.recording,
         row.contestant,
         _value(row, "torso_position", 0),
@@ -278,49 +275,39 @@ def _line(row: Row, speeds: Speeds) -> tuple[str, ...]:
         f"{_value(row, 'upper_arms')} ({_value(row, 'upper_arms_p95')})",
         f"{_value(row, 'forearms')} ({_value(row, 'forearms_p95')})",
         _value(row, "lost"),
+        *map(number, row.speed.values()),
     )
-    if not speeds:
-        return cells
-    speed = speeds[row.recording, row.contestant]
-    return (*cells, *map(number, speed.values()))
 
 
 def _value(row: Row, name: str, digits: int = 1) -> str:
     return row.values[name].text(digits)
 
 
-def in_full(rows: Sequence[Row], speeds: Speeds) -> tuple[list[str], list[list[str | float | int]]]:
+def in_full(rows: Sequence[Row]) -> tuple[list[str], list[list[str | float | int]]]:
     """Columns and rows with every number in full."""
     names = list(rows[0].values) if rows else []
     columns = ["recording", "preset", "seeds", "frames"]
     columns += [f"{name}{end}" for name in names for end in ("", "_sd")]
-    columns += ["frames_per_second", "ratio_to_stereobm"] if speeds else []
+    columns += ["frames_per_second", "ratio_to_stereobm"] if rows and rows[0].speed else []
     lines: list[list[str | float | int]] = []
     for row in rows:
         line: list[str | float | int] = [row.recording, row.contestant, row.seeds, row.frames]
         for name in names:
             line += [row.values[name].mean, row.values[name].deviation]
-        if speeds:
-            speed = speeds[row.recording, row.contestant]
-            line += speed.values()
-        lines.append(line)
+        lines.append([*line, *row.speed.values()])
     return columns, lines
 
 
-def facts(rows: Sequence[Row], speeds: Speeds) -> list[dict[str, Any]]:
-    """The same for JSON."""
-    return [
-        {
-            "recording": row.recording,
-            "preset": row.contestant,
-            "seeds": row.seeds,
-            "frames": row.frames,
-            "mean": {name: value.mean for name, value in row.values.items()},
-            "standard_deviation": {name: one.deviation for name, one in row.values.items()},
-            "speed": speeds.get((row.recording, row.contestant)),
-        }
-        for row in rows
-    ]
+def _row_facts(row: Row) -> dict[str, Any]:
+    return {
+        "recording": row.recording,
+        "preset": row.contestant,
+        "seeds": row.seeds,
+        "frames": row.frames,
+        "mean": {name: value.mean for name, value in row.values.items()},
+        "standard_deviation": {name: one.deviation for name, one in row.values.items()},
+        "speed": row.speed or None,
+    }
 
 
 def _growth_table(title: str, what: str, costs: Sequence[Cost]) -> Table:

@@ -47,13 +47,17 @@ class Score:
 
 @dataclass(frozen=True)
 class Row:
-    """What all seeds of one contestant on one recording give together, by measure."""
+    """What all seeds of one contestant on one recording give together, by measure.
+
+    `speed`: frames per second and ratio to block matching; empty where nothing was timed.
+    """
 
     recording: str
     contestant: str
     seeds: int
     frames: int
     values: Mapping[str, Spread]
+    speed: Mapping[str, float] = field(default_factory=dict)
 
 
 def accuracy(
@@ -97,7 +101,9 @@ def accuracy(
     return tuple(scores[name, seed] for name in specs for seed in seeds)
 
 
-def pooled(scores: Sequence[Score]) -> tuple[Row, ...]:
+def pooled(
+    scores: Sequence[Score], speeds: Mapping[tuple[str, str], Mapping[str, float]]
+) -> tuple[Row, ...]:
     """Mean and spread over seeds, in the order in which recordings and contestants come."""
     groups: dict[tuple[str, str], list[Score]] = {}
     for score in scores:
@@ -109,6 +115,7 @@ def pooled(scores: Sequence[Score]) -> tuple[Row, ...]:
             len(own),
             own[0].frames,
             {name: Spread.of(score.values[name] for score in own) for name in MEASURES},
+            speeds.get((recording, contestant), {}),
         )
         for (recording, contestant), own in groups.items()
     )
