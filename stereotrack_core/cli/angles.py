@@ -27,11 +27,13 @@ from stereotrack_core.cli.sources import (
     write_angles,
 )
 from stereotrack_core.errors import InputError
-from stereotrack_core.evaluation.joint_angles.motion import CUT_OFF_HZ, SHORTEST, motion_of
-from stereotrack_core.evaluation.joint_angles.ranges import (
+from stereotrack_core.evaluation.joint_angles.motion import (
+    CUT_OFF_HZ,
+    SHORTEST,
     AngleError,
     StretchMotion,
     angle_errors,
+    motion_of,
     range_of_motion,
 )
 from stereotrack_core.evaluation.joint_angles.series import JointAngles

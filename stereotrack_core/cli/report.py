@@ -25,8 +25,8 @@ from stereotrack_core.project.whereabouts import SUFFIX
 from stereotrack_core.recording.csv_table import Table
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.selection import asked_frames
+from stereotrack_core.report.pages import repeat_command, write_page, write_pdf
 from stereotrack_core.report.reported import Reported, Source, gathered
-from stereotrack_core.report.run_page import repeat_command, write_page, write_pdf
 from stereotrack_core.tracking.frame import Run
 
 DESCRIPTION = (

@@ -7,9 +7,9 @@ from argparse import Namespace
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from stereotrack_core.cli.output import say
-from stereotrack_core.cli.track_output import UnfinishedOutput
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.first_pose import first_pose
 from stereotrack_core.interop.run_file import read_run
@@ -31,6 +31,9 @@ from stereotrack_core.tracking.repeating import (
 )
 from stereotrack_core.tracking.run_spec import RunSpec
 from stereotrack_core.tracking.unfinished import UnfinishedRun
+
+if TYPE_CHECKING:
+    from stereotrack_core.cli.track import UnfinishedOutput
 
 USUAL_PRESET = "accurate"
 

@@ -16,8 +16,11 @@ from stereotrack_core.evaluation.episodes.episode import Episode
 from stereotrack_core.evaluation.episodes.export import strip_of
 from stereotrack_core.evaluation.episodes.find import Subject as Searched
 from stereotrack_core.evaluation.episodes.find import find_episodes
-from stereotrack_core.evaluation.joint_angles.motion import motion_of
-from stereotrack_core.evaluation.joint_angles.ranges import StretchMotion, range_of_motion
+from stereotrack_core.evaluation.joint_angles.motion import (
+    StretchMotion,
+    motion_of,
+    range_of_motion,
+)
 from stereotrack_core.evaluation.joint_angles.series import angles_of_run
 from stereotrack_core.recording.description import Recording, Segment
 from stereotrack_core.recording.findings import examine

@@ -11,7 +11,7 @@ import numpy as np
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.evaluation.accuracy import Accuracy
 from stereotrack_core.evaluation.episodes.episode import CAUSE_WORDS, limbs_words
-from stereotrack_core.evaluation.joint_angles.ranges import StretchMotion
+from stereotrack_core.evaluation.joint_angles.motion import StretchMotion
 from stereotrack_core.evaluation.summary import CALLED, Summary, root_mean
 from stereotrack_core.recording.csv_table import Table, number
 from stereotrack_core.recording.description import Recording, View

@@ -11,6 +11,7 @@ from PySide6.QtGui import QColor
 
 from stereotrack_core.arrays import ImageArray
 from stereotrack_core.counting import counted
+from stereotrack_core.evaluation.episodes.drawing import Paper
 from stereotrack_core.evaluation.episodes.episode import (
     CAUSE_WORDS,
     FOUND_WORDS,
@@ -20,7 +21,6 @@ from stereotrack_core.evaluation.episodes.episode import (
 from stereotrack_core.evaluation.episodes.export import evidence_picture, film_of, write_strips
 from stereotrack_core.evaluation.episodes.find import Subject
 from stereotrack_core.evaluation.episodes.stretches import EpisodeRules
-from stereotrack_core.evaluation.episodes.strip import Paper
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.reader import FrameReader
 

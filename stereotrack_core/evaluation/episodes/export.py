@@ -13,10 +13,7 @@ import numpy as np
 from stereotrack_core.arrays import ImageArray
 from stereotrack_core.atomic import filling
 from stereotrack_core.errors import Cancelled, InputError
-from stereotrack_core.evaluation.episodes.drawing import write
-from stereotrack_core.evaluation.episodes.episode import CAUSE_WORDS, Episode, limbs_words
-from stereotrack_core.evaluation.episodes.find import Report, Subject
-from stereotrack_core.evaluation.episodes.strip import (
+from stereotrack_core.evaluation.episodes.drawing import (
     WHITE,
     Paper,
     Shown,
@@ -24,7 +21,10 @@ from stereotrack_core.evaluation.episodes.strip import (
     evenly,
     person_window,
     picture_strip,
+    write,
 )
+from stereotrack_core.evaluation.episodes.episode import CAUSE_WORDS, Episode, limbs_words
+from stereotrack_core.evaluation.episodes.find import Report, Subject
 from stereotrack_core.recording.description import Recording, View
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.recording.writing import VideoWriter, write_png

@@ -19,12 +19,13 @@ from stereotrack_core.experiments.measures import MEASURES, measure_named
 from stereotrack_core.experiments.runner.job import Job, JobResult
 from stereotrack_core.experiments.sweep.points import (
     Point,
+    Search,
     SweepRequest,
     grid_points,
     listed_points,
     parsed_axis,
+    parsed_range,
 )
-from stereotrack_core.experiments.sweep.search import Search, parsed_range
 from stereotrack_core.interop.first_pose import first_pose
 from stereotrack_core.parameters import Value, parsed_settings
 from stereotrack_core.reading import TABLE_BYTES, read_bytes

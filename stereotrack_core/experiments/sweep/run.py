@@ -13,8 +13,7 @@ from stereotrack_core.evaluation.summary import Spread
 from stereotrack_core.experiments.measures import MEASURES, measure_named
 from stereotrack_core.experiments.runner.job import Executor, Job, JobResult
 from stereotrack_core.experiments.sweep.plan import SweepPlan
-from stereotrack_core.experiments.sweep.points import Point
-from stereotrack_core.experiments.sweep.search import Search
+from stereotrack_core.experiments.sweep.points import Point, Search
 from stereotrack_core.experiments.sweep.store import Ending, SweepState, SweepStore
 
 _STATE_SECONDS = 0.5

@@ -54,7 +54,7 @@ def test_means_and_differences_are_those_of_evaluate():
     for measure in summaries[0].measures:
         mine = pair.measure(measure.name)
         other = summaries[1].measure(measure.name)
-        assert (mine.label, mine.unit) == (measure.label, measure.unit)
+        assert (mine.measure.label, mine.measure.unit) == (measure.label, measure.unit)
         assert mine.first == pytest.approx(measure.statistics.mean)
         assert mine.second == pytest.approx(other.statistics.mean)
         assert mine.differs
@@ -79,12 +79,12 @@ def test_without_a_reference_runs_are_compared_with_each_other():
     b.trajectory.points[:, LANDMARKS.index("left_hand")] += (0.0, 0.3, 0.0)
     found = compare((a, b), None)
     assert not found.against_reference
-    assert {m.name for m in found.pairs[0].measures} == {"unexplained", "not_tracked"}
+    assert {m.measure.name for m in found.pairs[0].measures} == {"unexplained", "not_tracked"}
     apart = found.pairs[0].apart
     assert apart.measure("left_forearm").statistics.median == pytest.approx(45.0)
     assert apart.measure("right_forearm").statistics.mean == pytest.approx(0.0)
     bare = [replace(one, unexplained_fraction=None) for one in (a, b)]
-    assert {m.name for m in compare(bare, None).pairs[0].measures} == {"not_tracked"}
+    assert {m.measure.name for m in compare(bare, None).pairs[0].measures} == {"not_tracked"}
 
 
 def test_what_the_reference_does_not_know_is_not_scored():
