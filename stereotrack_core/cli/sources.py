@@ -172,20 +172,14 @@ def recording_of(project: Project) -> Recording:
 
 @dataclass(frozen=True, eq=False)
 class AngleSource:
-    """Joint angles of a file.
-
-    Attributes
-    ----------
-    fps : float
-        Frame sets per second.
-    truth : JointAngles or None
-        Those of the recording's own reference, where it has one.
-    """
+    """Joint angles of a file."""
 
     angles: JointAngles
     fps: float
+    """Frame sets per second."""
     segments: Sequence[Segment]
     truth: JointAngles | None
+    """Those of the recording's own reference, where it has one."""
 
 
 def angle_source(path: Path, fps: float | None) -> AngleSource:

@@ -1,4 +1,4 @@
-"""``stereotrack track``: follow the person through a recording; the run is kept beside its output."""
+"""``stereotrack track``: follow the person through a recording; keep the run beside its output."""
 
 from __future__ import annotations
 

@@ -40,28 +40,19 @@ USUAL_PRESET = "accurate"
 
 @dataclass(frozen=True, eq=False)
 class TrackPlan:
-    """Everything that ``track`` shall do.
-
-    Attributes
-    ----------
-    recording : Recording
-        With the subject that is tracked.
-    count : int
-        Frames to track out of those of the spec; fewer where a run that was stopped is repeated.
-    like : Run or None
-        The run that is repeated.
-    exact : bool
-        Whether nothing on the command line asks for something else than the run says.
-    begun : UnfinishedRun or None
-        The run that is gone on with.
-    """
+    """Everything that ``track`` shall do."""
 
     recording: Recording
+    """With the subject that is tracked."""
     spec: RunSpec
     count: int
+    """Frames to track out of those of the spec; fewer where a run that was stopped is repeated."""
     like: Run | None = None
+    """The run that is repeated."""
     exact: bool = False
+    """Whether nothing on the command line asks for something else than the run says."""
     begun: UnfinishedRun | None = None
+    """The run that is gone on with."""
 
 
 def plan_of(args: Namespace, recording: Recording, output: UnfinishedOutput) -> TrackPlan:

@@ -31,23 +31,16 @@ from stereotrack_core.tracking.frame import Run
 
 @dataclass(frozen=True)
 class Accuracy:
-    """Errors against a reference.
-
-    Attributes
-    ----------
-    segments : tuple of Summary
-        Of every segment.
-    quality : mapping from measure to float
-        How good the reference is, as far as it says.
-    doubts : Doubts or None
-        Whether limbs that the run takes for lost are lost; None where it says nothing.
-    """
+    """Errors against a reference."""
 
     errors: LimbErrors
     summary: Summary
     segments: tuple[Summary, ...]
+    """Of every segment."""
     quality: Mapping[str, float]
+    """How good the reference is, as far as it says."""
     doubts: Doubts | None
+    """Whether limbs that the run takes for lost are lost; None where it says nothing."""
 
 
 def accuracy_of(

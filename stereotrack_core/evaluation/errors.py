@@ -26,27 +26,20 @@ NOT_TRACKED_POSITION = 0.5
 
 @dataclass(frozen=True, eq=False)
 class LimbErrors:
-    """Errors per frame of the reference; NaN where the reference does not know.
-
-    Attributes
-    ----------
-    frame : (F,) int64
-        Frames in which the reference knows at least one landmark.
-    torso_position : (F,) float64, metres
-    torso_long, torso_cross : (F,) float64, radians
-    upper_arm, forearm : (F, 2) float64, radians
-        The person's own left, then right.
-    tracked : (F,) bool
-        Whether the trajectory knows at least one landmark of the frame.
-    """
+    """Errors per frame of the reference; NaN where the reference does not know."""
 
     frame: IntArray
+    """(F,). Frames in which the reference knows at least one landmark."""
     torso_position: FloatArray
+    """(F,), metres."""
     torso_long: FloatArray
     torso_cross: FloatArray
+    """`torso_long` and `torso_cross`: (F,), radians."""
     upper_arm: FloatArray
     forearm: FloatArray
+    """`upper_arm` and `forearm`: (F, 2), radians. The person's own left, then right."""
     tracked: BoolArray
+    """(F,). Whether the trajectory knows at least one landmark of the frame."""
 
     def between(self, first: int, end: int) -> LimbErrors:
         """Return the frames of a half-open stretch."""

@@ -18,26 +18,18 @@ from stereotrack_core.tracking.frame import Run
 
 @dataclass(frozen=True)
 class SweepMeasure:
-    """One column of numbers in a sweep's table.
-
-    Attributes
-    ----------
-    name : str
-        Heading of the column.
-    label : str
-        For people.
-    from_reference : bool
-        Whether it needs a reference.
-    short : str
-        Label where there is little room.
-    """
+    """One column of numbers in a sweep's table."""
 
     name: str
+    """Heading of the column."""
     label: str
+    """For people."""
     unit: str
     from_reference: bool = False
+    """Whether it needs a reference."""
     more_is_better: bool = False
     short: str = ""
+    """Label where there is little room."""
 
     @property
     def title(self) -> str:

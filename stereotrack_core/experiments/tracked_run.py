@@ -26,31 +26,21 @@ from stereotrack_core.tracking.unfinished import INCOMPLETE, UnfinishedRun
 
 @dataclass(frozen=True, eq=False)
 class TrackedRun:
-    """A run, and how it came about.
-
-    Attributes
-    ----------
-    run : Run
-        Its meta states the wall time as ``wall_seconds``.
-    wanted : int
-        Frames that were asked for.
-    blind : tuple of Blindness
-        Where a view gave nothing although it was used; also in the run's meta as ``blind``.
-    stopped : bool
-        Whether it was stopped before the last frame.
-    untracked : Untracked
-        The frames that were not tracked, and why.
-    changed : tuple of int
-        Frames that were tracked again to go on with the run, and came out otherwise.
-    """
+    """A run, and how it came about."""
 
     run: Run
+    """Its meta states the wall time as ``wall_seconds``."""
     wanted: int
+    """Frames that were asked for."""
     gaps: tuple[Gap, ...]
     blind: tuple[Blindness, ...]
+    """Where a view gave nothing although it was used; also in the run's meta as ``blind``."""
     stopped: bool
+    """Whether it was stopped before the last frame."""
     untracked: Untracked
+    """The frames that were not tracked, and why."""
     changed: tuple[int, ...] = ()
+    """Frames that were tracked again to go on with the run, and came out otherwise."""
 
     @property
     def nothing(self) -> bool:

@@ -40,36 +40,25 @@ Progress = Callable[[float, str], None]
 
 @dataclass(frozen=True, eq=False)
 class Source:
-    """What a report is made of.
-
-    Attributes
-    ----------
-    name : str
-        Of the run, as people know it.
-    recording : Recording or None
-        None where it is not there any more; pictures and calibration are left out then.
-    states : Reference or None
-        The reference with its uncertainty, where it states one.
-    frames : range or None
-        That are reported; None for all.
-    command : str
-        That makes this report again.
-    repeat : str
-        That tracks again.
-    note : str
-        What a person has written about the run.
-    """
+    """What a report is made of."""
 
     name: str
+    """Of the run, as people know it."""
     run: Run
     recording: Recording | None = None
+    """None where it is not there any more; pictures and calibration are left out then."""
     reference: LandmarkTrajectory | None = None
     reference_name: str = ""
     states: Reference | None = None
+    """The reference with its uncertainty, where it states one."""
     frames: range | None = None
+    """That are reported; None for all."""
     command: str = ""
+    """That makes this report again."""
     repeat: str = ""
+    """That tracks again."""
     note: str = ""
+    """What a person has written about the run."""
 
     @property
     def fps(self) -> float:
@@ -89,34 +78,23 @@ class ShownEpisode:
 
 @dataclass(frozen=True, eq=False)
 class Reported:
-    """Everything that a report tells.
-
-    Attributes
-    ----------
-    source : Source
-        Its run is cut to the stretch that is reported.
-    segments : tuple of Segment
-        Within the stretch.
-    findings : tuple of Finding
-        About the recording.
-    accuracy : Accuracy or None
-        None without a reference.
-    motions : tuple of StretchMotion
-        Ranges of motion: all frames first, then every segment.
-    smoothing : str
-        How angles were made smooth, in a sentence.
-    differs : tuple of str
-        Why tracking again may come out otherwise.
-    """
+    """Everything that a report tells."""
 
     source: Source
+    """Its run is cut to the stretch that is reported."""
     segments: tuple[Segment, ...]
+    """Within the stretch."""
     findings: tuple[Finding, ...]
+    """About the recording."""
     accuracy: Accuracy | None
+    """None without a reference."""
     episodes: tuple[ShownEpisode, ...]
     motions: tuple[StretchMotion, ...]
+    """Ranges of motion: all frames first, then every segment."""
     smoothing: str
+    """How angles were made smooth, in a sentence."""
     differs: tuple[str, ...]
+    """Why tracking again may come out otherwise."""
 
 
 def gathered(

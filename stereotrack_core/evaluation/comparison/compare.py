@@ -30,37 +30,25 @@ from stereotrack_core.recording.landmarks import LandmarkTrajectory
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
-    """What is compared: a run, or landmarks alone.
-
-    Attributes
-    ----------
-    unexplained_fraction : (F,) float64 or None
-        Share of the cloud that the model does not explain, where the run says it.
-    """
+    """What is compared: a run, or landmarks alone."""
 
     name: str
     trajectory: LandmarkTrajectory
     unexplained_fraction: FloatArray | None = None
+    """(F,). Share of the cloud that the model does not explain, where the run says it."""
 
 
 @dataclass(frozen=True)
 class Pair:
-    """A run beside the first one.
-
-    Attributes
-    ----------
-    first, second : str
-        Names of the runs.
-    measures : tuple of Paired
-        Errors, where there is a reference; then what the runs say about themselves.
-    apart : Summary
-        How far the runs are from each other, over what both know.
-    """
+    """A run beside the first one."""
 
     first: str
     second: str
+    """`first` and `second`: names of the runs."""
     measures: tuple[Paired, ...]
+    """Errors, where there is a reference; then what the runs say about themselves."""
     apart: Summary
+    """How far the runs are from each other, over what both know."""
 
     def measure(self, name: str) -> Paired:
         """The measure of that name; KeyError where there is none."""
@@ -69,20 +57,14 @@ class Pair:
 
 @dataclass(frozen=True, eq=False)
 class Comparison:
-    """Runs beside the first one.
-
-    Attributes
-    ----------
-    frames : (F,) int64
-        That all of them have and, where there is a reference, it knows.
-    pairs : tuple of Pair
-        The first run with each of the others.
-    """
+    """Runs beside the first one."""
 
     names: tuple[str, ...]
     frames: IntArray
+    """(F,). That all of them have and, where there is a reference, it knows."""
     against_reference: bool
     pairs: tuple[Pair, ...]
+    """The first run with each of the others."""
 
     @property
     def blocks(self) -> tuple[int, int]:

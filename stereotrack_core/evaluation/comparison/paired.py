@@ -54,18 +54,12 @@ class Measured:
 
 @dataclass(frozen=True, eq=False)
 class Series:
-    """A measure of which less is better, frame by frame; its mean is `total` by `weight`.
-
-    Attributes
-    ----------
-    total : (F,) float64
-        Sum of what was measured in the frame: of two arms, for example.
-    weight : (F,) float64
-        How many values that are; 0 where nothing was measured.
-    """
+    """A measure of which less is better, frame by frame; its mean is `total` by `weight`."""
 
     total: FloatArray
+    """(F,). Sum of what was measured in the frame: of two arms, for example."""
     weight: FloatArray
+    """(F,). How many values that are; 0 where nothing was measured."""
     measure: Measured = Measured()
 
     @staticmethod
@@ -84,40 +78,30 @@ class Series:
 
 @dataclass(frozen=True)
 class Paired:
-    """How a second series differs from a first one over the frames in which both are known.
-
-    Attributes
-    ----------
-    frames : int
-        In which both are known.
-    first, second : float
-        Means over these frames.
-    difference : float
-        `second` - `first`.
-    low, high : float
-        95 % interval of the difference; NaN where there are too few independent frames.
-    better, worse : float
-        Share (0 to 1) of these frames in which the second is less, and in which it is more.
-    p : float
-        Of Wilcoxon's signed-rank test on the means of blocks, two-sided; NaN where there are
-        fewer than six.
-    block : int
-        Length of a block, frames.
-    independent : float
-        So many independent frames would be as good as these.
-    """
+    """How a second series differs from a first one over the frames in which both are known."""
 
     frames: int
+    """In which both are known."""
     first: float
     second: float
+    """`first` and `second`: means over these frames."""
     difference: float
+    """`second` - `first`."""
     low: float
     high: float
+    """`low` and `high`: 95 % interval of the difference; NaN where there are too few independent
+    frames."""
     better: float
     worse: float
+    """`better` and `worse`: share (0 to 1) of these frames in which the second is less, and in
+    which it is more."""
     p: float
+    """Of Wilcoxon's signed-rank test on the means of blocks, two-sided; NaN where there are fewer
+    than six."""
     block: int
+    """Length of a block, frames."""
     independent: float
+    """So many independent frames would be as good as these."""
     measure: Measured = Measured()
 
     @property

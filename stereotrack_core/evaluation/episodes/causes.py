@@ -112,24 +112,17 @@ _FIRST = 0.3
 
 @dataclass(frozen=True, eq=False)
 class Whereabouts:
-    """Where the limbs were in the frames of a run, as far as it can be known.
-
-    Attributes
-    ----------
-    frame : (F,) int64
-    points : (F, 9, 3) float64
-        The reference's landmarks where it knows them all, else the run's.
-    true : (F,) bool
-        Whether they are the reference's.
-    begun : int
-        First frame that is tracked.
-    """
+    """Where the limbs were in the frames of a run, as far as it can be known."""
 
     frame: IntArray
+    """(F,)."""
     points: FloatArray
+    """(F, 9, 3). The reference's landmarks where it knows them all, else the run's."""
     true: BoolArray
+    """(F,). Whether they are the reference's."""
     fps: float
     begun: int
+    """First frame that is tracked."""
 
     def at(self, frames: IntArray) -> FloatArray:
         """Landmarks (n, 9, 3) of some frames; NaN where the run has none of them."""

@@ -38,22 +38,16 @@ _DARK, _LIGHT = (25, 25, 25), (255, 255, 255)
 
 @dataclass(frozen=True)
 class Window:
-    """A part of a picture and the size at which it is shown.
-
-    Attributes
-    ----------
-    left, top : float, pixels of the picture
-    scale : float
-        Pixels shown for a pixel of the picture.
-    width, height : int, pixels
-        As shown.
-    """
+    """A part of a picture and the size at which it is shown."""
 
     left: float
     top: float
+    """`left` and `top`: pixels of the picture."""
     scale: float
+    """Pixels shown for a pixel of the picture."""
     width: int
     height: int
+    """`width` and `height`: pixels. As shown."""
 
     def cut(self, image: ImageArray) -> ImageArray:
         """The part of a picture (H, W) or (H, W, 3), as (height, width, 3) BGR."""
@@ -239,22 +233,16 @@ def evenly(first: int, last: int, count: int) -> list[int]:
 
 @dataclass(frozen=True, eq=False)
 class Shown:
-    """What pictures of a run show.
-
-    Attributes
-    ----------
-    limbs : sequence of str
-        Limbs whose errors stand with each frame and whose outlines are broader; both arms where
-        there are none, of which the worst one is written then.
-    reference : LandmarkTrajectory, optional
-        Drawn dashed, and errors are measured against it; without it what the run says itself is
-        written: the probability that the limb is lost.
-    """
+    """What pictures of a run show."""
 
     recording: Recording
     run: Run
     limbs: Sequence[str] = ()
+    """Limbs whose errors stand with each frame and whose outlines are broader; both arms where
+    there are none, of which the worst one is written then."""
     reference: LandmarkTrajectory | None = None
+    """Drawn dashed, and errors are measured against it; without it
+    what the run says itself is written: the probability that the limb is lost."""
 
     def pictures(
         self, images: FrameSet, view: View, window: Window

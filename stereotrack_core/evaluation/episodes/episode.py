@@ -42,42 +42,28 @@ FOUND_WORDS: MappingProxyType[Found, str] = MappingProxyType(
 
 @dataclass(frozen=True)
 class Evidence:
-    """One thing that speaks for a cause.
-
-    Attributes
-    ----------
-    cause : str
-        What it speaks for.
-    strength : float
-        From 0, nothing, to 1, as much as it can.
-    value : float
-        What was measured.
-    words : str
-        The same as a sentence with its number.
-    """
+    """One thing that speaks for a cause."""
 
     cause: Cause
+    """What it speaks for."""
     strength: float
+    """From 0, nothing, to 1, as much as it can."""
     value: float
+    """What was measured."""
     unit: str
     words: str
+    """The same as a sentence with its number."""
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """The probable cause of an episode.
-
-    Attributes
-    ----------
-    confidence : float
-        Strength of the evidence for it, over that of all causes together and of not knowing.
-    evidence : tuple of Evidence
-        For all causes that anything speaks for, the strongest first.
-    """
+    """The probable cause of an episode."""
 
     cause: Cause
     confidence: float
+    """Strength of the evidence for it, over that of all causes together and of not knowing."""
     evidence: tuple[Evidence, ...] = ()
+    """For all causes that anything speaks for, the strongest first."""
 
     @property
     def words(self) -> str:
@@ -91,25 +77,18 @@ UNCLEAR = Verdict("unclear", 0.0)
 
 @dataclass(frozen=True)
 class Episode:
-    """A stretch of frames in which limbs fail.
-
-    Attributes
-    ----------
-    first, last : int
-        Frames, both included.
-    limbs : tuple of str
-        Names in ``LIMBS``, in their order.
-    found : "truth" or "signs"
-        Whether it was found by errors against a reference or without one.
-    measure : "error" or "chance"
-        What `peak` is: degrees, or the probability from 0 to 1 that the limb is lost.
-    """
+    """A stretch of frames in which limbs fail."""
 
     first: int
     last: int
+    """`first` and `last`: frames, both included."""
     limbs: tuple[str, ...]
+    """Names in ``LIMBS``, in their order."""
     found: Found
+    """Whether it was found by errors against a reference or without one."""
     measure: Measure
+    """What `peak` is: degrees, or the probability from 0 to 1 that the limb is
+    lost."""
     peak: float
     peak_frame: int
     peak_limb: str
@@ -145,28 +124,19 @@ def limbs_words(limbs: tuple[str, ...]) -> str:
 
 @dataclass(frozen=True)
 class Agreement:
-    """Counts of episodes.
-
-    Attributes
-    ----------
-    true : int
-        Found with truth.
-    found : int
-        Those of them that one found without truth overlaps, on the same limb.
-    called : int
-        Found without truth.
-    right : int
-        Those of them that overlap one found with truth, on the same limb.
-    pairs : int
-        Most of either that can be matched when each belongs to one other only: a long one that
-        is called and overlaps several true ones finds all of them, but makes one pair.
-    """
+    """Counts of episodes."""
 
     true: int = 0
+    """Found with truth."""
     found: int = 0
+    """Those of them that one found without truth overlaps, on the same limb."""
     called: int = 0
+    """Found without truth."""
     right: int = 0
+    """Those of them that overlap one found with truth, on the same limb."""
     pairs: int = 0
+    """Most of either that can be matched when each belongs to one other only: a long one that is
+    called and overlaps several true ones finds all of them, but makes one pair."""
 
     @property
     def precision(self) -> float:

@@ -40,26 +40,18 @@ Report = Callable[[float, str], None]
 
 @dataclass(frozen=True, eq=False)
 class Subject:
-    """What episodes are looked for in.
-
-    Attributes
-    ----------
-    fps : float
-        Frame sets per second.
-    reference : LandmarkTrajectory or None
-        Taken as truth; without it the run is judged by its own signs alone.
-    recording : Recording or None
-        Clouds of some of its frames tell more about causes; without it the run alone does.
-    pictures : bool
-        Whether the recording's clouds are made again for causes; it serves for pictures else.
-    """
+    """What episodes are looked for in."""
 
     run: Run
     fps: float
+    """Frame sets per second."""
     reference: LandmarkTrajectory | None = None
+    """Taken as truth; without it the run is judged by its own signs alone."""
     recording: Recording | None = None
+    """Clouds of some of its frames tell more about causes; without it the run alone does."""
     rules: EpisodeRules = field(default_factory=EpisodeRules)
     pictures: bool = True
+    """Whether the recording's clouds are made again for causes; it serves for pictures else."""
 
 
 def failures(

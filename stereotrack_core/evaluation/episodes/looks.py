@@ -43,31 +43,23 @@ _LEAST_FITTING = 60
 
 @dataclass(frozen=True, eq=False)
 class Look:
-    """One frame as the views measured it; V views.
-
-    Attributes
-    ----------
-    points : (V,) float64
-        Points of each view in the cloud.
-    agreed, before, absent, unknown : (V, 6) float64
-        Of places along each limb's axis, the shares that a view measures where they are, before
-        which it measures something, behind which it does, and where it measures nothing. NaN for
-        limbs whose place is not known.
-    stray : (6,) float64
-        Points near each limb that are not the person's, over all points of the cloud.
-    offset : (V, 3) float64, metres
-        Movement of each view's points that would lay them onto torso and head; NaN where too few
-        of them are there.
-    """
+    """One frame as the views measured it; V views."""
 
     frame: int
     points: FloatArray
+    """(V,). Points of each view in the cloud."""
     agreed: FloatArray
     before: FloatArray
     absent: FloatArray
     unknown: FloatArray
+    """`agreed`, `before`, `absent` and `unknown`: (V, 6). Of places along each limb's axis, the
+    shares that a view measures where they are, before which it measures something, behind which it
+    does, and where it measures nothing. NaN for limbs whose place is not known."""
     stray: FloatArray
+    """(6,). Points near each limb that are not the person's, over all points of the cloud."""
     offset: FloatArray
+    """(V, 3), metres. Movement of each view's points that would lay them onto torso and head; NaN
+    where too few of them are there."""
 
 
 class Looker:

@@ -44,27 +44,22 @@ class Motion:
     """Smooth angles and their derivatives; F frames, A angles in the order of :data:`ANGLES`.
 
     NaN where the angle is not known, or in a stretch of fewer than :data:`SHORTEST` frames.
-
-    Attributes
-    ----------
-    angle : (F, A) float64, radians
-    velocity : (F, A) float64, radians per second
-        By central differences of the smooth angle; at both ends of a stretch one-sided.
-    acceleration : (F, A) float64, radians per square second
-        Second differences; NaN at both ends of a stretch.
-    velocity_sigma, acceleration_sigma : (F, A) float64
-        Standard deviations if errors of different frames are independent; those that are alike
-        in successive frames make the derivatives surer than that.
-    cut_off : float, hertz
-        What was used.
     """
 
     angle: FloatArray
+    """(F, A), radians."""
     velocity: FloatArray
+    """(F, A), radians per second. By central differences of the smooth angle; at both ends of a
+    stretch one-sided."""
     acceleration: FloatArray
+    """(F, A), radians per square second. Second differences; NaN at both ends of a stretch."""
     velocity_sigma: FloatArray
     acceleration_sigma: FloatArray
+    """`velocity_sigma` and `acceleration_sigma`: (F, A). Standard deviations if errors of different
+    frames are independent; those that are alike in successive frames make the derivatives surer
+    than that."""
     cut_off: float
+    """Hertz. What was used."""
     fps: float
 
     @property
@@ -224,32 +219,24 @@ WHOLE = "all"
 
 @dataclass(frozen=True)
 class AngleRange:
-    """How one angle moves in a stretch; radians, NaN where nothing is known.
-
-    Attributes
-    ----------
-    frames : int
-        Frames in which the smooth angle is known.
-    minimum, maximum, mean : float
-        Of the smooth angle.
-    range_sigma : float
-        Standard deviation of the range, errors at both ends taken for independent.
-    sigma : float
-        Root mean square of the angle's standard deviation.
-    peak_velocity, peak_velocity_sigma : float, radians per second
-        Largest speed in either direction, and its standard deviation.
-    """
+    """How one angle moves in a stretch; radians, NaN where nothing is known."""
 
     angle: AngleDefinition
     frames: int
+    """Frames in which the smooth angle is known."""
     minimum: float
     maximum: float
     range: float
     range_sigma: float
+    """Standard deviation of the range, errors at both ends taken for independent."""
     mean: float
+    """`minimum`, `maximum` and `mean`: of the smooth angle."""
     sigma: float
+    """Root mean square of the angle's standard deviation."""
     peak_velocity: float
     peak_velocity_sigma: float
+    """`peak_velocity` and `peak_velocity_sigma`: radians per second. Largest speed in either
+    direction, and its standard deviation."""
 
     def degrees(self) -> dict[str, float]:
         """Everything but the frames by its name, in degrees and degrees per second."""
@@ -279,25 +266,18 @@ class SideDifference:
 
 @dataclass(frozen=True)
 class StretchMotion:
-    """Ranges of motion of one stretch of frames.
-
-    Attributes
-    ----------
-    name : str
-        The segment, or ``"all"``.
-    first, end : int
-        Frames of it that there are, half-open; as the segment has them where there is none.
-    ranges : tuple of AngleRange
-        In the order of :data:`ANGLES`.
-    sides : tuple of SideDifference
-        Plane, elevation and axial rotation of the shoulder, and elbow flexion.
-    """
+    """Ranges of motion of one stretch of frames."""
 
     name: str
+    """The segment, or ``"all"``."""
     first: int
     end: int
+    """`first` and `end`: frames of it that there are, half-open; as the segment has them where
+    there is none."""
     ranges: tuple[AngleRange, ...]
+    """In the order of :data:`ANGLES`."""
     sides: tuple[SideDifference, ...]
+    """Plane, elevation and axial rotation of the shoulder, and elbow flexion."""
 
     def of(self, name: str) -> AngleRange:
         """The range of an angle by its name; KeyError where there is none."""
@@ -381,29 +361,22 @@ def _difference(left: AngleRange, right: AngleRange) -> SideDifference:
 
 @dataclass(frozen=True)
 class AngleError:
-    """Errors of one angle over frames; radians, NaN where nothing could be compared.
-
-    Attributes
-    ----------
-    frames : int
-        Frames in which both know the angle.
-    mean_error, median, rms, p95 : float
-        Mean error with its sign; median, root mean square and 95th percentile of its size.
-    stated_sigma : float
-        Root mean square of what is stated.
-    within_two_sigma : float
-        Share (0 to 1) of the errors within two stated standard deviations; NaN where none is
-        stated. Of a normal distribution 0.95 are.
-    """
+    """Errors of one angle over frames; radians, NaN where nothing could be compared."""
 
     angle: AngleDefinition
     frames: int
+    """Frames in which both know the angle."""
     mean_error: float
     median: float
     rms: float
     p95: float
+    """`mean_error`, `median`, `rms` and `p95`: mean error with its sign; median, root mean square
+    and 95th percentile of its size."""
     stated_sigma: float
+    """Root mean square of what is stated."""
     within_two_sigma: float
+    """Share (0 to 1) of the errors within two stated standard deviations; NaN where none is stated.
+    Of a normal distribution 0.95 are."""
 
     def degrees(self) -> dict[str, float]:
         """The angles among them by name, in degrees."""

@@ -28,21 +28,14 @@ from stereotrack_core.tracking.stored import body_of_run
 
 @dataclass(frozen=True, eq=False)
 class JointAngles:
-    """Angles over frames; F frames, A angles in the order of :data:`ANGLES`.
-
-    Attributes
-    ----------
-    frame : (F,) int64
-        Ascending.
-    angle : (F, A) float64, radians
-        Unwrapped; NaN where not known or not defined.
-    sigma : (F, A) float64, radians
-        Standard deviation; NaN where nothing states it.
-    """
+    """Angles over frames; F frames, A angles in the order of :data:`ANGLES`."""
 
     frame: IntArray
+    """(F,). Ascending."""
     angle: FloatArray
+    """(F, A), radians. Unwrapped; NaN where not known or not defined."""
     sigma: FloatArray
+    """(F, A), radians. Standard deviation; NaN where nothing states it."""
 
     def between(self, first: int, end: int) -> JointAngles:
         """The frames of a half-open stretch."""

@@ -147,21 +147,15 @@ _JOINING = 3
 
 @dataclass(frozen=True, eq=False)
 class Registered:
-    """A limb that was registered without regard to the others.
-
-    Attributes
-    ----------
-    rotation : (3, 3) float64
-        world_from_part.
-    origin : (3,) float64, world, metres
-    information : (6, 6) float64
-        Inverse covariance of translation and left rotation vector, both in the world.
-    """
+    """A limb that was registered without regard to the others."""
 
     part: int
     rotation: FloatArray
+    """(3, 3). world_from_part."""
     origin: FloatArray
+    """(3,), world, metres."""
     information: FloatArray
+    """(6, 6). Inverse covariance of translation and left rotation vector, both in the world."""
 
 
 class LimbIcp(Baseline):

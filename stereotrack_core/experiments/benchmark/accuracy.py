@@ -28,29 +28,20 @@ MEASURES = (
 
 @dataclass(frozen=True)
 class Score:
-    """Errors of one run.
-
-    Attributes
-    ----------
-    frames : int
-        Frames that the reference knows.
-    values : mapping from measure to float
-        In the measures' units.
-    """
+    """Errors of one run."""
 
     recording: str
     contestant: str
     seed: int
     frames: int
+    """Frames that the reference knows."""
     values: Mapping[str, float]
+    """By measure, in the measures' units."""
 
 
 @dataclass(frozen=True)
 class Row:
-    """What all seeds of one contestant on one recording give together, by measure.
-
-    `speed`: frames per second and ratio to block matching; empty where nothing was timed.
-    """
+    """What all seeds of one contestant on one recording give together, by measure."""
 
     recording: str
     contestant: str
@@ -58,6 +49,7 @@ class Row:
     frames: int
     values: Mapping[str, Spread]
     speed: Mapping[str, float] = field(default_factory=dict)
+    """Frames per second and ratio to block matching; empty where nothing was timed."""
 
 
 def accuracy(
@@ -138,18 +130,12 @@ def _reference_within(recording: Recording, specs: Mapping[str, RunSpec]) -> Lan
 
 @dataclass(frozen=True)
 class Ablation:
-    """One part of ``accurate`` that is left out, or exchanged for the plain way.
-
-    Attributes
-    ----------
-    name : str
-        As the table calls it.
-    changes : mapping from parameter to value
-        What differs from ``accurate``.
-    """
+    """One part of ``accurate`` that is left out, or exchanged for the plain way."""
 
     name: str
+    """As the table calls it."""
     changes: Mapping[str, Value] = field(default_factory=dict)
+    """By parameter, what differs from ``accurate``."""
 
 
 ABLATIONS: tuple[Ablation, ...] = (

@@ -27,19 +27,13 @@ DATA_POINTS = (500, 1000, 2000, 4000, 8000)
 
 @dataclass(frozen=True)
 class Cost:
-    """Cost of a frame at one size.
-
-    Attributes
-    ----------
-    size : int
-        Measured points, or views.
-    milliseconds : float
-        Median processor time over frames: of the tracker's step for points, from encoded images
-        to the pose for views.
-    """
+    """Cost of a frame at one size."""
 
     size: int
+    """Measured points, or views."""
     milliseconds: float
+    """Median processor time over frames: of the tracker's step for points, from encoded images to
+    the pose for views."""
 
 
 def cost_of_points(
@@ -172,27 +166,20 @@ class StepCost:
 
 @dataclass(frozen=True)
 class Timing:
-    """Times of one preset.
-
-    Attributes
-    ----------
-    usual_points : int
-        Points that the preset uses.
-    filter_ms : float
-        Processor time of the tracker's step, without what it says about its own errors.
-    stereo_ms_per_view, segmentation_ms : float
-        Time of the stages before it: matching for each view; background, outliers and all else
-        that makes the cloud of matched pictures, for all views together. Wall time.
-    costs : tuple of StepCost
-        The tracker's step by number of points: model points for ``thesis``, data for others.
-    """
+    """Times of one preset."""
 
     preset: str
     usual_points: int
+    """Points that the preset uses."""
     filter_ms: float
+    """Processor time of the tracker's step, without what it says about its own errors."""
     stereo_ms_per_view: float
     segmentation_ms: float
+    """`stereo_ms_per_view` and `segmentation_ms`: time of the stages before it: matching for each
+    view; background, outliers and all else that makes the cloud of matched pictures, for all views
+    together. Wall time."""
     costs: tuple[StepCost, ...]
+    """The tracker's step by number of points: model points for ``thesis``, data for others."""
 
     def exponent(self) -> float:
         """Exponent e of time ~ points^e over the measured range; NaN for a single size."""

@@ -31,32 +31,23 @@ _Pairs = Sequence[tuple[ImageArray, ImageArray]]
 
 @dataclass(frozen=True)
 class ChainSpeed:
-    """Time of the whole chain per frame set, and of block matching alone; medians over rounds.
-
-    Attributes
-    ----------
-    frames : int
-        Frame sets in a round.
-    tracked : int
-        Of them, those that the last round tracked.
-    seconds : float
-        From encoded images to the last pose, over `frames`.
-    preparation_seconds : float
-        What is done once before the first frame.
-    matching_seconds : float
-        Bare StereoBM for all views just before the chain, over `frames`; NaN where not every view
-        is a stereo one.
-    stage_ms : mapping from stage to milliseconds
-        Medians over the frames of the last round; stages overlap.
-    """
+    """Time of the whole chain per frame set, and of block matching alone; medians over rounds."""
 
     preset: str
     frames: int
+    """Frame sets in a round."""
     tracked: int
+    """Of them, those that the last round tracked."""
     seconds: float
+    """From encoded images to the last pose, over `frames`."""
     preparation_seconds: float
+    """What is done once before the first frame."""
     matching_seconds: float
+    """Bare StereoBM for all views just before the chain, over `frames`; NaN where not every view is
+    a stereo one."""
     stage_ms: Mapping[str, float]
+    """By stage, milliseconds: medians over the frames of the last round; stages
+    overlap."""
 
     @property
     def ratio(self) -> float:
@@ -236,24 +227,17 @@ _ALPHA, _BETA, _KAPPA = 0.1, 2.0, 0.0
 
 @dataclass(frozen=True)
 class CorrectionSpeed:
-    """Time of one correction with m measurements.
-
-    Attributes
-    ----------
-    seconds : float
-        Of the correction in O(m n^2).
-    filterpy_seconds : float or None
-        None where filterpy is not installed.
-    difference : float
-        Largest difference of the corrected state and covariance from the dense form's, in
-        units of the state's standard deviations.
-    """
+    """Time of one correction with m measurements."""
 
     m: int
     seconds: float
+    """Of the correction in O(m n^2)."""
     dense_seconds: float
     filterpy_seconds: float | None
+    """None where filterpy is not installed."""
     difference: float
+    """Largest difference of the corrected state and covariance from the dense form's, in units of
+    the state's standard deviations."""
 
 
 @dataclass(frozen=True, eq=False)

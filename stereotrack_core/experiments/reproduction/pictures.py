@@ -31,20 +31,14 @@ _QUALITY = 82
 
 @dataclass(frozen=True)
 class MotionPictures:
-    """Pictures of one motion.
-
-    Attributes
-    ----------
-    curves : bytes
-        SVG.
-    frames : tuple of int
-        That the strips show.
-    """
+    """Pictures of one motion."""
 
     motion: ThesisMotion
     curves: bytes
+    """Bytes. SVG."""
     strips: Mapping[str, bytes]
     frames: tuple[int, ...]
+    """That the strips show."""
 
 
 def motion_pictures(

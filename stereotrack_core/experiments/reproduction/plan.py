@@ -35,26 +35,18 @@ _REFERENCE_POINTS = 64
 
 @dataclass(frozen=True)
 class PlannedRun:
-    """One run of the tables; without its seed a column of one.
-
-    Attributes
-    ----------
-    points : int or None
-        Model points m, where they differ from the preset's.
-    few_views : bool
-        Two cameras instead of all.
-    averaged : bool
-        The same averaged proportions for everybody.
-    anew : bool
-        Put on the reference's pose at the beginning of every segment, instead of continuously
-        from the first frame on. This is for judging alone: such a run knows the truth.
-    """
+    """One run of the tables; without its seed a column of one."""
 
     preset: str
     points: int | None = None
+    """Model points m, where they differ from the preset's."""
     few_views: bool = False
+    """Two cameras instead of all."""
     averaged: bool = False
+    """The same averaged proportions for everybody."""
     anew: bool = False
+    """Put on the reference's pose at the beginning of every segment, instead of continuously from
+    the first frame on. This is for judging alone: such a run knows the truth."""
     seed: int = 0
 
     @property

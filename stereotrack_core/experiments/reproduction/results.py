@@ -194,26 +194,19 @@ def _write_tables(places: Places, results: Results) -> None:
 
 @dataclass(frozen=True)
 class Circumstances:
-    """How the numbers came about.
-
-    Attributes
-    ----------
-    command : str
-        That makes them again.
-    tracked_by : tuple of str
-        Versions of this program that made the runs.
-    runs, wanted : int
-        Runs that are finished, and all that belong to the tables.
-    """
+    """How the numbers came about."""
 
     command: str
+    """That makes them again."""
     versions: Mapping[str, str]
     tracked_by: tuple[str, ...]
+    """Versions of this program that made the runs."""
     machine: str
     seeds: int
     presets: tuple[str, ...]
     runs: int
     wanted: int
+    """`runs` and `wanted`: runs that are finished, and all that belong to the tables."""
     short: bool
 
 

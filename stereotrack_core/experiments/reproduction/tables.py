@@ -37,22 +37,16 @@ LOST = "lost"
 
 @dataclass(frozen=True, eq=False)
 class Outcome:
-    """What one run has come to.
-
-    Attributes
-    ----------
-    fast_from : int
-        First frame of the fast motions at the end of the recording.
-    version : str
-        Of the program that tracked.
-    """
+    """What one run has come to."""
 
     recording: str
     planned: PlannedRun
     errors: LimbErrors
     fast_from: int
+    """First frame of the fast motions at the end of the recording."""
     segments: tuple[Segment, ...]
     version: str
+    """Of the program that tracked."""
 
     def slow(self) -> LimbErrors:
         """Errors of the frames at the thesis's pace."""
@@ -125,21 +119,15 @@ _LOST_ROW = (LOST, "arm segments lost", "%")
 
 @dataclass(frozen=True)
 class Line:
-    """One line of a table.
-
-    Attributes
-    ----------
-    source : str
-        Whose numbers: the thesis's, or those of a way of tracking.
-    figures : tuple of Spread
-        One for each column.
-    """
+    """One line of a table."""
 
     measure: str
     label: str
     unit: str
     source: str
+    """Whose numbers: the thesis's, or those of a way of tracking."""
     figures: tuple[Spread, ...]
+    """One for each column."""
 
 
 @dataclass(frozen=True)

@@ -100,28 +100,20 @@ TABLES: tuple[ThesisTable, ...] = (TABLE_4_1, TABLE_4_2, TABLE_4_3, TABLE_4_4)
 
 @dataclass(frozen=True)
 class ThesisMotion:
-    """A motion that the thesis shows in pictures and as curves of its errors (section 4.3).
-
-    Attributes
-    ----------
-    pictures, curves : str
-        Numbers of the figures.
-    page : int
-        Of the curves.
-    frames : tuple of int
-        Frame numbers of its pictures.
-    remark : str
-        What it says about the errors; the curves themselves are not legible in the scan.
-    """
+    """A motion that the thesis shows in pictures and as curves of its errors (section 4.3)."""
 
     pictures: str
     curves: str
+    """`pictures` and `curves`: numbers of the figures."""
     page: int
+    """Of the curves."""
     recording: str
     segment: str
     title: str
     frames: tuple[int, ...]
+    """Frame numbers of its pictures."""
     remark: str
+    """What it says about the errors; the curves themselves are not legible in the scan."""
 
 
 MOTIONS: tuple[ThesisMotion, ...] = (

@@ -30,25 +30,20 @@ Status: TypeAlias = Literal["done", "failed"]
 
 @dataclass(frozen=True, eq=False)
 class Job:
-    """One run, with everything that its outcome depends on.
-
-    Attributes
-    ----------
-    identity, clouds : str
-        Hashes of all that the result depends on, and that its clouds do, which jobs may share.
-    folder, fingerprint : str
-        Where the recording is, the same on every machine that takes part, and what it has to be.
-    spec : RunSpec
-        With its frames; without detections, which the recording has.
-    """
+    """One run, with everything that its outcome depends on."""
 
     identity: str
     clouds: str
+    """`identity` and `clouds`: hashes of all that the result depends on, and that its clouds do,
+    which jobs may share."""
     recording: str
     folder: str
     fingerprint: str
+    """`folder` and `fingerprint`: where the recording is, the same on every machine that takes
+    part, and what it has to be."""
     point: Point
     spec: RunSpec
+    """With its frames; without detections, which the recording has."""
 
     @property
     def frames(self) -> range:

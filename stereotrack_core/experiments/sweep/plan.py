@@ -97,28 +97,19 @@ class SweepPlan:
 
 @dataclass(frozen=True)
 class SweepCount:
-    """What a sweep would compute.
-
-    Attributes
-    ----------
-    jobs : int
-        Different runs in all.
-    there : int
-        Jobs that are in the table already.
-    frames : int
-        Frames of the others.
-    workers : int
-        Jobs that are done at once.
-    seconds : float or None
-        What the others will take, from what was computed before; None where nothing was.
-    """
+    """What a sweep would compute."""
 
     jobs: int
+    """Different runs in all."""
     points: int
     there: int
+    """Jobs that are in the table already."""
     frames: int
+    """Frames of the others."""
     workers: int
+    """Jobs that are done at once."""
     seconds: float | None
+    """What the others will take, from what was computed before; None where nothing was."""
 
 
 def count_of(

@@ -37,15 +37,10 @@ MOST_POINTS = 100_000
 
 @dataclass(frozen=True)
 class Point:
-    """Values that are tried together, by name; what is not named stays as it is.
-
-    Attributes
-    ----------
-    values : tuple of (str, Value)
-        In the order in which they were given.
-    """
+    """Values that are tried together, by name; what is not named stays as it is."""
 
     values: tuple[tuple[str, Value], ...] = ()
+    """Tuple of (str, Value). In the order in which they were given."""
 
     @property
     def by_name(self) -> dict[str, Value]:
@@ -191,52 +186,39 @@ _PROGRAM = (
 
 @dataclass(frozen=True)
 class SweepRequest:
-    """A sweep in the words of a person; see ``stereotrack sweep --help``.
-
-    Attributes
-    ----------
-    table : Path
-        Where the results go.
-    grid, search : tuple of str
-        ``NAME=a,b,c`` and ``NAME=LOW:HIGH``.
-    points : Path or None
-        A list of points; at most one of grid, list and search is given.
-    trials, search_seed : int
-        Points that a search tries, and its seed.
-    minimise : str or None
-        Measure that says which point is best; None: the usual one.
-    changes : tuple of str
-        ``NAME=VALUE`` for what differs from the preset.
-    frames, views : str or None
-        None: all.
-    workers, together : int or None
-        Processes on this machine, and jobs that one does together; None: as many as is good.
-    scheduler : str or None
-        Address of a Dask cluster; None: this machine.
-    again : bool
-        Compute also what is in the table already.
-    """
+    """A sweep in the words of a person; see ``stereotrack sweep --help``."""
 
     recordings: tuple[Path, ...]
     table: Path
+    """Where the results go."""
     grid: tuple[str, ...] = ()
     points: Path | None = None
+    """A list of points; at most one of grid, list and search is given."""
     search: tuple[str, ...] = ()
+    """`grid` and `search`: ``NAME=a,b,c`` and ``NAME=LOW:HIGH``."""
     trials: int = TRIALS
     search_seed: int = 0
+    """`trials` and `search_seed`: points that a search tries, and its seed."""
     minimise: str | None = None
+    """Measure that says which point is best; None: the usual one."""
     preset: str = "accurate"
     changes: tuple[str, ...] = ()
+    """``NAME=VALUE`` for what differs from the preset."""
     seeds: str = "0"
     frames: str | None = None
     views: str | None = None
+    """`frames` and `views`: none: all."""
     init: str = "auto"
     smooth: bool = False
     workers: int | None = None
     together: int | None = None
+    """`workers` and `together`: processes on this machine, and jobs that one does together; None:
+    as many as is good."""
     scheduler: str | None = None
+    """Address of a Dask cluster; None: this machine."""
     retries: int = 1
     again: bool = False
+    """Compute also what is in the table already."""
 
     def check(self) -> None:
         """Refuse what does not go together, and numbers that mean nothing. Raises InputError."""
@@ -295,23 +277,16 @@ _FORM = "Write NAME=LOW:HIGH, NAME=LOW:HIGH:log, NAME=LOW:HIGH:int or NAME=a,b,c
 
 @dataclass(frozen=True)
 class Range:
-    """Where one value is looked for.
-
-    Attributes
-    ----------
-    low, high : float
-        Closed range; meaningless where there are choices.
-    scale : str
-        ``linear``, ``log`` or ``int``.
-    choices : tuple of Value
-        What is chosen from instead of a range.
-    """
+    """Where one value is looked for."""
 
     name: str
     low: float = 0.0
     high: float = 0.0
+    """`low` and `high`: closed range; meaningless where there are choices."""
     scale: Literal["linear", "log", "int"] = "linear"
+    """``linear``, ``log`` or ``int``."""
     choices: tuple[Value, ...] = ()
+    """What is chosen from instead of a range."""
 
     def suggested(self, trial: Any) -> Value:
         """What a trial of the library tries."""

@@ -22,21 +22,14 @@ _TABLE_SECONDS = 5.0
 
 @dataclass(frozen=True)
 class SweepOutcome:
-    """How a sweep ended.
-
-    Attributes
-    ----------
-    jobs : tuple of Job
-        All that were wanted.
-    reused : int
-        Different jobs whose results were there already.
-    computed : int
-        Jobs computed by this command.
-    """
+    """How a sweep ended."""
 
     jobs: tuple[Job, ...]
+    """All that were wanted."""
     reused: int
+    """Different jobs whose results were there already."""
     computed: int
+    """Jobs computed by this command."""
     stopped: bool
 
 
@@ -234,22 +227,15 @@ class _Frames:
 
 @dataclass(frozen=True)
 class PointSummary:
-    """All recordings and seeds of one point together.
-
-    Attributes
-    ----------
-    point : Point
-        Without its seed.
-    runs : int
-        Runs that gave something.
-    values : mapping from measure to Spread
-        Over the runs.
-    """
+    """All recordings and seeds of one point together."""
 
     point: Point
+    """Without its seed."""
     runs: int
+    """Runs that gave something."""
     failed: int
     values: Mapping[str, Spread]
+    """By measure, over the runs."""
 
 
 def summarised(

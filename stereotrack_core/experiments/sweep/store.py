@@ -55,32 +55,22 @@ class SweepPlaces:
 
 @dataclass(frozen=True)
 class SweepState:
-    """How a sweep is going, or how it ended.
-
-    Attributes
-    ----------
-    jobs : int
-        In all; in a search so far.
-    reused : int
-        That were there already.
-    computed, failed : int
-        By this command.
-    share : float
-        Of the work, 0 to 1.
-    ended : str
-        Empty while it goes on.
-    error : str
-        Why it failed.
-    """
+    """How a sweep is going, or how it ended."""
 
     jobs: int = 0
+    """In all; in a search so far."""
     reused: int = 0
+    """That were there already."""
     computed: int = 0
     failed: int = 0
+    """`computed` and `failed`: by this command."""
     share: float = 0.0
+    """Of the work, 0 to 1."""
     seconds_left: float | None = None
     ended: Ending = ""
+    """Empty while it goes on."""
     error: str = ""
+    """Why it failed."""
 
 
 _STATE: Kind = {

@@ -87,67 +87,47 @@ class SweepTable:
 
 @dataclass(frozen=True, eq=False)
 class Axis:
-    """Where values stand.
-
-    Attributes
-    ----------
-    places : mapping from value to float
-        As a dictionary: numbers stand where they are, words side by side.
-    log : bool
-        Whether the axis is better logarithmic.
-    words : bool
-        Whether values are names, to be written at their places.
-    """
+    """Where values stand."""
 
     name: str
     places: dict[str, float]
+    """By value. As a dictionary: numbers stand where they are, words side by
+    side."""
     log: bool
+    """Whether the axis is better logarithmic."""
     words: bool
+    """Whether values are names, to be written at their places."""
 
 
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """Runs that agree in one parameter, over another one.
-
-    Attributes
-    ----------
-    label : str
-        ``views NS``; empty where there is one curve only.
-    x, y : (N,) float64
-        A point per run.
-    row : (N,) int64
-        Row of the table of each.
-    at, mean, spread : (M,) float64
-        Where the mean line goes, and the standard deviation there (NaN for a single run).
-    """
+    """Runs that agree in one parameter, over another one."""
 
     label: str
+    """``views NS``; empty where there is one curve only."""
     x: FloatArray
     y: FloatArray
+    """`x` and `y`: (N,). A point per run."""
     row: IntArray
+    """(N,). Row of the table of each."""
     at: FloatArray
     mean: FloatArray
     spread: FloatArray
+    """`at`, `mean` and `spread`: (M,). Where the mean line goes, and the standard deviation there
+    (NaN for a single run)."""
 
 
 @dataclass(frozen=True, eq=False)
 class Heat:
-    """Means over two parameters.
-
-    Attributes
-    ----------
-    x, y : tuple of str
-        Values of both, in their order.
-    mean : (len(y), len(x)) float64
-        NaN where nothing was tried.
-    rows : tuple of tuples of tuples of int
-        Rows of the table behind each cell.
-    """
+    """Means over two parameters."""
 
     x: tuple[str, ...]
     y: tuple[str, ...]
+    """`x` and `y`: values of both, in their order."""
     mean: FloatArray
+    """(len(y), len(x)) float64. NaN where nothing was tried."""
     rows: tuple[tuple[tuple[int, ...], ...], ...]
+    """Rows of the table behind each cell."""
 
 
 def table_of_cells(columns: Sequence[str], rows: Sequence[Sequence[str]], where: str) -> SweepTable:
