@@ -36,7 +36,7 @@ from stereotrack_core.evaluation.joint_angles.motion import (
     motion_of,
     range_of_motion,
 )
-from stereotrack_core.evaluation.joint_angles.series import JointAngles
+from stereotrack_core.evaluation.joint_angles.series import JointAngles, angles_of_trajectory
 from stereotrack_core.recording.csv_table import Table, number
 from stereotrack_core.recording.selection import asked_frames
 from stereotrack_core.report.run_tables import range_table, side_table
@@ -84,7 +84,9 @@ def run(args: Namespace) -> int:
     source = angle_source(args.source, args.fps)
     angles = _chosen(source.angles, args.frames)
     motion = motion_of(angles, source.fps, CUT_OFF_HZ if args.cutoff is None else args.cutoff)
-    segments = some_segments(source.segments, args.source) if args.segments else ()
+    recording = source.recording
+    known = () if recording is None else recording.segments
+    segments = some_segments(known, args.source) if args.segments else ()
     stretches = range_of_motion(angles, motion, segments)
     errors = None if args.reference is None else _errors(args, source, angles)
     if args.output is not None:
@@ -123,8 +125,11 @@ def _chosen(angles: JointAngles, frames: str | None) -> JointAngles:
 
 
 def _errors(args: Namespace, source: AngleSource, angles: JointAngles) -> Sequence[AngleError]:
-    truth = source.truth if not args.reference else angles_of_file(Path(args.reference))
-    if truth is None:
+    if args.reference:
+        truth = angles_of_file(Path(args.reference))
+    elif source.recording is not None and source.recording.reference is not None:
+        truth = angles_of_trajectory(source.recording.reference)
+    else:
         raise InputError(
             "the recording of this file has no reference, or was not found",
             where=str(args.source),

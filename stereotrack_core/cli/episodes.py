@@ -26,7 +26,7 @@ from stereotrack_core.evaluation.episodes.episode import (
     CAUSE_WORDS,
     Agreement,
     Episode,
-    agreement,
+    agreement_of,
     limbs_words,
 )
 from stereotrack_core.evaluation.episodes.export import film_of, write_strips
@@ -80,7 +80,7 @@ def run(args: Namespace) -> int:
     with watched("Detecting failures", "Nothing was written.") as (report, stopped):
         every = find_episodes(subject, report, stopped)
     chosen = _chosen(every, args)
-    agreed = _agreed(every) if subject.reference is not None else None
+    agreed = agreement_of(every) if subject.reference is not None else None
     if args.json:
         put_json(_facts(args, subject, chosen, agreed))
     elif chosen:
@@ -149,12 +149,6 @@ def _chosen(every: Sequence[Episode], args: Namespace) -> list[Episode]:
     ]
 
 
-def _agreed(every: Sequence[Episode]) -> Agreement:
-    return agreement(
-        [e for e in every if e.found == "truth"], [e for e in every if e.found == "signs"]
-    )
-
-
 def _facts(
     args: Namespace, subject: Subject, chosen: Sequence[Episode], agreed: Agreement | None
 ) -> dict[str, Any]:
@@ -200,10 +194,7 @@ def _heading(args: Namespace, count: int, agreed: Agreement | None) -> str:
     heading = f"{counted(count, 'failure') if count else 'No failures'} in {args.run_file}"
     if agreed is None or not (agreed.true or agreed.called):
         return heading
-    return (
-        f"{heading}; detection without the reference finds {agreed.found} of {agreed.true} true "
-        f"failures, and {agreed.right} of its {agreed.called} detections are true"
-    )
+    return f"{heading}; {agreed.words}"
 
 
 def _export(args: Namespace, subject: Subject, chosen: Sequence[Episode]) -> None:

@@ -15,11 +15,10 @@ from stereotrack_core.errors import Cancelled, InputError
 from stereotrack_core.experiments.reproduction.plan import (
     Group,
     Places,
-    default_folder,
     groups,
-    made_folder,
     missing_recordings,
     opened_recordings,
+    places_in,
     render_recording,
 )
 from stereotrack_core.experiments.reproduction.results import Results, write_results
@@ -69,7 +68,7 @@ def run(args: Namespace) -> int:
     """Make the recordings, track them, and write the page."""
     presets = _presets(args.presets)
     check_least(1, seeds=args.seeds, workers=args.workers)
-    places = made_folder(args.folder or default_folder(short=args.short))
+    places = places_in(args.folder, short=args.short)
     try:
         recordings = _recordings(places, short=args.short)
         planned = groups([recording.name for recording in recordings], presets, args.seeds)

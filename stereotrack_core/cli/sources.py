@@ -177,9 +177,8 @@ class AngleSource:
     angles: JointAngles
     fps: float
     """Frame sets per second."""
-    segments: Sequence[Segment]
-    truth: JointAngles | None
-    """Those of the recording's own reference, where it has one."""
+    recording: Recording | None
+    """Where it is known and there."""
 
 
 def angle_source(path: Path, fps: float | None) -> AngleSource:
@@ -198,10 +197,7 @@ def angle_source(path: Path, fps: float | None) -> AngleSource:
             where=str(path),
             remedy="Give --fps N.",
         )
-    reference = None if recording is None else recording.reference
-    truth = None if reference is None else angles_of_trajectory(reference)
-    segments = () if recording is None else recording.segments
-    return AngleSource(angles, rate, segments, truth)
+    return AngleSource(angles, rate, recording)
 
 
 def angles_of_file(path: Path) -> JointAngles:

@@ -85,6 +85,8 @@ def run_page(reported: Reported, kind: Kind = "svg", *, for_print: bool = False)
     """
     source, run, accuracy = reported.source, reported.source.run, reported.accuracy
     shown = reported.episodes
+    errors = None if accuracy is None else accuracy.errors
+    episodes = [one.episode for one in shown]
     return page(
         "run.html",
         f"Report on {source.name}",
@@ -97,7 +99,7 @@ def run_page(reported: Reported, kind: Kind = "svg", *, for_print: bool = False)
         subject=run.meta.get("subject"),
         preset=str(run.meta.get("preset") or ""),
         known_preset=str(run.meta.get("preset") or "") in PRESETS,
-        curves=embedded(_curves(reported, kind), mime(kind)),
+        curves=embedded(limb_curves(run, errors, episodes, reported.segments, kind), mime(kind)),
         found=FOUND_WORDS[shown[0].episode.found] if shown else "",
         strips=[_strip(one) for one in shown if one.strip is not None],
         doubts=None if accuracy is None else accuracy.doubts,
@@ -136,12 +138,6 @@ def _lead(reported: Reported) -> str:
             "This run was initialised with the reference's pose, so it knows part of the truth."
         )
     return " ".join(said)
-
-
-def _curves(reported: Reported, kind: Kind) -> bytes:
-    errors = None if reported.accuracy is None else reported.accuracy.errors
-    episodes = [shown.episode for shown in reported.episodes]
-    return limb_curves(reported.source.run, errors, episodes, reported.segments, kind)
 
 
 def _strip(shown: ShownEpisode) -> dict[str, str]:

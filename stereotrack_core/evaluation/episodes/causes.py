@@ -167,7 +167,7 @@ def _near(away: FloatArray, frame: IntArray, limit: float) -> tuple[float, float
 
 
 def _crossing(where: Whereabouts, inside: BoolArray, arms: list[int]) -> list[Evidence]:
-    away = to_other_arm(where.points[inside])[:, arms].min(axis=1, initial=np.inf)
+    away = _to_other_arm(where.points[inside])[:, arms].min(axis=1, initial=np.inf)
     share, least, frame = _near(away, where.frame[inside], CROSSED)
     if share <= 0.0:
         return []
@@ -181,7 +181,7 @@ def _crossing(where: Whereabouts, inside: BoolArray, arms: list[int]) -> list[Ev
 def _beside_torso(
     where: Whereabouts, inside: BoolArray, arms: list[int], crossing: float
 ) -> list[Evidence]:
-    away = to_torso(where.points[inside])[:, arms].min(axis=1, initial=np.inf)
+    away = _to_torso(where.points[inside])[:, arms].min(axis=1, initial=np.inf)
     share, least, frame = _near(away, where.frame[inside], BESIDE_TORSO)
     words = (
         f"{100.0 * least:.0f} cm from the centre of the torso in frame {frame}, close to it in "
@@ -346,7 +346,7 @@ _BESIDE = 0.35
 """Share of an upper arm, from the shoulder, that is always near the torso."""
 
 
-def to_other_arm(points: FloatArray) -> FloatArray:
+def _to_other_arm(points: FloatArray) -> FloatArray:
     """Least distance (F, 6) of each arm's limb to the other arm's forearm, metres.
 
     Forearms are measured to the whole other arm. NaN for torso and head.
@@ -365,7 +365,7 @@ def to_other_arm(points: FloatArray) -> FloatArray:
     return result
 
 
-def to_torso(points: FloatArray) -> FloatArray:
+def _to_torso(points: FloatArray) -> FloatArray:
     """Least distance (F, 6) of each arm's limb to the middle of the torso, metres.
 
     The torso is the line from the middle of the hips to that of the shoulders; of an upper arm

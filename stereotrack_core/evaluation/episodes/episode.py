@@ -148,6 +148,22 @@ class Agreement:
         """Share of those found with truth that are found without; NaN where there are none."""
         return self.found / self.true if self.true else float("nan")
 
+    @property
+    def words(self) -> str:
+        """How many failures are found without truth, as people read it."""
+        return (
+            f"detection without the reference finds {self.found} of {self.true} true failures, and "
+            f"{self.right} of its {self.called} detections are true"
+        )
+
+
+def agreement_of(episodes: Iterable[Episode]) -> Agreement:
+    """Compare the episodes of a run that were found by truth with the others."""
+    every = list(episodes)
+    return agreement(
+        [e for e in every if e.found == "truth"], [e for e in every if e.found == "signs"]
+    )
+
 
 def agreement(
     truth: Sequence[Episode], called: Sequence[Episode], right: Sequence[Episode] | None = None

@@ -114,12 +114,6 @@ def stretches(frame: IntArray, known: BoolArray) -> list[slice]:
     return [slice(int(places[a]), int(places[b - 1]) + 1) for a, b in pairwise(ends)]
 
 
-def column(angles: FloatArray, name: str) -> FloatArray:
-    """One angle (F,) of an array (F, A)."""
-    result: FloatArray = angles[:, NAMES.index(name)]
-    return result
-
-
 _OF_INTEREST = (*THESIS_JOINTS, HEAD, *CLAVICLES)
 
 

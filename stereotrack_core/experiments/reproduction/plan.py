@@ -143,32 +143,27 @@ class Places:
     folder: Path
 
     @property
-    def recordings(self) -> Path:
-        """Folder of the four recordings."""
-        return self.folder / "recordings"
-
-    @property
     def page(self) -> Path:
         """The page that shows everything."""
         return self.folder / "index.html"
 
     def recording(self, name: str) -> Path:
         """Folder of a recording."""
-        return self.recordings / name
+        return self.folder / "recordings" / name
 
     def run(self, recording: str, planned: PlannedRun) -> Path:
         """File of a run."""
         return self.folder / "runs" / recording / f"{planned.name}.npz"
 
 
-def default_folder(*, short: bool) -> Path:
-    """The program's own data folder."""
-    name = "reproduce-short" if short else "reproduce"
-    return user_data_path("stereotrack", appauthor=False) / name
+def places_in(folder: Path | None, *, short: bool) -> Places:
+    """Make the folder where it is missing: that one, or one in the program's own data folder.
 
-
-def made_folder(folder: Path) -> Places:
-    """Make the folder where it is missing. Raises InputError where that cannot be."""
+    Raises InputError where that cannot be.
+    """
+    if folder is None:
+        name = "reproduce-short" if short else "reproduce"
+        folder = user_data_path("stereotrack", appauthor=False) / name
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -241,7 +236,7 @@ def render_recording(
     cancelled: Callable[[], bool],
 ) -> None:
     """Render a recording. Raises Cancelled: nothing of it is left behind."""
-    places.recordings.mkdir(parents=True, exist_ok=True)
+    places.recording(one.name).parent.mkdir(parents=True, exist_ok=True)
     simulate(
         places.recording(one.name),
         person=one.name,

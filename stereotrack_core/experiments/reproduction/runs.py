@@ -121,17 +121,8 @@ def track_group(
 ) -> list[tuple[PlannedRun, Run]]:
     """Track a recording with all runs of a group.
 
-    Raises Cancelled: nothing of the group is kept then.
-
-    Parameters
-    ----------
-    average : Subject
-        The averaged proportions.
-    starts : mapping from frame to Pose
-        Where runs that start anew are put on which pose; the first frame must be among them
-        where the group has such runs.
-    on_frames : callable, optional
-        Told how many frames more were tracked, over all runs.
+    Runs that start anew are put on the poses of `starts`, by frame; the first frame must be among
+    them where the group has such runs. Where it is cancelled, nothing of the group is kept.
     """
     inside = {frame: pose for frame, pose in starts.items() if frame in frames}
     inputs = []
