@@ -27,6 +27,7 @@ from stereotrack_core.cli.sources import (
     write_angles,
 )
 from stereotrack_core.errors import InputError
+from stereotrack_core.evaluation.errors import none_of_the_frames
 from stereotrack_core.evaluation.joint_angles.motion import (
     CUT_OFF_HZ,
     SHORTEST,
@@ -136,11 +137,7 @@ def _errors(args: Namespace, source: AngleSource, angles: JointAngles) -> Sequen
             remedy="Give the reference with --reference FILE.",
         )
     if not np.isin(angles.frame, truth.frame).any():
-        raise InputError(
-            "the reference contains none of the frames",
-            where=str(args.reference or args.source),
-            remedy="Choose frames that it contains.",
-        )
+        raise none_of_the_frames(str(args.reference or args.source))
     return angle_errors(angles, truth)
 
 

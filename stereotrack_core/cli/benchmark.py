@@ -27,7 +27,7 @@ from stereotrack_core.cli.output import OK, put_json, put_result, put_table, say
 from stereotrack_core.cli.progress import progress, stoppable
 from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
-from stereotrack_core.evaluation.errors import truth_of
+from stereotrack_core.evaluation.errors import reference_within, truth_of
 from stereotrack_core.experiments.benchmark.accuracy import ABLATIONS, Row, Score, accuracy, pooled
 from stereotrack_core.experiments.benchmark.annotation import CASES, AnnotationScore, annotated
 from stereotrack_core.experiments.benchmark.growth import Cost, cost_of_points, cost_of_views
@@ -41,7 +41,6 @@ from stereotrack_core.recording.csv_table import (
 )
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.folder import open_recordings
-from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.recording.selection import frames_within, seeds_of, usable_views, views_of
 from stereotrack_core.tracking.parameters import Settings
@@ -349,7 +348,9 @@ def _annotation_scores(
     recording: Recording, seeds: Sequence[int], frames: str | None
 ) -> list[AnnotationScore]:
     settings, found = FitSettings(), []
-    recording = _cut(recording, frames)
+    with FrameReader(recording, read_ahead=0) as reader:
+        asked = frames_within(frames, reader.frame_count)
+    recording = dataclasses.replace(recording, reference=reference_within(recording, asked))
     clicked = truth_of(recording).frame.tolist()
     with recorded_depth(recording, settings) as depth:
         clouds = None
@@ -368,22 +369,6 @@ def _annotation_scores(
                     found.append(annotated(recording, case, seed, settings, clouds))
                     show(len(found))
     return found
-
-
-def _cut(recording: Recording, text: str | None) -> Recording:
-    """The recording with the reference of some frames alone."""
-    truth = truth_of(recording)
-    with FrameReader(recording, read_ahead=0) as reader:
-        frames = frames_within(text, reader.frame_count)
-    inside = (truth.frame >= frames.start) & (truth.frame < frames.stop)
-    if not inside.any():
-        raise InputError(
-            "the reference contains none of the frames",
-            where=str(recording.folder),
-            remedy="Choose frames that it contains.",
-        )
-    cut = LandmarkTrajectory(truth.frame[inside], truth.points[inside])
-    return dataclasses.replace(recording, reference=cut)
 
 
 def _values(score: AnnotationScore) -> dict[str, float]:

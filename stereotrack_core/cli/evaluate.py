@@ -11,14 +11,13 @@ import numpy as np
 from stereotrack_core.cli.arguments import FRAMES, JSON, SEGMENTS, option
 from stereotrack_core.cli.output import OK, put, put_json, put_table, say
 from stereotrack_core.cli.sources import read_measured, some_segments, truth_of, warn_about_size
-from stereotrack_core.errors import InputError
 from stereotrack_core.evaluation.accuracy import (
     accuracy_facts,
     accuracy_of,
     error_facts,
     stated_means,
 )
-from stereotrack_core.evaluation.errors import LimbErrors
+from stereotrack_core.evaluation.errors import LimbErrors, none_of_the_frames
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.recording.selection import asked_frames
 from stereotrack_core.report.run_tables import error_table, segment_table
@@ -55,11 +54,7 @@ def run(args: Namespace) -> int:
         found, truth.reference, truth.states, segments, asked_frames(args.frames)
     )
     if not len(accuracy.errors.frame):
-        raise InputError(
-            "the reference contains none of the frames",
-            where="--frames" if args.frames else "--reference",
-            remedy="Choose frames that it contains.",
-        )
+        raise none_of_the_frames("--frames" if args.frames else "--reference")
     _warn_about_frames(trajectory, accuracy.errors, args.frames)
     warn_about_size(truth)
     speed = _frames_per_second(trajectory, meta)

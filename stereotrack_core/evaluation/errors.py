@@ -84,6 +84,30 @@ def truth_of(recording: Recording) -> LandmarkTrajectory:
     return recording.reference
 
 
+def reference_within(recording: Recording, frames: range) -> LandmarkTrajectory:
+    """What the recording's reference has of some frames. Raises InputError where it knows none."""
+    reference = truth_of(recording)
+    inside = (reference.frame >= frames.start) & (reference.frame < frames.stop)
+    if not np.any(inside & knows_something(reference)):
+        raise none_of_the_frames(str(recording.folder))
+    return LandmarkTrajectory(reference.frame[inside], reference.points[inside])
+
+
+def none_of_the_frames(where: str) -> InputError:
+    """What is wrong with a reference that says nothing about what is measured."""
+    return InputError(
+        "the reference contains none of the frames",
+        where=where,
+        remedy="Choose frames that it contains.",
+    )
+
+
+def at_frames(trajectory: LandmarkTrajectory, frames: IntArray) -> LandmarkTrajectory:
+    """What a trajectory has of some frames."""
+    inside = np.isin(trajectory.frame, frames)
+    return LandmarkTrajectory(trajectory.frame[inside], trajectory.points[inside])
+
+
 def errors_against(trajectory: LandmarkTrajectory, reference: LandmarkTrajectory) -> LimbErrors:
     """Errors of `trajectory` in every frame of `reference`.
 

@@ -5,12 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
-import numpy as np
-
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.skeleton import FOREARMS, UPPER_ARMS
 from stereotrack_core.evaluation import summary
-from stereotrack_core.evaluation.errors import errors_against
+from stereotrack_core.evaluation.errors import at_frames, errors_against
 from stereotrack_core.evaluation.summary import doubts_against
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.tracking.frame import Run
@@ -89,10 +87,7 @@ def measured(run: Run, reference: LandmarkTrajectory | None) -> dict[str, float]
 def _errors_of(run: Run, reference: LandmarkTrajectory | None) -> Mapping[str, float]:
     if reference is None or not len(run.frame):
         return {}
-    inside = np.isin(reference.frame, run.frame)
-    errors = errors_against(
-        run.trajectory(), LandmarkTrajectory(reference.frame[inside], reference.points[inside])
-    )
+    errors = errors_against(run.trajectory(), at_frames(reference, run.frame))
     if not len(errors.frame):
         return {}
     pooled = summary.summarise(errors)

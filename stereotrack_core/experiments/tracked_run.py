@@ -6,7 +6,7 @@ import dataclasses
 import time
 from collections.abc import Callable
 from contextlib import closing, nullcontext
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -76,42 +76,39 @@ class TrackedRun:
         }
 
 
+@dataclass
 class _Course:
     """What happens frame by frame, shown and noted."""
 
-    def __init__(
-        self,
-        show: Callable[[int], None],
-        stopped: Callable[[], bool],
-        before: int,
-        begun: UnfinishedRun | None,
-        untracked: Untracked,
-    ) -> None:
-        self.reasons: list[tuple[int, str]] = []
-        self.problems = ViewProblems()
-        self.done = 0
-        self.changed: list[int] = []
-        self.untracked = untracked
-        self._begun = begun
-        self._show, self._stopped = show, stopped
-        self._before, self._steps = before, 0
-        for frame in () if begun is None else begun.done:
+    show: Callable[[int], None]
+    stopped: Callable[[], bool]
+    before: int
+    begun: UnfinishedRun | None
+    untracked: Untracked
+    reasons: list[tuple[int, str]] = field(default_factory=list)
+    problems: ViewProblems = field(default_factory=ViewProblems)
+    changed: list[int] = field(default_factory=list)
+    done: int = 0
+    steps: int = 0
+
+    def __post_init__(self) -> None:
+        for frame in () if self.begun is None else self.begun.done:
             self._take(frame)
 
     def prepare(self, stage: str, _done: int, _count: int) -> None:
         """A part of what comes before the first frame that is tracked."""
         if stage == ESTIMATING_LENGTHS:
-            self._steps += 1
-            self._show(self._steps)
-        if self._stopped():
+            self.steps += 1
+            self.show(self.steps)
+        if self.stopped():
             raise Cancelled
 
     def note(self, frame: TrackedFrame) -> None:
         """A frame of the run."""
         self._take(frame)
-        if self._begun is not None and self._begun.changed_by(frame):
+        if self.begun is not None and self.begun.changed_by(frame):
             self.changed.append(frame.frame)
-        self._show(self._before + self.done)
+        self.show(self.before + self.done)
 
     def _take(self, frame: TrackedFrame) -> None:
         self.done += 1

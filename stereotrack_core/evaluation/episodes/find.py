@@ -23,7 +23,7 @@ from stereotrack_core.evaluation.episodes.stretches import (
     episodes_by_error,
     episodes_by_signs,
 )
-from stereotrack_core.evaluation.errors import errors_against
+from stereotrack_core.evaluation.errors import at_frames, errors_against
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.tracking.frame import Run
@@ -114,9 +114,8 @@ def stretches_by_truth(subject: Subject) -> tuple[Episode, ...]:
     run, reference = subject.run, subject.reference
     if reference is None or not len(run.frame):
         return ()
-    done = np.isin(reference.frame, run.frame)
-    own = LandmarkTrajectory(reference.frame[done], reference.points[done])
-    return episodes_by_error(errors_against(run.trajectory(), own), subject.fps, subject.rules)
+    errors = errors_against(run.trajectory(), at_frames(reference, run.frame))
+    return episodes_by_error(errors, subject.fps, subject.rules)
 
 
 def explained(

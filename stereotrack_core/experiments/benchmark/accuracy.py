@@ -6,16 +6,12 @@ import dataclasses
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
-import numpy as np
-
-from stereotrack_core.errors import InputError
-from stereotrack_core.evaluation.errors import knows_something, truth_of
+from stereotrack_core.evaluation.errors import knows_something, reference_within
 from stereotrack_core.evaluation.summary import Spread
 from stereotrack_core.experiments.measures import measured
 from stereotrack_core.experiments.runner.lockstep import RunInput, cloud_key, track_together
 from stereotrack_core.parameters import Value
 from stereotrack_core.recording.description import Recording
-from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.tracking.run_spec import RunSpec
 
@@ -74,7 +70,9 @@ def accuracy(
     on_frames : callable, optional
         Told how many frames more are tracked, of those of all contestants with all seeds.
     """
-    reference = _reference_within(recording, specs)
+    with FrameReader(recording, read_ahead=0) as reader:
+        frames = next(iter(specs.values())).frames_of(reader.frame_count)
+    reference = reference_within(recording, frames)
     blind = dataclasses.replace(recording, reference=None)
     groups: dict[object, list[tuple[str, int]]] = {}
     for name, spec in specs.items():
@@ -88,8 +86,8 @@ def accuracy(
         for (name, seed), tracked in zip(own, together, strict=True):
             values = measured(tracked.run(), reference)
             chosen = {name: values[name] for name in MEASURES}
-            frames = int(knows_something(reference).sum())
-            scores[name, seed] = Score(recording.name, name, seed, frames, chosen)
+            known = int(knows_something(reference).sum())
+            scores[name, seed] = Score(recording.name, name, seed, known, chosen)
     return tuple(scores[name, seed] for name in specs for seed in seeds)
 
 
@@ -111,21 +109,6 @@ def pooled(
         )
         for (recording, contestant), own in groups.items()
     )
-
-
-def _reference_within(recording: Recording, specs: Mapping[str, RunSpec]) -> LandmarkTrajectory:
-    """What the reference knows of the frames that are tracked."""
-    reference = truth_of(recording)
-    with FrameReader(recording, read_ahead=0) as reader:
-        frames = next(iter(specs.values())).frames_of(reader.frame_count)
-    inside = (reference.frame >= frames.start) & (reference.frame < frames.stop)
-    if not np.any(inside & knows_something(reference)):
-        raise InputError(
-            "the reference contains none of the frames",
-            where=str(recording.folder),
-            remedy="Choose frames that it contains.",
-        )
-    return LandmarkTrajectory(reference.frame[inside], reference.points[inside])
 
 
 @dataclass(frozen=True)

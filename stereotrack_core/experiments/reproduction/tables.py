@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial, reduce
 
@@ -196,19 +196,12 @@ def _fast_table(
     outcomes: Sequence[Outcome], recordings: Sequence[str], basic: Sequence[PlannedRun]
 ) -> ComparedTable:
     each = [*((name,) for name in recordings), tuple(recordings)]
-    lines = [
-        line
-        for measure in (*ROWS, _LOST_ROW)
-        for run in basic
-        for line in _line(
-            measure, run, [_Column(run, names, Outcome.fast) for names in each], outcomes
-        )
-    ]
+    columns = {run: [_Column(run, names, Outcome.fast) for names in each] for run in basic}
     return ComparedTable(
         "fast",
         "The four motions performed fast",
         (*recordings, "together"),
-        tuple(lines),
+        _lines(columns, outcomes, {}),
         "The thesis has no such numbers: the same motions in about 3 seconds each. Fast motion "
         "can lose an arm, and a tracker without re-initialisation does not find it again.",
     )
@@ -248,38 +241,31 @@ def _motion_table(
 def _beside(
     thesis: ThesisTable, columns: dict[PlannedRun, list[_Column]], outcomes: Sequence[Outcome]
 ) -> ComparedTable:
-    lines: list[Line] = []
-    for measure in (*ROWS, _LOST_ROW):
-        name, label, unit = measure
-        if name in thesis.values:
-            theirs = tuple(Spread(float(value)) for value in thesis.values[name])
-            lines.append(Line(name, label, unit, OF_THESIS, theirs))
-        for run, own in columns.items():
-            lines += _line(measure, run, own, outcomes)
     return ComparedTable(
         thesis.number,
         f"Table {thesis.number}: {thesis.title[0].lower()}{thesis.title[1:]}",
         thesis.columns,
-        tuple(lines),
+        _lines(columns, outcomes, thesis.values),
         f"{thesis.remark} (The thesis, {thesis.source}.)",
     )
 
 
-def _line(
-    measure: tuple[str, str, str],
-    run: PlannedRun,
-    columns: Sequence[_Column],
+def _lines(
+    columns: Mapping[PlannedRun, Sequence[_Column]],
     outcomes: Sequence[Outcome],
-) -> list[Line]:
-    """A line, or none where nothing of it is known yet."""
-    name, label, unit = measure
-    figures = tuple(
-        figure(outcomes, column.planned.way, name, column.part, column.recordings)
-        for column in columns
-    )
-    if not any(math.isfinite(f.mean) for f in figures):
-        return []
-    return [Line(name, label, unit, source_name(run), figures)]
+    given: Mapping[str, Sequence[float]],
+) -> tuple[Line, ...]:
+    """What is given and what ways of tracking come to, as far as it is known, by measure."""
+    lines = []
+    for name, label, unit in (*ROWS, _LOST_ROW):
+        sources = [(OF_THESIS, tuple(Spread(float(value)) for value in given.get(name, ())))]
+        for run, own in columns.items():
+            figures = (figure(outcomes, c.planned.way, name, c.part, c.recordings) for c in own)
+            sources.append((source_name(run), tuple(figures)))
+        for source, found in sources:
+            if any(math.isfinite(one.mean) for one in found):
+                lines.append(Line(name, label, unit, source, found))
+    return tuple(lines)
 
 
 def _rows_of(compared: ComparedTable) -> list[tuple[str, ...]]:
