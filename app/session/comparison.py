@@ -131,12 +131,12 @@ def _rows(found: Comparison, truth: Judgement) -> tuple[ComparedRow, ...]:
     quality = truth.quality_over(found.frames)
     rows = []
     for place, first in enumerate(found.pairs[0].measures):
-        cells, measure = [ComparedCell(first.first)], first.measure
+        cells, measure = [ComparedCell(first.first_mean)], first.measure
         for pair in found.pairs:
             got = pair.measures[place]
             said = verdict(got, pair.first, pair.second)
             cells.append(
-                ComparedCell(got.second, got.difference, got.low, got.high, got.differs, said)
+                ComparedCell(got.second_mean, got.difference, got.low, got.high, got.differs, said)
             )
         label = _label(measure.label, measure.unit, measure.name, quality)
         rows.append(ComparedRow(_LIMB_OF.get(measure.name, ""), label, tuple(cells)))

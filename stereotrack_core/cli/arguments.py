@@ -64,6 +64,12 @@ INIT = option(
     "--init auto|tpose|FILE", "initial pose, as for track (default: auto)", default="auto"
 )
 FPS = option("--fps N", "frames per second, for files that do not state it", type=float)
+REFERENCE = option(
+    "--reference FILE",
+    "reference landmarks (.csv, .trc, .c3d), or with their uncertainty (.npz of `stereotrack "
+    "fit`); by default the reference of the run's recording",
+    type=Path,
+)
 OF_RUN = option(
     "--recording DIR", "the run's recording; by default the one named in the run", type=Path
 )

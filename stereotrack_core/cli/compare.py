@@ -6,10 +6,11 @@ import math
 import string
 from argparse import Namespace
 from collections.abc import Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from stereotrack_core.cli.arguments import FRAMES, JSON, SEGMENTS, option
+from stereotrack_core.cli.arguments import FRAMES, JSON, REFERENCE, SEGMENTS, option
 from stereotrack_core.cli.output import OK, put, put_json, put_table, say
 from stereotrack_core.cli.sources import (
     Truth,
@@ -51,12 +52,7 @@ OPTIONS = (
         type=Path,
         nargs="+",
     ),
-    option(
-        "--reference FILE",
-        "reference landmarks (.csv, .trc, .c3d); a run knows its recording's reference. "
-        "Without any, runs are only compared with each other",
-        type=Path,
-    ),
+    REFERENCE,
     FRAMES,
     SEGMENTS,
     JSON,
@@ -156,13 +152,13 @@ def comparison_table(comparison: Comparison, pair: Pair, title: str = "") -> Tab
     rows = [
         (
             f"{paired.measure.label} [{paired.measure.unit}]",
-            number(paired.first, 2),
-            number(paired.second, 2),
+            number(paired.first_mean, 2),
+            number(paired.second_mean, 2),
             f"{paired.difference:+.2f}" if math.isfinite(paired.difference) else "-",
             f"{paired.low:+.2f} to {paired.high:+.2f}" if paired.enough else "-",
-            f"{100.0 * paired.better:.0f} %" if math.isfinite(paired.better) else "-",
+            f"{paired.better_percent:.0f} %" if math.isfinite(paired.better_percent) else "-",
             number(paired.p, 3),
-            str(paired.block),
+            str(paired.block_frames),
             verdict(paired, first, second),
         )
         for paired in pair.measures
@@ -197,19 +193,10 @@ def comparison_facts(comparison: Comparison) -> dict[str, Any]:
 def _pair_facts(pair: Pair) -> dict[str, Any]:
     measures = {}
     for paired in pair.measures:
+        facts = asdict(paired)
         measures[paired.measure.name] = {
-            "unit": paired.measure.unit,
-            "first_mean": paired.first,
-            "second_mean": paired.second,
-            "difference": paired.difference,
-            "low": paired.low,
-            "high": paired.high,
-            "better_percent": 100.0 * paired.better,
-            "worse_percent": 100.0 * paired.worse,
-            "p": paired.p,
-            "frames": paired.frames,
-            "block_frames": paired.block,
-            "independent_frames": paired.independent,
+            "unit": facts.pop("measure")["unit"],
+            **facts,
             "differs": paired.differs,
             "verdict": verdict(paired, pair.first, pair.second),
         }

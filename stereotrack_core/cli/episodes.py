@@ -11,6 +11,7 @@ from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.cli.arguments import (
     JSON,
     OF_RUN,
+    REFERENCE,
     changes,
     check_output,
     check_suffix,
@@ -51,11 +52,7 @@ OPTIONS = (
         "--no-pictures",
         "classify causes from the run alone, without computing the recording's clouds",
     ),
-    option(
-        "--reference FILE",
-        "reference landmarks (.csv, .trc, .c3d, .npz); by default the recording's reference",
-        type=Path,
-    ),
+    REFERENCE,
     option(
         "--found",
         "only failures detected with the reference (truth), or without it (signs)",

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from stereotrack_core.cli.arguments import FRAMES, JSON, SEGMENTS, option
+from stereotrack_core.cli.arguments import FRAMES, JSON, REFERENCE, SEGMENTS, option
 from stereotrack_core.cli.output import OK, put, put_json, put_table, say
 from stereotrack_core.cli.sources import read_measured, some_segments, truth_of, warn_about_size
 from stereotrack_core.evaluation.accuracy import (
@@ -31,12 +31,7 @@ DESCRIPTION = (
 
 OPTIONS = (
     option("run_file RUN", "run or reference (.npz), or landmarks (.csv, .trc, .c3d)", type=Path),
-    option(
-        "--reference FILE",
-        "reference landmarks (.csv, .trc, .c3d), or with their uncertainty (.npz of "
-        "`stereotrack fit`); by default the reference of the run's recording",
-        type=Path,
-    ),
+    REFERENCE,
     FRAMES,
     SEGMENTS,
     JSON,

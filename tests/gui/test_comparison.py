@@ -79,7 +79,7 @@ def test_the_panel_says_what_the_command_line_says(truth):
     assert len(found.rows) == len(core.pairs[0].measures)
     for row, measure in zip(found.rows, core.pairs[0].measures, strict=True):
         first, second = row.cells
-        assert (first.value, second.value) == (measure.first, measure.second)
+        assert (first.value, second.value) == (measure.first_mean, measure.second_mean)
         assert second.difference == measure.difference
         assert second.differs == measure.differs
     rows = {row.label: row.cells[1] for row in found.rows}

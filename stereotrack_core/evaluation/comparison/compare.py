@@ -69,7 +69,7 @@ class Comparison:
     @property
     def blocks(self) -> tuple[int, int]:
         """Length of the shortest and of the longest blocks that an interval was made from."""
-        lengths = [one.block for pair in self.pairs for one in pair.measures if one.enough]
+        lengths = [one.block_frames for pair in self.pairs for one in pair.measures if one.enough]
         return (min(lengths), max(lengths)) if lengths else (0, 0)
 
 
@@ -214,7 +214,7 @@ def verdict(found: Paired, first: str, second: str) -> str:
     """``B is better by 1.2 deg (0.8 to 1.6)``, or why nothing can be said."""
     if not found.frames:
         return "not known for both"
-    if found.better == 0.0 and found.worse == 0.0:
+    if found.better_percent == 0.0 and found.worse_percent == 0.0:
         return "equal in every frame"
     unit = _UNITS.get(found.measure.unit, found.measure.unit)
     winner = second if found.difference < 0 else first

@@ -80,29 +80,28 @@ class Series:
 class Paired:
     """How a second series differs from a first one over the frames in which both are known."""
 
-    frames: int
-    """In which both are known."""
-    first: float
-    second: float
-    """`first` and `second`: means over these frames."""
-    difference: float
-    """`second` - `first`."""
-    low: float
-    high: float
+    measure: Measured
+    first_mean: float = math.nan
+    second_mean: float = math.nan
+    difference: float = math.nan
+    """`second_mean` - `first_mean`."""
+    low: float = math.nan
+    high: float = math.nan
     """`low` and `high`: 95 % interval of the difference; NaN where there are too few independent
     frames."""
-    better: float
-    worse: float
-    """`better` and `worse`: share (0 to 1) of these frames in which the second is less, and in
-    which it is more."""
-    p: float
+    better_percent: float = math.nan
+    worse_percent: float = math.nan
+    """`better_percent` and `worse_percent`: frames in which the second is less, and in which it is
+    more."""
+    p: float = math.nan
     """Of Wilcoxon's signed-rank test on the means of blocks, two-sided; NaN where there are fewer
     than six."""
-    block: int
-    """Length of a block, frames."""
-    independent: float
+    frames: int = 0
+    """In which both are known."""
+    block_frames: int = 0
+    """Length of a block."""
+    independent_frames: float = 0.0
     """So many independent frames would be as good as these."""
-    measure: Measured = Measured()
 
     @property
     def enough(self) -> bool:
@@ -120,8 +119,7 @@ def paired(first: Series, second: Series) -> Paired:
     known: BoolArray = (first.weight > 0) & (second.weight > 0)
     frames = int(known.sum())
     if not frames:
-        nan = math.nan
-        return Paired(0, nan, nan, nan, nan, nan, nan, nan, nan, 0, 0.0, first.measure)
+        return Paired(first.measure)
     means = first.mean(known), second.mean(known)
     each = second.total[known] / second.weight[known] - first.total[known] / first.weight[known]
     weight = (first.weight[known] + second.weight[known]) / 2.0
@@ -132,18 +130,18 @@ def paired(first: Series, second: Series) -> Paired:
         low, high = interval(each, weight, block)
         p = _tested(each, weight, block)
     return Paired(
-        frames=frames,
-        first=means[0],
-        second=means[1],
+        first.measure,
+        first_mean=means[0],
+        second_mean=means[1],
         difference=means[1] - means[0],
         low=low,
         high=high,
-        better=float(np.mean(each < 0)),
-        worse=float(np.mean(each > 0)),
+        better_percent=100.0 * float(np.mean(each < 0)),
+        worse_percent=100.0 * float(np.mean(each > 0)),
         p=p,
-        block=block,
-        independent=independent,
-        measure=first.measure,
+        frames=frames,
+        block_frames=block,
+        independent_frames=independent,
     )
 
 

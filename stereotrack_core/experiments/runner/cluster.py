@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import importlib
 import queue
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import cv2
@@ -22,6 +20,7 @@ from stereotrack_core.experiments.runner.job import (
 )
 from stereotrack_core.experiments.runner.local import RETRIES
 from stereotrack_core.version import __version__
+from stereotrack_core.versions import extra_library
 
 _PATIENCE_SECONDS = 10.0
 _LOOK_SECONDS = 0.2
@@ -30,18 +29,6 @@ _OUR_FAULT = "Use --workers to compute on this machine."
 
 class ChanceError(Exception):
     """A job failed in a way that may not come again."""
-
-
-def _dask_distributed() -> ModuleType:
-    """The library, which is an extra; InputError where it is not installed."""
-    try:
-        return importlib.import_module("distributed")
-    except ImportError:
-        raise InputError(
-            "Dask is not installed, which is needed for clusters",
-            where="--scheduler",
-            remedy="Install it with `pip install 'stereotrack[cluster]'`, or use --workers.",
-        ) from None
 
 
 class ClusterWorkers:
@@ -63,7 +50,13 @@ class ClusterWorkers:
     def __init__(
         self, address: str, *, retries: int = RETRIES, patience: float = _PATIENCE_SECONDS
     ) -> None:
-        distributed = _dask_distributed()
+        distributed = extra_library(
+            "distributed",
+            "cluster",
+            missing="Dask is not installed, which is needed for clusters",
+            where="--scheduler",
+            instead="--workers",
+        )
         self._retries = retries
         where: dict[str, str] = (
             {"scheduler_file": address} if address.endswith(".json") else {"address": address}

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import importlib
 import itertools
 import logging
 import math
@@ -11,13 +10,14 @@ import sys
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from types import MappingProxyType, ModuleType
+from types import MappingProxyType
 from typing import Any, Literal
 
 from stereotrack_core.errors import InputError, did_you_mean
 from stereotrack_core.parameters import ParameterRow, Value
 from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.presets import preset
+from stereotrack_core.versions import extra_library
 
 SPECIAL: Mapping[str, str] = MappingProxyType(
     {
@@ -351,18 +351,6 @@ def _numeric(name: str, rest: str, kind: type, text: str) -> Range:
     return Range(name, low, high, scale)  # type: ignore[arg-type]  # checked above
 
 
-def _optuna_library() -> ModuleType:
-    """The library, which is an extra; InputError where it is not installed."""
-    try:
-        return importlib.import_module("optuna")
-    except ImportError:
-        raise InputError(
-            "Optuna is not installed, which is needed for a search",
-            where="--search",
-            remedy="Install it with `pip install 'stereotrack[search]'`, or use --grid.",
-        ) from None
-
-
 class Search:
     """Proposes points and learns from how good they are.
 
@@ -375,7 +363,13 @@ class Search:
             raise InputError(
                 "a name is given twice", where="--search", remedy="Give each name once."
             )
-        self._optuna = _optuna_library()
+        self._optuna = extra_library(
+            "optuna",
+            "search",
+            missing="Optuna is not installed, which is needed for a search",
+            where="--search",
+            instead="--grid",
+        )
         logging.getLogger("optuna").setLevel(logging.WARNING)
         sampler = self._optuna.samplers.TPESampler(seed=seed, constant_liar=True)
         self._study = self._optuna.create_study(

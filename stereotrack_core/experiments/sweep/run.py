@@ -92,7 +92,7 @@ class SweepRun:
             jobs = plan.jobs_of(points)
             frames = sum(len(job.frames) for job in jobs)
             rounds = math.ceil((request.trials - tried) / len(points))
-            self._frames.expect_about(frames * rounds)
+            self._frames.expect(frames * rounds)
             self._do(jobs)
             search.tell([self._value(jobs, point) for point in points])
             tried += len(points)
@@ -197,11 +197,7 @@ class _Frames:
         self._wanted = 0
         self._first: tuple[float, int] | None = None
 
-    def expect(self, frames: int) -> None:
-        """So many are wanted in all."""
-        self._wanted = frames
-
-    def expect_about(self, more: int) -> None:
+    def expect(self, more: int) -> None:
         """So many are wanted from now on."""
         self._wanted = self._done + more
 

@@ -55,20 +55,20 @@ def test_means_and_differences_are_those_of_evaluate():
         mine = pair.measure(measure.name)
         other = summaries[1].measure(measure.name)
         assert (mine.measure.label, mine.measure.unit) == (measure.label, measure.unit)
-        assert mine.first == pytest.approx(measure.statistics.mean)
-        assert mine.second == pytest.approx(other.statistics.mean)
+        assert mine.first_mean == pytest.approx(measure.statistics.mean)
+        assert mine.second_mean == pytest.approx(other.statistics.mean)
         assert mine.differs
         assert mine.difference < 0
     lost = pair.measure("lost")
-    assert (lost.first, lost.second) == tuple(100 * one.lost for one in summaries)
+    assert (lost.first_mean, lost.second_mean) == tuple(100 * one.lost for one in summaries)
 
 
 def test_frames_that_are_not_tracked_count_as_evaluate_counts_them():
     a, b = noisy("a", 0.01, 1), noisy("b", 0.01, 2)
     b.trajectory.points[::2] = np.nan
     pair = compare((a, b), truth()).pairs[0]
-    assert pair.measure("not_tracked").second == pytest.approx(50.0)
-    assert pair.measure("forearms").second > 44.0
+    assert pair.measure("not_tracked").second_mean == pytest.approx(50.0)
+    assert pair.measure("forearms").second_mean > 44.0
     assert pair.measure("lost").difference == pytest.approx(50.0)
     assert pair.apart.frames == FRAMES // 2
     assert pair.apart.measure("forearms").statistics.mean < 20.0
