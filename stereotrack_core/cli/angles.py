@@ -102,7 +102,14 @@ def run(args: Namespace) -> int:
     }
     tables = [*map(range_table, stretches), side_table(stretches)]
     if errors is not None:
-        facts["errors"] = {one.angle.name: _error_facts(one) for one in errors}
+        facts["errors"] = {
+            one.angle.name: {
+                "frames": one.frames,
+                **one.degrees(),
+                "within_two_sigma": one.within_two_sigma,
+            }
+            for one in errors
+        }
         tables.append(_error_table(errors))
     put_result(facts, *tables, as_json=args.json)
     if args.json:
@@ -173,8 +180,3 @@ def _range_facts(stretch: StretchMotion) -> dict[str, Any]:
             for side in stretch.sides
         },
     }
-
-
-def _error_facts(error: AngleError) -> dict[str, Any]:
-    within = error.within_two_sigma
-    return {"frames": error.frames, **error.degrees(), "within_two_sigma": within}

@@ -47,13 +47,6 @@ class UnfinishedOutput:
     """The file ``RUN.part`` that the frames of a run go to at once.
 
     What stands at the output before is not touched until the new run is complete.
-
-    Parameters
-    ----------
-    recording : Path
-        Folder, as it was given.
-    output : Path
-        Where the complete run goes.
     """
 
     def __init__(self, recording: Path, output: Path) -> None:
@@ -115,10 +108,7 @@ class UnfinishedOutput:
     def write(self, job: TrackedRun) -> Path | None:
         """Write what came out, and say so where that is not the complete run.
 
-        Returns
-        -------
-        Path or None
-            Where it is; None where nothing was tracked and an older run stands there.
+        Gives the place where it is; None where nothing was tracked and an older run stands there.
         """
         done = f"{len(job.run.frame)} of {counted(job.wanted, 'frame')}"
         if job.stopped and self.output.exists():

@@ -50,15 +50,7 @@ def accuracy_of(
     segments: Sequence[Segment] = (),
     frames: range | None = None,
 ) -> Accuracy:
-    """Measure a run, or landmarks alone.
-
-    Parameters
-    ----------
-    states : Reference, optional
-        The reference with its uncertainty.
-    frames : range, optional
-        That count; all when not given.
-    """
+    """Measure a run, or landmarks alone; `states` is the reference with its uncertainty."""
     run, trajectory = (found, found.trajectory()) if isinstance(found, Run) else (None, found)
     errors = errors_against(trajectory, reference)
     if frames is not None:

@@ -71,15 +71,7 @@ def views_that_see(
     """How many views see each limb free (F, 6), by the body model.
 
     Hidden neither by another limb nor by the border of the image; NaN where the pose is not known.
-
-    Parameters
-    ----------
-    poses : sequence of Pose or None
-        Of F frames.
-    cameras : sequence of Camera
-        One for each view.
-    on_progress : callable, optional
-        Told how many frames are done.
+    There is one camera for each view, and `on_progress` is told how many frames are done.
     """
     result: FloatArray = np.full((len(poses), len(LIMBS)), np.nan)
     for i, pose in enumerate(poses):

@@ -109,17 +109,10 @@ def at_frames(trajectory: LandmarkTrajectory, frames: IntArray) -> LandmarkTraje
 
 
 def errors_against(trajectory: LandmarkTrajectory, reference: LandmarkTrajectory) -> LimbErrors:
-    """Errors of `trajectory` in every frame of `reference`.
+    """Errors of `trajectory` in every frame of `reference`, which is taken as truth.
 
-    A frame or landmark that the trajectory lacks counts 90 degrees and 500 mm. What the
-    reference does not know is not scored (NaN), nor is an axis of it that has no length.
-
-    Parameters
-    ----------
-    trajectory : LandmarkTrajectory
-        What was tracked; may have other frames than the reference.
-    reference : LandmarkTrajectory
-        Taken as truth.
+    A frame or landmark that the trajectory lacks counts 90 degrees and 500 mm. What the reference
+    does not know is not scored (NaN), nor is an axis of it that has no length.
     """
     known = knows_something(reference)
     frame = reference.frame[known]

@@ -26,14 +26,15 @@ from stereotrack_core.evaluation.summary import LOST_ANGLE
 from stereotrack_core.recording.consistency import FILES
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.report import run_tables
-from stereotrack_core.report.drawing import Kind, limb_curves, mime
+from stereotrack_core.report.drawing import Kind, limb_curves
 from stereotrack_core.report.reported import Reported, ShownEpisode
 from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.presets import PRESETS
 
 
 def embedded(data: bytes, kind: str) -> str:
-    """Address of a picture that stands in the page; `kind` ``svg+xml``, ``png`` or ``jpeg``."""
+    """Address of a picture that stands in the page; `kind` ``svg``, ``png`` or ``jpeg``."""
+    kind = "svg+xml" if kind == "svg" else kind
     return f"data:image/{kind};base64,{base64.b64encode(data).decode('ascii')}"
 
 
@@ -43,16 +44,9 @@ def code(text: str) -> Markup:
 
 
 def page(template: str, title: str, *, for_print: bool = False, **content: object) -> str:
-    """A whole page that needs no other file.
+    """A whole page, of what a file in ``templates`` speaks of, that needs no other file.
 
-    Parameters
-    ----------
-    template : str
-        Name of a file in ``templates``.
-    for_print : bool
-        With a plain style that simple renderers understand.
-    **content
-        What the template speaks of, by name.
+    One that is for print has a plain style that simple renderers understand.
     """
     drawn = _environment().get_template(template)
     return drawn.render(title=title, for_print=for_print, **content)
@@ -74,15 +68,7 @@ _OF_CAMERAS = ("calibration", "camera", "view")
 
 
 def run_page(reported: Reported, kind: Kind = "svg", *, for_print: bool = False) -> str:
-    """The whole report as HTML.
-
-    Parameters
-    ----------
-    kind : "svg" or "png"
-        Of the curves.
-    for_print : bool
-        With a plain style that simple renderers understand.
-    """
+    """The whole report as HTML, its curves of this kind; see :func:`page`."""
     source, run, accuracy = reported.source, reported.source.run, reported.accuracy
     shown = reported.episodes
     errors = None if accuracy is None else accuracy.errors
@@ -99,7 +85,7 @@ def run_page(reported: Reported, kind: Kind = "svg", *, for_print: bool = False)
         subject=run.meta.get("subject"),
         preset=str(run.meta.get("preset") or ""),
         known_preset=str(run.meta.get("preset") or "") in PRESETS,
-        curves=embedded(limb_curves(run, errors, episodes, reported.segments, kind), mime(kind)),
+        curves=embedded(limb_curves(run, errors, episodes, reported.segments, kind), kind),
         found=FOUND_WORDS[shown[0].episode.found] if shown else "",
         strips=[_strip(one) for one in shown if one.strip is not None],
         doubts=None if accuracy is None else accuracy.doubts,

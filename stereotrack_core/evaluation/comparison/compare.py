@@ -78,18 +78,10 @@ def compare(
     reference: LandmarkTrajectory | None,
     frames: range | None = None,
 ) -> Comparison:
-    """Compare the first run with each of the others.
+    """Compare the first run with each of the others over the frames that all of them have.
 
-    Raises InputError where there is but one run, or no frame that all of them have.
-
-    Parameters
-    ----------
-    candidates : sequence of Candidate
-        Two or more.
-    reference : LandmarkTrajectory or None
-        Taken as truth; without it the runs are compared with each other alone.
-    frames : range, optional
-        Only these.
+    Without a reference, which is taken as truth, they are compared with each other alone. Raises
+    InputError where there is but one run, or no frame that all of them have.
     """
     if len(candidates) < 2:
         raise InputError("there is only one run to compare", remedy="Give at least two runs.")

@@ -78,16 +78,10 @@ def draw_body(
     meshes: Sequence[PartMesh],
     thick: Sequence[str] = (),
 ) -> None:
-    """Draw a body's outline, limb by limb, into a picture, in place.
+    """Draw a body's outline, limb by limb, into a picture (H, W, 3) BGR, in place.
 
-    Parameters
-    ----------
-    picture : (H, W, 3) uint8, BGR
-        As cut out by the window.
-    meshes : sequence of PartMesh
-        See :func:`body_mesh`.
-    thick : sequence of str
-        Limbs with a broader line.
+    The picture is as the window has cut it out; see :func:`body_mesh` for the meshes. Limbs that
+    are thick have a broader line.
     """
     shapes = _silhouettes(camera, window, meshes)
     for limb in dict.fromkeys(limb for limb, _ in shapes):
@@ -304,26 +298,11 @@ def picture_strip(
     height: int = _STRIP_HEIGHT,
     paper: Paper = WHITE,
 ) -> ImageArray:
-    """Pictures of a view beside each other, below them the same with the model, and numbers.
+    """Pictures (H, W, 3) BGR of a view beside each other, below them with the model, and numbers.
 
-    Raises InputError for no frames, a view that is not there, or frames that the recording has not.
-
-    Parameters
-    ----------
-    frames : sequence of int
-        What is shown, from left to right.
-    view : str, optional
-        The view; the one that shows the limbs best where not given.
-    reader : FrameReader, optional
-        Shared reader; one is opened where not given.
-    height : int, pixels
-        Of each picture.
-    paper : Paper
-        Colours of what is around the pictures.
-
-    Returns
-    -------
-    (H, W, 3) uint8, BGR
+    From left to right they show the frames, each so many pixels high, in the view that shows the
+    limbs best where none is named. Raises InputError for no frames, a view that is not there, or
+    frames that the recording has not.
     """
     check_frames(frames)
     recording, run = shown.recording, shown.run

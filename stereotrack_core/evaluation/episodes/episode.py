@@ -170,14 +170,8 @@ def agreement(
 ) -> Agreement:
     """Match episodes: two belong together where they share a frame and a limb.
 
-    Parameters
-    ----------
-    truth : sequence of Episode
-        What shall be found.
-    called : sequence of Episode
-        What was found without truth.
-    right : sequence of Episode, optional
-        What may be found, where that is more than what shall be: episodes by a lower threshold.
+    What is called without truth is `right` where it meets one of those that may be found, which may
+    be more than those that shall be: episodes by a lower threshold.
     """
     allowed = truth if right is None else right
     overlap = np.array([[one.overlaps(other) for other in called] for one in truth], dtype=np.bool_)

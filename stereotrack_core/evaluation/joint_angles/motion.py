@@ -287,14 +287,9 @@ class StretchMotion:
 def range_of_motion(
     angles: JointAngles, motion: Motion, segments: Sequence[Segment] = ()
 ) -> tuple[StretchMotion, ...]:
-    """Ranges of motion: the whole first, then every segment.
+    """Ranges of motion of the smooth angles: the whole first, then every segment.
 
-    Parameters
-    ----------
-    angles : JointAngles
-        Whose standard deviations are reported.
-    motion : Motion
-        Of the same angles; its smooth angles are what ranges are taken of.
+    Standard deviations are those of the angles before.
     """
     first = int(angles.frame[0]) if len(angles.frame) else 0
     end = int(angles.frame[-1]) + 1 if len(angles.frame) else 0

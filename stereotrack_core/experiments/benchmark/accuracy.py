@@ -58,17 +58,10 @@ def accuracy(
 ) -> tuple[Score, ...]:
     """Track a recording with every contestant and every seed, and measure the errors.
 
-    All that see the same clouds go forward together. Raises InputError where the recording has no
-    reference, or it knows none of the frames, and Cancelled.
-
-    Parameters
-    ----------
-    recording : Recording
-        Has a reference, which no tracker sees.
-    specs : mapping from name to RunSpec
-        The contestants, with the same frames.
-    on_frames : callable, optional
-        Told how many frames more are tracked, of those of all contestants with all seeds.
+    All that see the same clouds go forward together, through the same frames; none sees the
+    reference. `on_frames` is told how many frames more are tracked, of those of all contestants
+    with all seeds. Raises InputError where there is no reference, or it knows none of the frames,
+    and Cancelled.
     """
     with FrameReader(recording, read_ahead=0) as reader:
         frames = next(iter(specs.values())).frames_of(reader.frame_count)

@@ -44,19 +44,10 @@ def cost_of_points(
     views: Sequence[str] | None = None,
     frames: int = 10,
 ) -> tuple[Cost, ...]:
-    """Time the tracker's step with more and more data of the same clouds.
+    """Time the tracker's step with more and more data of the same clouds: of the first frames.
 
     Sizes beyond the smallest cloud are left out. The data are every pixel's, whatever
     ``pixel_step`` is otherwise.
-
-    Parameters
-    ----------
-    sizes : sequence of int
-        Numbers of data points.
-    views : sequence of str, optional
-        All that give depth when not given.
-    frames : int
-        First frames of the recording that are used.
     """
     dense = settings.replaced(pixel_step=1, fit_shape=False)
     clouds = _clouds(recording, dense, views, frames)
@@ -79,12 +70,7 @@ def step_milliseconds(
 ) -> float:
     """Median processor time of the tracker's step over clouds, the first of them done before.
 
-    Parameters
-    ----------
-    views : sequence of str, optional
-        Views to use; all that give depth when not given.
-    judging : bool
-        Whether what the step says about its own errors counts as well.
+    What the step says about its own errors counts as well where `judging` is set.
     """
     positions = cameras_of(recording, usable_views(recording, views))
     body = body_model(proportions_of(recording.subject), settings.body)
@@ -195,12 +181,7 @@ def timing(
 ) -> Timing:
     """Time a preset on the first frames of a recording; nothing else should run meanwhile.
 
-    Parameters
-    ----------
-    name : str
-        Of the preset.
-    frames : int
-        Frames in each of which every size is timed; medians count.
+    Every size is timed in each of the frames; medians count.
     """
     settings = preset(name)
     samples = settings.tracking.matching == "model_to_data"

@@ -25,6 +25,7 @@ from stereotrack_core.tracking.run_spec import RunSpec
 
 DISPARITIES, WINDOW = 64, 15
 _WARM_UP = 3
+_MOST_CALLS = 200
 
 _Pairs = Sequence[tuple[ImageArray, ImageArray]]
 
@@ -180,7 +181,6 @@ def median_seconds(
     functions: Mapping[str, Callable[[], object]],
     *,
     budget: float = 1.0,
-    most_calls: int = 200,
 ) -> dict[str, float]:
     """Median wall time of each function, called in turn so that all see the same machine.
 
@@ -191,13 +191,11 @@ def median_seconds(
         than the budget: then it is the measurement.
     budget : float
         Seconds for each function; one that is slow is called at least once.
-    most_calls : int
-        Calls of each function at most.
     """
     first = {name: seconds_of(function) for name, function in functions.items()}
     spent = dict.fromkeys(functions, 0.0)
     times: dict[str, list[float]] = {name: [] for name in functions}
-    for _ in range(most_calls):
+    for _ in range(_MOST_CALLS):
         waiting = [name for name in functions if spent[name] + first[name] <= budget]
         if not waiting:
             break
@@ -327,14 +325,9 @@ def correction_speed(
     budget: float = 1.0,
     on_progress: Callable[[int], None] = lambda _: None,
 ) -> tuple[CorrectionSpeed, ...]:
-    """Median times for each m, the forms called in turn.
+    """Median times for each m, the forms called in turn with so many seconds for each.
 
-    Parameters
-    ----------
-    budget : float
-        Seconds for each form and m.
-    on_progress : callable, optional
-        Told how many sizes are done.
+    `on_progress` is told how many sizes are done.
     """
     results = []
     for done, m in enumerate(measurements, start=1):

@@ -196,7 +196,9 @@ def kept_run(
         "way": planned.way,
     }
     same = all(run.meta.get(key) == value for key, value in wanted.items())
-    return run if same and _is_whole(run, recording) else None
+    reference = recording.reference
+    whole = reference is not None and len(run.frame) == len(reference.frame)
+    return run if same and whole else None
 
 
 def kept_runs(
@@ -210,11 +212,6 @@ def kept_runs(
             group,
             [(recording, one, kept_run(places, recording, print_, one)) for one in group.runs],
         )
-
-
-def _is_whole(run: Run, recording: Recording) -> bool:
-    reference = recording.reference
-    return reference is not None and len(run.frame) == len(reference.frame)
 
 
 def missing_recordings(places: Places, *, short: bool) -> tuple[ThesisRecording, ...]:

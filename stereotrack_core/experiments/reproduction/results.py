@@ -246,7 +246,7 @@ def page(results: Results) -> str:
             if (one := by_key.get(key)) is not None
         ],
         timings=_timings_table(results.timings),
-        timing_picture=embedded(results.timing_picture or b"", "svg+xml") if timed else "",
+        timing_picture=embedded(results.timing_picture or b"", "svg") if timed else "",
         motions=results.motions,
         embedded=embedded,
         circumstances=_circumstances_table(made),

@@ -48,17 +48,9 @@ def track_groups(
 ) -> None:
     """Track all runs of some groups and write them.
 
-    Raises Cancelled: finished groups of runs stay, and Lost where the process of a group has ended
-    by itself twice.
-
-    Parameters
-    ----------
-    on_frames : callable
-        Told how many frames of the groups in work are done.
-    on_group : callable
-        Told every group that is finished.
-    on_lost : callable
-        Told a group that is begun again because its process has ended by itself.
+    `on_frames` is told how many frames of the groups in work are done, `on_group` every group that
+    is finished, `on_lost` a group that is begun again because its process has ended by itself.
+    Raises Lost where that happens twice, and Cancelled; finished groups of runs stay.
     """
     tasks = [(places, [recording.folder for recording in recordings], one) for one in groups]
     desk = _GroupDesk(tasks, on_frames, on_group, on_lost, cancelled)

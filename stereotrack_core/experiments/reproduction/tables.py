@@ -163,7 +163,9 @@ def compared_tables(
     usual = preset(THESIS).tracking.model_points
     sizes = [PlannedRun(THESIS, points=None if m == usual else m) for m in POINTS]
     plain = [PlannedRun(name) for name in presets]
-    basic = [run for one in plain for run in (one, replace(one, anew=True)) if _is_basic(run)]
+    basic = [run for one in plain for run in (one, replace(one, anew=True))]
+    # only runs of the thesis's preset are begun anew
+    basic = [run for run in basic if not run.anew or run.preset == THESIS]
     columns: dict[ThesisTable, dict[PlannedRun, list[_Column]]] = {
         TABLE_4_1: {run: [_Column(run, names) for names in each] for run in basic},
         TABLE_4_2: {run: [_Column(one, everybody) for one in sizes]
@@ -178,11 +180,6 @@ def compared_tables(
         _fast_table(outcomes, recordings, basic),
         _motion_table(outcomes, recordings, basic),
     )
-
-
-def _is_basic(run: PlannedRun) -> bool:
-    """Whether a run is one of table 4.1: only those of the thesis's preset are begun anew."""
-    return not run.anew or run.preset == THESIS
 
 
 def source_name(run: PlannedRun) -> str:

@@ -34,17 +34,10 @@ class ChanceError(Exception):
 class ClusterWorkers:
     """Workers of a Dask scheduler, who see the recordings by the same paths.
 
-    A worker that dies gives its jobs to others; results that were told are never asked again.
-    Raises InputError where Dask is missing, nobody answers, or there is no worker.
-
-    Parameters
-    ----------
-    address : str
-        ``tcp://host:port``, or the path of a scheduler file (.json).
-    retries : int
-        How often a job is tried again whose failure may have been chance.
-    patience : float
-        Seconds to wait for the scheduler's answer.
+    The address is ``tcp://host:port``, or the path of a scheduler file (.json), whose answer is
+    waited for some seconds. A worker that dies gives its jobs to others; results that were told are
+    never asked again. Raises InputError where Dask is missing, nobody answers, or there is no
+    worker.
     """
 
     def __init__(

@@ -151,14 +151,8 @@ def do_batch(
 ) -> Generator[JobResult, None, None]:
     """Do jobs that share their clouds; gives the result of each as soon as it is known.
 
-    A job that fails does not stop the others.
-
-    Parameters
-    ----------
-    jobs : sequence of Job
-        They agree in ``clouds``.
-    on_frames : callable, optional
-        Told how many frames more were tracked, over all jobs.
+    A job that fails does not stop the others. `on_frames` is told how many frames more were
+    tracked, over all jobs.
     """
     begun, waiting = time.perf_counter(), list(jobs)
     try:

@@ -7,7 +7,6 @@ import json
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from statistics import fmean
 from typing import Any
 
@@ -166,19 +165,10 @@ def _judged_by(asked: str | None, recordings: Sequence[Recording]) -> str:
 def expected_seconds(
     waiting: Iterable[Job], known: Iterable[Job], results: Mapping[str, JobResult], workers: int
 ) -> float | None:
-    """Wall time that jobs will take; None where none has been measured yet.
+    """Wall time that jobs will take on so many workers; None where none has been measured yet.
 
-    A job takes per frame what jobs on the same views of the same recording took, else what all
-    took per frame and view.
-
-    Parameters
-    ----------
-    waiting : iterable of Job
-        What is still to be done.
-    known : iterable of Job
-        Jobs of which some have results.
-    workers : int
-        Jobs that are done at once.
+    A job takes per frame what jobs on the same views of the same recording took, else what all took
+    per frame and view.
     """
     same: dict[tuple[str, int], list[float]] = {}
     per_view: list[float] = []
@@ -248,19 +238,16 @@ class _Source:
 
 def _facts_of(recording: Recording, own_fingerprint: str) -> dict[str, Any]:
     """What the tracker is told of a recording, without its folder."""
-    detections = recording.folder / OWN_FILE
-    subject = recording.subject
+    told, file, subject = None, recording.folder / OWN_FILE, recording.subject
+    if file.is_file():
+        told = hashlib.blake2b(read_bytes(file, TABLE_BYTES), digest_size=16)
     return {
         "fingerprint": own_fingerprint,
         "calibration": calibration_fingerprint(recording),
         "fps": recording.fps,
         "subject": None if subject is None else vars(subject),
-        "detections": _file_digest(detections) if detections.is_file() else None,
+        "detections": told.hexdigest() if told is not None else None,
     }
-
-
-def _file_digest(path: Path) -> str:
-    return hashlib.blake2b(read_bytes(path, TABLE_BYTES), digest_size=16).hexdigest()
 
 
 def _reference_facts(recording: Recording) -> Any:

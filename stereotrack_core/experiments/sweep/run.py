@@ -36,12 +36,8 @@ class SweepOutcome:
 class SweepRun:
     """One command's work on a sweep.
 
-    Parameters
-    ----------
-    on_percent : callable, optional
-        Told how many percent of the work are done.
-    cancelled : callable, optional
-        Asked whether to stop; whoever else wants that says so by the store.
+    `on_percent` is told how much of the work is done, and `cancelled` asked whether to stop;
+    whoever else wants that says so by the store.
     """
 
     def __init__(

@@ -163,17 +163,7 @@ def axis_of(table: SweepTable, name: str) -> Axis:
 
 
 def curves_of(table: SweepTable, x: str, y: str, colour: str = "") -> tuple[Curve, ...]:
-    """A measure over a parameter, one curve for each value of another one.
-
-    Parameters
-    ----------
-    x : str
-        Column of the horizontal axis.
-    y : str
-        Measure.
-    colour : str
-        Column that tells curves apart; empty for a single one.
-    """
+    """A measure over a parameter, one curve for each value of a third column, if one is given."""
     places = axis_of(table, x).places
     at = np.array([places[cell] for cell in table.cells(x)])
     height = table.numbers(y)
@@ -251,15 +241,7 @@ def words_of(name: str) -> str:
 
 
 def draw_curves(path: Path, axis: Axis, measure: str, curves: tuple[Curve, ...]) -> None:
-    """Write curves as .png, .svg or .pdf.
-
-    Parameters
-    ----------
-    path : Path
-        A file that is replaced.
-    axis : Axis
-        Of the parameter.
-    """
+    """Write curves over a parameter as .png, .svg or .pdf; a file that is there is replaced."""
     figure, axes = _figure()
     for curve, colour in zip(curves, _colours(len(curves)), strict=True):
         axes.plot(curve.x, curve.y, ".", color=colour, alpha=0.35, markersize=5)
