@@ -184,8 +184,8 @@ class AngleSource:
 def angle_source(path: Path, fps: float | None) -> AngleSource:
     """Angles of a run, a reference or landmarks.
 
-    Raises InputError for a file that cannot be read, or that nothing states the frame rate of.
-    `fps`: frames per second for files that do not say them; what is given here holds.
+    The frames per second that are given hold, for files that do not say them. Raises InputError for
+    a file that cannot be read, or that nothing states the frame rate of.
     """
     angles, recording, stated = _read(path)
     rate = fps if fps is not None else stated

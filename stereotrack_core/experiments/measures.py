@@ -78,8 +78,8 @@ def measure_named(name: str) -> SweepMeasure | None:
 def measured(run: Run, reference: LandmarkTrajectory | None) -> dict[str, float]:
     """All measures of a run but its times; NaN where one is not known.
 
-    `reference`: frames beside the run's enter nothing. None, or one that knows none of the frames:
-    the run's own signs alone.
+    Frames of the reference beside the run's enter nothing. Without one that knows some of the
+    frames these are the run's own signs alone.
     """
     return {**_errors_of(run, reference), **_signs(run)}
 

@@ -238,10 +238,7 @@ _MISFIT, _WIDE_MISFIT = 0.015, 0.035
 def look_evidence(
     episode: Episode, views: Sequence[str], inside: Sequence[Look], usual: Sequence[Look]
 ) -> list[Evidence]:
-    """Evidence from looks at frames of an episode, against frames of the run outside of any.
-
-    `views`: in the order of the looks' rows.
-    """
+    """Evidence from looks at frames of an episode, against frames of the run outside of any."""
     if not inside:
         return []
     limbs = [LIMBS.index(limb) for limb in episode.limbs]

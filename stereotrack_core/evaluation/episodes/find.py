@@ -90,8 +90,7 @@ def find_episodes(
     """Episodes by error, where there is a reference, and by the run's own signs; with causes.
 
     Those found without truth are found and explained without it, whatever there is. Raises
-    Cancelled, and InputError where the recording's images cannot be read. `report`: called with the
-    share done and with words.
+    Cancelled, and InputError where the recording's images cannot be read.
     """
     return explained(subject, stretches_of(subject), report, cancelled)
 

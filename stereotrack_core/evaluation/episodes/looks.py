@@ -63,10 +63,7 @@ class Look:
 
 
 class Looker:
-    """Makes the clouds of single frames of a run's recording, with the run's own settings.
-
-    `run`: its meta names the views and the parameters; its poses say where the torso is.
-    """
+    """Makes the clouds of single frames of a run's recording, with the run's views and settings."""
 
     def __init__(self, recording: Recording, run: Run) -> None:
         self._run = run

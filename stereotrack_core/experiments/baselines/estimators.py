@@ -235,10 +235,7 @@ def joined(limbs: list[Registered], measured: Measurements, pose: Pose) -> Infor
 
 
 def rigid_jacobian(part: int, frames: PartFrames, columns: Columns) -> FloatArray:
-    """Derivatives (6, n) of a part's translation and left rotation vector by the error state.
-
-    `frames`: of one pose.
-    """
+    """Derivatives (6, n) of a part's translation and left rotation vector by the error state."""
     origin = np.repeat(frames.origins[part][None], 3, axis=0)
     J = np.zeros((6, columns.n))
     J[:3] = point_jacobian(origin, np.eye(3), np.full(3, part), frames, columns)

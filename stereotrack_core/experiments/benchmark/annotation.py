@@ -148,9 +148,9 @@ def annotated(
     settings: FitSettings,
     clouds: Clouds | None,
 ) -> AnnotationScore:
-    """Simulate the clicks, fit them, measure. Raises InputError for a recording without reference.
+    """Simulate the clicks, fit them, with depth by frame in cases that use it, and measure.
 
-    `clouds`: depth by frame, for cases that use it.
+    Raises InputError for a recording without reference.
     """
     truth = truth_of(recording)
     clicks = simulated_clicks(recording, case, seed)

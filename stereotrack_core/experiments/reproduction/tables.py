@@ -132,12 +132,10 @@ class Line:
 
 @dataclass(frozen=True)
 class ComparedTable:
-    """A table in which numbers of several sources stand below each other.
-
-    `key`: name of its files.
-    """
+    """A table in which numbers of several sources stand below each other."""
 
     key: str
+    """Name of its files."""
     title: str
     columns: tuple[str, ...]
     lines: tuple[Line, ...]

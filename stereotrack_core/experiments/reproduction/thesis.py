@@ -27,7 +27,7 @@ ROWS = ERROR_MEASURES[:5]
 
 @dataclass(frozen=True, eq=False)
 class ThesisTable:
-    """A table of the thesis. `remark`: what the thesis itself says about it."""
+    """A table of the thesis."""
 
     number: str
     page: int
@@ -35,6 +35,7 @@ class ThesisTable:
     columns: tuple[str, ...]
     values: Mapping[str, tuple[float, ...]]
     remark: str
+    """What the thesis itself says about it."""
 
     @property
     def source(self) -> str:

@@ -15,10 +15,7 @@ RETRIES = 1
 
 
 class LocalWorkers:
-    """Processes that are started with the first job and live until the end.
-
-    `together`: jobs that one process does together, at most; see :class:`Batches`.
-    """
+    """Processes that live from the first job until the end; see :class:`Batches`."""
 
     def __init__(self, count: int, *, together: int | None = None, retries: int = RETRIES) -> None:
         self._pool = Pool(_do, count)

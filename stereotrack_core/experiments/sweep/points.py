@@ -352,10 +352,7 @@ def _numeric(name: str, rest: str, kind: type, text: str) -> Range:
 
 
 class Search:
-    """Proposes points and learns from how good they are.
-
-    `more_is_better`: whether large values are wanted.
-    """
+    """Proposes points and learns from how good they are."""
 
     def __init__(self, ranges: Sequence[Range], seed: int, *, more_is_better: bool = False) -> None:
         names = [one.name for one in ranges]

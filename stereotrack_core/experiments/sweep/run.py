@@ -233,10 +233,7 @@ class PointSummary:
 def summarised(
     jobs: Iterable[Job], results: Mapping[str, JobResult], by: str
 ) -> tuple[PointSummary, ...]:
-    """Summaries of all points of which something is known, best first.
-
-    `by`: measure that says which one is best.
-    """
+    """Summaries of all points of which something is known, those best by a measure first."""
     groups: dict[Point, list[JobResult]] = {}
     for job in jobs:
         if job.identity in results:

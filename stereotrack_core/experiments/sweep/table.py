@@ -25,14 +25,12 @@ _LOG_FROM = 20.0
 
 @dataclass(frozen=True)
 class SweepTable:
-    """Rows of jobs that were done; every cell is text.
-
-    `failed`: jobs that were left out because they failed.
-    """
+    """Rows of jobs that were done; every cell is text."""
 
     columns: tuple[str, ...]
     rows: tuple[tuple[str, ...], ...]
     failed: int = 0
+    """Jobs that were left out because they failed."""
 
     @property
     def parameters(self) -> tuple[str, ...]:
