@@ -43,8 +43,8 @@ def main(argv: Sequence[str] | None = None, *, window: Window | None = None) -> 
         text = str(error)
         say(f"{PROGRAM}: {text}" if text.endswith((".", "!", "?")) else f"{PROGRAM}: {text}.")
         return WRONG_INPUT
-    except (Cancelled, KeyboardInterrupt):
-        say("Stopped.")
+    except (Cancelled, KeyboardInterrupt) as stop:
+        say(f"Stopped. {stop}".rstrip())
         return FAILED
     except BrokenPipeError:
         # the reader of our output has left; nothing more can be said to it

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import importlib
 import platform
 from importlib.metadata import PackageNotFoundError, version
+from types import ModuleType
 
 import cv2
 import numpy as np
 
+from stereotrack_core.errors import InputError
 from stereotrack_core.version import __version__
 
 
@@ -22,6 +25,18 @@ def versions() -> dict[str, str]:
         "numba": _installed("numba"),
         "machine": platform.machine(),
     }
+
+
+def extra_library(module: str, extra: str, *, missing: str, where: str, instead: str) -> ModuleType:
+    """A library that not everybody installs. Raises InputError where it is not installed."""
+    try:
+        return importlib.import_module(module)
+    except ImportError:
+        raise InputError(
+            missing,
+            where=where,
+            remedy=f"Install it with `pip install 'stereotrack[{extra}]'`, or use {instead}.",
+        ) from None
 
 
 def _installed(package: str) -> str:

@@ -72,8 +72,8 @@ def _report_page(recording: Path, run: Path, picture: Path) -> bool:
     from app.pdf import page_picture
     from stereotrack_core.interop.run_file import read_run
     from stereotrack_core.recording.folder import open_recording
+    from stereotrack_core.report.pages import run_page
     from stereotrack_core.report.reported import Source, gathered
-    from stereotrack_core.report.run_page import run_page
 
     opened = open_recording(recording)
     reported = gathered(

@@ -119,9 +119,9 @@ def _rows_of_one(
     quality = truth.quality_over(chosen)
     return tuple(
         ComparedRow(
-            _LIMB_OF.get(one.name, ""),
-            _label(one.label, one.unit, one.name, quality),
-            (ComparedCell(one.series.mean(one.series.weight > 0)),),
+            _LIMB_OF.get(one.measure.name, ""),
+            _label(one.measure.label, one.measure.unit, one.measure.name, quality),
+            (ComparedCell(one.mean(one.weight > 0)),),
         )
         for one in series
     )
@@ -131,16 +131,15 @@ def _rows(found: Comparison, truth: Judgement) -> tuple[ComparedRow, ...]:
     quality = truth.quality_over(found.frames)
     rows = []
     for place, first in enumerate(found.pairs[0].measures):
-        cells = [ComparedCell(first.paired.first)]
+        cells, measure = [ComparedCell(first.first_mean)], first.measure
         for pair in found.pairs:
-            measure = pair.measures[place]
-            got = measure.paired
-            said = verdict(measure, pair.first, pair.second)
+            got = pair.measures[place]
+            said = verdict(got, pair.first, pair.second)
             cells.append(
-                ComparedCell(got.second, got.difference, got.low, got.high, got.differs, said)
+                ComparedCell(got.second_mean, got.difference, got.low, got.high, got.differs, said)
             )
-        label = _label(first.label, first.unit, first.name, quality)
-        rows.append(ComparedRow(_LIMB_OF.get(first.name, ""), label, tuple(cells)))
+        label = _label(measure.label, measure.unit, measure.name, quality)
+        rows.append(ComparedRow(_LIMB_OF.get(measure.name, ""), label, tuple(cells)))
     if not found.against_reference:
         rows += _rows_apart(found.pairs)
     return tuple(rows)

@@ -18,7 +18,7 @@ from stereotrack_core.cli.arguments import (
     check_suffix,
     option,
 )
-from stereotrack_core.cli.output import OK, Table, number, put_result, say
+from stereotrack_core.cli.output import OK, put_result, say
 from stereotrack_core.cli.sources import (
     AngleSource,
     angle_source,
@@ -27,15 +27,20 @@ from stereotrack_core.cli.sources import (
     write_angles,
 )
 from stereotrack_core.errors import InputError
-from stereotrack_core.evaluation.joint_angles.motion import CUT_OFF_HZ, SHORTEST, motion_of
-from stereotrack_core.evaluation.joint_angles.ranges import (
+from stereotrack_core.evaluation.errors import none_of_the_frames
+from stereotrack_core.evaluation.joint_angles.motion import (
+    CUT_OFF_HZ,
+    SHORTEST,
     AngleError,
     StretchMotion,
     angle_errors,
+    motion_of,
     range_of_motion,
 )
-from stereotrack_core.evaluation.joint_angles.series import JointAngles
-from stereotrack_core.recording.selection import frame_bounds
+from stereotrack_core.evaluation.joint_angles.series import JointAngles, angles_of_trajectory
+from stereotrack_core.recording.csv_table import Table, number
+from stereotrack_core.recording.selection import asked_frames
+from stereotrack_core.report.run_tables import range_table, side_table
 
 DESCRIPTION = (
     "Compute joint angles following the recommendations of the International Society of "
@@ -80,7 +85,9 @@ def run(args: Namespace) -> int:
     source = angle_source(args.source, args.fps)
     angles = _chosen(source.angles, args.frames)
     motion = motion_of(angles, source.fps, CUT_OFF_HZ if args.cutoff is None else args.cutoff)
-    segments = some_segments(source.segments, args.source) if args.segments else ()
+    recording = source.recording
+    known = () if recording is None else recording.segments
+    segments = some_segments(known, args.source) if args.segments else ()
     stretches = range_of_motion(angles, motion, segments)
     errors = None if args.reference is None else _errors(args, source, angles)
     if args.output is not None:
@@ -93,9 +100,16 @@ def run(args: Namespace) -> int:
         "low_pass": motion.words,
         "stretches": [_range_facts(stretch) for stretch in stretches],
     }
-    tables = [*map(_range_table, stretches), _side_table(stretches)]
+    tables = [*map(range_table, stretches), side_table(stretches)]
     if errors is not None:
-        facts["errors"] = {one.angle.name: _error_facts(one) for one in errors}
+        facts["errors"] = {
+            one.angle.name: {
+                "frames": one.frames,
+                **one.degrees(),
+                "within_two_sigma": one.within_two_sigma,
+            }
+            for one in errors
+        }
         tables.append(_error_table(errors))
     put_result(facts, *tables, as_json=args.json)
     if args.json:
@@ -107,10 +121,8 @@ def run(args: Namespace) -> int:
 
 
 def _chosen(angles: JointAngles, frames: str | None) -> JointAngles:
-    if frames is not None:
-        first, end = frame_bounds(frames)
-        last = int(angles.frame[-1]) if len(angles.frame) else 0
-        angles = angles.between(first or 0, last + 1 if end is None else end)
+    asked = asked_frames(frames)
+    angles = angles.between(asked.start, asked.stop)
     if not len(angles.frame):
         raise InputError(
             "there are no frames to process",
@@ -121,51 +133,19 @@ def _chosen(angles: JointAngles, frames: str | None) -> JointAngles:
 
 
 def _errors(args: Namespace, source: AngleSource, angles: JointAngles) -> Sequence[AngleError]:
-    truth = source.truth if not args.reference else angles_of_file(Path(args.reference))
-    if truth is None:
+    if args.reference:
+        truth = angles_of_file(Path(args.reference))
+    elif source.recording is not None and source.recording.reference is not None:
+        truth = angles_of_trajectory(source.recording.reference)
+    else:
         raise InputError(
             "the recording of this file has no reference, or was not found",
             where=str(args.source),
             remedy="Give the reference with --reference FILE.",
         )
     if not np.isin(angles.frame, truth.frame).any():
-        raise InputError(
-            "the reference contains none of the frames",
-            where=str(args.reference or args.source),
-            remedy="Choose frames that it contains.",
-        )
+        raise none_of_the_frames(str(args.reference or args.source))
     return angle_errors(angles, truth)
-
-
-def _range_table(stretch: StretchMotion) -> Table:
-    """Range of motion, mean and peak velocity of every angle that is known."""
-    headings = (
-        *("angle", ">frames", ">from", ">to", ">range", ">± range", ">mean", ">± angle"),
-        *(">peak deg/s", ">± peak"),
-    )
-    rows = [
-        (one.angle.words, str(one.frames), *map(number, one.degrees().values()))
-        for one in stretch.ranges
-        if one.frames
-    ]
-    where = "all frames" if stretch.name == "all" else f"segment {stretch.name}"
-    title = f"Joint angles, {where} ({stretch.first} to {stretch.end - 1}), degrees"
-    return Table(title, headings, rows)
-
-
-def _side_table(stretches: Sequence[StretchMotion]) -> Table:
-    headings = ("stretch", "angle", ">left", ">right", ">left - right", ">±", ">symmetry %")
-    rows = [
-        (
-            stretch.name,
-            side.left.angle.label,
-            *map(number, (*side.degrees().values(), 100.0 * side.symmetry)),
-        )
-        for stretch in stretches
-        for side in stretch.sides
-        if side.left.frames or side.right.frames
-    ]
-    return Table("Range of motion, left against right, degrees", headings, rows)
 
 
 def _error_table(errors: Sequence[AngleError]) -> Table:
@@ -200,8 +180,3 @@ def _range_facts(stretch: StretchMotion) -> dict[str, Any]:
             for side in stretch.sides
         },
     }
-
-
-def _error_facts(error: AngleError) -> dict[str, Any]:
-    within = error.within_two_sigma
-    return {"frames": error.frames, **error.degrees(), "within_two_sigma": within}

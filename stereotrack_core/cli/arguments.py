@@ -64,6 +64,12 @@ INIT = option(
     "--init auto|tpose|FILE", "initial pose, as for track (default: auto)", default="auto"
 )
 FPS = option("--fps N", "frames per second, for files that do not state it", type=float)
+REFERENCE = option(
+    "--reference FILE",
+    "reference landmarks (.csv, .trc, .c3d), or with their uncertainty (.npz of `stereotrack "
+    "fit`); by default the reference of the run's recording",
+    type=Path,
+)
 OF_RUN = option(
     "--recording DIR", "the run's recording; by default the one named in the run", type=Path
 )
@@ -72,10 +78,7 @@ OF_RUN = option(
 def check_least(least: int, **values: int | None) -> None:
     """Refuse numbers, by the names of their options, that are less than a least one.
 
-    Raises
-    ------
-    InputError
-        For the first that is.
+    Raises InputError for the first that is.
     """
     for name, value in values.items():
         if value is not None and value < least:
@@ -89,10 +92,7 @@ def check_least(least: int, **values: int | None) -> None:
 def check_suffix(path: Path, *suffixes: str) -> None:
     """Refuse a name of a file that does not end as its format wants.
 
-    Raises
-    ------
-    InputError
-        With a name that would do.
+    Raises InputError with a name that would do.
     """
     if path.suffix.lower() not in suffixes:
         raise InputError(
@@ -105,10 +105,8 @@ def check_suffix(path: Path, *suffixes: str) -> None:
 def check_output(path: Path, recording: Recording | None = None) -> Path:
     """Refuse at once what could not be written after long work.
 
-    Raises
-    ------
-    InputError
-        Where the folder does not exist, or is the recording's own, which is never written to.
+    Raises InputError where the folder does not exist, or is the recording's own, which is never
+    written to.
     """
     if not path.parent.is_dir():
         raise InputError(

@@ -12,15 +12,17 @@ from typing import Any
 
 from stereotrack_core.cli.arguments import JSON, check_least, option
 from stereotrack_core.cli.demo import made_demo
-from stereotrack_core.cli.output import OK, Table, number, put_result, say
+from stereotrack_core.cli.output import OK, put_result, say
 from stereotrack_core.cli.progress import progress
-from stereotrack_core.experiments.benchmark.correction_speed import (
+from stereotrack_core.experiments.benchmark.speed import (
     MEASUREMENTS,
+    ChainSpeed,
     CorrectionSpeed,
+    chain_speed,
     correction_speed,
     growth,
 )
-from stereotrack_core.experiments.benchmark.speed import ChainSpeed, chain_speed
+from stereotrack_core.recording.csv_table import Table, number
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.window import Window

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import dataclasses
 import itertools
 from argparse import Namespace
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any
 
+from stereotrack_core.annotation.fit.settings import FitSettings
+from stereotrack_core.annotation.fit.stretch import recorded_depth
 from stereotrack_core.atomic import write_file
 from stereotrack_core.cli.arguments import (
     FRAMES,
@@ -19,17 +22,23 @@ from stereotrack_core.cli.arguments import (
     flag,
     option,
 )
-from stereotrack_core.cli.benchmark_annotation import annotation_benchmark
 from stereotrack_core.cli.demo import made_demo
-from stereotrack_core.cli.output import OK, Table, number, put_json, put_table, say
+from stereotrack_core.cli.output import OK, put_json, put_result, put_table, say
 from stereotrack_core.cli.progress import progress, stoppable
 from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
-from stereotrack_core.evaluation.errors import truth_of
+from stereotrack_core.evaluation.errors import reference_within, truth_of
 from stereotrack_core.experiments.benchmark.accuracy import ABLATIONS, Row, Score, accuracy, pooled
+from stereotrack_core.experiments.benchmark.annotation import CASES, AnnotationScore, annotated
 from stereotrack_core.experiments.benchmark.growth import Cost, cost_of_points, cost_of_views
 from stereotrack_core.experiments.benchmark.speed import chain_speed, exponent
-from stereotrack_core.recording.csv_table import csv_text, markdown_text, table_suffix
+from stereotrack_core.recording.csv_table import (
+    Table,
+    csv_text,
+    markdown_text,
+    number,
+    table_suffix,
+)
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.folder import open_recordings
 from stereotrack_core.recording.reader import FrameReader
@@ -45,9 +54,6 @@ DESCRIPTION = (
     "--ablation: the contribution of each part of accurate. With --annotation: the accuracy "
     "of references fitted to clicks."
 )
-
-Speeds: TypeAlias = Mapping[tuple[str, str], Mapping[str, float]]
-"""Frames per second and ratio by recording and contestant; empty where nothing was timed."""
 
 _BASE = "accurate"
 """The preset that the ablation takes parts away from."""
@@ -118,15 +124,13 @@ def run(args: Namespace) -> int:
     for recording in recordings:
         scores += _scores(recording, contestants, seeds, args)
         speeds |= _speeds(recording, contestants, args)
-    rows = pooled(scores)
+    rows = pooled(scores, speeds)
     what = "Ablation" if args.ablation else "Presets and baselines"
-    table = readable(rows, speeds, seeds, what)
+    table = readable(rows, seeds, what)
     if args.output is not None:
-        _write(args.output, table, rows, speeds)
-    if args.json:
-        put_json({"seeds": seeds, "rows": facts(rows, speeds), "scores": scores})
-    else:
-        put_table(table)
+        _write(args.output, table, rows)
+    facts = {"seeds": seeds, "rows": [_row_facts(row) for row in rows], "scores": scores}
+    put_result(facts, table, as_json=args.json)
     return OK
 
 
@@ -191,7 +195,9 @@ def _scores(
         )
 
 
-def _speeds(recording: Recording, contestants: Mapping[str, Settings], args: Namespace) -> Speeds:
+def _speeds(
+    recording: Recording, contestants: Mapping[str, Settings], args: Namespace
+) -> dict[tuple[str, str], Mapping[str, float]]:
     if not args.speed_frames:
         return {}
     say(f"Timing on {recording.name}. Do not run anything else meanwhile.")
@@ -234,11 +240,11 @@ def _growth(
     return OK
 
 
-def _write(path: Path, table: Table, rows: Sequence[Row], speeds: Speeds) -> None:
+def _write(path: Path, table: Table, rows: Sequence[Row]) -> None:
     if path.suffix.lower() == ".md":
         text = f"{markdown_text(table.columns, table.rows)}\n{table.title}.\n"
     else:
-        text = csv_text(*in_full(rows, speeds))
+        text = csv_text(*in_full(rows))
     write_file(path, text)
     say(f"Table written to {path}.")
 
@@ -250,16 +256,16 @@ _HEADINGS = (
 _SPEED_HEADINGS = (">frames/s", ">times StereoBM")
 
 
-def readable(rows: Sequence[Row], speeds: Speeds, seeds: Sequence[int], what: str) -> Table:
+def readable(rows: Sequence[Row], seeds: Sequence[int], what: str) -> Table:
     """Means, with their standard deviations over the seeds, one line per recording and preset."""
     spread = f" ± standard deviation over seeds {', '.join(map(str, seeds))}"
     title = f"{what}; degrees unless stated otherwise, means{spread if len(seeds) > 1 else ''}"
-    headings = (*_HEADINGS, *(_SPEED_HEADINGS if speeds else ()))
-    return Table(title, headings, [_line(row, speeds) for row in rows])
+    headings = (*_HEADINGS, *(_SPEED_HEADINGS if rows and rows[0].speed else ()))
+    return Table(title, headings, [_line(row) for row in rows])
 
 
-def _line(row: Row, speeds: Speeds) -> tuple[str, ...]:
-    cells = (
+def _line(row: Row) -> tuple[str, ...]:
+    return (
         row.recording,
         row.contestant,
         _value(row, "torso_position", 0),
@@ -268,49 +274,39 @@ def _line(row: Row, speeds: Speeds) -> tuple[str, ...]:
         f"{_value(row, 'upper_arms')} ({_value(row, 'upper_arms_p95')})",
         f"{_value(row, 'forearms')} ({_value(row, 'forearms_p95')})",
         _value(row, "lost"),
+        *map(number, row.speed.values()),
     )
-    if not speeds:
-        return cells
-    speed = speeds[row.recording, row.contestant]
-    return (*cells, *map(number, speed.values()))
 
 
 def _value(row: Row, name: str, digits: int = 1) -> str:
     return row.values[name].text(digits)
 
 
-def in_full(rows: Sequence[Row], speeds: Speeds) -> tuple[list[str], list[list[str | float | int]]]:
+def in_full(rows: Sequence[Row]) -> tuple[list[str], list[list[str | float | int]]]:
     """Columns and rows with every number in full."""
     names = list(rows[0].values) if rows else []
     columns = ["recording", "preset", "seeds", "frames"]
     columns += [f"{name}{end}" for name in names for end in ("", "_sd")]
-    columns += ["frames_per_second", "ratio_to_stereobm"] if speeds else []
+    columns += ["frames_per_second", "ratio_to_stereobm"] if rows and rows[0].speed else []
     lines: list[list[str | float | int]] = []
     for row in rows:
         line: list[str | float | int] = [row.recording, row.contestant, row.seeds, row.frames]
         for name in names:
             line += [row.values[name].mean, row.values[name].deviation]
-        if speeds:
-            speed = speeds[row.recording, row.contestant]
-            line += speed.values()
-        lines.append(line)
+        lines.append([*line, *row.speed.values()])
     return columns, lines
 
 
-def facts(rows: Sequence[Row], speeds: Speeds) -> list[dict[str, Any]]:
-    """The same for JSON."""
-    return [
-        {
-            "recording": row.recording,
-            "preset": row.contestant,
-            "seeds": row.seeds,
-            "frames": row.frames,
-            "mean": {name: value.mean for name, value in row.values.items()},
-            "standard_deviation": {name: one.deviation for name, one in row.values.items()},
-            "speed": speeds.get((row.recording, row.contestant)),
-        }
-        for row in rows
-    ]
+def _row_facts(row: Row) -> dict[str, Any]:
+    return {
+        "recording": row.recording,
+        "preset": row.contestant,
+        "seeds": row.seeds,
+        "frames": row.frames,
+        "mean": {name: value.mean for name, value in row.values.items()},
+        "standard_deviation": {name: one.deviation for name, one in row.values.items()},
+        "speed": row.speed or None,
+    }
 
 
 def _growth_table(title: str, what: str, costs: Sequence[Cost]) -> Table:
@@ -322,3 +318,85 @@ def _growth_table(title: str, what: str, costs: Sequence[Cost]) -> Table:
     power = exponent([cost.size for cost in costs], [cost.milliseconds for cost in costs])
     grows = f"{title} grows as {what}^{number(power, 2)} (processor time)"
     return Table(grows, (f">{what}", ">ms", ">ms for each"), rows)
+
+
+_ANNOTATION_HEADINGS = (
+    *("recording", "clicks", ">upper arms", ">forearms", ">cross axis"),
+    *(">inside 95 %", ">limbs inside", ">outliers found", ">false alarms"),
+)
+
+
+def annotation_benchmark(
+    recordings: Sequence[Recording], seeds: Sequence[int], args: Namespace
+) -> int:
+    """Simulate clicks, fit them, and print the table."""
+    scores = [
+        score
+        for recording in recordings
+        for score in _annotation_scores(recording, seeds, args.frames)
+    ]
+    title = (
+        "Fitted references; degrees, means over all frames, share of limbs inside their 95 % "
+        "interval"
+    )
+    table = Table(title, _ANNOTATION_HEADINGS, [_annotation_line(score, seeds) for score in scores])
+    put_result([_annotation_facts(score) for score in scores], table, as_json=args.json)
+    return OK
+
+
+def _annotation_scores(
+    recording: Recording, seeds: Sequence[int], frames: str | None
+) -> list[AnnotationScore]:
+    settings, found = FitSettings(), []
+    with FrameReader(recording, read_ahead=0) as reader:
+        asked = frames_within(frames, reader.frame_count)
+    recording = dataclasses.replace(recording, reference=reference_within(recording, asked))
+    clicked = truth_of(recording).frame.tolist()
+    with recorded_depth(recording, settings) as depth:
+        clouds = None
+        if depth is not None:
+            say(f"Depth of {recording.name}: {len(clicked)} frames.")
+            with progress("Depth", len(clicked)) as show:
+                made = {}
+                for frame in clicked:
+                    made[frame] = depth(frame)
+                    show(len(made))
+            clouds = made.get
+        cases = [case for case in CASES if clouds is not None or not case.depth]
+        with progress("Fitting", len(cases) * len(seeds)) as show:
+            for case in cases:
+                for seed in seeds:
+                    found.append(annotated(recording, case, seed, settings, clouds))
+                    show(len(found))
+    return found
+
+
+def _values(score: AnnotationScore) -> dict[str, float]:
+    means = {
+        name: score.summary.measure(name).statistics.mean
+        for name in ("upper_arms", "forearms", "torso_cross")
+    }
+    return {
+        **means,
+        "inside": 100.0 * score.inside,
+        "limbs_inside": 100.0 * score.limbs_inside,
+        "found": 100.0 * score.found,
+        "accused": 100.0 * score.accused,
+    }
+
+
+def _annotation_line(score: AnnotationScore, seeds: Sequence[int]) -> tuple[str, ...]:
+    seed = f", seed {score.seed}" if len(seeds) > 1 else ""
+    return (score.recording, f"{score.case}{seed}", *(number(v) for v in _values(score).values()))
+
+
+def _annotation_facts(score: AnnotationScore) -> dict[str, Any]:
+    return {
+        "recording": score.recording,
+        "case": score.case,
+        "seed": score.seed,
+        "frames": score.summary.frames,
+        "clicks": score.clicks,
+        "mistakes": score.mistakes,
+        **_values(score),
+    }

@@ -34,63 +34,48 @@ class Command:
     """
 
     name: str
-    module: str
     summary: str
+    module: str = ""
+    """Where it has another name than the command."""
 
 
 COMMANDS: tuple[Command, ...] = (
-    Command("open", "workbench", "open the workbench on a recording folder or project file"),
+    Command("open", "open the workbench on a recording folder or project file", "workbench"),
     Command(
-        "demo",
-        "demo",
-        "create a demo recording (once), track it, print its errors, open the workbench",
+        "demo", "create a demo recording (once), track it, print its errors, open the workbench"
     ),
-    Command("simulate", "simulate", "render a stereo recording with ground truth"),
-    Command("info", "info", "print what a recording contains and all problems found in it"),
-    Command("cloud", "cloud", "the fused point cloud of one frame as a PLY file"),
-    Command("proportions", "proportions", "estimate a person's segment lengths from the recording"),
-    Command("track", "track", "track the person through a recording and write the run"),
+    Command("simulate", "render a stereo recording with ground truth"),
+    Command("info", "print what a recording contains and all problems found in it"),
+    Command("cloud", "the fused point cloud of one frame as a PLY file"),
+    Command("proportions", "estimate a person's segment lengths from the recording"),
+    Command("track", "track the person through a recording and write the run"),
     Command(
-        "evaluate",
-        "evaluate",
-        "compute the errors of a run against the reference, with the thesis's measures",
+        "evaluate", "compute the errors of a run against the reference, with the thesis's measures"
     ),
     Command(
-        "compare",
-        "compare",
-        "compare runs: how much better one is, and whether the difference is significant",
+        "compare", "compare runs: how much better one is, and whether the difference is significant"
     ),
     Command(
-        "angles",
         "angles",
         "joint angles of a run or reference: ranges of motion, velocities, left-right differences",
     ),
-    Command("episodes", "episodes", "detect failures in a run and their probable causes"),
+    Command("episodes", "detect failures in a run and their probable causes"),
     Command(
-        "sweep",
         "sweep",
         "track with several parameter values, recordings and seeds, and compare the results",
     ),
-    Command("fit", "fit", "fit the body to clicked landmarks, to make a reference"),
+    Command("fit", "fit the body to clicked landmarks, to make a reference"),
     Command(
-        "import", "import_labels", "import clicks or a trajectory from another tool into a project"
+        "import", "import clicks or a trajectory from another tool into a project", "import_labels"
     ),
     Command(
-        "export",
-        "export",
-        "export a run, or the clicks or the reference of a project, for another tool",
+        "export", "export a run, or the clicks or the reference of a project, for another tool"
     ),
-    Command(
-        "benchmark", "benchmark", "compare presets and baselines on recordings with a reference"
-    ),
-    Command(
-        "report",
-        "report",
-        "write a report on a run: one page with errors, curves, failures and images",
-    ),
-    Command("reproduce", "reproduce", "reproduce the tables and curves of the thesis"),
-    Command("bench", "bench", "run the README's benchmarks, as ratios"),
-    Command("help", "commands", "list all commands, or show the help of one command"),
+    Command("benchmark", "compare presets and baselines on recordings with a reference"),
+    Command("report", "write a report on a run: one page with errors, curves, failures and images"),
+    Command("reproduce", "reproduce the tables and curves of the thesis"),
+    Command("bench", "run the README's benchmarks, as ratios"),
+    Command("help", "list all commands, or show the help of one command", "commands"),
 )
 
 
@@ -105,7 +90,7 @@ def command_list() -> str:
 
 def parser_of(command: Command) -> ArgumentParser:
     """The parser of a command; ``run`` of what it has read does the command."""
-    module = import_module(f"stereotrack_core.cli.{command.module}")
+    module = import_module(f"stereotrack_core.cli.{command.module or command.name}")
     own = _Parser(f"{PROGRAM} {command.name}", description=module.DESCRIPTION)
     for one in module.OPTIONS:
         own.add_argument(*one.names, **one.keywords)

@@ -6,12 +6,12 @@ import math
 import string
 from argparse import Namespace
 from collections.abc import Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from stereotrack_core.cli.arguments import FRAMES, JSON, SEGMENTS, option
-from stereotrack_core.cli.error_tables import error_facts, measure_rows
-from stereotrack_core.cli.output import OK, Table, number, put, put_json, put_table, say
+from stereotrack_core.cli.arguments import FRAMES, JSON, REFERENCE, SEGMENTS, option
+from stereotrack_core.cli.output import OK, put, put_json, put_table, say
 from stereotrack_core.cli.sources import (
     Truth,
     read_measured,
@@ -21,6 +21,7 @@ from stereotrack_core.cli.sources import (
     warn_about_size,
 )
 from stereotrack_core.errors import InputError
+from stereotrack_core.evaluation.accuracy import error_facts
 from stereotrack_core.evaluation.comparison.compare import (
     Candidate,
     Comparison,
@@ -30,9 +31,11 @@ from stereotrack_core.evaluation.comparison.compare import (
     how_it_is_made,
     verdict,
 )
+from stereotrack_core.recording.csv_table import Table, number
 from stereotrack_core.recording.description import Segment
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
-from stereotrack_core.recording.selection import frame_bounds
+from stereotrack_core.recording.selection import asked_frames
+from stereotrack_core.report.run_tables import measure_rows
 from stereotrack_core.tracking.frame import Run
 
 DESCRIPTION = (
@@ -49,26 +52,18 @@ OPTIONS = (
         type=Path,
         nargs="+",
     ),
-    option(
-        "--reference FILE",
-        "reference landmarks (.csv, .trc, .c3d); a run knows its recording's reference. "
-        "Without any, runs are only compared with each other",
-        type=Path,
-    ),
+    REFERENCE,
     FRAMES,
     SEGMENTS,
     JSON,
 )
 
 
-_END = 2**62
-
-
 def run(args: Namespace) -> int:
     """Compare and print."""
     if len(args.run_files) > len(string.ascii_uppercase):
         raise InputError("too many runs", remedy="Compare at most 26 at once.")
-    frames = _frames(args.frames)
+    frames = asked_frames(args.frames)
     read = [read_measured(path) for path in args.run_files]
     candidates = _candidates(read)
     stored = [one for _, one in read if one is not None]
@@ -137,13 +132,6 @@ def _segments(truth: Truth | None, stored: Sequence[Run]) -> Sequence[Segment]:
     return some_segments(() if recording is None else recording.segments, folder)
 
 
-def _frames(text: str | None) -> range | None:
-    if text is None:
-        return None
-    first, end = frame_bounds(text)
-    return range(first or 0, _END if end is None else end)
-
-
 def _warn(paths: Sequence[Path], stored: Sequence[Run], truth: Truth | None) -> None:
     prints = {str(one.meta["fingerprint"]) for one in stored if one.meta.get("fingerprint")}
     if len(prints) > 1:
@@ -163,18 +151,17 @@ def comparison_table(comparison: Comparison, pair: Pair, title: str = "") -> Tab
     heading = f"{where}{second} compared with {first}, means over {frames} frames"
     rows = [
         (
-            f"{measure.label} [{measure.unit}]",
-            number(paired.first, 2),
-            number(paired.second, 2),
+            f"{paired.measure.label} [{paired.measure.unit}]",
+            number(paired.first_mean, 2),
+            number(paired.second_mean, 2),
             f"{paired.difference:+.2f}" if math.isfinite(paired.difference) else "-",
             f"{paired.low:+.2f} to {paired.high:+.2f}" if paired.enough else "-",
-            f"{100.0 * paired.better:.0f} %" if math.isfinite(paired.better) else "-",
+            f"{paired.better_percent:.0f} %" if math.isfinite(paired.better_percent) else "-",
             number(paired.p, 3),
-            str(paired.block),
-            verdict(measure, first, second),
+            str(paired.block_frames),
+            verdict(paired, first, second),
         )
-        for measure in pair.measures
-        for paired in (measure.paired,)
+        for paired in pair.measures
     ]
     columns = (
         *("measure", f">{first}", f">{second}", f">{second} - {first}", ">95 % interval"),
@@ -205,23 +192,13 @@ def comparison_facts(comparison: Comparison) -> dict[str, Any]:
 
 def _pair_facts(pair: Pair) -> dict[str, Any]:
     measures = {}
-    for measure in pair.measures:
-        paired = measure.paired
-        measures[measure.name] = {
-            "unit": measure.unit,
-            "first_mean": paired.first,
-            "second_mean": paired.second,
-            "difference": paired.difference,
-            "low": paired.low,
-            "high": paired.high,
-            "better_percent": 100.0 * paired.better,
-            "worse_percent": 100.0 * paired.worse,
-            "p": paired.p,
-            "frames": paired.frames,
-            "block_frames": paired.block,
-            "independent_frames": paired.independent,
+    for paired in pair.measures:
+        facts = asdict(paired)
+        measures[paired.measure.name] = {
+            "unit": facts.pop("measure")["unit"],
+            **facts,
             "differs": paired.differs,
-            "verdict": verdict(measure, pair.first, pair.second),
+            "verdict": verdict(paired, pair.first, pair.second),
         }
     return {
         "first": pair.first,

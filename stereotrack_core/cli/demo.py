@@ -7,22 +7,17 @@ from functools import partial
 from pathlib import Path
 
 from stereotrack_core.cli.arguments import JSON, SETTINGS, flag, option
-from stereotrack_core.cli.error_tables import (
-    accuracy_facts,
-    error_facts,
-    error_table,
-    segment_table,
-)
 from stereotrack_core.cli.output import FAILED, OK, put_json, put_table, say
 from stereotrack_core.cli.progress import progress, stoppable
-from stereotrack_core.cli.track_output import UnfinishedOutput, say_signs
+from stereotrack_core.cli.track import UnfinishedOutput, say_signs
 from stereotrack_core.cli.workbench import show_window
-from stereotrack_core.evaluation.accuracy import Accuracy, accuracy_of
+from stereotrack_core.evaluation.accuracy import Accuracy, accuracy_facts, accuracy_of, error_facts
 from stereotrack_core.evaluation.errors import truth_of
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.recording.reader import FrameReader
+from stereotrack_core.report.run_tables import error_table, segment_table
 from stereotrack_core.simulation.make import DEMO_FRAMES, DemoPlaces, demo_places, make_demo
 from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.presets import preset
@@ -59,10 +54,7 @@ _SHOWN_FRAME = 60
 def made_demo(folder: Path | None = None) -> DemoPlaces:
     """The demo recording, rendered unless it is there already.
 
-    Raises
-    ------
-    Cancelled
-        When stopped with Ctrl-C; nothing is left behind.
+    Raises Cancelled when stopped with Ctrl-C; nothing is left behind.
     """
     places = demo_places(folder)
     if not places.made:
@@ -118,7 +110,7 @@ def _without_window(args: Namespace, settings: Settings) -> int:
 
 def _accuracy(recording: Recording, found: LandmarkTrajectory) -> Accuracy:
     """Errors of a run as far as it goes, whole and by segment."""
-    stretch = 0, int(found.frame[-1]) + 1
+    stretch = range(int(found.frame[-1]) + 1)
     return accuracy_of(found, truth_of(recording), None, recording.segments, stretch)
 
 

@@ -11,22 +11,23 @@ from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.cli.arguments import (
     JSON,
     OF_RUN,
+    REFERENCE,
     changes,
     check_output,
     check_suffix,
     flag,
     option,
 )
-from stereotrack_core.cli.output import FAILED, OK, Table, put, put_json, put_table, say
+from stereotrack_core.cli.output import OK, put, put_json, put_table, say
 from stereotrack_core.cli.progress import watched
 from stereotrack_core.cli.sources import recording_of_run, say_if_unfinished
 from stereotrack_core.counting import counted
-from stereotrack_core.errors import Cancelled, InputError
+from stereotrack_core.errors import InputError
 from stereotrack_core.evaluation.episodes.episode import (
     CAUSE_WORDS,
     Agreement,
     Episode,
-    agreement,
+    agreement_of,
     limbs_words,
 )
 from stereotrack_core.evaluation.episodes.export import film_of, write_strips
@@ -34,6 +35,7 @@ from stereotrack_core.evaluation.episodes.find import Subject, find_episodes
 from stereotrack_core.evaluation.episodes.stretches import EpisodeRules
 from stereotrack_core.interop.run_file import read_run, read_trajectory
 from stereotrack_core.parameters import parsed_settings
+from stereotrack_core.recording.csv_table import Table
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.tracking.stored import fps_of_run
 
@@ -50,11 +52,7 @@ OPTIONS = (
         "--no-pictures",
         "classify causes from the run alone, without computing the recording's clouds",
     ),
-    option(
-        "--reference FILE",
-        "reference landmarks (.csv, .trc, .c3d, .npz); by default the recording's reference",
-        type=Path,
-    ),
+    REFERENCE,
     option(
         "--found",
         "only failures detected with the reference (truth), or without it (signs)",
@@ -69,30 +67,25 @@ OPTIONS = (
     JSON,
 )
 
+_INCOMPLETE = "The output is incomplete."
+
 
 def run(args: Namespace) -> int:
     """Find, print, and write what is asked for."""
     _check(args)
     subject = _subject(args)
-    with watched("Detecting failures") as (report, stopped):
-        try:
-            every = find_episodes(subject, report, stopped)
-        except Cancelled:
-            say("Stopped. Nothing was written.")
-            return FAILED
+    with watched("Detecting failures", "Nothing was written.") as (report, stopped):
+        every = find_episodes(subject, report, stopped)
     chosen = _chosen(every, args)
-    agreed = _agreed(every) if subject.reference is not None else None
+    agreed = agreement_of(every) if subject.reference is not None else None
     if args.json:
         put_json(_facts(args, subject, chosen, agreed))
     elif chosen:
         put_table(_table(args, subject, chosen, agreed))
     else:
         put(f"{_heading(args, 0, agreed)}.")
-    try:
-        return _export(args, subject, chosen)
-    except Cancelled:
-        say("Stopped. The output is incomplete.")
-        return FAILED
+    _export(args, subject, chosen)
+    return OK
 
 
 def _check(args: Namespace) -> None:
@@ -153,12 +146,6 @@ def _chosen(every: Sequence[Episode], args: Namespace) -> list[Episode]:
     ]
 
 
-def _agreed(every: Sequence[Episode]) -> Agreement:
-    return agreement(
-        [e for e in every if e.found == "truth"], [e for e in every if e.found == "signs"]
-    )
-
-
 def _facts(
     args: Namespace, subject: Subject, chosen: Sequence[Episode], agreed: Agreement | None
 ) -> dict[str, Any]:
@@ -204,28 +191,24 @@ def _heading(args: Namespace, count: int, agreed: Agreement | None) -> str:
     heading = f"{counted(count, 'failure') if count else 'No failures'} in {args.run_file}"
     if agreed is None or not (agreed.true or agreed.called):
         return heading
-    return (
-        f"{heading}; detection without the reference finds {agreed.found} of {agreed.true} true "
-        f"failures, and {agreed.right} of its {agreed.called} detections are true"
-    )
+    return f"{heading}; {agreed.words}"
 
 
-def _export(args: Namespace, subject: Subject, chosen: Sequence[Episode]) -> int:
+def _export(args: Namespace, subject: Subject, chosen: Sequence[Episode]) -> None:
     recording = subject.recording
     if recording is None or (args.strips is None and args.video is None):
-        return OK
+        return
     if not chosen:
         say("No failures, so nothing was written.")
-        return OK
+        return
     if args.strips is not None:
-        with watched("Rendering image strips") as (report, stopped):
+        with watched("Rendering image strips", _INCOMPLETE) as (report, stopped):
             count = write_strips(
                 args.strips, subject, recording, chosen, view=args.view, report=report,
                 cancelled=stopped,
             )  # fmt: skip
         say(f"{counted(count, 'strip')} written to {args.strips}.")
     if args.video is not None:
-        with watched("Rendering video") as (report, stopped):
+        with watched("Rendering video", _INCOMPLETE) as (report, stopped):
             film_of(args.video, subject, recording, chosen, report, stopped)
         say(f"Video written to {args.video}.")
-    return OK

@@ -8,20 +8,19 @@ from typing import Any
 
 import numpy as np
 
-from stereotrack_core.cli.arguments import FRAMES, JSON, SEGMENTS, option
-from stereotrack_core.cli.error_tables import (
-    accuracy_facts,
-    error_facts,
-    error_table,
-    segment_table,
-)
+from stereotrack_core.cli.arguments import FRAMES, JSON, REFERENCE, SEGMENTS, option
 from stereotrack_core.cli.output import OK, put, put_json, put_table, say
 from stereotrack_core.cli.sources import read_measured, some_segments, truth_of, warn_about_size
-from stereotrack_core.errors import InputError
-from stereotrack_core.evaluation.accuracy import accuracy_of, stated_means
-from stereotrack_core.evaluation.errors import LimbErrors
+from stereotrack_core.evaluation.accuracy import (
+    accuracy_facts,
+    accuracy_of,
+    error_facts,
+    stated_means,
+)
+from stereotrack_core.evaluation.errors import LimbErrors, none_of_the_frames
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
-from stereotrack_core.recording.selection import frame_bounds
+from stereotrack_core.recording.selection import asked_frames
+from stereotrack_core.report.run_tables import error_table, segment_table
 
 DESCRIPTION = (
     "Print mean, median and 95th percentile of torso position, torso axes, upper arms and "
@@ -32,12 +31,7 @@ DESCRIPTION = (
 
 OPTIONS = (
     option("run_file RUN", "run or reference (.npz), or landmarks (.csv, .trc, .c3d)", type=Path),
-    option(
-        "--reference FILE",
-        "reference landmarks (.csv, .trc, .c3d), or with their uncertainty (.npz of "
-        "`stereotrack fit`); by default the reference of the run's recording",
-        type=Path,
-    ),
+    REFERENCE,
     FRAMES,
     SEGMENTS,
     JSON,
@@ -49,16 +43,13 @@ def run(args: Namespace) -> int:
     trajectory, stored = read_measured(args.run_file)
     meta = {} if stored is None else dict(stored.meta)
     truth = truth_of(args.reference, meta)
-    frames = (None, None) if args.frames is None else frame_bounds(args.frames)
     segments = some_segments(truth.segments, truth.source) if args.segments else ()
     found = stored or trajectory
-    accuracy = accuracy_of(found, truth.reference, truth.states, segments, frames)
+    accuracy = accuracy_of(
+        found, truth.reference, truth.states, segments, asked_frames(args.frames)
+    )
     if not len(accuracy.errors.frame):
-        raise InputError(
-            "the reference contains none of the frames",
-            where="--frames" if args.frames else "--reference",
-            remedy="Choose frames that it contains.",
-        )
+        raise none_of_the_frames("--frames" if args.frames else "--reference")
     _warn_about_frames(trajectory, accuracy.errors, args.frames)
     warn_about_size(truth)
     speed = _frames_per_second(trajectory, meta)

@@ -9,7 +9,7 @@ from typing import Any
 
 from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.cli.arguments import FPS, JSON, check_output, check_suffix, option
-from stereotrack_core.cli.output import OK, Table, put_result, say
+from stereotrack_core.cli.output import OK, put_result, say
 from stereotrack_core.cli.sources import (
     angle_source,
     open_project,
@@ -33,6 +33,7 @@ from stereotrack_core.interop.sleap import write_sleap
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.setups import load_reference
 from stereotrack_core.project.whereabouts import SUFFIX
+from stereotrack_core.recording.csv_table import Table
 
 DESCRIPTION = (
     "Write clicks (csv, coco, slp, dlc), a trajectory (csv, trc, c3d, bvh) or joint angles "

@@ -35,24 +35,20 @@ from stereotrack_core.cli.arguments import (
     flag,
     option,
 )
-from stereotrack_core.cli.output import OK, Table, number, put_json, put_table, say
+from stereotrack_core.cli.output import OK, put_json, put_table, say
 from stereotrack_core.cli.progress import progress, stoppable
 from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera_agreement import Disagreement
 from stereotrack_core.interop.labels import read_clicks
-from stereotrack_core.interop.reference_npz import (
-    check_reference_file,
-    export_reference,
-    write_reference,
-)
+from stereotrack_core.interop.reference_npz import check_reference_file, export_reference
 from stereotrack_core.parameters import parsed_settings
+from stereotrack_core.recording.csv_table import Table, number
 from stereotrack_core.recording.description import Recording, read_subject
 from stereotrack_core.recording.folder import open_recording
-from stereotrack_core.recording.landmarks import LANDMARKS, write_landmarks
+from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.recording.reader import FrameReader
-from stereotrack_core.recording.selection import frame_bounds, frames_within, views_of
-from stereotrack_core.version import __version__
+from stereotrack_core.recording.selection import asked_frames, frames_within, views_of
 
 DESCRIPTION = (
     "Fit the body to clicked landmarks with a forward and a backward pass over the frames, "
@@ -110,7 +106,7 @@ def run(args: Namespace) -> int:
     with FrameReader(recording, views=views, read_ahead=0) as reader:
         count = reader.frame_count
     frames = frames_within(args.frames, count)
-    gaps = [_gap(text, count) for text in args.gaps]
+    gaps = [asked_frames(text, count, "--gap") for text in args.gaps]
     clicks = read_clicks(args.clicks, recording, frames=count).checked()
     proportions = _proportions(args.subject, recording, clicks)
     with progress("Reading", len(frames)) as show, stoppable() as stopped:
@@ -163,11 +159,6 @@ def _sigma(given: float | None) -> float:
     return given
 
 
-def _gap(text: str, count: int) -> range:
-    first, end = frame_bounds(text, "--gap")
-    return range(first or 0, count if end is None else end)
-
-
 def _proportions(subject: str | None, recording: Recording, clicks: Sequence[Click]) -> Proportions:
     if subject is None:
         return proportions_of(recording.subject)
@@ -175,19 +166,6 @@ def _proportions(subject: str | None, recording: Recording, clicks: Sequence[Cli
         return proportions_of(read_subject(Path(subject)))
     lengths = lengths_of_clicks(clicks, recording.cameras, LANDMARKS, "--subject")
     return proportions_of(subject_of(recording.name, lengths))
-
-
-def _write(path: Path, fit: TrajectoryFit, recording: Recording, meta: Mapping[str, Any]) -> None:
-    if path.suffix.lower() == ".npz":
-        origin = {
-            "program": "stereotrack",
-            "version": __version__,
-            "recording": recording.name,
-            "fps": recording.fps,
-        }
-        write_reference(path, reference_of_fit(fit, {**origin, **meta}))
-        return
-    write_landmarks(path, fit.trajectory())
 
 
 def _facts(

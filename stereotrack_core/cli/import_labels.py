@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from stereotrack_core.cli.arguments import JSON, flag, option
-from stereotrack_core.cli.output import OK, Table, put_result, say
+from stereotrack_core.cli.output import OK, put_result, say
 from stereotrack_core.cli.sources import open_project, recording_of, say_notes
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.label_source import Labels, LabelSource, stated_names
@@ -17,6 +17,7 @@ from stereotrack_core.project.merging import Decision, clicks_of_project, incomi
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.setups import save_reference
 from stereotrack_core.project.whereabouts import SUFFIX
+from stereotrack_core.recording.csv_table import Table
 from stereotrack_core.recording.reader import FrameReader
 
 DESCRIPTION = (

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import contextlib
-import dataclasses
 import json
-import math
 import sys
-from collections.abc import Sequence
 from io import StringIO
 from typing import Any, TextIO
 
 from stereotrack_core.errors import visible
 from stereotrack_core.plain_data import plain
+from stereotrack_core.recording.csv_table import Table
 
 OK, FAILED, WRONG_INPUT = 0, 1, 2
 """Exit status: done; something else went wrong, or it was stopped; the user's input is wrong."""
@@ -23,10 +21,8 @@ _WIDTH_WITHOUT_TERMINAL = 160
 def put(text: str) -> None:
     """Write a result to standard output.
 
-    Raises
-    ------
-    OSError
-        Where it goes to a file on a drive that is full, or to a terminal that has been closed.
+    Raises OSError where it goes to a file on a drive that is full, or to a terminal that has been
+    closed.
     """
     try:
         _write(sys.stdout, text)
@@ -52,15 +48,6 @@ def _write(stream: TextIO, text: str) -> None:
 def put_json(value: Any) -> None:
     """Write a result as JSON; what is not a number becomes null."""
     put(json.dumps(plain(value), indent=2, ensure_ascii=False, allow_nan=False))
-
-
-@dataclasses.dataclass(frozen=True)
-class Table:
-    """A table to print; a heading that begins with ``>`` stands over right-aligned numbers."""
-
-    title: str
-    columns: Sequence[str]
-    rows: Sequence[Sequence[str]]
 
 
 def put_table(table: Table) -> None:
@@ -98,8 +85,3 @@ def put_result(facts: Any, *tables: Table, as_json: bool) -> None:
         put_json(facts)
     for table in () if as_json else tables:
         put_table(table)
-
-
-def number(value: float, digits: int = 1) -> str:
-    """Number for a table; a dash where there is none."""
-    return f"{value:.{digits}f}" if math.isfinite(value) else "-"

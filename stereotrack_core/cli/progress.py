@@ -15,6 +15,7 @@ from typing import IO, Any, TextIO, cast
 
 from stereotrack_core.cli.output import say
 from stereotrack_core.counting import in_words
+from stereotrack_core.errors import Cancelled
 
 _QUIET = 300.0
 """Seconds between two lines where no bar is drawn."""
@@ -64,8 +65,10 @@ def progress(what: str, total: int | None) -> Iterator[Callable[[int], None]]:
 
 
 @contextmanager
-def stoppable() -> Iterator[Callable[[], bool]]:
+def stoppable(outcome: str = "") -> Iterator[Callable[[], bool]]:
     """Give a function that says whether Ctrl-C was pressed; a second time stops at once.
+
+    `outcome` is what a person is told about work that is stopped.
 
     A request to end and a terminal that is closed count as Ctrl-C; the latter not where somebody
     has said before that the program shall outlive it (``nohup``).
@@ -92,15 +95,19 @@ def stoppable() -> Iterator[Callable[[], bool]]:
     before = {number: signal.signal(number, stop) for number in wanted}
     try:
         yield asked.is_set
+    except Cancelled:
+        raise Cancelled(outcome) from None
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
 
 
 @contextmanager
-def watched(what: str) -> Iterator[tuple[Callable[[float, str], None], Callable[[], bool]]]:
+def watched(
+    what: str, outcome: str
+) -> Iterator[tuple[Callable[[float, str], None], Callable[[], bool]]]:
     """Give what is told the share that is done, with words, and what says whether to stop."""
-    with progress(what, 100) as show, stoppable() as stopped:
+    with progress(what, 100) as show, stoppable(outcome) as stopped:
         yield lambda share, _: show(round(100 * share)), stopped
 
 

@@ -20,10 +20,11 @@ from stereotrack_core.cli.arguments import (
     check_suffix,
     option,
 )
-from stereotrack_core.cli.output import FAILED, OK, Table, put_json, put_table, say
+from stereotrack_core.cli.output import OK, put_json, put_table, say
 from stereotrack_core.cli.progress import progress, stoppable
 from stereotrack_core.errors import Cancelled, InputError
 from stereotrack_core.interop.first_pose import first_pose
+from stereotrack_core.recording.csv_table import Table
 from stereotrack_core.recording.description import Recording, write_subject
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.reader import FrameReader
@@ -64,11 +65,7 @@ def run(args: Namespace) -> int:
     recording = open_recording(args.recording)
     if args.output is not None:
         check_output(args.output, recording)
-    try:
-        found = _estimated(args, recording)
-    except Cancelled:
-        say("Stopped. Nothing was written.")
-        return FAILED
+    found = _estimated(args, recording)
     if not found.frames:
         raise InputError(
             "too few frames are tracked well enough to estimate the body's lengths",
@@ -92,7 +89,7 @@ def _estimated(args: Namespace, recording: Recording) -> EstimatedLengths:
     with (
         Pipeline(unaided, RunSpec(settings, views=views, seed=args.seed, init=init)) as pipeline,
         progress("Tracking", wanted) as show,
-        stoppable() as stopped,
+        stoppable("Nothing was written.") as stopped,
     ):
 
         def note(stage: str, done: int, _count: int) -> None:

@@ -8,7 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from stereotrack_core.cli.arguments import FRAMES, JSON, OF_RUN, check_output, check_suffix, option
-from stereotrack_core.cli.output import FAILED, OK, Table, put_result, say
+from stereotrack_core.cli.output import OK, put_result
 from stereotrack_core.cli.progress import watched
 from stereotrack_core.cli.sources import (
     open_project,
@@ -17,15 +17,16 @@ from stereotrack_core.cli.sources import (
     say_if_unfinished,
     truth_of,
 )
-from stereotrack_core.errors import Cancelled, InputError
+from stereotrack_core.errors import InputError
 from stereotrack_core.interop.run_file import read_run
 from stereotrack_core.project.runs import kept_runs, load_run
 from stereotrack_core.project.setups import load_reference
 from stereotrack_core.project.whereabouts import SUFFIX
+from stereotrack_core.recording.csv_table import Table
 from stereotrack_core.recording.description import Recording
-from stereotrack_core.recording.selection import frame_bounds
+from stereotrack_core.recording.selection import asked_frames
+from stereotrack_core.report.pages import repeat_command, write_page, write_pdf
 from stereotrack_core.report.reported import Reported, Source, gathered
-from stereotrack_core.report.run_page import repeat_command, write_page, write_pdf
 from stereotrack_core.tracking.frame import Run
 
 DESCRIPTION = (
@@ -61,12 +62,8 @@ def run(args: Namespace) -> int:
     """Gather, write the page, and the PDF where it is asked for."""
     _check(args)
     source = _source(args)
-    with watched("Reporting") as (report, stopped):
-        try:
-            reported = gathered(source, on_progress=report, cancelled=stopped)
-        except Cancelled:
-            say("Stopped. Nothing was written.")
-            return FAILED
+    with watched("Reporting", "Nothing was written.") as (report, stopped):
+        reported = gathered(source, on_progress=report, cancelled=stopped)
     write_page(args.output, reported)
     if args.pdf is not None:
         write_pdf(args.pdf, reported, None if args.window is None else args.window.package)
@@ -150,7 +147,7 @@ def _with_truth(
         reference=reference,
         reference_name=said,
         states=states,
-        frames=(None, None) if args.frames is None else frame_bounds(args.frames),
+        frames=asked_frames(args.frames),
         command=_own_command(args),
         repeat=repeat_command(folder, like),
     )

@@ -8,23 +8,22 @@ from functools import partial
 from pathlib import Path
 
 from stereotrack_core.cli.arguments import JSON, check_least, flag, option
-from stereotrack_core.cli.output import FAILED, OK, Table, put_json, put_table, say
+from stereotrack_core.cli.output import FAILED, OK, put_json, put_table, say
 from stereotrack_core.cli.progress import pace, stoppable
 from stereotrack_core.counting import counted
 from stereotrack_core.errors import Cancelled, InputError
 from stereotrack_core.experiments.reproduction.plan import (
     Group,
     Places,
-    default_folder,
     groups,
-    made_folder,
     missing_recordings,
     opened_recordings,
+    places_in,
     render_recording,
 )
 from stereotrack_core.experiments.reproduction.results import Results, write_results
 from stereotrack_core.experiments.reproduction.runs import frames_of, missing_runs, track_groups
-from stereotrack_core.experiments.reproduction.tables import columns_of, facts, rows_of
+from stereotrack_core.experiments.reproduction.tables import facts, readable
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.worker_processes import Lost
@@ -69,7 +68,7 @@ def run(args: Namespace) -> int:
     """Make the recordings, track them, and write the page."""
     presets = _presets(args.presets)
     check_least(1, seeds=args.seeds, workers=args.workers)
-    places = made_folder(args.folder or default_folder(short=args.short))
+    places = places_in(args.folder, short=args.short)
     try:
         recordings = _recordings(places, short=args.short)
         planned = groups([recording.name for recording in recordings], presets, args.seeds)
@@ -148,7 +147,7 @@ def _print(results: Results, places: Places, *, as_json: bool) -> None:
                   "timings": results.timings})  # fmt: skip
     else:
         for compared in results.tables:
-            put_table(Table(compared.title, columns_of(compared), rows_of(compared)))
+            put_table(readable(compared))
     say(f"Page written to {places.page}; the tables are next to it as .csv and .md.")
 
 

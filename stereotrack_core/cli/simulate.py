@@ -6,10 +6,10 @@ from argparse import Namespace
 from pathlib import Path
 
 from stereotrack_core.cli.arguments import JSON, SEED, changes, option
-from stereotrack_core.cli.output import FAILED, OK, Table, put_result, say
+from stereotrack_core.cli.output import OK, put_result
 from stereotrack_core.cli.progress import progress, stoppable
-from stereotrack_core.errors import Cancelled
 from stereotrack_core.parameters import parsed_settings
+from stereotrack_core.recording.csv_table import Table
 from stereotrack_core.simulation.make import simulate
 from stereotrack_core.simulation.rig import SceneOptions
 
@@ -38,22 +38,19 @@ OPTIONS = (
 def run(args: Namespace) -> int:
     """Render the recording."""
     options = SceneOptions().replaced(**parsed_settings(args.changes))
-    with progress("Rendering", args.frames) as show, stoppable() as stopped:
-        try:
-            simulate(
-                args.folder,
-                person=args.person,
-                motion=args.motion,
-                frames=args.frames,
-                views=args.views,
-                seed=args.seed,
-                options=options,
-                on_progress=lambda done, _: show(done),
-                cancelled=stopped,
-            )
-        except Cancelled:
-            say("Stopped. No recording was created.")
-            return FAILED
+    outcome = "No recording was created."
+    with progress("Rendering", args.frames) as show, stoppable(outcome) as stopped:
+        simulate(
+            args.folder,
+            person=args.person,
+            motion=args.motion,
+            frames=args.frames,
+            views=args.views,
+            seed=args.seed,
+            options=options,
+            on_progress=lambda done, _: show(done),
+            cancelled=stopped,
+        )
     facts = {name: getattr(args, name) for name in ("person", "motion", "frames", "views", "seed")}
     facts["fps"] = options.fps
     rows = [(name, str(value)) for name, value in facts.items()]

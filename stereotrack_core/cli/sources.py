@@ -65,10 +65,7 @@ def read_measured(path: Path) -> tuple[LandmarkTrajectory, Run | None]:
 def truth_of(given: Path | None, meta: Mapping[str, Any]) -> Truth:
     """The reference that was named, else that of the run's recording.
 
-    Raises
-    ------
-    InputError
-        Where there is none.
+    Raises InputError where there is none.
     """
     folder = meta.get("recording_folder")
     recording = describe(Path(folder), []) if folder and Path(folder).is_dir() else None
@@ -119,13 +116,7 @@ def recording_of_run(given: Path | None, run: Run, otherwise: str) -> Recording 
 
 
 def some_segments(segments: Sequence[Segment], where: Path) -> Sequence[Segment]:
-    """The named stretches of a recording.
-
-    Raises
-    ------
-    InputError
-        Where there are none.
-    """
+    """The named stretches of a recording. Raises InputError where there are none."""
     if not segments:
         raise InputError(
             "the recording has no segments",
@@ -165,13 +156,7 @@ def say_notes(notes: Iterable[Finding]) -> None:
 
 
 def recording_of(project: Project) -> Recording:
-    """The recording of a project.
-
-    Raises
-    ------
-    InputError
-        Where it is not found.
-    """
+    """The recording of a project. Raises InputError where it is not found."""
     place = project.find_recording()
     if place.finding is not None and place.folder is not None:
         say(f"{place.finding.severity}: {place.finding.where}: {place.finding.what}.")
@@ -186,34 +171,20 @@ def recording_of(project: Project) -> Recording:
 
 @dataclass(frozen=True, eq=False)
 class AngleSource:
-    """Joint angles of a file.
-
-    Attributes
-    ----------
-    fps : float
-        Frame sets per second.
-    truth : JointAngles or None
-        Those of the recording's own reference, where it has one.
-    """
+    """Joint angles of a file."""
 
     angles: JointAngles
     fps: float
-    segments: Sequence[Segment]
-    truth: JointAngles | None
+    """Frame sets per second."""
+    recording: Recording | None
+    """Where it is known and there."""
 
 
 def angle_source(path: Path, fps: float | None) -> AngleSource:
     """Angles of a run, a reference or landmarks.
 
-    Parameters
-    ----------
-    fps : float or None
-        Frames per second for files that do not say them; what is given here holds.
-
-    Raises
-    ------
-    InputError
-        For a file that cannot be read, or that nothing states the frame rate of.
+    The frames per second that are given hold, for files that do not say them. Raises InputError for
+    a file that cannot be read, or that nothing states the frame rate of.
     """
     angles, recording, stated = _read(path)
     rate = fps if fps is not None else stated
@@ -225,10 +196,7 @@ def angle_source(path: Path, fps: float | None) -> AngleSource:
             where=str(path),
             remedy="Give --fps N.",
         )
-    reference = None if recording is None else recording.reference
-    truth = None if reference is None else angles_of_trajectory(reference)
-    segments = () if recording is None else recording.segments
-    return AngleSource(angles, rate, segments, truth)
+    return AngleSource(angles, rate, recording)
 
 
 def angles_of_file(path: Path) -> JointAngles:

@@ -19,18 +19,18 @@ from stereotrack_core.cli.arguments import (
     flag,
     option,
 )
-from stereotrack_core.cli.output import FAILED, OK, Table, put, put_json, put_result, put_table, say
+from stereotrack_core.cli.output import FAILED, OK, put, put_json, put_result, put_table, say
 from stereotrack_core.cli.progress import progress, stoppable
 from stereotrack_core.counting import in_words
 from stereotrack_core.experiments.measures import SweepMeasure, measure_named
 from stereotrack_core.experiments.runner.cluster import ClusterWorkers
-from stereotrack_core.experiments.runner.job import Job, JobResult
+from stereotrack_core.experiments.runner.job import Job, JobResult, do_batch
 from stereotrack_core.experiments.runner.local import LocalWorkers
-from stereotrack_core.experiments.runner.work import do_batch
 from stereotrack_core.experiments.sweep.plan import SweepPlan, count_of, expected_seconds
 from stereotrack_core.experiments.sweep.points import TRIALS, Point, SweepRequest, varied_names
 from stereotrack_core.experiments.sweep.run import PointSummary, SweepOutcome, SweepRun, summarised
 from stereotrack_core.experiments.sweep.store import SweepPlaces, SweepStore, stored_results
+from stereotrack_core.recording.csv_table import Table
 from stereotrack_core.recording.folder import open_recordings
 from stereotrack_core.worker_processes import usable_cores
 

@@ -1,8 +1,12 @@
-"""``stereotrack track``: follow the person through a recording."""
+"""``stereotrack track``: follow the person through a recording; keep the run beside its output."""
 
 from __future__ import annotations
 
+import math
+import shlex
 from argparse import BooleanOptionalAction, Namespace
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
@@ -19,16 +23,150 @@ from stereotrack_core.cli.arguments import (
     option,
 )
 from stereotrack_core.cli.output import FAILED, OK, put_json, put_table, say
+from stereotrack_core.cli.progress import progress, stoppable
 from stereotrack_core.cli.sources import say_notes
-from stereotrack_core.cli.track_output import UnfinishedOutput, say_signs, track_table
 from stereotrack_core.cli.track_plan import USUAL_PRESET, TrackPlan, plan_of
 from stereotrack_core.counting import counted
-from stereotrack_core.experiments.tracked_run import TrackedRun
-from stereotrack_core.interop.run_file import run_suffix
+from stereotrack_core.errors import InputError
+from stereotrack_core.experiments.tracked_run import TrackedRun, steps, track_recording
+from stereotrack_core.interop.run_file import run_suffix, write_run
+from stereotrack_core.interop.run_journal import Wish, has_frames, part_of, read_unfinished
+from stereotrack_core.recording.csv_table import Table, number
+from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.findings import examine
 from stereotrack_core.recording.folder import open_recording
+from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.repeating import sameness
+from stereotrack_core.tracking.run_checks import CHECK
+from stereotrack_core.tracking.run_spec import RunSpec
+from stereotrack_core.tracking.unfinished import UnfinishedRun
+
+
+class UnfinishedOutput:
+    """The file ``RUN.part`` that the frames of a run go to at once.
+
+    What stands at the output before is not touched until the new run is complete.
+    """
+
+    def __init__(self, recording: Path, output: Path) -> None:
+        self.output, self.part = output, part_of(output)
+        words = ("stereotrack", "track", str(recording), "-o", str(output), "--resume")
+        self.command = shlex.join(words)
+
+    def begun(self) -> tuple[UnfinishedRun, Wish]:
+        """The run to go on with. Raises InputError where there is none, or it cannot be read."""
+        if not self.part.is_file():
+            raise InputError(
+                "there is no unfinished run to resume",
+                where=str(self.part),
+                remedy="Omit --resume to start a run.",
+            )
+        return read_unfinished(self.part)
+
+    def refuse_to_lose(self) -> None:
+        """Refuse to begin where an earlier run waits to be gone on with.
+
+        Raises InputError where there is one.
+        """
+        if has_frames(self.part):
+            raise InputError(
+                "there is an unfinished run here",
+                where=str(self.part),
+                remedy="Resume it with --resume. To start again, delete it or choose another "
+                "output.",
+            )
+
+    def track(
+        self,
+        recording: Recording,
+        spec: RunSpec,
+        count: int | None = None,
+        begun: UnfinishedRun | None = None,
+    ) -> TrackedRun:
+        """Track, with progress, until it is done or stopped with Ctrl-C.
+
+        Raises Cancelled where it is stopped before the first frame.
+        """
+        total = steps(spec, count or len(spec.frames_of(0)), begun)
+        with progress("Tracking", total) as show, stoppable() as stopped:
+            return track_recording(
+                recording, spec, count=count, part=self.part, begun=begun, on_step=show,
+                cancelled=stopped,
+            )  # fmt: skip
+
+    @contextmanager
+    def telling(self) -> Iterator[None]:
+        """Say where the frames are when an error ends the work."""
+        try:
+            yield
+        except BaseException:
+            if has_frames(self.part):
+                say(f"The frames tracked so far are in {self.part}. To resume: {self.command}")
+            raise
+
+    def write(self, job: TrackedRun) -> Path | None:
+        """Write what came out, and say so where that is not the complete run.
+
+        Gives the place where it is; None where nothing was tracked and an older run stands there.
+        """
+        done = f"{len(job.run.frame)} of {counted(job.wanted, 'frame')}"
+        if job.stopped and self.output.exists():
+            say(
+                f"Stopped after {done}; they are in {self.part}. {self.output} was not changed. "
+                f"To resume: {self.command}"
+            )
+            return self.part
+        if job.nothing and self.output.exists():
+            say(f"{self.output} was not changed.")
+            self.part.unlink(missing_ok=True)
+            return None
+        write_run(self.output, job.run)
+        if job.stopped:
+            say(f"Stopped after {done}; they are in {self.output}. To resume: {self.command}")
+        else:
+            self.part.unlink(missing_ok=True)
+        return self.output
+
+
+def _lengths(run: Run) -> str:
+    """Where the body's lengths come from."""
+    if run.meta["parameters"].get("proportions") == "average":
+        return "average"
+    subject = run.meta.get("subject")
+    if subject is None:
+        return "average (no subject file); see stereotrack proportions"
+    return str(subject.get("name") or "the recording's subject file")
+
+
+def track_table(job: TrackedRun, title: str) -> Table:
+    """What the result says to a person."""
+    facts = job.to_dict()
+    rows = [
+        ("preset", str(facts["preset"])),
+        ("frames", f"{facts['frames']} of {job.wanted}"),
+        ("tracked", str(facts["tracked"])),
+        ("unexplained fraction of the cloud", number(facts["mean_unexplained_fraction"], 3)),
+        ("residual", f"{number(facts['mean_residual_mm'])} mm"),
+        ("segment lengths", _lengths(job.run)),
+        ("frames per second", number(facts["frames_per_second"] or math.nan)),
+    ]
+    if facts["smoothed"]:
+        rows.append(("frames bridged by smoothing", str(len(facts["bridged"]))))
+    rows += [(f"not tracked {gap.first}:{gap.end}", gap.reason) for gap in job.gaps]
+    rows += [(f"view {b.view} without points {b.first}:{b.end}", b.reason) for b in job.blind]
+    return Table(title, ("what", ">value"), rows)
+
+
+def say_signs(job: TrackedRun) -> None:
+    """Say why nobody was tracked, or that nothing fits, and what to do about it."""
+    for warning in job.run.meta["warnings"]:
+        say(f"warning: {warning}. {CHECK}")
+    if job.nothing and len(job.run.frame):
+        say(f"No person was tracked in any of the {counted(len(job.run.frame), 'frame')}.")
+        for cause in job.untracked.causes():
+            say(cause.sentence())
+
 
 DESCRIPTION = (
     "Track the person through a recording. Every frame is stored immediately in RUN.part; RUN "

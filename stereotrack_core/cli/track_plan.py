@@ -7,9 +7,9 @@ from argparse import Namespace
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from stereotrack_core.cli.output import say
-from stereotrack_core.cli.track_output import UnfinishedOutput
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.first_pose import first_pose
 from stereotrack_core.interop.run_file import read_run
@@ -32,42 +32,33 @@ from stereotrack_core.tracking.repeating import (
 from stereotrack_core.tracking.run_spec import RunSpec
 from stereotrack_core.tracking.unfinished import UnfinishedRun
 
+if TYPE_CHECKING:
+    from stereotrack_core.cli.track import UnfinishedOutput
+
 USUAL_PRESET = "accurate"
 
 
 @dataclass(frozen=True, eq=False)
 class TrackPlan:
-    """Everything that ``track`` shall do.
-
-    Attributes
-    ----------
-    recording : Recording
-        With the subject that is tracked.
-    count : int
-        Frames to track out of those of the spec; fewer where a run that was stopped is repeated.
-    like : Run or None
-        The run that is repeated.
-    exact : bool
-        Whether nothing on the command line asks for something else than the run says.
-    begun : UnfinishedRun or None
-        The run that is gone on with.
-    """
+    """Everything that ``track`` shall do."""
 
     recording: Recording
+    """With the subject that is tracked."""
     spec: RunSpec
     count: int
+    """Frames to track out of those of the spec; fewer where a run that was stopped is repeated."""
     like: Run | None = None
+    """The run that is repeated."""
     exact: bool = False
+    """Whether nothing on the command line asks for something else than the run says."""
     begun: UnfinishedRun | None = None
+    """The run that is gone on with."""
 
 
 def plan_of(args: Namespace, recording: Recording, output: UnfinishedOutput) -> TrackPlan:
     """Read the command line, with ``--like`` the run, and with ``--resume`` what there is of it.
 
-    Raises
-    ------
-    InputError
-        Where they cannot be followed, or a run would be lost.
+    Raises InputError where they cannot be followed, or a run would be lost.
     """
     if args.resume:
         return _plan_resumed(args, recording, output)

@@ -41,10 +41,7 @@ def run(args: Namespace) -> int:
 def show_window(window: Window | None, opening: Opening) -> int:
     """Show the window; return the exit status.
 
-    Raises
-    ------
-    InputError
-        Where the program was started without one.
+    Raises InputError where the program was started without one.
     """
     if window is None:
         raise InputError(

@@ -7,7 +7,8 @@ error against one that is good to 8.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
+from typing import Any
 
 import numpy as np
 
@@ -30,23 +31,16 @@ from stereotrack_core.tracking.frame import Run
 
 @dataclass(frozen=True)
 class Accuracy:
-    """Errors against a reference.
-
-    Attributes
-    ----------
-    segments : tuple of Summary
-        Of every segment.
-    quality : mapping from measure to float
-        How good the reference is, as far as it says.
-    doubts : Doubts or None
-        Whether limbs that the run takes for lost are lost; None where it says nothing.
-    """
+    """Errors against a reference."""
 
     errors: LimbErrors
     summary: Summary
     segments: tuple[Summary, ...]
+    """Of every segment."""
     quality: Mapping[str, float]
+    """How good the reference is, as far as it says."""
     doubts: Doubts | None
+    """Whether limbs that the run takes for lost are lost; None where it says nothing."""
 
 
 def accuracy_of(
@@ -54,21 +48,13 @@ def accuracy_of(
     reference: LandmarkTrajectory,
     states: Reference | None = None,
     segments: Sequence[Segment] = (),
-    frames: tuple[int | None, int | None] = (None, None),
+    frames: range | None = None,
 ) -> Accuracy:
-    """Measure a run, or landmarks alone.
-
-    Parameters
-    ----------
-    states : Reference, optional
-        The reference with its uncertainty.
-    frames : tuple of (int or None, int or None)
-        Half-open stretch that counts.
-    """
+    """Measure a run, or landmarks alone; `states` is the reference with its uncertainty."""
     run, trajectory = (found, found.trajectory()) if isinstance(found, Run) else (None, found)
     errors = errors_against(trajectory, reference)
-    first, end = frames
-    errors = errors.between(first or 0, 2**62 if end is None else end)
+    if frames is not None:
+        errors = errors.between(frames.start, frames.stop)
     doubts = None if run is None else doubts_against(run.frame, run.limb_lost, errors)
     return Accuracy(
         errors=errors,
@@ -167,3 +153,33 @@ def _of_the_nine(reference: Reference, covariance: FloatArray) -> FloatArray:
 
 def _places(joint: str) -> list[int]:
     return [LANDMARKS.index(f"{side}_{joint}") for side in ("left", "right")]
+
+
+def accuracy_facts(accuracy: Accuracy) -> dict[str, Any]:
+    """What is known of the accuracy, for JSON."""
+    facts = error_facts(accuracy.summary)
+    for name, good in accuracy.quality.items():
+        facts["measures"][name]["reference_good_to"] = good
+    if (doubts := accuracy.doubts) is not None:
+        facts["lost_limbs"] = {
+            "judged": doubts.judged,
+            "lost": doubts.lost,
+            "called_lost": doubts.called,
+            "precision": doubts.precision,
+            "recall": doubts.recall,
+        }
+    return facts
+
+
+def error_facts(summary: Summary) -> dict[str, Any]:
+    """Errors of one stretch for JSON."""
+    return {
+        "name": summary.name,
+        "frames": summary.frames,
+        "not_tracked": summary.not_tracked,
+        "lost_percent": 100.0 * summary.lost,
+        "measures": {
+            measure.name: {"unit": measure.unit, **asdict(measure.statistics)}
+            for measure in summary.measures
+        },
+    }

@@ -26,20 +26,15 @@ FREE_SHARE = 0.5
 
 @dataclass(frozen=True, eq=False)
 class Circumstances:
-    """Where limbs are and how they move; F frames, limbs in the order of ``LIMBS``.
-
-    Attributes
-    ----------
-    frame : (F,) int64
-    distance : (F, 6) float64, metres
-        From the limb's middle to the nearest camera.
-    speed : (F, 6) float64, metres per second
-        Of the limb's far end: hand, elbow, head, middle of the shoulders.
-    """
+    """Where limbs are and how they move; F frames, limbs in the order of ``LIMBS``."""
 
     frame: IntArray
+    """(F,)."""
     distance: FloatArray
+    """(F, 6), metres. From the limb's middle to the nearest camera."""
     speed: FloatArray
+    """(F, 6), metres per second. Of the limb's far end: hand, elbow, head, middle of the
+    shoulders."""
 
 
 def circumstances_of(
@@ -76,17 +71,7 @@ def views_that_see(
     """How many views see each limb free (F, 6), by the body model.
 
     Hidden neither by another limb nor by the border of the image; NaN where the pose is not known.
-
-    Parameters
-    ----------
-    poses : sequence of Pose or None
-        Of F frames.
-    cameras : sequence of Camera
-        One for each view.
-    on_progress : callable, optional
-        Told how many frames are done.
-    cancelled : callable, optional
-        Asked after every frame whether to stop.
+    There is one camera for each view, and `on_progress` is told how many frames are done.
     """
     result: FloatArray = np.full((len(poses), len(LIMBS)), np.nan)
     for i, pose in enumerate(poses):
@@ -171,23 +156,16 @@ _FEW = 6
 
 @dataclass(frozen=True, eq=False)
 class Trend:
-    """A curve through a cloud of points; K places.
-
-    Attributes
-    ----------
-    x : (K,) float64
-        Ascending.
-    median, low, high : (K,) float64
-        Median and quartiles of what stands around each place.
-    count : (K,) int64
-        How many values that were.
-    """
+    """A curve through a cloud of points; K places."""
 
     x: FloatArray
+    """(K,). Ascending."""
     median: FloatArray
     low: FloatArray
     high: FloatArray
+    """`median`, `low` and `high`: (K,). Median and quartiles of what stands around each place."""
     count: IntArray
+    """(K,). How many values that were."""
 
 
 def trend(x: FloatArray, y: FloatArray) -> Trend:

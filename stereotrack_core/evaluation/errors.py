@@ -26,27 +26,20 @@ NOT_TRACKED_POSITION = 0.5
 
 @dataclass(frozen=True, eq=False)
 class LimbErrors:
-    """Errors per frame of the reference; NaN where the reference does not know.
-
-    Attributes
-    ----------
-    frame : (F,) int64
-        Frames in which the reference knows at least one landmark.
-    torso_position : (F,) float64, metres
-    torso_long, torso_cross : (F,) float64, radians
-    upper_arm, forearm : (F, 2) float64, radians
-        The person's own left, then right.
-    tracked : (F,) bool
-        Whether the trajectory knows at least one landmark of the frame.
-    """
+    """Errors per frame of the reference; NaN where the reference does not know."""
 
     frame: IntArray
+    """(F,). Frames in which the reference knows at least one landmark."""
     torso_position: FloatArray
+    """(F,), metres."""
     torso_long: FloatArray
     torso_cross: FloatArray
+    """`torso_long` and `torso_cross`: (F,), radians."""
     upper_arm: FloatArray
     forearm: FloatArray
+    """`upper_arm` and `forearm`: (F, 2), radians. The person's own left, then right."""
     tracked: BoolArray
+    """(F,). Whether the trajectory knows at least one landmark of the frame."""
 
     def between(self, first: int, end: int) -> LimbErrors:
         """Return the frames of a half-open stretch."""
@@ -66,12 +59,8 @@ class LimbErrors:
     def of_limb(self, limb: str) -> FloatArray:
         """Angular error (F,) in radians of one limb; the torso's is its long axis.
 
-        The head enters no measure, so its row is NaN throughout.
-
-        Raises
-        ------
-        KeyError
-            For a name that is not a limb.
+        The head enters no measure, so its row is NaN throughout. Raises KeyError for a name that is
+        not a limb.
         """
         nothing: FloatArray = np.full(len(self.frame), np.nan)
         return {
@@ -85,13 +74,7 @@ class LimbErrors:
 
 
 def truth_of(recording: Recording) -> LandmarkTrajectory:
-    """The recording's own reference.
-
-    Raises
-    ------
-    InputError
-        Where it has none.
-    """
+    """The recording's own reference. Raises InputError where it has none."""
     if recording.reference is None:
         raise InputError(
             "the recording has no reference to measure against",
@@ -101,18 +84,35 @@ def truth_of(recording: Recording) -> LandmarkTrajectory:
     return recording.reference
 
 
+def reference_within(recording: Recording, frames: range) -> LandmarkTrajectory:
+    """What the recording's reference has of some frames. Raises InputError where it knows none."""
+    reference = truth_of(recording)
+    inside = (reference.frame >= frames.start) & (reference.frame < frames.stop)
+    if not np.any(inside & knows_something(reference)):
+        raise none_of_the_frames(str(recording.folder))
+    return LandmarkTrajectory(reference.frame[inside], reference.points[inside])
+
+
+def none_of_the_frames(where: str) -> InputError:
+    """What is wrong with a reference that says nothing about what is measured."""
+    return InputError(
+        "the reference contains none of the frames",
+        where=where,
+        remedy="Choose frames that it contains.",
+    )
+
+
+def at_frames(trajectory: LandmarkTrajectory, frames: IntArray) -> LandmarkTrajectory:
+    """What a trajectory has of some frames."""
+    inside = np.isin(trajectory.frame, frames)
+    return LandmarkTrajectory(trajectory.frame[inside], trajectory.points[inside])
+
+
 def errors_against(trajectory: LandmarkTrajectory, reference: LandmarkTrajectory) -> LimbErrors:
-    """Errors of `trajectory` in every frame of `reference`.
+    """Errors of `trajectory` in every frame of `reference`, which is taken as truth.
 
-    A frame or landmark that the trajectory lacks counts 90 degrees and 500 mm. What the
-    reference does not know is not scored (NaN), nor is an axis of it that has no length.
-
-    Parameters
-    ----------
-    trajectory : LandmarkTrajectory
-        What was tracked; may have other frames than the reference.
-    reference : LandmarkTrajectory
-        Taken as truth.
+    A frame or landmark that the trajectory lacks counts 90 degrees and 500 mm. What the reference
+    does not know is not scored (NaN), nor is an axis of it that has no length.
     """
     known = knows_something(reference)
     frame = reference.frame[known]

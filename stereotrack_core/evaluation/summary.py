@@ -44,49 +44,32 @@ class Statistics:
 
 @dataclass(frozen=True)
 class Measure:
-    """One row of the error table.
-
-    Attributes
-    ----------
-    name : str
-        Key, for example ``"left_forearm"``.
-    label : str
-        Name for people.
-    unit : str
-        ``"mm"`` or ``"deg"``: tables are what a person reads.
-    statistics : Statistics
-        In `unit`.
-    """
+    """One row of the error table."""
 
     name: str
+    """Key, for example ``"left_forearm"``."""
     label: str
+    """Name for people."""
     unit: str
+    """``"mm"`` or ``"deg"``: tables are what a person reads."""
     statistics: Statistics
+    """In `unit`."""
 
 
 @dataclass(frozen=True)
 class Summary:
-    """Errors of one stretch of frames.
-
-    Attributes
-    ----------
-    name : str
-        The segment, or ``"all"``.
-    frames : int
-        Frames that the reference knows.
-    not_tracked : int
-        Frames among them in which the run has no landmark.
-    measures : tuple of Measure
-        Torso position, long axis, cross axis, upper arms, forearms, then each arm alone.
-    lost : float
-        Share (0 to 1) of arm segments more than 45 degrees off; NaN where none was scored.
-    """
+    """Errors of one stretch of frames."""
 
     name: str
+    """The segment, or ``"all"``."""
     frames: int
+    """Frames that the reference knows."""
     not_tracked: int
+    """Frames among them in which the run has no landmark."""
     measures: tuple[Measure, ...]
+    """Torso position, long axis, cross axis, upper arms, forearms, then each arm alone."""
     lost: float
+    """Share (0 to 1) of arm segments more than 45 degrees off; NaN where none was scored."""
 
     def measure(self, name: str) -> Measure:
         """Return the measure of that name; KeyError where there is none."""
@@ -180,10 +163,10 @@ class Spread:
             return Spread()
         return Spread(float(known.mean()), float(known.std(ddof=1)) if known.size > 1 else np.nan)
 
-    def text(self, digits: int = 1, absent: str = "-") -> str:
+    def text(self, digits: int = 1) -> str:
         """``32.1 ± 0.8``."""
         if not np.isfinite(self.mean):
-            return absent
+            return "-"
         deviation = f" ± {self.deviation:.{digits}f}" if np.isfinite(self.deviation) else ""
         return f"{self.mean:.{digits}f}{deviation}"
 
@@ -199,20 +182,14 @@ CALLED = 0.5
 
 @dataclass(frozen=True)
 class Doubts:
-    """Counts of arm segments of tracked frames.
-
-    Attributes
-    ----------
-    judged : int
-        Arm segments of which both the error and the run's own judgement are known.
-    lost, called, both : int
-        Really lost, called lost by the run, and both.
-    """
+    """Counts of arm segments of tracked frames."""
 
     judged: int
+    """Arm segments of which both the error and the run's own judgement are known."""
     lost: int
     called: int
     both: int
+    """`lost`, `called` and `both`: really lost, called lost by the run, and both."""
 
     @property
     def precision(self) -> float:
@@ -251,29 +228,16 @@ ALL_ARMS = "all_arm_segments"
 
 
 @dataclass(frozen=True)
-class LimbStatistics:
-    """Numbers of one limb; NaN where nothing is known. In the unit of the values.
-
-    Attributes
-    ----------
-    limb : str
-        A limb, or :data:`ALL_ARMS`.
-    count : int
-        Values that are known.
-    above : float
-        Share (0 to 1) of them above the threshold.
-    lost : float
-        Share (0 to 1) of them in which the limb is lost; NaN where that is not known.
-    """
+class LimbStatistics(Statistics):
+    """Numbers of one limb; NaN where nothing is known. In the unit of the values."""
 
     limb: str
-    count: int
-    mean: float
-    median: float
-    p95: float
+    """A limb, or :data:`ALL_ARMS`."""
     maximum: float
     above: float
+    """Share (0 to 1) of them above the threshold."""
     lost: float
+    """Share (0 to 1) of them in which the limb is lost; NaN where that is not known."""
 
 
 def limb_statistics(
@@ -303,15 +267,11 @@ def _limb_row(
     limb: str, values: FloatArray, lost: FloatArray | None, threshold: float
 ) -> LimbStatistics:
     known = values[np.isfinite(values)]
-    figures = statistics(known)
     nan = float("nan")
     gone = np.empty(0) if lost is None else lost[np.isfinite(lost)]
     return LimbStatistics(
-        limb,
-        figures.count,
-        figures.mean,
-        figures.median,
-        figures.p95,
+        **vars(statistics(known)),
+        limb=limb,
         maximum=float(known.max()) if len(known) else nan,
         above=float(np.mean(known > threshold)) if len(known) else nan,
         lost=float(np.mean(gone)) if len(gone) else nan,

@@ -5,12 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
-import numpy as np
-
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.skeleton import FOREARMS, UPPER_ARMS
 from stereotrack_core.evaluation import summary
-from stereotrack_core.evaluation.errors import errors_against
+from stereotrack_core.evaluation.errors import at_frames, errors_against
 from stereotrack_core.evaluation.summary import doubts_against
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.tracking.frame import Run
@@ -18,26 +16,18 @@ from stereotrack_core.tracking.frame import Run
 
 @dataclass(frozen=True)
 class SweepMeasure:
-    """One column of numbers in a sweep's table.
-
-    Attributes
-    ----------
-    name : str
-        Heading of the column.
-    label : str
-        For people.
-    from_reference : bool
-        Whether it needs a reference.
-    short : str
-        Label where there is little room.
-    """
+    """One column of numbers in a sweep's table."""
 
     name: str
+    """Heading of the column."""
     label: str
+    """For people."""
     unit: str
     from_reference: bool = False
+    """Whether it needs a reference."""
     more_is_better: bool = False
     short: str = ""
+    """Label where there is little room."""
 
     @property
     def title(self) -> str:
@@ -88,11 +78,8 @@ def measure_named(name: str) -> SweepMeasure | None:
 def measured(run: Run, reference: LandmarkTrajectory | None) -> dict[str, float]:
     """All measures of a run but its times; NaN where one is not known.
 
-    Parameters
-    ----------
-    reference : LandmarkTrajectory or None
-        Frames beside the run's enter nothing. None, or one that knows none of the frames: the
-        run's own signs alone.
+    Frames of the reference beside the run's enter nothing. Without one that knows some of the
+    frames these are the run's own signs alone.
     """
     return {**_errors_of(run, reference), **_signs(run)}
 
@@ -100,19 +87,15 @@ def measured(run: Run, reference: LandmarkTrajectory | None) -> dict[str, float]
 def _errors_of(run: Run, reference: LandmarkTrajectory | None) -> Mapping[str, float]:
     if reference is None or not len(run.frame):
         return {}
-    inside = np.isin(reference.frame, run.frame)
-    errors = errors_against(
-        run.trajectory(), LandmarkTrajectory(reference.frame[inside], reference.points[inside])
-    )
+    errors = errors_against(run.trajectory(), at_frames(reference, run.frame))
     if not len(errors.frame):
         return {}
     pooled = summary.summarise(errors)
-    values: dict[str, float] = {}
-    for measure in pooled.measures:
-        figures = measure.statistics
-        values[measure.name] = figures.mean
-        values[f"{measure.name}_median"] = figures.median
-        values[f"{measure.name}_p95"] = figures.p95
+    values = {
+        f"{measure.name}{end}": getattr(measure.statistics, figure)
+        for measure in pooled.measures
+        for end, figure in (("", "mean"), ("_median", "median"), ("_p95", "p95"))
+    }
     doubts = doubts_against(run.frame, run.limb_lost, errors)
     return values | {
         "lost": 100.0 * pooled.lost,

@@ -6,7 +6,7 @@ import dataclasses
 import time
 from collections.abc import Callable
 from contextlib import closing, nullcontext
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -26,31 +26,21 @@ from stereotrack_core.tracking.unfinished import INCOMPLETE, UnfinishedRun
 
 @dataclass(frozen=True, eq=False)
 class TrackedRun:
-    """A run, and how it came about.
-
-    Attributes
-    ----------
-    run : Run
-        Its meta states the wall time as ``wall_seconds``.
-    wanted : int
-        Frames that were asked for.
-    blind : tuple of Blindness
-        Where a view gave nothing although it was used; also in the run's meta as ``blind``.
-    stopped : bool
-        Whether it was stopped before the last frame.
-    untracked : Untracked
-        The frames that were not tracked, and why.
-    changed : tuple of int
-        Frames that were tracked again to go on with the run, and came out otherwise.
-    """
+    """A run, and how it came about."""
 
     run: Run
+    """Its meta states the wall time as ``wall_seconds``."""
     wanted: int
+    """Frames that were asked for."""
     gaps: tuple[Gap, ...]
     blind: tuple[Blindness, ...]
+    """Where a view gave nothing although it was used; also in the run's meta as ``blind``."""
     stopped: bool
+    """Whether it was stopped before the last frame."""
     untracked: Untracked
+    """The frames that were not tracked, and why."""
     changed: tuple[int, ...] = ()
+    """Frames that were tracked again to go on with the run, and came out otherwise."""
 
     @property
     def nothing(self) -> bool:
@@ -86,42 +76,39 @@ class TrackedRun:
         }
 
 
+@dataclass
 class _Course:
     """What happens frame by frame, shown and noted."""
 
-    def __init__(
-        self,
-        show: Callable[[int], None],
-        stopped: Callable[[], bool],
-        before: int,
-        begun: UnfinishedRun | None,
-        untracked: Untracked,
-    ) -> None:
-        self.reasons: list[tuple[int, str]] = []
-        self.problems = ViewProblems()
-        self.done = 0
-        self.changed: list[int] = []
-        self.untracked = untracked
-        self._begun = begun
-        self._show, self._stopped = show, stopped
-        self._before, self._steps = before, 0
-        for frame in () if begun is None else begun.done:
+    show: Callable[[int], None]
+    stopped: Callable[[], bool]
+    before: int
+    begun: UnfinishedRun | None
+    untracked: Untracked
+    reasons: list[tuple[int, str]] = field(default_factory=list)
+    problems: ViewProblems = field(default_factory=ViewProblems)
+    changed: list[int] = field(default_factory=list)
+    done: int = 0
+    steps: int = 0
+
+    def __post_init__(self) -> None:
+        for frame in () if self.begun is None else self.begun.done:
             self._take(frame)
 
     def prepare(self, stage: str, _done: int, _count: int) -> None:
         """A part of what comes before the first frame that is tracked."""
         if stage == ESTIMATING_LENGTHS:
-            self._steps += 1
-            self._show(self._steps)
-        if self._stopped():
+            self.steps += 1
+            self.show(self.steps)
+        if self.stopped():
             raise Cancelled
 
     def note(self, frame: TrackedFrame) -> None:
         """A frame of the run."""
         self._take(frame)
-        if self._begun is not None and self._begun.changed_by(frame):
+        if self.begun is not None and self.begun.changed_by(frame):
             self.changed.append(frame.frame)
-        self._show(self._before + self.done)
+        self.show(self.before + self.done)
 
     def _take(self, frame: TrackedFrame) -> None:
         self.done += 1
@@ -143,6 +130,8 @@ def track_recording(
 ) -> TrackedRun:
     """Track, keep every frame at once, and keep what there is when it is stopped.
 
+    Raises Cancelled where it is stopped before the first frame, while lengths are estimated.
+
     Parameters
     ----------
     spec : RunSpec
@@ -155,11 +144,6 @@ def track_recording(
         What is there already, to go on with.
     on_step : callable, optional
         Told how many of the :func:`steps` are done.
-
-    Raises
-    ------
-    Cancelled
-        Where it is stopped before the first frame, while lengths are estimated.
     """
     wanted = count or len(spec.frames_of(0))
     started = time.perf_counter() - (0.0 if begun is None else begun.wall_seconds)

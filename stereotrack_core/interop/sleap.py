@@ -23,6 +23,7 @@ from stereotrack_core.reading import check_file, decoding
 from stereotrack_core.recording.description import Recording, Stream
 from stereotrack_core.recording.images import is_pattern, numbered_files
 from stereotrack_core.recording.landmarks import SKELETON
+from stereotrack_core.versions import extra_library
 
 
 def write_sleap(
@@ -101,16 +102,9 @@ def read_sleap(source: LabelSource) -> Labels:
 
 
 def _library(path: Path) -> Any:
-    try:
-        import sleap_io
-    except ImportError:
-        raise InputError(
-            "SLEAP files need the library sleap-io, which is not installed",
-            where=str(path),
-            remedy="Install it with `pip install 'stereotrack[sleap]'`, or use COCO keypoints "
-            "(.json).",
-        ) from None
-    return sleap_io
+    missing = "SLEAP files need the library sleap-io, which is not installed"
+    instead = "COCO keypoints (.json)"
+    return extra_library("sleap_io", "sleap", missing=missing, where=str(path), instead=instead)
 
 
 def _streams(recording: Recording) -> dict[str, Stream]:

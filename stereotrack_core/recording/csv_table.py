@@ -8,8 +8,10 @@ it, which is taken away when it is read.
 from __future__ import annotations
 
 import csv
+import math
 import re
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from io import StringIO, TextIOWrapper
 from pathlib import Path
 from typing import Literal
@@ -42,6 +44,25 @@ def _is_computed(cell: str) -> bool:
     except ValueError:
         return True
     return False
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table to read; a heading that begins with ``>`` stands over right-aligned numbers.
+
+    `kinds` are the rows' classes of style on a page, where they are not plain: ``given`` for
+    numbers of somebody else, ``first`` for the first row of a group; several joined by a space.
+    """
+
+    title: str
+    columns: Sequence[str]
+    rows: Sequence[Sequence[str]]
+    kinds: Sequence[str] = ()
+
+
+def number(value: float, digits: int = 1) -> str:
+    """Number for a table; a dash where there is none."""
+    return f"{value:.{digits}f}" if math.isfinite(value) else "-"
 
 
 def csv_text(columns: Sequence[str], rows: Iterable[Sequence[str | float | int]]) -> str:

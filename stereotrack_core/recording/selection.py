@@ -11,28 +11,29 @@ if TYPE_CHECKING:  # no more than that is needed, and the command line starts qu
     from stereotrack_core.recording.description import Recording
 
 
-def frame_bounds(text: str, option: str = "--frames") -> tuple[int | None, int | None]:
-    """First frame and end of ``A:B`` as given to an option; None where left out.
+def asked_frames(text: str | None, end: int = 2**31, option: str = "--frames") -> range:
+    """Frames from A to B of ``A:B`` as given to an option; from 0 and to `end` where left out.
 
     Raises InputError where the text cannot be read, or the end does not come after the first frame.
     """
-    first, sign, end = text.partition(":")
+    if text is None:
+        return range(end)
+    first, sign, last = text.partition(":")
     try:
         if not sign:
             raise ValueError
-        bounds = (int(first) if first.strip() else None, int(end) if end.strip() else None)
+        asked = range(int(first) if first.strip() else 0, int(last) if last.strip() else end)
     except ValueError:
         raise InputError(
             f"{text!r} cannot be read", where=option, remedy="Write A:B, for example 10:60."
         ) from None
-    start = bounds[0] or 0
-    if start < 0 or (bounds[1] is not None and bounds[1] <= start):
+    if asked.start < 0 or (last.strip() and not asked):
         raise InputError(
             f"{text!r} contains no frame",
             where=option,
             remedy="Frames are counted from 0, and B must be larger than A.",
         )
-    return bounds
+    return asked
 
 
 def frames_within(text: str | None, count: int) -> range:
@@ -42,10 +43,7 @@ def frames_within(text: str | None, count: int) -> range:
     """
     if not count:
         raise InputError("the recording has no frames", remedy="See `stereotrack info`.")
-    if text is None:
-        return range(count)
-    first, end = frame_bounds(text)
-    chosen = range(first or 0, count if end is None else end)
+    chosen = asked_frames(text, count)
     if chosen.stop > count or chosen.start >= count:
         raise InputError(
             f"{text!r} exceeds the end of the recording",

@@ -38,16 +38,14 @@ _STYLE: Any = {
 _DPI = 144
 
 
-def drawn_axes(
-    rows: int, columns: int, width: float, height: float, *, share: bool = True
-) -> tuple[Figure, list[Axes]]:
+def drawn_axes(rows: int, columns: int, width: float, height: float) -> tuple[Figure, list[Axes]]:
     """A figure of so many inches with its axes, row by row."""
     import matplotlib
     from matplotlib.figure import Figure
 
     with matplotlib.rc_context(_STYLE):
         figure = Figure(figsize=(width, height), layout="constrained")
-        made = figure.subplots(rows, columns, sharex=share, sharey=share, squeeze=False)
+        made = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
     return figure, list(made.ravel())
 
 
@@ -63,11 +61,6 @@ def image_of(figure: Figure, kind: str, dpi: int = _DPI) -> bytes:
     with matplotlib.rc_context(_STYLE):
         figure.savefig(buffer, format=kind, dpi=dpi, metadata={dated.get(kind, "Software"): None})
     return buffer.getvalue()
-
-
-def mime(kind: Kind) -> str:
-    """What comes after ``image/``."""
-    return "svg+xml" if kind == "svg" else kind
 
 
 _ORDER = ("torso", "left_upper_arm", "right_upper_arm", "left_forearm", "right_forearm")

@@ -16,8 +16,11 @@ from stereotrack_core.evaluation.episodes.episode import Episode
 from stereotrack_core.evaluation.episodes.export import strip_of
 from stereotrack_core.evaluation.episodes.find import Subject as Searched
 from stereotrack_core.evaluation.episodes.find import find_episodes
-from stereotrack_core.evaluation.joint_angles.motion import motion_of
-from stereotrack_core.evaluation.joint_angles.ranges import StretchMotion, range_of_motion
+from stereotrack_core.evaluation.joint_angles.motion import (
+    StretchMotion,
+    motion_of,
+    range_of_motion,
+)
 from stereotrack_core.evaluation.joint_angles.series import angles_of_run
 from stereotrack_core.recording.description import Recording, Segment
 from stereotrack_core.recording.findings import examine
@@ -37,36 +40,25 @@ Progress = Callable[[float, str], None]
 
 @dataclass(frozen=True, eq=False)
 class Source:
-    """What a report is made of.
-
-    Attributes
-    ----------
-    name : str
-        Of the run, as people know it.
-    recording : Recording or None
-        None where it is not there any more; pictures and calibration are left out then.
-    states : Reference or None
-        The reference with its uncertainty, where it states one.
-    frames : tuple of (int or None, int or None)
-        Half-open stretch that is reported; None for where the run begins or ends.
-    command : str
-        That makes this report again.
-    repeat : str
-        That tracks again.
-    note : str
-        What a person has written about the run.
-    """
+    """What a report is made of."""
 
     name: str
+    """Of the run, as people know it."""
     run: Run
     recording: Recording | None = None
+    """None where it is not there any more; pictures and calibration are left out then."""
     reference: LandmarkTrajectory | None = None
     reference_name: str = ""
     states: Reference | None = None
-    frames: tuple[int | None, int | None] = (None, None)
+    """The reference with its uncertainty, where it states one."""
+    frames: range | None = None
+    """That are reported; None for all."""
     command: str = ""
+    """That makes this report again."""
     repeat: str = ""
+    """That tracks again."""
     note: str = ""
+    """What a person has written about the run."""
 
     @property
     def fps(self) -> float:
@@ -86,34 +78,23 @@ class ShownEpisode:
 
 @dataclass(frozen=True, eq=False)
 class Reported:
-    """Everything that a report tells.
-
-    Attributes
-    ----------
-    source : Source
-        Its run is cut to the stretch that is reported.
-    segments : tuple of Segment
-        Within the stretch.
-    findings : tuple of Finding
-        About the recording.
-    accuracy : Accuracy or None
-        None without a reference.
-    motions : tuple of StretchMotion
-        Ranges of motion: all frames first, then every segment.
-    smoothing : str
-        How angles were made smooth, in a sentence.
-    differs : tuple of str
-        Why tracking again may come out otherwise.
-    """
+    """Everything that a report tells."""
 
     source: Source
+    """Its run is cut to the stretch that is reported."""
     segments: tuple[Segment, ...]
+    """Within the stretch."""
     findings: tuple[Finding, ...]
+    """About the recording."""
     accuracy: Accuracy | None
+    """None without a reference."""
     episodes: tuple[ShownEpisode, ...]
     motions: tuple[StretchMotion, ...]
+    """Ranges of motion: all frames first, then every segment."""
     smoothing: str
+    """How angles were made smooth, in a sentence."""
     differs: tuple[str, ...]
+    """Why tracking again may come out otherwise."""
 
 
 def gathered(
@@ -124,11 +105,7 @@ def gathered(
 ) -> Reported:
     """Measure, look for episodes and draw their strips.
 
-    Raises
-    ------
-    InputError
-        Where the run has none of the frames.
-    Cancelled
+    Raises InputError where the run has none of the frames, and Cancelled.
     """
     source = dataclasses.replace(source, run=_cut(source.run, source.frames))
     run, recording = source.run, source.recording
@@ -151,13 +128,9 @@ def gathered(
     )
 
 
-def _cut(run: Run, frames: tuple[int | None, int | None]) -> Run:
-    first, end = frames
-    inside = np.ones(len(run.frame), dtype=bool)
-    if first is not None:
-        inside &= run.frame >= first
-    if end is not None:
-        inside &= run.frame < end
+def _cut(run: Run, frames: range | None) -> Run:
+    first, end = (0, np.inf) if frames is None else (frames.start, frames.stop)
+    inside = (run.frame >= first) & (run.frame < end)
     if not inside.any():
         raise InputError(
             "the run has none of these frames" if len(run.frame) else "the run has no frames",
@@ -185,7 +158,7 @@ def _accuracy(source: Source, segments: Sequence[Segment]) -> Accuracy | None:
     if source.reference is None:
         return None
     frame = source.run.frame
-    stretch = int(frame[0]), int(frame[-1]) + 1
+    stretch = range(int(frame[0]), int(frame[-1]) + 1)
     found = accuracy_of(source.run, source.reference, source.states, segments, stretch)
     return found if len(found.errors.frame) else None
 

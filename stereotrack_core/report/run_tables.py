@@ -1,35 +1,121 @@
-"""The tables of a report on a run."""
+"""Tables of a run's errors, and all that stand in a report."""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from stereotrack_core.body.limbs import LIMBS
+from stereotrack_core.evaluation.accuracy import Accuracy
 from stereotrack_core.evaluation.episodes.episode import CAUSE_WORDS, limbs_words
-from stereotrack_core.evaluation.summary import CALLED, root_mean
+from stereotrack_core.evaluation.joint_angles.motion import StretchMotion
+from stereotrack_core.evaluation.summary import CALLED, Summary, root_mean
+from stereotrack_core.recording.csv_table import Table, number
 from stereotrack_core.recording.description import Recording, View
-from stereotrack_core.report.pages import Row, Table, number
 from stereotrack_core.report.reported import Reported
 from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.repeating import changed_parameters
 
 
+def error_table(
+    accuracy: Accuracy, title: str = "", frames_per_second: float | None = None
+) -> Table:
+    """Mean, median and 95th percentile of every measure, and the share that is lost."""
+    summary, doubts, quality = accuracy.summary, accuracy.doubts, accuracy.quality
+    rows = measure_rows(summary)
+    facts = {"lost (arm segments over 45 deg off) [%]": number(100.0 * summary.lost)}
+    if doubts is not None:
+        facts["failures flagged by the run that are real"] = f"{doubts.both} of {doubts.called}"
+        facts["real failures flagged by the run"] = f"{doubts.both} of {doubts.lost}"
+    facts |= {"frames": str(summary.frames), "frames not tracked": str(summary.not_tracked)}
+    if frames_per_second is not None:
+        facts["frames per second"] = number(frames_per_second)
+    headings: tuple[str, ...] = ("measure", ">mean", ">median", ">95 %")
+    if quality:
+        headings = (*headings, ">reference uncertainty")
+        good = [number(quality.get(measure.name, math.nan)) for measure in summary.measures]
+        rows = [(*row, cell) for row, cell in zip(rows, good, strict=True)]
+    blank = [""] * (len(headings) - 2)
+    return Table(title, headings, [*rows, *((what, text, *blank) for what, text in facts.items())])
+
+
+def measure_rows(summary: Summary) -> list[tuple[str, ...]]:
+    """Label, mean, median and 95th percentile of every measure."""
+    rows: list[tuple[str, ...]] = []
+    for measure in summary.measures:
+        figures = measure.statistics
+        values = (figures.mean, figures.median, figures.p95)
+        rows.append((f"{measure.label} [{measure.unit}]", *(number(value) for value in values)))
+    return rows
+
+
+def segment_table(summaries: Sequence[Summary]) -> Table:
+    """Means of every segment, one row each."""
+    headings = (
+        *("segment", ">frames", ">torso mm", ">long", ">cross", ">upper arms", ">forearms"),
+        *(">left upper", ">right upper", ">left fore", ">right fore", ">lost %"),
+    )
+    rows = [
+        (
+            summary.name,
+            str(summary.frames),
+            *(number(measure.statistics.mean) for measure in summary.measures),
+            number(100.0 * summary.lost),
+        )
+        for summary in summaries
+    ]
+    return Table("Means per segment, degrees unless stated otherwise", headings, rows)
+
+
+def range_table(stretch: StretchMotion) -> Table:
+    """Range of motion, mean and peak velocity of every angle that is known."""
+    headings = (
+        *("angle", ">frames", ">from", ">to", ">range", ">± range", ">mean", ">± angle"),
+        *(">peak deg/s", ">± peak"),
+    )
+    rows = [
+        (one.angle.words, str(one.frames), *map(number, one.degrees().values()))
+        for one in stretch.ranges
+        if one.frames
+    ]
+    where = "all frames" if stretch.name == "all" else f"segment {stretch.name}"
+    title = f"Joint angles, {where} ({stretch.first} to {stretch.end - 1}), degrees"
+    return Table(title, headings, rows)
+
+
+def side_table(stretches: Sequence[StretchMotion]) -> Table:
+    """Range of motion, left against right."""
+    headings = ("stretch", "angle", ">left", ">right", ">left - right", ">±", ">symmetry %")
+    rows = [
+        (
+            stretch.name,
+            side.left.angle.label,
+            *map(number, (*side.degrees().values(), 100.0 * side.symmetry)),
+        )
+        for stretch in stretches
+        for side in stretch.sides
+        if side.left.frames or side.right.frames
+    ]
+    return Table("Range of motion, left against right, degrees", headings, rows)
+
+
 def tables(reported: Reported) -> dict[str, Table | None]:
     """All of them by their name in the template; None for those that there is nothing to tell."""
-    run = reported.source.run
+    run, accuracy = reported.source.run, reported.accuracy
     stored: dict[str, Any] = dict(run.meta.get("parameters") or {})
     return {
         "lengths": _lengths(run),
         "cameras": _cameras(reported.source.recording),
-        "errors": _errors(reported),
-        "segments": _segments(reported),
+        "errors": None if accuracy is None else error_table(accuracy),
+        "segments": None if accuracy is None else segment_table(accuracy.segments),
         "episodes": _episodes(reported),
         "honesty": _honesty(run),
-        "motion": _motion(reported),
-        "sides": _sides(reported),
+        "motion": range_table(reported.motions[0]),
+        "sides": side_table(reported.motions),
         "reference_sigma": _reference_sigma(reported),
         "parameters": _parameters(stored),
         "changed": _changed(stored, str(run.meta.get("preset") or "")),
@@ -43,7 +129,7 @@ def _lengths(run: Run) -> Table:
     known = {key.replace("_", " "): value for key, value in stated.items() if key != "name"}
     values = ["average" if value is None else f"{1000.0 * value:.0f}" for value in known.values()]
     columns = ("", *(f">{key.removesuffix(' length')}" for key in known))
-    return Table(columns, [("length [mm]", *values)])
+    return Table("", columns, [("length [mm]", *values)])
 
 
 def _cameras(recording: Recording | None) -> Table:
@@ -52,7 +138,7 @@ def _cameras(recording: Recording | None) -> Table:
         *(">baseline [mm]", ">height [m]", ">distance [m]"),
     )
     views = () if recording is None else recording.views
-    return Table(columns, [_camera(recording, view) for view in views if recording is not None])
+    return Table("", columns, [_camera(recording, view) for view in views if recording is not None])
 
 
 def _camera(recording: Recording, view: View) -> tuple[str, ...]:
@@ -77,44 +163,6 @@ def _camera(recording: Recording, view: View) -> tuple[str, ...]:
     )
 
 
-def _errors(reported: Reported) -> Table | None:
-    """Errors, with how good the reference is."""
-    accuracy = reported.accuracy
-    if accuracy is None:
-        return None
-    good = bool(accuracy.quality)
-    rows = []
-    for measure in accuracy.summary.measures:
-        figures = measure.statistics
-        row = [f"{measure.label} [{measure.unit}]"]
-        row += [number(value) for value in (figures.mean, figures.median, figures.p95)]
-        row += [number(accuracy.quality.get(measure.name, float("nan")))] if good else []
-        rows.append(row)
-    lost = ["arm segments lost [%]", number(100.0 * accuracy.summary.lost), "", ""]
-    rows.append([*lost, *([""] if good else [])])
-    columns = ["", ">mean", ">median", ">95 %", *([">reference uncertainty"] if good else [])]
-    return Table(columns, rows)
-
-
-def _segments(reported: Reported) -> Table | None:
-    if reported.accuracy is None:
-        return None
-    columns = (
-        *("segment", ">frames", ">torso [mm]", ">long axis", ">cross axis", ">upper arms"),
-        *(">forearms", ">lost [%]"),
-    )
-    rows = [
-        (
-            one.name,
-            str(one.frames),
-            *(number(measure.statistics.mean) for measure in one.measures[:5]),
-            number(100.0 * one.lost),
-        )
-        for one in reported.accuracy.segments
-    ]
-    return Table(columns, rows)
-
-
 def _episodes(reported: Reported) -> Table:
     """Stretches in which limbs fail."""
     fps = reported.source.fps
@@ -131,7 +179,7 @@ def _episodes(reported: Reported) -> Table:
                 CAUSE_WORDS[episode.verdict.cause] + (f" ({100.0 * sure:.0f} %)" if sure else ""),
             )
         )
-    return Table(("frames", "time", "limbs", ">peak", "probable cause"), rows)
+    return Table("", ("frames", "time", "limbs", ">peak", "probable cause"), rows)
 
 
 def _honesty(run: Run) -> Table | None:
@@ -144,33 +192,7 @@ def _honesty(run: Run) -> Table | None:
             sigma = root_mean(np.square(run.limb_sigma_deg[run.tracked, i]))
             rows.append((limb.replace("_", " "), number(share), number(sigma)))
     columns = ("limb", ">flagged [% of frames]", ">predicted error [deg]")
-    return Table(columns, rows) if rows else None
-
-
-def _motion(reported: Reported) -> Table:
-    """Range of motion of the joints."""
-    names = ("minimum", "maximum", "range", "range_sigma", "mean", "peak_velocity")
-    rows = []
-    for one in reported.motions[0].ranges:
-        degrees = one.degrees()
-        if one.frames:
-            rows.append((one.angle.words, *(number(degrees[name]) for name in names)))
-    return Table(("angle", ">from", ">to", ">range", ">±", ">mean", ">peak speed [deg/s]"), rows)
-
-
-def _sides(reported: Reported) -> Table:
-    """Range of motion, left against right."""
-    rows = [
-        (
-            "all frames" if stretch.name == "all" else stretch.name,
-            side.left.angle.label,
-            *map(number, side.degrees().values()),
-        )
-        for stretch in reported.motions
-        for side in stretch.sides
-        if side.left.frames and side.right.frames
-    ]
-    return Table(("stretch", "range of", ">left", ">right", ">left − right", ">±"), rows)
+    return Table("", columns, rows) if rows else None
 
 
 def _reference_sigma(reported: Reported) -> Table | None:
@@ -187,19 +209,19 @@ def _reference_sigma(reported: Reported) -> Table | None:
         )
         for i, limb in enumerate(LIMBS)
     ]
-    return Table(("limb", ">uncertainty [deg]", ">worst frame [deg]"), rows)
+    return Table("", ("limb", ">uncertainty [deg]", ">worst frame [deg]"), rows)
 
 
 def _parameters(stored: dict[str, Any]) -> Table:
     """All parameters; those that are not the default are set apart."""
     known = {row.name: row for row in Settings.rows()}
-    rows = []
+    rows, kinds = [], []
     for key, value in stored.items():
         row = known.get(key)
-        default = "–" if row is None else str(row.default)
-        kind = "" if row is None or value == row.default else "given"
-        rows.append(Row((key, str(value), "" if row is None else row.unit, default), kind))
-    return Table(("parameter", ">value", "unit", ">default"), rows)
+        unit, default = ("", "-") if row is None else (row.unit, str(row.default))
+        rows.append((key, str(value), unit, default))
+        kinds.append("" if row is None or value == row.default else "given")
+    return Table("", ("parameter", ">value", "unit", ">default"), rows, kinds)
 
 
 def _changed(stored: dict[str, Any], preset: str) -> Table:
@@ -209,7 +231,7 @@ def _changed(stored: dict[str, Any], preset: str) -> Table:
         (key, str(value), units.get(key, ""), str(usual))
         for key, (usual, value) in changed_parameters(stored, preset).items()
     ]
-    return Table(("parameter", ">value", "unit", ">preset"), rows)
+    return Table("", ("parameter", ">value", "unit", ">preset"), rows)
 
 
 def _versions(reported: Reported) -> Table:
@@ -223,4 +245,4 @@ def _versions(reported: Reported) -> Table:
         ("recording's fingerprint", str(meta.get("fingerprint") or "unknown")),
     ]
     rows += [("note", reported.source.note)] if reported.source.note else []
-    return Table(("", ""), rows)
+    return Table("", ("", ""), rows)

@@ -7,7 +7,7 @@ import pytest
 from stereotrack_core.cli.arguments import check_output
 from stereotrack_core.errors import InputError
 from stereotrack_core.recording.description import Recording, Stream, View
-from stereotrack_core.recording.selection import frame_bounds, frames_within, views_of
+from stereotrack_core.recording.selection import asked_frames, frames_within, views_of
 
 
 def recording_with(*names, folder=Path("nowhere")):
@@ -17,16 +17,16 @@ def recording_with(*names, folder=Path("nowhere")):
 
 @pytest.mark.parametrize(
     ("text", "bounds"),
-    [("3:9", (3, 9)), (":9", (None, 9)), ("3:", (3, None)), (":", (None, None)), ("0:1", (0, 1))],
+    [("3:9", (3, 9)), (":9", (0, 9)), ("3:", (3, 99)), (":", (0, 99)), (None, (0, 99))],
 )
-def test_frame_bounds(text, bounds):
-    assert frame_bounds(text) == bounds
+def test_asked_frames(text, bounds):
+    assert asked_frames(text, 99) == range(*bounds)
 
 
 @pytest.mark.parametrize("text", ["", "3", "a:b", "9:3", "3:3", "-1:4", ":0", "1:2:3", "1.5:3"])
 def test_frames_that_make_no_sense(text):
     with pytest.raises(InputError) as caught:
-        frame_bounds(text)
+        asked_frames(text)
     assert caught.value.where == "--frames"
     assert caught.value.remedy
 

@@ -6,7 +6,7 @@ import subprocess
 import pytest
 
 from stereotrack_core.cli import bench
-from stereotrack_core.experiments.benchmark import correction_speed
+from stereotrack_core.experiments.benchmark import speed
 from stereotrack_core.program import main
 from tests.cli.conftest import WINDOW
 
@@ -15,7 +15,7 @@ pytestmark = pytest.mark.xdist_group("cli")
 
 @pytest.fixture
 def few_sizes(monkeypatch):
-    whole = correction_speed.correction_speed
+    whole = speed.correction_speed
     monkeypatch.setattr(bench, "correction_speed", lambda **kw: whole((8, 32), budget=0.01))
 
 

@@ -132,10 +132,10 @@ def test_tables_say_the_spread_only_where_there_is_one():
     several = dict.fromkeys(MEASURES, Spread(12.345, 12.345))
     single = dict.fromkeys(MEASURES, Spread(12.345))
     rows = (Row("r", "a", 3, 9, several), Row("r", "b", 1, 9, single))
-    table = readable(rows, {}, [0, 1, 2], "What")
+    table = readable(rows, [0, 1, 2], "What")
     assert table.rows[0][2:4] == ("12 ± 12", "12.3 ± 12.3")
     assert table.rows[1][2:4] == ("12", "12.3")
     assert "seeds 0, 1, 2" in table.title
-    columns, lines = in_full(rows, {})
+    columns, lines = in_full(rows)
     assert len(columns) == len(lines[0]) == 4 + 2 * len(MEASURES)
-    assert in_full((), {}) == (["recording", "preset", "seeds", "frames"], [])
+    assert in_full(()) == (["recording", "preset", "seeds", "frames"], [])

@@ -9,9 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stereotrack_core.cli.output import Table, number, put, put_json, put_table, say
+from stereotrack_core.cli.output import put, put_json, put_table, say
 from stereotrack_core.plain_data import plain
 from stereotrack_core.program import main
+from stereotrack_core.recording.csv_table import Table, number
 
 
 @dataclass(frozen=True)

@@ -71,7 +71,7 @@ def failing(monkeypatch, error):
 
     module = SimpleNamespace(DESCRIPTION="", OPTIONS=(), run=fail)
     monkeypatch.setitem(sys.modules, "stereotrack_core.cli.fail", module)
-    command = commands.Command("fail", "fail", "fails")
+    command = commands.Command("fail", "fails")
     monkeypatch.setattr(commands, "COMMANDS", (*commands.COMMANDS, command))
 
 

@@ -37,7 +37,7 @@ def test_the_page_has_all_its_sections(pages):
     page, _ = pages
     assert re.findall(r'<h2 id="([a-z]+)"', page) == list(SECTIONS)
     for words in (
-        "Usable: no inconsistencies", "does not state its uncertainty", "arm segments lost",
+        "Usable: no inconsistencies", "does not state its uncertainty", "over 45 deg off",
         "--like", "stereotrack report", "flagged",
     ):  # fmt: skip
         assert words in page

@@ -15,7 +15,7 @@ from stereotrack_core.atomic import replacing
 from stereotrack_core.cli import sweep
 from stereotrack_core.counting import in_words
 from stereotrack_core.errors import InputError
-from stereotrack_core.experiments.runner.work import do_batch
+from stereotrack_core.experiments.runner.job import do_batch
 from stereotrack_core.experiments.sweep import store
 from stereotrack_core.experiments.sweep.store import (
     SweepPlaces,

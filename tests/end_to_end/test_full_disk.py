@@ -134,7 +134,7 @@ def test_every_module_that_writes_files_is_tried():
         "stereotrack_core.experiments.reproduction.results": "texts of its own",
         "app.features.review.controller": "a text of its own, tests/gui/test_review.py",
     }
-    by_commands = {"stereotrack_core.cli.benchmark", "stereotrack_core.report.run_page"}
+    by_commands = {"stereotrack_core.cli.benchmark", "stereotrack_core.report.pages"}
     text = Path(writers.__file__).read_text(encoding="utf-8")
     tried = {*re.findall(r"^from (\S+) import", text, re.MULTILINE), *by_commands, *elsewhere}
     assert modules_that_write() - tried == set()

@@ -129,7 +129,7 @@ def _sweep(name: str) -> str:
 
 def _benchmark(name: str) -> str:
     row = Row(name, name, 1, 3, {"lost": Spread(-1.5)})
-    return csv_text(*in_full([row], {}))
+    return csv_text(*in_full([row]))
 
 
 def _statistics(name: str) -> str:

@@ -21,8 +21,14 @@ from stereotrack_core.evaluation.episodes.export import film_of, write_strips
 from stereotrack_core.evaluation.episodes.find import Subject as JudgedRun
 from stereotrack_core.evaluation.episodes.find import find_episodes
 from stereotrack_core.evaluation.joint_angles.series import angles_of_run
-from stereotrack_core.experiments.sweep.picture import draw_curves, draw_heat
-from stereotrack_core.experiments.sweep.table import axis_of, curves_of, heat_of, table_of_cells
+from stereotrack_core.experiments.sweep.table import (
+    axis_of,
+    curves_of,
+    draw_curves,
+    draw_heat,
+    heat_of,
+    table_of_cells,
+)
 from stereotrack_core.interop.bvh import write_bvh
 from stereotrack_core.interop.c3d import write_c3d
 from stereotrack_core.interop.coco import write_coco

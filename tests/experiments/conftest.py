@@ -8,7 +8,7 @@ import pytest
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.cli.sweep import text_of
-from stereotrack_core.experiments.sweep.plan import Planner
+from stereotrack_core.experiments.sweep.plan import SweepPlan
 from stereotrack_core.experiments.sweep.points import SweepRequest
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.tracking.presets import preset
@@ -49,7 +49,7 @@ def plan(cones):
             seeds=",".join(map(str, seeds)),
             **{"preset": "fast", "frames": "0:4", "init": "tpose", **more},
         )
-        return Planner((recording,), request).jobs(points)
+        return SweepPlan(request, (recording,)).jobs_of(points)
 
     return jobs
 

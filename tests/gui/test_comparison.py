@@ -79,9 +79,9 @@ def test_the_panel_says_what_the_command_line_says(truth):
     assert len(found.rows) == len(core.pairs[0].measures)
     for row, measure in zip(found.rows, core.pairs[0].measures, strict=True):
         first, second = row.cells
-        assert (first.value, second.value) == (measure.paired.first, measure.paired.second)
-        assert second.difference == measure.paired.difference
-        assert second.differs == measure.paired.differs
+        assert (first.value, second.value) == (measure.first_mean, measure.second_mean)
+        assert second.difference == measure.difference
+        assert second.differs == measure.differs
     rows = {row.label: row.cells[1] for row in found.rows}
     assert rows["forearms [°]"].verdict.startswith("b is better by ")
     assert "consecutive frames" in found.how

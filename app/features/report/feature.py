@@ -8,8 +8,8 @@ from pathlib import Path
 from PySide6.QtCore import QObject, QUrl
 from PySide6.QtGui import QDesktopServices
 
+from stereotrack_core.report.pages import repeat_command, write_page, write_pdf
 from stereotrack_core.report.reported import Source, gathered
-from stereotrack_core.report.run_page import repeat_command, write_page, write_pdf
 
 from ...context import Context
 from ...services.actions import Menu

@@ -11,16 +11,16 @@ from PySide6.QtGui import QColor
 
 from stereotrack_core.arrays import ImageArray
 from stereotrack_core.counting import counted
+from stereotrack_core.evaluation.episodes.drawing import Paper
 from stereotrack_core.evaluation.episodes.episode import (
     CAUSE_WORDS,
     FOUND_WORDS,
     Episode,
-    agreement,
+    agreement_of,
 )
 from stereotrack_core.evaluation.episodes.export import evidence_picture, film_of, write_strips
 from stereotrack_core.evaluation.episodes.find import Subject
 from stereotrack_core.evaluation.episodes.stretches import EpisodeRules
-from stereotrack_core.evaluation.episodes.strip import Paper
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.reader import FrameReader
 
@@ -274,13 +274,7 @@ class EpisodeController(QObject):
             else (f"{len(every)} failure{'s' if len(every) != 1 else ''}")
         )
         if found.subject.reference is not None:
-            agreed = agreement(
-                [e for e in every if e.found == "truth"], [e for e in every if e.found == "signs"]
-            )
-            words += (
-                f"; detection without the reference finds {agreed.found} of {agreed.true} true "
-                f"failures, and {agreed.right} of its {agreed.called} detections are true"
-            )
+            words += f"; {agreement_of(every).words}"
         if self.presenter.looking:
             words += "; images are being analysed for causes"
         return f"{words}."

@@ -11,8 +11,12 @@ import numpy as np
 
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.evaluation.joint_angles.definitions import ANGLES
-from stereotrack_core.evaluation.joint_angles.motion import Motion, motion_of
-from stereotrack_core.evaluation.joint_angles.ranges import AngleRange, stretch_motion
+from stereotrack_core.evaluation.joint_angles.motion import (
+    AngleRange,
+    Motion,
+    motion_of,
+    stretch_motion,
+)
 from stereotrack_core.evaluation.joint_angles.series import (
     JointAngles,
     angles_of_reference,

@@ -21,14 +21,16 @@ from PySide6.QtWidgets import (
 from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
 from stereotrack_core.experiments.measures import measure_named
-from stereotrack_core.experiments.sweep.picture import draw_curves, draw_heat, words_of
 from stereotrack_core.experiments.sweep.points import SPECIAL
 from stereotrack_core.experiments.sweep.table import (
     SweepTable,
     axis_of,
     curves_of,
+    draw_curves,
+    draw_heat,
     heat_of,
     table_of_cells,
+    words_of,
 )
 from stereotrack_core.recording.csv_table import read_csv_table
 

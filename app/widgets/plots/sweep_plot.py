@@ -12,8 +12,7 @@ from PySide6.QtCore import QSize, Qt, Signal
 from PySide6.QtGui import QColor, QFont
 from PySide6.QtWidgets import QStackedWidget, QWidget
 
-from stereotrack_core.experiments.sweep.picture import words_of
-from stereotrack_core.experiments.sweep.table import Axis, Curve, Heat, best_cell
+from stereotrack_core.experiments.sweep.table import Axis, Curve, Heat, best_cell, words_of
 
 from ..style.building import shortened, vbox
 from ..style.theme import Dressed, current_theme

@@ -29,96 +29,47 @@ from stereotrack_core.recording.landmarks import LandmarkTrajectory
 
 
 @dataclass(frozen=True, eq=False)
-class MeasuredSeries:
-    """A measure of one run, frame by frame; less is better.
-
-    Attributes
-    ----------
-    name : str
-        As :class:`evaluation.summary.Measure` has it; ``lost``, ``unexplained`` or
-        ``not_tracked`` besides.
-    label : str
-        Name for people.
-    unit : str
-        Of the series: ``mm``, ``deg`` or ``%``.
-    """
-
-    name: str
-    label: str
-    unit: str
-    series: Series
-
-
-@dataclass(frozen=True, eq=False)
 class Candidate:
-    """What is compared: a run, or landmarks alone.
-
-    Attributes
-    ----------
-    unexplained_fraction : (F,) float64 or None
-        Share of the cloud that the model does not explain, where the run says it.
-    """
+    """What is compared: a run, or landmarks alone."""
 
     name: str
     trajectory: LandmarkTrajectory
     unexplained_fraction: FloatArray | None = None
-
-
-@dataclass(frozen=True)
-class MeasuredDifference:
-    """One measure of two runs; see :class:`measures.MeasuredSeries`."""
-
-    name: str
-    label: str
-    unit: str
-    paired: Paired
+    """(F,). Share of the cloud that the model does not explain, where the run says it."""
 
 
 @dataclass(frozen=True)
 class Pair:
-    """A run beside the first one.
-
-    Attributes
-    ----------
-    first, second : str
-        Names of the runs.
-    measures : tuple of MeasuredDifference
-        Errors, where there is a reference; then what the runs say about themselves.
-    apart : Summary
-        How far the runs are from each other, over what both know.
-    """
+    """A run beside the first one."""
 
     first: str
     second: str
-    measures: tuple[MeasuredDifference, ...]
+    """`first` and `second`: names of the runs."""
+    measures: tuple[Paired, ...]
+    """Errors, where there is a reference; then what the runs say about themselves."""
     apart: Summary
+    """How far the runs are from each other, over what both know."""
 
-    def measure(self, name: str) -> MeasuredDifference:
+    def measure(self, name: str) -> Paired:
         """The measure of that name; KeyError where there is none."""
-        return {measure.name: measure for measure in self.measures}[name]
+        return {one.measure.name: one for one in self.measures}[name]
 
 
 @dataclass(frozen=True, eq=False)
 class Comparison:
-    """Runs beside the first one.
-
-    Attributes
-    ----------
-    frames : (F,) int64
-        That all of them have and, where there is a reference, it knows.
-    pairs : tuple of Pair
-        The first run with each of the others.
-    """
+    """Runs beside the first one."""
 
     names: tuple[str, ...]
     frames: IntArray
+    """(F,). That all of them have and, where there is a reference, it knows."""
     against_reference: bool
     pairs: tuple[Pair, ...]
+    """The first run with each of the others."""
 
     @property
     def blocks(self) -> tuple[int, int]:
         """Length of the shortest and of the longest blocks that an interval was made from."""
-        lengths = [m.paired.block for pair in self.pairs for m in pair.measures if m.paired.enough]
+        lengths = [one.block_frames for pair in self.pairs for one in pair.measures if one.enough]
         return (min(lengths), max(lengths)) if lengths else (0, 0)
 
 
@@ -127,21 +78,10 @@ def compare(
     reference: LandmarkTrajectory | None,
     frames: range | None = None,
 ) -> Comparison:
-    """Compare the first run with each of the others.
+    """Compare the first run with each of the others over the frames that all of them have.
 
-    Parameters
-    ----------
-    candidates : sequence of Candidate
-        Two or more.
-    reference : LandmarkTrajectory or None
-        Taken as truth; without it the runs are compared with each other alone.
-    frames : range, optional
-        Only these.
-
-    Raises
-    ------
-    InputError
-        Where there is but one run, or no frame that all of them have.
+    Without a reference, which is taken as truth, they are compared with each other alone. Raises
+    InputError where there is but one run, or no frame that all of them have.
     """
     if len(candidates) < 2:
         raise InputError("there is only one run to compare", remedy="Give at least two runs.")
@@ -188,7 +128,7 @@ def compare_segments(
 
 def measured(
     candidate: Candidate, reference: LandmarkTrajectory | None, frames: range | None = None
-) -> tuple[MeasuredSeries, ...]:
+) -> tuple[Series, ...]:
     """The measures of one run alone, frame by frame; empty where no frame is left."""
     shared = shared_frames((candidate,), reference, frames)
     if not len(shared):
@@ -227,7 +167,7 @@ def _truth_at(reference: LandmarkTrajectory | None, frames: IntArray) -> Landmar
     return LandmarkTrajectory(frames, points_at(reference, frames))
 
 
-def _measures(candidate: Candidate, truth: LandmarkTrajectory | None) -> tuple[MeasuredSeries, ...]:
+def _measures(candidate: Candidate, truth: LandmarkTrajectory | None) -> tuple[Series, ...]:
     """Errors as ``evaluate`` prints them, where there is truth; then what the run itself says."""
     rows: list[tuple[str, str, str, FloatArray]] = []
     if truth is not None:
@@ -241,22 +181,13 @@ def _measures(candidate: Candidate, truth: LandmarkTrajectory | None) -> tuple[M
         rows.append(("unexplained", "unexplained fraction", "%", unexplained))
     known = np.isfinite(candidate.trajectory.points).any(axis=(1, 2))
     rows.append(("not_tracked", "frames not tracked", "%", np.where(known, 0.0, 100.0)))
-    return tuple(
-        MeasuredSeries(name, label, unit, Series.of(values)) for name, label, unit, values in rows
-    )
+    return tuple(Series.of(values, *measure) for *measure, values in rows)
 
 
-def _differences(
-    first: Sequence[MeasuredSeries], second: Sequence[MeasuredSeries]
-) -> tuple[MeasuredDifference, ...]:
-    others = {measure.name: measure for measure in second}
-    return tuple(
-        MeasuredDifference(
-            own.name, own.label, own.unit, paired(own.series, others[own.name].series)
-        )
-        for own in first
-        if own.name in others
-    )
+def _differences(first: Sequence[Series], second: Sequence[Series]) -> tuple[Paired, ...]:
+    others = {one.measure.name: one for one in second}
+    own = [one for one in first if one.measure.name in others]
+    return tuple(paired(one, others[one.measure.name]) for one in own)
 
 
 def _apart(first: LandmarkTrajectory, second: LandmarkTrajectory) -> Summary:
@@ -271,14 +202,13 @@ _UNITS = {"%": "percentage points"}
 _DIGITS = 1
 
 
-def verdict(measure: MeasuredDifference, first: str, second: str) -> str:
+def verdict(found: Paired, first: str, second: str) -> str:
     """``B is better by 1.2 deg (0.8 to 1.6)``, or why nothing can be said."""
-    found = measure.paired
     if not found.frames:
         return "not known for both"
-    if found.better == 0.0 and found.worse == 0.0:
+    if found.better_percent == 0.0 and found.worse_percent == 0.0:
         return "equal in every frame"
-    unit = _UNITS.get(measure.unit, measure.unit)
+    unit = _UNITS.get(found.measure.unit, found.measure.unit)
     winner = second if found.difference < 0 else first
     by = magnitude(abs(found.difference))
     if not found.enough:

@@ -43,29 +43,32 @@ _SEARCHED = 5.0
 doi:10.1007/978-1-4899-0319-8_6)."""
 
 
+@dataclass(frozen=True)
+class Measured:
+    """What is measured: its key, its name for people, and its unit ``mm``, ``deg`` or ``%``."""
+
+    name: str = ""
+    label: str = ""
+    unit: str = ""
+
+
 @dataclass(frozen=True, eq=False)
 class Series:
-    """A measure frame by frame; F frames. Its mean is the sum of `total` by that of `weight`.
-
-    Attributes
-    ----------
-    total : (F,) float64
-        Sum of what was measured in the frame: of two arms, for example.
-    weight : (F,) float64
-        How many values that are; 0 where nothing was measured.
-    """
+    """A measure of which less is better, frame by frame; its mean is `total` by `weight`."""
 
     total: FloatArray
+    """(F,). Sum of what was measured in the frame: of two arms, for example."""
     weight: FloatArray
+    """(F,). How many values that are; 0 where nothing was measured."""
+    measure: Measured = Measured()
 
     @staticmethod
-    def of(values: FloatArray) -> Series:
-        """From values (F,) or (F, k); NaN is not known."""
+    def of(values: FloatArray, *measure: str) -> Series:
+        """From values (F,) or (F, k), NaN where not known, and name, label and unit."""
         columns = values.reshape(len(values), -1)
         known = ~np.isnan(columns)
-        return Series(
-            np.where(known, columns, 0.0).sum(axis=1), known.sum(axis=1).astype(np.float64)
-        )
+        total, weight = np.where(known, columns, 0.0).sum(axis=1), known.sum(axis=1)
+        return Series(total, weight.astype(np.float64), Measured(*measure))
 
     def mean(self, frames: BoolArray) -> float:
         """Mean over some frames; NaN where nothing was measured in any."""
@@ -75,40 +78,30 @@ class Series:
 
 @dataclass(frozen=True)
 class Paired:
-    """How a second series differs from a first one over the frames in which both are known.
+    """How a second series differs from a first one over the frames in which both are known."""
 
-    Attributes
-    ----------
-    frames : int
-        In which both are known.
-    first, second : float
-        Means over these frames.
-    difference : float
-        `second` - `first`.
-    low, high : float
-        95 % interval of the difference; NaN where there are too few independent frames.
-    better, worse : float
-        Share (0 to 1) of these frames in which the second is less, and in which it is more.
-    p : float
-        Of Wilcoxon's signed-rank test on the means of blocks, two-sided; NaN where there are
-        fewer than six.
-    block : int
-        Length of a block, frames.
-    independent : float
-        So many independent frames would be as good as these.
-    """
-
-    frames: int
-    first: float
-    second: float
-    difference: float
-    low: float
-    high: float
-    better: float
-    worse: float
-    p: float
-    block: int
-    independent: float
+    measure: Measured
+    first_mean: float = math.nan
+    second_mean: float = math.nan
+    difference: float = math.nan
+    """`second_mean` - `first_mean`."""
+    low: float = math.nan
+    high: float = math.nan
+    """`low` and `high`: 95 % interval of the difference; NaN where there are too few independent
+    frames."""
+    better_percent: float = math.nan
+    worse_percent: float = math.nan
+    """`better_percent` and `worse_percent`: frames in which the second is less, and in which it is
+    more."""
+    p: float = math.nan
+    """Of Wilcoxon's signed-rank test on the means of blocks, two-sided; NaN where there are fewer
+    than six."""
+    frames: int = 0
+    """In which both are known."""
+    block_frames: int = 0
+    """Length of a block."""
+    independent_frames: float = 0.0
+    """So many independent frames would be as good as these."""
 
     @property
     def enough(self) -> bool:
@@ -126,8 +119,7 @@ def paired(first: Series, second: Series) -> Paired:
     known: BoolArray = (first.weight > 0) & (second.weight > 0)
     frames = int(known.sum())
     if not frames:
-        nan = math.nan
-        return Paired(0, nan, nan, nan, nan, nan, nan, nan, nan, 0, 0.0)
+        return Paired(first.measure)
     means = first.mean(known), second.mean(known)
     each = second.total[known] / second.weight[known] - first.total[known] / first.weight[known]
     weight = (first.weight[known] + second.weight[known]) / 2.0
@@ -138,17 +130,18 @@ def paired(first: Series, second: Series) -> Paired:
         low, high = interval(each, weight, block)
         p = _tested(each, weight, block)
     return Paired(
-        frames=frames,
-        first=means[0],
-        second=means[1],
+        first.measure,
+        first_mean=means[0],
+        second_mean=means[1],
         difference=means[1] - means[0],
         low=low,
         high=high,
-        better=float(np.mean(each < 0)),
-        worse=float(np.mean(each > 0)),
+        better_percent=100.0 * float(np.mean(each < 0)),
+        worse_percent=100.0 * float(np.mean(each > 0)),
         p=p,
-        block=block,
-        independent=independent,
+        frames=frames,
+        block_frames=block,
+        independent_frames=independent,
     )
 
 

@@ -14,6 +14,7 @@ from stereotrack_core.evaluation.circumstances import limb_ends
 from stereotrack_core.evaluation.episodes.episode import UNCLEAR, Cause, Episode, Evidence, Verdict
 from stereotrack_core.evaluation.episodes.looks import Look
 from stereotrack_core.evaluation.episodes.stretches import turns
+from stereotrack_core.evaluation.errors import points_at
 from stereotrack_core.geometry.triangulation import segment_distance
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.tracking.frame import Run
@@ -111,31 +112,21 @@ _FIRST = 0.3
 
 @dataclass(frozen=True, eq=False)
 class Whereabouts:
-    """Where the limbs were in the frames of a run, as far as it can be known.
-
-    Attributes
-    ----------
-    frame : (F,) int64
-    points : (F, 9, 3) float64
-        The reference's landmarks where it knows them all, else the run's.
-    true : (F,) bool
-        Whether they are the reference's.
-    begun : int
-        First frame that is tracked.
-    """
+    """Where the limbs were in the frames of a run, as far as it can be known."""
 
     frame: IntArray
+    """(F,)."""
     points: FloatArray
+    """(F, 9, 3). The reference's landmarks where it knows them all, else the run's."""
     true: BoolArray
+    """(F,). Whether they are the reference's."""
     fps: float
     begun: int
+    """First frame that is tracked."""
 
     def at(self, frames: IntArray) -> FloatArray:
         """Landmarks (n, 9, 3) of some frames; NaN where the run has none of them."""
-        place = np.clip(np.searchsorted(self.frame, frames), 0, max(len(self.frame) - 1, 0))
-        result: FloatArray = self.points[place].copy()
-        result[self.frame[place] != frames] = np.nan
-        return result
+        return points_at(LandmarkTrajectory(self.frame, self.points), frames)
 
 
 def whereabouts(run: Run, fps: float, reference: LandmarkTrajectory | None) -> Whereabouts:
@@ -176,7 +167,7 @@ def _near(away: FloatArray, frame: IntArray, limit: float) -> tuple[float, float
 
 
 def _crossing(where: Whereabouts, inside: BoolArray, arms: list[int]) -> list[Evidence]:
-    away = to_other_arm(where.points[inside])[:, arms].min(axis=1, initial=np.inf)
+    away = _to_other_arm(where.points[inside])[:, arms].min(axis=1, initial=np.inf)
     share, least, frame = _near(away, where.frame[inside], CROSSED)
     if share <= 0.0:
         return []
@@ -190,7 +181,7 @@ def _crossing(where: Whereabouts, inside: BoolArray, arms: list[int]) -> list[Ev
 def _beside_torso(
     where: Whereabouts, inside: BoolArray, arms: list[int], crossing: float
 ) -> list[Evidence]:
-    away = to_torso(where.points[inside])[:, arms].min(axis=1, initial=np.inf)
+    away = _to_torso(where.points[inside])[:, arms].min(axis=1, initial=np.inf)
     share, least, frame = _near(away, where.frame[inside], BESIDE_TORSO)
     words = (
         f"{100.0 * least:.0f} cm from the centre of the torso in frame {frame}, close to it in "
@@ -247,13 +238,7 @@ _MISFIT, _WIDE_MISFIT = 0.015, 0.035
 def look_evidence(
     episode: Episode, views: Sequence[str], inside: Sequence[Look], usual: Sequence[Look]
 ) -> list[Evidence]:
-    """Evidence from looks at frames of an episode, against frames of the run outside of any.
-
-    Parameters
-    ----------
-    views : sequence of str
-        In the order of the looks' rows.
-    """
+    """Evidence from looks at frames of an episode, against frames of the run outside of any."""
     if not inside:
         return []
     limbs = [LIMBS.index(limb) for limb in episode.limbs]
@@ -358,7 +343,7 @@ _BESIDE = 0.35
 """Share of an upper arm, from the shoulder, that is always near the torso."""
 
 
-def to_other_arm(points: FloatArray) -> FloatArray:
+def _to_other_arm(points: FloatArray) -> FloatArray:
     """Least distance (F, 6) of each arm's limb to the other arm's forearm, metres.
 
     Forearms are measured to the whole other arm. NaN for torso and head.
@@ -377,7 +362,7 @@ def to_other_arm(points: FloatArray) -> FloatArray:
     return result
 
 
-def to_torso(points: FloatArray) -> FloatArray:
+def _to_torso(points: FloatArray) -> FloatArray:
     """Least distance (F, 6) of each arm's limb to the middle of the torso, metres.
 
     The torso is the line from the middle of the hips to that of the shoulders; of an upper arm

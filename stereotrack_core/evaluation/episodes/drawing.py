@@ -1,8 +1,9 @@
-"""The model and texts drawn over a picture of a view, without a window."""
+"""The model and texts drawn over pictures of views, without a window; a strip of such pictures."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -13,17 +14,18 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
-from stereotrack_core.arrays import FloatArray, ImageArray
+from stereotrack_core.arrays import FloatArray, ImageArray, IntArray
 from stereotrack_core.body.limbs import LIMBS
-from stereotrack_core.body.mesh import PartMesh
-from stereotrack_core.body.model import BodyModel, placed_cones
-from stereotrack_core.body.pose import Pose
-from stereotrack_core.body.sampling import segment_blocked
-from stereotrack_core.body.skeleton import LIMB_OF_PART
+from stereotrack_core.body.mesh import PartMesh, body_mesh
+from stereotrack_core.body.model import landmarks
+from stereotrack_core.errors import InputError
+from stereotrack_core.evaluation.circumstances import limb_ends, seen_shares
+from stereotrack_core.evaluation.errors import errors_against, points_at
 from stereotrack_core.evaluation.limb_colours import limb_bgr
 from stereotrack_core.geometry.camera import Camera
-from stereotrack_core.recording.description import Recording
-from stereotrack_core.recording.landmarks import LANDMARKS, SKELETON
+from stereotrack_core.recording.description import Recording, View
+from stereotrack_core.recording.landmarks import LANDMARKS, SKELETON, LandmarkTrajectory
+from stereotrack_core.recording.reader import FrameReader, FrameSet
 from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.stored import body_of_run, pose_of_run
 
@@ -36,22 +38,16 @@ _DARK, _LIGHT = (25, 25, 25), (255, 255, 255)
 
 @dataclass(frozen=True)
 class Window:
-    """A part of a picture and the size at which it is shown.
-
-    Attributes
-    ----------
-    left, top : float, pixels of the picture
-    scale : float
-        Pixels shown for a pixel of the picture.
-    width, height : int, pixels
-        As shown.
-    """
+    """A part of a picture and the size at which it is shown."""
 
     left: float
     top: float
+    """`left` and `top`: pixels of the picture."""
     scale: float
+    """Pixels shown for a pixel of the picture."""
     width: int
     height: int
+    """`width` and `height`: pixels. As shown."""
 
     def cut(self, image: ImageArray) -> ImageArray:
         """The part of a picture (H, W) or (H, W, 3), as (height, width, 3) BGR."""
@@ -82,16 +78,10 @@ def draw_body(
     meshes: Sequence[PartMesh],
     thick: Sequence[str] = (),
 ) -> None:
-    """Draw a body's outline, limb by limb, into a picture, in place.
+    """Draw a body's outline, limb by limb, into a picture (H, W, 3) BGR, in place.
 
-    Parameters
-    ----------
-    picture : (H, W, 3) uint8, BGR
-        As cut out by the window.
-    meshes : sequence of PartMesh
-        See :func:`body_mesh`.
-    thick : sequence of str
-        Limbs with a broader line.
+    The picture is as the window has cut it out; see :func:`body_mesh` for the meshes. Limbs that
+    are thick have a broader line.
     """
     shapes = _silhouettes(camera, window, meshes)
     for limb in dict.fromkeys(limb for limb, _ in shapes):
@@ -179,53 +169,238 @@ def _font(size: float, bold: bool) -> ImageFont.FreeTypeFont:
     return ImageFont.truetype(place, size, layout_engine=ImageFont.Layout.BASIC)
 
 
-_ALONG = np.linspace(0.15, 0.95, 5)
-
-
 def best_view(
     recording: Recording, run: Run, frames: Sequence[int], limbs: Sequence[str] = ()
 ) -> str:
     """Name of the view in which some limbs are seen best; the first one where nothing tells.
 
-    A limb counts with the length at which it appears where it is inside the picture and no other
-    part of the body stands before it.
-
-    Parameters
-    ----------
-    limbs : sequence of str
-        Names in ``LIMBS``; both arms where not given.
+    A limb counts with the length at which it appears times the share of it that the view sees: what
+    is inside the picture and has no other part of the body before it. Both arms count where no
+    limbs, names in ``LIMBS``, are given.
     """
     wanted = [LIMBS.index(limb) for limb in (limbs or LIMBS[2:])]
     body = body_of_run(run)
-    places = [int(i) for i in np.flatnonzero(np.isin(run.frame, np.asarray(frames)))]
-    poses = [pose for i in places if (pose := pose_of_run(run, i)) is not None]
-    best, most = recording.views[0].name, -1.0
-    for view in recording.views:
-        camera = recording.reference_camera(view)
-        seen = sum(np.prod(seen_shares(camera, body, pose), axis=0)[wanted].sum() for pose in poses)
-        if seen > most + 1e-9:
-            best, most = view.name, float(seen)
-    return best
+    cameras = [recording.reference_camera(view) for view in recording.views]
+    seen = np.zeros(len(cameras))
+    for i in np.flatnonzero(np.isin(run.frame, np.asarray(frames))):
+        pose = pose_of_run(run, int(i))
+        if pose is not None:
+            ends = limb_ends(landmarks(body, pose)[None])[0]
+            spans = [np.diff(camera.project(ends), axis=1)[:, 0] for camera in cameras]
+            lengths = np.nan_to_num(np.linalg.norm(spans, axis=-1))
+            seen += (seen_shares(body, pose, cameras) * lengths)[:, wanted].sum(axis=1)
+    return recording.views[int(np.argmax(seen))].name
 
 
-def seen_shares(camera: Camera, body: BodyModel, pose: Pose) -> tuple[FloatArray, FloatArray]:
-    """Share of each limb's axis (6,), 0 to 1, that nothing hides from a camera, and its length.
+_STRIP_HEIGHT, _GAP, _BORDER = 300, 6, 10
+_TEXT, _LINE = 15.0, 22
+_ROOM = 0.25
+"""Metres around the person's landmarks that are shown as well."""
 
-    Places outside of the picture count as hidden. Lengths (6,) are in pixels; 0 where the limb is
-    not wholly in front of the camera.
+_CORNERS = np.array([[1.0, 1.0, 1.0], [1.0, -1.0, 0.0], [-1.0, 1.0, 0.0], [-1.0, -1.0, 0.5]])
+_SMALLEST = 8.0
+"""Pixels that a person covers at least."""
+
+
+@dataclass(frozen=True)
+class Paper:
+    """Colours (blue, green, red) around pictures: of paper, words, and less important words."""
+
+    ground: tuple[int, int, int]
+    ink: tuple[int, int, int]
+    faint: tuple[int, int, int]
+
+    def sheet(self, height: int, width: int) -> ImageArray:
+        """Empty paper (height, width, 3)."""
+        empty: ImageArray = np.full((height, width, 3), self.ground, dtype=np.uint8)
+        return empty
+
+
+WHITE = Paper((255, 255, 255), (20, 20, 20), (90, 90, 90))
+
+
+def evenly(first: int, last: int, count: int) -> list[int]:
+    """At most `count` frames spread evenly from the first to the last one, both included."""
+    spread = np.round(np.linspace(first, last, max(1, count))).astype(int)
+    return [int(frame) for frame in np.unique(spread)]
+
+
+@dataclass(frozen=True, eq=False)
+class Shown:
+    """What pictures of a run show."""
+
+    recording: Recording
+    run: Run
+    limbs: Sequence[str] = ()
+    """Limbs whose errors stand with each frame and whose outlines are broader; both arms where
+    there are none, of which the worst one is written then."""
+    reference: LandmarkTrajectory | None = None
+    """Drawn dashed, and errors are measured against it; without it
+    what the run says itself is written: the probability that the limb is lost."""
+
+    def pictures(
+        self, images: FrameSet, view: View, window: Window
+    ) -> tuple[ImageArray, ImageArray]:
+        """A view of a frame as a window shows it, upright: as it is, and with body and reference.
+
+        Grey where the view has no picture.
+        """
+        camera, seen = self.recording.reference_camera(view), images.views.get(view.name)
+        plain = np.full((window.height, window.width, 3), 60, dtype=np.uint8)
+        if seen is not None:
+            plain = window.cut(seen.image)
+        drawn = plain.copy()
+        draw_body(drawn, camera, window, _meshes_at(self.run, images.index), thick=self.limbs)
+        if self.reference is not None:
+            truth = points_at(self.reference, np.array([images.index]))[0]
+            draw_reference(drawn, camera, window, truth)
+        turns = -(view.display_rotation // 90)
+        upright = (np.ascontiguousarray(np.rot90(one, turns)) for one in (plain, drawn))
+        return next(upright), next(upright)
+
+    def captions(self, frames: Sequence[int]) -> list[tuple[str, ...]]:
+        """What stands with each frame: its number, then the limbs' errors or what the run says."""
+        limbs, unit = self._values(np.asarray(frames, dtype=np.int64))
+        captions = []
+        for i, frame in enumerate(frames):
+            known = {limb: value[i] for limb, value in limbs.items() if np.isfinite(value[i])}
+            if not self.limbs and known:
+                worst = max(known, key=lambda limb: known[limb])
+                known = {worst: known[worst]}
+            lines = [f"{limb.replace('_', ' ')} {value:.0f}{unit}" for limb, value in known.items()]
+            captions.append((f"frame {frame}", *(lines or ["unknown"])))
+        return captions
+
+    def _values(self, frames: IntArray) -> tuple[dict[str, FloatArray], str]:
+        """Error of each limb in degrees; without a reference how likely it is lost."""
+        named = tuple(self.limbs) or tuple(limb for limb in LIMBS if limb != "head")
+        if self.reference is None:
+            known, unit = self.run.frame, " % lost"
+            values = {one: 100.0 * self.run.limb_lost[:, LIMBS.index(one)] for one in named}
+        else:
+            errors, unit = errors_against(self.run.trajectory(), self.reference), "°"
+            known = errors.frame
+            values = {one: np.degrees(errors.of_limb(one)) for one in named}
+        result = {limb: np.full(len(frames), np.nan) for limb in named}
+        for i, frame in enumerate(frames):
+            for place in np.flatnonzero(known == frame):
+                for limb in named:
+                    result[limb][i] = values[limb][place]
+        return result, unit
+
+
+def picture_strip(
+    shown: Shown,
+    frames: Sequence[int],
+    view: str | None = None,
+    *,
+    reader: FrameReader | None = None,
+    height: int = _STRIP_HEIGHT,
+    paper: Paper = WHITE,
+) -> ImageArray:
+    """Pictures (H, W, 3) BGR of a view beside each other, below them with the model, and numbers.
+
+    From left to right they show the frames, each so many pixels high, in the view that shows the
+    limbs best where none is named. Raises InputError for no frames, a view that is not there, or
+    frames that the recording has not.
     """
-    frames = body.frames(pose)
-    placed = placed_cones(body, frames)
-    shares, lengths = np.zeros(len(LIMBS)), np.zeros(len(LIMBS))
-    for limb in range(len(LIMBS)):
-        axis = body.skeleton.lengths[limb] * frames.rotations[limb, :, 2]
-        places = frames.origins[limb] + _ALONG[:, None] * axis
-        pixels = camera.project(places)
-        if not np.isfinite(pixels).all():
-            continue
-        inside = (pixels >= 0).all(axis=1) & (pixels < (camera.width, camera.height)).all(axis=1)
-        others = placed[LIMB_OF_PART[body.cones.part] != limb]
-        hidden = segment_blocked(places, camera.position_world, others)
-        shares[limb] = float((inside & ~hidden).mean())
-        lengths[limb] = float(np.linalg.norm(pixels[-1] - pixels[0]))
-    return shares, lengths
+    check_frames(frames)
+    recording, run = shown.recording, shown.run
+    chosen = _view(recording, view or best_view(recording, run, frames, shown.limbs))
+    window = person_window(recording.reference_camera(chosen), run, frames, height)
+    with ExitStack() as opened:
+        own = reader or opened.enter_context(FrameReader(recording, views=[chosen.name]))
+        sets = [own.frame_set(int(frame)) for frame in frames]
+    columns = [
+        _column(shown.pictures(images, chosen, window), lines, paper)
+        for images, lines in zip(sets, shown.captions(frames), strict=True)
+    ]
+    return _beside(columns, f"view {chosen.name}", paper)
+
+
+def check_frames(frames: Sequence[int]) -> None:
+    """Refuse to show nothing with InputError."""
+    if not len(frames):
+        raise InputError(
+            "there are no frames to show", where="frames", remedy="Select at least one."
+        )
+
+
+def _meshes_at(run: Run, frame: int) -> tuple[PartMesh, ...]:
+    """The body's surface in a frame; empty where the run has no pose of it."""
+    for i in np.flatnonzero(run.frame == frame):
+        pose = pose_of_run(run, int(i))
+        if pose is not None:
+            return body_mesh(body_of_run(run), pose)
+    return ()
+
+
+def person_window(
+    camera: Camera, run: Run, frames: Sequence[int], height: int, aspect: float | None = None
+) -> Window:
+    """Part of the picture in which a run has the person in all these frames.
+
+    The whole picture where the run knows the person in none of them.
+
+    Parameters
+    ----------
+    height : int, pixels
+        At which the part is shown.
+    aspect : float, optional
+        Width over height, reached by showing more of the picture, and what is beyond it.
+    """
+    points = run.landmarks[np.isin(run.frame, np.asarray(frames))].reshape(-1, 3)
+    points = points[np.isfinite(points).all(axis=1)]
+    pixels = camera.project((points[:, None] + _ROOM * _CORNERS).reshape(-1, 3))
+    pixels = pixels[np.isfinite(pixels).all(axis=1)]
+    size = np.array([camera.width, camera.height], dtype=np.float64)
+    if not len(pixels):
+        return whole_window(camera, height)
+    low, high = np.clip(pixels.min(axis=0), 0, size), np.clip(pixels.max(axis=0), 0, size)
+    if (high - low < _SMALLEST).any():
+        return whole_window(camera, height)
+    if aspect is not None:
+        middle, across = 0.5 * (low + high), high - low
+        wanted = np.maximum(across, (across[1] * aspect, across[0] / aspect))
+        low, high = middle - 0.5 * wanted, middle + 0.5 * wanted
+    scale = height / (high[1] - low[1])
+    width = max(1, round(float(scale * (high[0] - low[0]))))
+    return Window(float(low[0]), float(low[1]), float(scale), width, height)
+
+
+def _view(recording: Recording, name: str) -> View:
+    try:
+        return recording.view(name)
+    except KeyError:
+        known = ", ".join(view.name for view in recording.views)
+        raise InputError(
+            f"there is no view {name!r}", where=recording.name, remedy=f"Available views: {known}."
+        ) from None
+
+
+def _column(pictures: Sequence[ImageArray], lines: Sequence[str], paper: Paper) -> ImageArray:
+    """Pictures above each other, with lines of text below."""
+    widest = max(text_width(line, _TEXT, bold=i == 0) for i, line in enumerate(lines))
+    width = max(pictures[0].shape[1], int(np.ceil(widest)) + 4)
+    text = paper.sheet(_LINE * len(lines) + _GAP, width)
+    for i, line in enumerate(lines):
+        place = width / 2, _LINE * (i + 1) - 4
+        write(text, line, place, _TEXT, paper.ink, bold=i == 0, middle=True)
+    rows = []
+    for picture in pictures:
+        row, left = paper.sheet(len(picture), width), (width - picture.shape[1]) // 2
+        row[:, left : left + picture.shape[1]] = picture
+        rows += [row, paper.sheet(_GAP, width)]
+    return np.vstack([*rows[:-1], text])
+
+
+def _beside(columns: Sequence[ImageArray], title: str, paper: Paper) -> ImageArray:
+    height = max(len(column) for column in columns)
+    width = sum(column.shape[1] + _GAP for column in columns) - _GAP
+    sheet = paper.sheet(height + _LINE + 2 * _BORDER, width + 2 * _BORDER)
+    write(sheet, title, (_BORDER, _BORDER + _LINE - 7), _TEXT - 2, paper.faint)
+    left, top = _BORDER, _BORDER + _LINE
+    for column in columns:
+        sheet[top : top + len(column), left : left + column.shape[1]] = column
+        left += column.shape[1] + _GAP
+    return sheet

@@ -42,42 +42,28 @@ FOUND_WORDS: MappingProxyType[Found, str] = MappingProxyType(
 
 @dataclass(frozen=True)
 class Evidence:
-    """One thing that speaks for a cause.
-
-    Attributes
-    ----------
-    cause : str
-        What it speaks for.
-    strength : float
-        From 0, nothing, to 1, as much as it can.
-    value : float
-        What was measured.
-    words : str
-        The same as a sentence with its number.
-    """
+    """One thing that speaks for a cause."""
 
     cause: Cause
+    """What it speaks for."""
     strength: float
+    """From 0, nothing, to 1, as much as it can."""
     value: float
+    """What was measured."""
     unit: str
     words: str
+    """The same as a sentence with its number."""
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """The probable cause of an episode.
-
-    Attributes
-    ----------
-    confidence : float
-        Strength of the evidence for it, over that of all causes together and of not knowing.
-    evidence : tuple of Evidence
-        For all causes that anything speaks for, the strongest first.
-    """
+    """The probable cause of an episode."""
 
     cause: Cause
     confidence: float
+    """Strength of the evidence for it, over that of all causes together and of not knowing."""
     evidence: tuple[Evidence, ...] = ()
+    """For all causes that anything speaks for, the strongest first."""
 
     @property
     def words(self) -> str:
@@ -91,25 +77,18 @@ UNCLEAR = Verdict("unclear", 0.0)
 
 @dataclass(frozen=True)
 class Episode:
-    """A stretch of frames in which limbs fail.
-
-    Attributes
-    ----------
-    first, last : int
-        Frames, both included.
-    limbs : tuple of str
-        Names in ``LIMBS``, in their order.
-    found : "truth" or "signs"
-        Whether it was found by errors against a reference or without one.
-    measure : "error" or "chance"
-        What `peak` is: degrees, or the probability from 0 to 1 that the limb is lost.
-    """
+    """A stretch of frames in which limbs fail."""
 
     first: int
     last: int
+    """`first` and `last`: frames, both included."""
     limbs: tuple[str, ...]
+    """Names in ``LIMBS``, in their order."""
     found: Found
+    """Whether it was found by errors against a reference or without one."""
     measure: Measure
+    """What `peak` is: degrees, or the probability from 0 to 1 that the limb is
+    lost."""
     peak: float
     peak_frame: int
     peak_limb: str
@@ -145,28 +124,19 @@ def limbs_words(limbs: tuple[str, ...]) -> str:
 
 @dataclass(frozen=True)
 class Agreement:
-    """Counts of episodes.
-
-    Attributes
-    ----------
-    true : int
-        Found with truth.
-    found : int
-        Those of them that one found without truth overlaps, on the same limb.
-    called : int
-        Found without truth.
-    right : int
-        Those of them that overlap one found with truth, on the same limb.
-    pairs : int
-        Most of either that can be matched when each belongs to one other only: a long one that
-        is called and overlaps several true ones finds all of them, but makes one pair.
-    """
+    """Counts of episodes."""
 
     true: int = 0
+    """Found with truth."""
     found: int = 0
+    """Those of them that one found without truth overlaps, on the same limb."""
     called: int = 0
+    """Found without truth."""
     right: int = 0
+    """Those of them that overlap one found with truth, on the same limb."""
     pairs: int = 0
+    """Most of either that can be matched when each belongs to one other only: a long one that is
+    called and overlaps several true ones finds all of them, but makes one pair."""
 
     @property
     def precision(self) -> float:
@@ -178,20 +148,30 @@ class Agreement:
         """Share of those found with truth that are found without; NaN where there are none."""
         return self.found / self.true if self.true else float("nan")
 
+    @property
+    def words(self) -> str:
+        """How many failures are found without truth, as people read it."""
+        return (
+            f"detection without the reference finds {self.found} of {self.true} true failures, and "
+            f"{self.right} of its {self.called} detections are true"
+        )
+
+
+def agreement_of(episodes: Iterable[Episode]) -> Agreement:
+    """Compare the episodes of a run that were found by truth with the others."""
+    every = list(episodes)
+    return agreement(
+        [e for e in every if e.found == "truth"], [e for e in every if e.found == "signs"]
+    )
+
 
 def agreement(
     truth: Sequence[Episode], called: Sequence[Episode], right: Sequence[Episode] | None = None
 ) -> Agreement:
     """Match episodes: two belong together where they share a frame and a limb.
 
-    Parameters
-    ----------
-    truth : sequence of Episode
-        What shall be found.
-    called : sequence of Episode
-        What was found without truth.
-    right : sequence of Episode, optional
-        What may be found, where that is more than what shall be: episodes by a lower threshold.
+    What is called without truth is `right` where it meets one of those that may be found, which may
+    be more than those that shall be: episodes by a lower threshold.
     """
     allowed = truth if right is None else right
     overlap = np.array([[one.overlaps(other) for other in called] for one in truth], dtype=np.bool_)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 
@@ -13,10 +13,7 @@ import numpy as np
 from stereotrack_core.arrays import ImageArray
 from stereotrack_core.atomic import filling
 from stereotrack_core.errors import Cancelled, InputError
-from stereotrack_core.evaluation.episodes.drawing import write
-from stereotrack_core.evaluation.episodes.episode import CAUSE_WORDS, Episode, limbs_words
-from stereotrack_core.evaluation.episodes.find import Report, Subject
-from stereotrack_core.evaluation.episodes.strip import (
+from stereotrack_core.evaluation.episodes.drawing import (
     WHITE,
     Paper,
     Shown,
@@ -24,12 +21,15 @@ from stereotrack_core.evaluation.episodes.strip import (
     evenly,
     person_window,
     picture_strip,
+    write,
 )
+from stereotrack_core.evaluation.episodes.episode import CAUSE_WORDS, Episode, limbs_words
+from stereotrack_core.evaluation.episodes.find import Report, Subject
 from stereotrack_core.recording.description import Recording, View
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.recording.writing import VideoWriter, write_png
 
-STRIP_FRAMES = 5
+_STRIP_FRAMES = 5
 _AROUND = 0.3
 """Seconds before and after an episode that a video shows as well."""
 
@@ -50,7 +50,7 @@ def strip_of(
     episode: Episode,
     *,
     view: str | None = None,
-    count: int = STRIP_FRAMES,
+    count: int = _STRIP_FRAMES,
     reader: FrameReader | None = None,
 ) -> ImageArray:
     """Evenly spread frames of an episode as a strip (H, W, 3) BGR; see :func:`picture_strip`."""
@@ -65,31 +65,24 @@ def write_strips(
     episodes: Sequence[Episode],
     *,
     view: str | None = None,
-    count: int = STRIP_FRAMES,
-    report: Report | None = None,
-    cancelled: Callable[[], bool] | None = None,
+    count: int = _STRIP_FRAMES,
+    report: Report = lambda _share, _words: None,
+    cancelled: Callable[[], bool] = lambda: False,
 ) -> int:
     """Write a strip of each episode as PNG into a folder, which is made; returns their number.
 
-    The files are named as ``0144-0183-left-forearm-crossing-truth.png``.
-
-    Raises
-    ------
-    InputError
-        Where not all of them can be written there; then none is.
-    Cancelled
-        None is written.
+    The files are named as ``0144-0183-left-forearm-crossing-truth.png``. Raises InputError where
+    not all of them can be written there; then none is, and Cancelled: none is written.
     """
     with filling(folder) as workplace, FrameReader(recording, read_ahead=0) as reader:
         for i, episode in enumerate(episodes):
-            if cancelled is not None and cancelled():
+            if cancelled():
                 raise Cancelled
             strip = strip_of(subject, recording, episode, view=view, count=count, reader=reader)
             limbs = limbs_words(episode.limbs).replace(", ", "+").replace(" ", "-")
             name = f"{limbs}-{episode.verdict.cause}-{episode.found}"
             write_png(workplace / f"{episode.first:04d}-{episode.last:04d}-{name}.png", strip)
-            if report is not None:
-                report((i + 1) / len(episodes), f"{i + 1} of {len(episodes)}")
+            report((i + 1) / len(episodes), f"{i + 1} of {len(episodes)}")
     return len(episodes)
 
 
@@ -122,68 +115,32 @@ def film_of(
     subject: Subject,
     recording: Recording,
     episodes: Sequence[Episode],
-    report: Report | None = None,
-    cancelled: Callable[[], bool] | None = None,
+    report: Report = lambda _share, _words: None,
+    cancelled: Callable[[], bool] = lambda: False,
 ) -> None:
-    """Write a video of episodes, one after the other, with what is just before and after each."""
-    around = round(_AROUND * subject.fps)
-    wanted = {k for e in episodes for k in range(e.first - around, e.last + around + 1)}
-    frames = sorted(wanted & set(subject.run.frame.tolist()))
-    limbs = tuple(dict.fromkeys(limb for episode in episodes for limb in episode.limbs))
-    title = CAUSE_WORDS[episodes[0].verdict.cause] if len(episodes) == 1 else ""
-    reference = subject.reference if any(e.found == "truth" for e in episodes) else None
-    shown = Shown(recording, subject.run, limbs, reference)
-    write_film(path, shown, frames, title=title, report=report, cancelled=cancelled)
+    """Write a video of episodes, one after the other, with what is just before and after each.
 
-
-def write_film(
-    path: Path,
-    shown: Shown,
-    frames: Sequence[int],
-    *,
-    title: str = "",
-    report: Report | None = None,
-    cancelled: Callable[[], bool] | None = None,
-) -> None:
-    """Write a video at the recording's own pace; one that is not finished is taken away.
-
-    Every view is shown with the model's outline, the numbers and the title below.
-
-    Parameters
-    ----------
-    path : Path
-        Ends in .mp4.
-    report : callable, optional
-        Called with the share done and with words.
-
-    Raises
-    ------
-    InputError
-        For no frames, or where the file cannot be written.
-    Cancelled
+    At the recording's own pace; every view is shown with the model's outline, the numbers and, for
+    a single episode, its cause below. One that is not finished is taken away. Raises InputError for
+    no frames, or where the file cannot be written, and Cancelled.
     """
-    check_frames(frames)
     if path.suffix.lower() != ".mp4":
         raise InputError(
             "the name of a video must end in .mp4", where=str(path), remedy="Change the name."
         )
-    recording, captions = shown.recording, shown.captions(frames)
+    around = round(_AROUND * subject.fps)
+    wanted = {k for e in episodes for k in range(e.first - around, e.last + around + 1)}
+    frames = sorted(wanted & set(subject.run.frame.tolist()))
+    check_frames(frames)
+    limbs = tuple(dict.fromkeys(limb for episode in episodes for limb in episode.limbs))
+    title = [CAUSE_WORDS[episodes[0].verdict.cause]] if len(episodes) == 1 else []
+    reference = subject.reference if any(e.found == "truth" for e in episodes) else None
+    shown = Shown(recording, subject.run, limbs, reference)
     with ExitStack() as opened:
-        reader = opened.enter_context(FrameReader(recording))
-        windows = [
-            person_window(recording.reference_camera(view), shown.run, frames, _HEIGHT, _ASPECT)
-            for view in reader.views
-        ]
         writer: VideoWriter | None = None
-        for i, frame in enumerate(frames):
-            if cancelled is not None and cancelled():
+        for i, picture in enumerate(_pictures(shown, frames, title, opened)):
+            if cancelled():
                 raise Cancelled
-            images = reader.frame_set(int(frame))
-            tiles = [
-                _named(shown.pictures(images, view, window)[1], view)
-                for view, window in zip(reader.views, windows, strict=True)
-            ]
-            picture = _with_words(_grid(tiles), [*captions[i], *([title] if title else [])])
             if writer is None:
                 height, width = picture.shape[:2]
                 writer = opened.enter_context(
@@ -192,8 +149,25 @@ def write_film(
                     )
                 )
             writer.write(picture)
-            if report is not None:
-                report((i + 1) / len(frames), "rendering frames")
+            report((i + 1) / len(frames), "rendering frames")
+
+
+def _pictures(
+    shown: Shown, frames: Sequence[int], title: Sequence[str], opened: ExitStack
+) -> Iterator[ImageArray]:
+    """All views of every frame, with the captions and the title below."""
+    reader = opened.enter_context(FrameReader(shown.recording))
+    windows = [
+        person_window(shown.recording.reference_camera(view), shown.run, frames, _HEIGHT, _ASPECT)
+        for view in reader.views
+    ]
+    for frame, caption in zip(frames, shown.captions(frames), strict=True):
+        images = reader.frame_set(int(frame))
+        tiles = [
+            _named(shown.pictures(images, view, window)[1], view)
+            for view, window in zip(reader.views, windows, strict=True)
+        ]
+        yield _with_words(_grid(tiles), [*caption, *title])
 
 
 def _named(tile: ImageArray, view: View) -> ImageArray:

@@ -23,7 +23,7 @@ from stereotrack_core.evaluation.episodes.stretches import (
     episodes_by_error,
     episodes_by_signs,
 )
-from stereotrack_core.evaluation.errors import errors_against
+from stereotrack_core.evaluation.errors import at_frames, errors_against
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.tracking.frame import Run
@@ -40,26 +40,18 @@ Report = Callable[[float, str], None]
 
 @dataclass(frozen=True, eq=False)
 class Subject:
-    """What episodes are looked for in.
-
-    Attributes
-    ----------
-    fps : float
-        Frame sets per second.
-    reference : LandmarkTrajectory or None
-        Taken as truth; without it the run is judged by its own signs alone.
-    recording : Recording or None
-        Clouds of some of its frames tell more about causes; without it the run alone does.
-    pictures : bool
-        Whether the recording's clouds are made again for causes; it serves for pictures else.
-    """
+    """What episodes are looked for in."""
 
     run: Run
     fps: float
+    """Frame sets per second."""
     reference: LandmarkTrajectory | None = None
+    """Taken as truth; without it the run is judged by its own signs alone."""
     recording: Recording | None = None
+    """Clouds of some of its frames tell more about causes; without it the run alone does."""
     rules: EpisodeRules = field(default_factory=EpisodeRules)
     pictures: bool = True
+    """Whether the recording's clouds are made again for causes; it serves for pictures else."""
 
 
 def failures(
@@ -92,23 +84,13 @@ def failures(
 
 def find_episodes(
     subject: Subject,
-    report: Report | None = None,
-    cancelled: Callable[[], bool] | None = None,
+    report: Report = lambda _share, _words: None,
+    cancelled: Callable[[], bool] = lambda: False,
 ) -> tuple[Episode, ...]:
     """Episodes by error, where there is a reference, and by the run's own signs; with causes.
 
-    Those found without truth are found and explained without it, whatever there is.
-
-    Parameters
-    ----------
-    report : callable, optional
-        Called with the share done and with words.
-
-    Raises
-    ------
-    Cancelled
-    InputError
-        Where the recording's images cannot be read.
+    Those found without truth are found and explained without it, whatever there is. Raises
+    Cancelled, and InputError where the recording's images cannot be read.
     """
     return explained(subject, stretches_of(subject), report, cancelled)
 
@@ -131,16 +113,15 @@ def stretches_by_truth(subject: Subject) -> tuple[Episode, ...]:
     run, reference = subject.run, subject.reference
     if reference is None or not len(run.frame):
         return ()
-    done = np.isin(reference.frame, run.frame)
-    own = LandmarkTrajectory(reference.frame[done], reference.points[done])
-    return episodes_by_error(errors_against(run.trajectory(), own), subject.fps, subject.rules)
+    errors = errors_against(run.trajectory(), at_frames(reference, run.frame))
+    return episodes_by_error(errors, subject.fps, subject.rules)
 
 
 def explained(
     subject: Subject,
     episodes: Sequence[Episode],
-    report: Report | None = None,
-    cancelled: Callable[[], bool] | None = None,
+    report: Report = lambda _share, _words: None,
+    cancelled: Callable[[], bool] = lambda: False,
 ) -> tuple[Episode, ...]:
     """Episodes with their probable causes.
 
@@ -162,8 +143,7 @@ def explained(
             nonlocal done
 
             def each(count: int) -> None:
-                if report is not None:
-                    report((done + count) / max(total, 1), "analysing frames")
+                report((done + count) / max(total, 1), "analysing frames")
 
             points = where.at(np.array(frames, dtype=np.int64))
             looks = looker.looks(frames, points, each, cancelled)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from types import TracebackType
 
 import numpy as np
 
@@ -44,41 +43,27 @@ _LEAST_FITTING = 60
 
 @dataclass(frozen=True, eq=False)
 class Look:
-    """One frame as the views measured it; V views.
-
-    Attributes
-    ----------
-    points : (V,) float64
-        Points of each view in the cloud.
-    agreed, before, absent, unknown : (V, 6) float64
-        Of places along each limb's axis, the shares that a view measures where they are, before
-        which it measures something, behind which it does, and where it measures nothing. NaN for
-        limbs whose place is not known.
-    stray : (6,) float64
-        Points near each limb that are not the person's, over all points of the cloud.
-    offset : (V, 3) float64, metres
-        Movement of each view's points that would lay them onto torso and head; NaN where too few
-        of them are there.
-    """
+    """One frame as the views measured it; V views."""
 
     frame: int
     points: FloatArray
+    """(V,). Points of each view in the cloud."""
     agreed: FloatArray
     before: FloatArray
     absent: FloatArray
     unknown: FloatArray
+    """`agreed`, `before`, `absent` and `unknown`: (V, 6). Of places along each limb's axis, the
+    shares that a view measures where they are, before which it measures something, behind which it
+    does, and where it measures nothing. NaN for limbs whose place is not known."""
     stray: FloatArray
+    """(6,). Points near each limb that are not the person's, over all points of the cloud."""
     offset: FloatArray
+    """(V, 3), metres. Movement of each view's points that would lay them onto torso and head; NaN
+    where too few of them are there."""
 
 
 class Looker:
-    """Makes the clouds of single frames of a run's recording, with the run's own settings.
-
-    Parameters
-    ----------
-    run : Run
-        Its meta names the views and the parameters; its poses say where the torso is.
-    """
+    """Makes the clouds of single frames of a run's recording, with the run's views and settings."""
 
     def __init__(self, recording: Recording, run: Run) -> None:
         self._run = run
@@ -99,12 +84,7 @@ class Looker:
     def __enter__(self) -> Looker:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self._chain.close()
         self._reader.close()
 
@@ -112,8 +92,8 @@ class Looker:
         self,
         frames: Sequence[int],
         points: FloatArray,
-        each: Callable[[int], None] | None = None,
-        cancelled: Callable[[], bool] | None = None,
+        each: Callable[[int], None] = lambda _: None,
+        cancelled: Callable[[], bool] = lambda: False,
     ) -> list[Look]:
         """Look at some frames.
 
@@ -131,12 +111,11 @@ class Looker:
             self._learned = True
         found = []
         for i, frame in enumerate(frames):
-            if cancelled is not None and cancelled():
+            if cancelled():
                 raise Cancelled
             cloud, _ = read_cloud(self._chain, self._reader, int(frame))
             found.append(self._look(cloud, points[i]))
-            if each is not None:
-                each(i + 1)
+            each(i + 1)
         return found
 
     def _look(self, cloud: Cloud, landmarks: FloatArray) -> Look:

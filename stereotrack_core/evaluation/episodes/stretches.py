@@ -76,16 +76,8 @@ def high_stretches(
     One begins where the value exceeds `enter`, reaches back and forth to where it falls below
     `leave`, and is joined to the next one over gaps of at most `bridge` frames. NaN is not high.
 
-    Parameters
-    ----------
-    frame : (F,) int64, ascending
-    value : (F,) float64
-    enter, leave : float
-        `leave` is at most `enter`.
-    least : int
-        Frames that a stretch has at least.
-    bridge : int
-        Frames of a gap that is bridged at most; frames that are absent count as a gap.
+    `frame` (F,) is ascending, `leave` at most `enter`, and a stretch has at least `least` frames;
+    frames that are absent count as a gap.
     """
     with np.errstate(invalid="ignore"):
         seed, high = value > enter, value > leave

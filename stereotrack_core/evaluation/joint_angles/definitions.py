@@ -30,35 +30,23 @@ NEARLY_SIDEWAYS = np.radians(80.0)
 
 @dataclass(frozen=True)
 class AngleDefinition:
-    """One angle.
-
-    Attributes
-    ----------
-    name : str
-        Key, for example ``"left_shoulder_elevation"``.
-    label : str
-        For people, without the side.
-    joint : str
-        ``torso``, ``head``, ``shoulder`` or ``elbow``.
-    side : "", "left" or "right"
-    limb : str
-        Limb whose colour it has.
-    meaning : str
-        What is zero, and what is positive.
-    lowest : float or None
-        Where the range of one turn begins, radians; None for an angle that cannot go round.
-    continues : bool
-        Whether turns are counted on over frames in which the angle is not known.
-    """
+    """One angle."""
 
     name: str
+    """Key, for example ``"left_shoulder_elevation"``."""
     label: str
+    """For people, without the side."""
     joint: str
+    """``torso``, ``head``, ``shoulder`` or ``elbow``."""
     side: Side
     limb: str
+    """Limb whose colour it has."""
     meaning: str
+    """What is zero, and what is positive."""
     lowest: float | None = None
+    """Where the range of one turn begins, radians; None for an angle that cannot go round."""
     continues: bool = False
+    """Whether turns are counted on over frames in which the angle is not known."""
 
     @property
     def kind(self) -> str:
@@ -136,13 +124,7 @@ NAMES: tuple[str, ...] = tuple(angle.name for angle in ANGLES)
 
 
 def place_of(name: str) -> int:
-    """Place of an angle in arrays.
-
-    Raises
-    ------
-    ValueError
-        For a name that no angle has.
-    """
+    """Place of an angle in arrays. Raises ValueError for a name that no angle has."""
     return NAMES.index(name)
 
 

@@ -1,4 +1,4 @@
-"""Angles made smooth, with their velocities and accelerations.
+"""Angles made smooth, with their velocities, accelerations and ranges; errors against a reference.
 
 The low-pass is a Butterworth filter of second order, run forwards and backwards: fourth order and
 no lag. Its cut-off is corrected for the two passes (Winter, Biomechanics and Motor Control of Human
@@ -8,15 +8,23 @@ that the stated frequency is where both together let through 1 / sqrt(2).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
 
 import numpy as np
 from scipy import signal
 
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.errors import InputError
-from stereotrack_core.evaluation.joint_angles.definitions import ANGLES
+from stereotrack_core.evaluation.joint_angles.definitions import (
+    ANGLES,
+    AngleDefinition,
+    sided,
+    wrapped,
+)
 from stereotrack_core.evaluation.joint_angles.series import JointAngles, stretches
+from stereotrack_core.recording.description import Segment
 
 CUT_OFF_HZ = 6.0
 """Usual for voluntary movements of the upper body."""
@@ -36,27 +44,22 @@ class Motion:
     """Smooth angles and their derivatives; F frames, A angles in the order of :data:`ANGLES`.
 
     NaN where the angle is not known, or in a stretch of fewer than :data:`SHORTEST` frames.
-
-    Attributes
-    ----------
-    angle : (F, A) float64, radians
-    velocity : (F, A) float64, radians per second
-        By central differences of the smooth angle; at both ends of a stretch one-sided.
-    acceleration : (F, A) float64, radians per square second
-        Second differences; NaN at both ends of a stretch.
-    velocity_sigma, acceleration_sigma : (F, A) float64
-        Standard deviations if errors of different frames are independent; those that are alike
-        in successive frames make the derivatives surer than that.
-    cut_off : float, hertz
-        What was used.
     """
 
     angle: FloatArray
+    """(F, A), radians."""
     velocity: FloatArray
+    """(F, A), radians per second. By central differences of the smooth angle; at both ends of a
+    stretch one-sided."""
     acceleration: FloatArray
+    """(F, A), radians per square second. Second differences; NaN at both ends of a stretch."""
     velocity_sigma: FloatArray
     acceleration_sigma: FloatArray
+    """`velocity_sigma` and `acceleration_sigma`: (F, A). Standard deviations if errors of different
+    frames are independent; those that are alike in successive frames make the derivatives surer
+    than that."""
     cut_off: float
+    """Hertz. What was used."""
     fps: float
 
     @property
@@ -77,6 +80,8 @@ class Motion:
 def motion_of(angles: JointAngles, fps: float, cut_off: float = CUT_OFF_HZ) -> Motion:
     """Filter and differentiate angles, stretch by stretch of successive frames.
 
+    Raises InputError for a cut-off or a frame rate that is not positive.
+
     Parameters
     ----------
     fps : float
@@ -84,11 +89,6 @@ def motion_of(angles: JointAngles, fps: float, cut_off: float = CUT_OFF_HZ) -> M
     cut_off : float, hertz
         Taken down to :data:`HIGHEST_SHARE` of `fps` where it is higher. At 10 frames per second
         that is 4 Hz, and the central differences let through 64 % of a movement of 2.5 Hz.
-
-    Raises
-    ------
-    InputError
-        For a cut-off or a frame rate that is not positive.
     """
     _check(fps, cut_off)
     used = min(cut_off, HIGHEST_SHARE * fps)
@@ -211,3 +211,206 @@ def frame_rows(angles: JointAngles, motion: Motion) -> list[list[str | float | i
         cells = ["" if np.isnan(value) else value for value in values]
         rows.append([frame, round(frame / motion.fps, 6), *cells])
     return rows
+
+
+WHOLE = "all"
+"""Name of the stretch that is the whole recording."""
+
+
+@dataclass(frozen=True)
+class AngleRange:
+    """How one angle moves in a stretch; radians, NaN where nothing is known."""
+
+    angle: AngleDefinition
+    frames: int
+    """Frames in which the smooth angle is known."""
+    minimum: float
+    maximum: float
+    range: float
+    range_sigma: float
+    """Standard deviation of the range, errors at both ends taken for independent."""
+    mean: float
+    """`minimum`, `maximum` and `mean`: of the smooth angle."""
+    sigma: float
+    """Root mean square of the angle's standard deviation."""
+    peak_velocity: float
+    peak_velocity_sigma: float
+    """`peak_velocity` and `peak_velocity_sigma`: radians per second. Largest speed in either
+    direction, and its standard deviation."""
+
+    def degrees(self) -> dict[str, float]:
+        """Everything but the frames by its name, in degrees and degrees per second."""
+        return _degrees(self, "minimum", "peak_velocity_sigma")
+
+
+@dataclass(frozen=True)
+class SideDifference:
+    """The range of motion of one angle, left minus right, radians.
+
+    Symmetry index (Robinson et al. 1987): the difference as a share of the mean of both ranges; 0
+    for equal ones, 2 where only the left moves, -2 where only the right does.
+    """
+
+    left: AngleRange
+    right: AngleRange
+    difference: float
+    difference_sigma: float
+    symmetry: float
+
+    def degrees(self) -> dict[str, float]:
+        """Both ranges, their difference and its uncertainty by name, in degrees."""
+        values = (self.left.range, self.right.range, self.difference, self.difference_sigma)
+        names = ("left_range", "right_range", "difference", "difference_sigma")
+        return {name: math.degrees(value) for name, value in zip(names, values, strict=True)}
+
+
+@dataclass(frozen=True)
+class StretchMotion:
+    """Ranges of motion of one stretch of frames."""
+
+    name: str
+    """The segment, or ``"all"``."""
+    first: int
+    end: int
+    """`first` and `end`: frames of it that there are, half-open; as the segment has them where
+    there is none."""
+    ranges: tuple[AngleRange, ...]
+    """In the order of :data:`ANGLES`."""
+    sides: tuple[SideDifference, ...]
+    """Plane, elevation and axial rotation of the shoulder, and elbow flexion."""
+
+    def of(self, name: str) -> AngleRange:
+        """The range of an angle by its name; KeyError where there is none."""
+        return {one.angle.name: one for one in self.ranges}[name]
+
+
+def range_of_motion(
+    angles: JointAngles, motion: Motion, segments: Sequence[Segment] = ()
+) -> tuple[StretchMotion, ...]:
+    """Ranges of motion of the smooth angles: the whole first, then every segment.
+
+    Standard deviations are those of the angles before.
+    """
+    first = int(angles.frame[0]) if len(angles.frame) else 0
+    end = int(angles.frame[-1]) + 1 if len(angles.frame) else 0
+    whole = Segment(WHOLE, first, end)
+    return tuple(stretch_motion(angles, motion, stretch) for stretch in (whole, *segments))
+
+
+def stretch_motion(angles: JointAngles, motion: Motion, stretch: Segment) -> StretchMotion:
+    """Ranges of motion in one stretch of frames."""
+    inside = (angles.frame >= stretch.first) & (angles.frame < stretch.end)
+    ranges = tuple(
+        _range(
+            definition,
+            motion.angle[inside, k],
+            angles.sigma[inside, k],
+            motion.velocity[inside, k],
+            motion.velocity_sigma[inside, k],
+        )
+        for k, definition in enumerate(ANGLES)
+    )
+    sides = tuple(_difference(ranges[left], ranges[right]) for left, right in sided())
+    first, end = stretch.first, stretch.end
+    if inside.any():
+        first, end = int(angles.frame[inside][0]), int(angles.frame[inside][-1]) + 1
+    return StretchMotion(stretch.name, first, end, ranges, sides)
+
+
+def _range(
+    definition: AngleDefinition,
+    angle: FloatArray,
+    sigma: FloatArray,
+    velocity: FloatArray,
+    velocity_sigma: FloatArray,
+) -> AngleRange:
+    known = np.isfinite(angle)
+    if not known.any():
+        return AngleRange(definition, 0, *[math.nan] * 8)
+    low, high = int(np.nanargmin(angle)), int(np.nanargmax(angle))
+    fastest = int(np.nanargmax(np.abs(velocity)))
+    return AngleRange(
+        definition,
+        frames=int(np.count_nonzero(known)),
+        minimum=float(angle[low]),
+        maximum=float(angle[high]),
+        range=float(angle[high] - angle[low]),
+        range_sigma=float(np.hypot(sigma[low], sigma[high])),
+        mean=float(np.mean(angle[known])),
+        sigma=float(np.sqrt(np.mean(np.square(sigma[known])))),
+        peak_velocity=float(abs(velocity[fastest])),
+        peak_velocity_sigma=float(velocity_sigma[fastest]),
+    )
+
+
+def _difference(left: AngleRange, right: AngleRange) -> SideDifference:
+    difference, mean = left.range - right.range, 0.5 * (left.range + right.range)
+    return SideDifference(
+        left,
+        right,
+        difference=difference,
+        difference_sigma=float(np.hypot(left.range_sigma, right.range_sigma)),
+        symmetry=difference / mean if mean > 0 else float("nan"),
+    )
+
+
+@dataclass(frozen=True)
+class AngleError:
+    """Errors of one angle over frames; radians, NaN where nothing could be compared."""
+
+    angle: AngleDefinition
+    frames: int
+    """Frames in which both know the angle."""
+    mean_error: float
+    median: float
+    rms: float
+    p95: float
+    """`mean_error`, `median`, `rms` and `p95`: mean error with its sign; median, root mean square
+    and 95th percentile of its size."""
+    stated_sigma: float
+    """Root mean square of what is stated."""
+    within_two_sigma: float
+    """Share (0 to 1) of the errors within two stated standard deviations; NaN where none is stated.
+    Of a normal distribution 0.95 are."""
+
+    def degrees(self) -> dict[str, float]:
+        """The angles among them by name, in degrees."""
+        return _degrees(self, "mean_error", "stated_sigma")
+
+
+def angle_errors(found: JointAngles, truth: JointAngles) -> tuple[AngleError, ...]:
+    """Errors in the frames that both have, in the order of :data:`ANGLES`.
+
+    What a reference states about itself adds to what the run states.
+    """
+    _, own, other = np.intersect1d(found.frame, truth.frame, return_indices=True)
+    errors = wrapped(found.angle[own] - truth.angle[other])
+    sigma = np.hypot(found.sigma[own], np.nan_to_num(truth.sigma[other]))
+    return tuple(_error_of(one, errors[:, k], sigma[:, k]) for k, one in enumerate(ANGLES))
+
+
+def _error_of(definition: AngleDefinition, error: FloatArray, sigma: FloatArray) -> AngleError:
+    known = np.isfinite(error)
+    error, stated = error[known], sigma[known]
+    if not len(error):
+        return AngleError(definition, 0, *[math.nan] * 6)
+    size, says = np.abs(error), np.isfinite(stated)
+    return AngleError(
+        definition,
+        frames=len(error),
+        mean_error=float(error.mean()),
+        median=float(np.median(size)),
+        rms=float(np.sqrt(np.mean(size**2))),
+        p95=float(np.percentile(size, 95)),
+        stated_sigma=float(np.sqrt(np.mean(stated[says] ** 2))) if says.any() else math.nan,
+        within_two_sigma=float(np.mean(size[says] <= 2.0 * stated[says]))
+        if says.any()
+        else math.nan,
+    )
+
+
+def _degrees(numbers: AngleRange | AngleError, first: str, last: str) -> dict[str, float]:
+    """Numbers from the first to the last field named, in degrees."""
+    names = [field.name for field in fields(numbers)]
+    chosen = names[names.index(first) : names.index(last) + 1]
+    return {name: math.degrees(getattr(numbers, name)) for name in chosen}

@@ -28,21 +28,14 @@ from stereotrack_core.tracking.stored import body_of_run
 
 @dataclass(frozen=True, eq=False)
 class JointAngles:
-    """Angles over frames; F frames, A angles in the order of :data:`ANGLES`.
-
-    Attributes
-    ----------
-    frame : (F,) int64
-        Ascending.
-    angle : (F, A) float64, radians
-        Unwrapped; NaN where not known or not defined.
-    sigma : (F, A) float64, radians
-        Standard deviation; NaN where nothing states it.
-    """
+    """Angles over frames; F frames, A angles in the order of :data:`ANGLES`."""
 
     frame: IntArray
+    """(F,). Ascending."""
     angle: FloatArray
+    """(F, A), radians. Unwrapped; NaN where not known or not defined."""
     sigma: FloatArray
+    """(F, A), radians. Standard deviation; NaN where nothing states it."""
 
     def between(self, first: int, end: int) -> JointAngles:
         """The frames of a half-open stretch."""
@@ -119,12 +112,6 @@ def stretches(frame: IntArray, known: BoolArray) -> list[slice]:
     follows = (np.diff(places) == 1) & (np.diff(frame[places]) == 1)
     ends = [0, *(np.flatnonzero(~follows) + 1), len(places)]
     return [slice(int(places[a]), int(places[b - 1]) + 1) for a, b in pairwise(ends)]
-
-
-def column(angles: FloatArray, name: str) -> FloatArray:
-    """One angle (F,) of an array (F, A)."""
-    result: FloatArray = angles[:, NAMES.index(name)]
-    return result
 
 
 _OF_INTEREST = (*THESIS_JOINTS, HEAD, *CLAVICLES)

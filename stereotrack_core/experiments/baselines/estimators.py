@@ -147,21 +147,15 @@ _JOINING = 3
 
 @dataclass(frozen=True, eq=False)
 class Registered:
-    """A limb that was registered without regard to the others.
-
-    Attributes
-    ----------
-    rotation : (3, 3) float64
-        world_from_part.
-    origin : (3,) float64, world, metres
-    information : (6, 6) float64
-        Inverse covariance of translation and left rotation vector, both in the world.
-    """
+    """A limb that was registered without regard to the others."""
 
     part: int
     rotation: FloatArray
+    """(3, 3). world_from_part."""
     origin: FloatArray
+    """(3,), world, metres."""
     information: FloatArray
+    """(6, 6). Inverse covariance of translation and left rotation vector, both in the world."""
 
 
 class LimbIcp(Baseline):
@@ -241,13 +235,7 @@ def joined(limbs: list[Registered], measured: Measurements, pose: Pose) -> Infor
 
 
 def rigid_jacobian(part: int, frames: PartFrames, columns: Columns) -> FloatArray:
-    """Derivatives (6, n) of a part's translation and left rotation vector by the error state.
-
-    Parameters
-    ----------
-    frames : PartFrames
-        Of one pose.
-    """
+    """Derivatives (6, n) of a part's translation and left rotation vector by the error state."""
     origin = np.repeat(frames.origins[part][None], 3, axis=0)
     J = np.zeros((6, columns.n))
     J[:3] = point_jacobian(origin, np.eye(3), np.full(3, part), frames, columns)

@@ -6,16 +6,12 @@ import dataclasses
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
-import numpy as np
-
-from stereotrack_core.errors import InputError
-from stereotrack_core.evaluation.errors import knows_something, truth_of
+from stereotrack_core.evaluation.errors import knows_something, reference_within
 from stereotrack_core.evaluation.summary import Spread
 from stereotrack_core.experiments.measures import measured
 from stereotrack_core.experiments.runner.lockstep import RunInput, cloud_key, track_together
 from stereotrack_core.parameters import Value
 from stereotrack_core.recording.description import Recording
-from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.tracking.run_spec import RunSpec
 
@@ -28,21 +24,15 @@ MEASURES = (
 
 @dataclass(frozen=True)
 class Score:
-    """Errors of one run.
-
-    Attributes
-    ----------
-    frames : int
-        Frames that the reference knows.
-    values : mapping from measure to float
-        In the measures' units.
-    """
+    """Errors of one run."""
 
     recording: str
     contestant: str
     seed: int
     frames: int
+    """Frames that the reference knows."""
     values: Mapping[str, float]
+    """By measure, in the measures' units."""
 
 
 @dataclass(frozen=True)
@@ -54,6 +44,8 @@ class Row:
     seeds: int
     frames: int
     values: Mapping[str, Spread]
+    speed: Mapping[str, float] = field(default_factory=dict)
+    """Frames per second and ratio to block matching; empty where nothing was timed."""
 
 
 def accuracy(
@@ -66,26 +58,14 @@ def accuracy(
 ) -> tuple[Score, ...]:
     """Track a recording with every contestant and every seed, and measure the errors.
 
-    All that see the same clouds go forward together.
-
-    Parameters
-    ----------
-    recording : Recording
-        Has a reference, which no tracker sees.
-    specs : mapping from name to RunSpec
-        The contestants, with the same frames.
-    on_frames : callable, optional
-        Told how many frames more are tracked, of those of all contestants with all seeds.
-    cancelled : callable, optional
-        Asked after every frame whether to stop.
-
-    Raises
-    ------
-    InputError
-        Where the recording has no reference, or it knows none of the frames.
-    Cancelled
+    All that see the same clouds go forward together, through the same frames; none sees the
+    reference. `on_frames` is told how many frames more are tracked, of those of all contestants
+    with all seeds. Raises InputError where there is no reference, or it knows none of the frames,
+    and Cancelled.
     """
-    reference = _reference_within(recording, specs)
+    with FrameReader(recording, read_ahead=0) as reader:
+        frames = next(iter(specs.values())).frames_of(reader.frame_count)
+    reference = reference_within(recording, frames)
     blind = dataclasses.replace(recording, reference=None)
     groups: dict[object, list[tuple[str, int]]] = {}
     for name, spec in specs.items():
@@ -99,12 +79,14 @@ def accuracy(
         for (name, seed), tracked in zip(own, together, strict=True):
             values = measured(tracked.run(), reference)
             chosen = {name: values[name] for name in MEASURES}
-            frames = int(knows_something(reference).sum())
-            scores[name, seed] = Score(recording.name, name, seed, frames, chosen)
+            known = int(knows_something(reference).sum())
+            scores[name, seed] = Score(recording.name, name, seed, known, chosen)
     return tuple(scores[name, seed] for name in specs for seed in seeds)
 
 
-def pooled(scores: Sequence[Score]) -> tuple[Row, ...]:
+def pooled(
+    scores: Sequence[Score], speeds: Mapping[tuple[str, str], Mapping[str, float]]
+) -> tuple[Row, ...]:
     """Mean and spread over seeds, in the order in which recordings and contestants come."""
     groups: dict[tuple[str, str], list[Score]] = {}
     for score in scores:
@@ -116,40 +98,20 @@ def pooled(scores: Sequence[Score]) -> tuple[Row, ...]:
             len(own),
             own[0].frames,
             {name: Spread.of(score.values[name] for score in own) for name in MEASURES},
+            speeds.get((recording, contestant), {}),
         )
         for (recording, contestant), own in groups.items()
     )
 
 
-def _reference_within(recording: Recording, specs: Mapping[str, RunSpec]) -> LandmarkTrajectory:
-    """What the reference knows of the frames that are tracked."""
-    reference = truth_of(recording)
-    with FrameReader(recording, read_ahead=0) as reader:
-        frames = next(iter(specs.values())).frames_of(reader.frame_count)
-    inside = (reference.frame >= frames.start) & (reference.frame < frames.stop)
-    if not np.any(inside & knows_something(reference)):
-        raise InputError(
-            "the reference contains none of the frames",
-            where=str(recording.folder),
-            remedy="Choose frames that it contains.",
-        )
-    return LandmarkTrajectory(reference.frame[inside], reference.points[inside])
-
-
 @dataclass(frozen=True)
 class Ablation:
-    """One part of ``accurate`` that is left out, or exchanged for the plain way.
-
-    Attributes
-    ----------
-    name : str
-        As the table calls it.
-    changes : mapping from parameter to value
-        What differs from ``accurate``.
-    """
+    """One part of ``accurate`` that is left out, or exchanged for the plain way."""
 
     name: str
+    """As the table calls it."""
     changes: Mapping[str, Value] = field(default_factory=dict)
+    """By parameter, what differs from ``accurate``."""
 
 
 ABLATIONS: tuple[Ablation, ...] = (

@@ -47,24 +47,17 @@ _SCORED = tuple(limb for limb in LIMBS if limb != "head")
 
 @dataclass(frozen=True)
 class AnnotationCase:
-    """How somebody annotates.
-
-    Attributes
-    ----------
-    sigma : float
-        Pixels per axis.
-    every : int
-        Every so many frames are clicked.
-    missing, mistakes : float
-        Shares of clicks that are left out, and that are gross mistakes.
-    """
+    """How somebody annotates."""
 
     name: str
     sigma: float
+    """Pixels per axis."""
     every: int
+    """Every so many frames are clicked."""
     depth: bool
     missing: float = 0.0
     mistakes: float = 0.0
+    """`missing` and `mistakes`: shares of clicks that are left out, and that are gross mistakes."""
 
 
 CASES: tuple[AnnotationCase, ...] = (
@@ -86,28 +79,23 @@ class SimulatedClicks:
 
 @dataclass(frozen=True)
 class AnnotationScore:
-    """How good a fitted reference is.
-
-    Attributes
-    ----------
-    summary : Summary
-        Errors of all frames.
-    inside, limbs_inside : float
-        Shares of coordinates, and of limbs' angles, within their 95 % intervals.
-    found, accused : float
-        Shares of the mistakes, and of the right clicks, that are flagged; NaN without any.
-    """
+    """How good a fitted reference is."""
 
     recording: str
     case: str
     seed: int
     summary: Summary
+    """Errors of all frames."""
     inside: float
     limbs_inside: float
+    """`inside` and `limbs_inside`: shares of coordinates, and of limbs' angles, within their 95 %
+    intervals."""
     clicks: int
     mistakes: int
     found: float
     accused: float
+    """`found` and `accused`: shares of the mistakes, and of the right clicks, that are flagged; NaN
+    without any."""
 
 
 def seen_landmarks(recording: Recording, cameras: Sequence[Camera]) -> BoolArray:
@@ -160,17 +148,9 @@ def annotated(
     settings: FitSettings,
     clouds: Clouds | None,
 ) -> AnnotationScore:
-    """Simulate the clicks, fit them, measure.
+    """Simulate the clicks, fit them, with depth by frame in cases that use it, and measure.
 
-    Parameters
-    ----------
-    clouds : callable or None
-        Depth by frame, for cases that use it.
-
-    Raises
-    ------
-    InputError
-        For a recording without reference.
+    Raises InputError for a recording without reference.
     """
     truth = truth_of(recording)
     clicks = simulated_clicks(recording, case, seed)

@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
+import dataclasses
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from stereotrack_core.blas_threads import one_blas_thread
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import proportions_of
 from stereotrack_core.depth.cloud import Cloud
-from stereotrack_core.experiments.benchmark.speed import median
+from stereotrack_core.experiments.benchmark.speed import exponent, median
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.selection import usable_views
 from stereotrack_core.tracking.initialise.seeds import t_pose_in_cloud
 from stereotrack_core.tracking.parameters import Settings
+from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run import Pipeline
 from stereotrack_core.tracking.run_spec import RunSpec
 from stereotrack_core.tracking.shared_clouds import read_cloud
@@ -25,19 +27,13 @@ DATA_POINTS = (500, 1000, 2000, 4000, 8000)
 
 @dataclass(frozen=True)
 class Cost:
-    """Cost of a frame at one size.
-
-    Attributes
-    ----------
-    size : int
-        Measured points, or views.
-    milliseconds : float
-        Median processor time over frames: of the tracker's step for points, from encoded images
-        to the pose for views.
-    """
+    """Cost of a frame at one size."""
 
     size: int
+    """Measured points, or views."""
     milliseconds: float
+    """Median processor time over frames: of the tracker's step for points, from encoded images to
+    the pose for views."""
 
 
 def cost_of_points(
@@ -47,32 +43,20 @@ def cost_of_points(
     *,
     views: Sequence[str] | None = None,
     frames: int = 10,
-    on_progress: Callable[[int], None] = lambda _: None,
 ) -> tuple[Cost, ...]:
-    """Time the tracker's step with more and more data of the same clouds.
+    """Time the tracker's step with more and more data of the same clouds: of the first frames.
 
     Sizes beyond the smallest cloud are left out. The data are every pixel's, whatever
     ``pixel_step`` is otherwise.
-
-    Parameters
-    ----------
-    sizes : sequence of int
-        Numbers of data points.
-    views : sequence of str, optional
-        All that give depth when not given.
-    frames : int
-        First frames of the recording that are used.
-    on_progress : callable, optional
-        Told how many sizes are done.
     """
     dense = settings.replaced(pixel_step=1, fit_shape=False)
     clouds = _clouds(recording, dense, views, frames)
     most = min((len(cloud.points) for cloud in clouds), default=0)
     costs = []
-    for k, size in enumerate(size for size in sizes if size <= most):
-        own = dense.replaced(data_points=size)
-        costs.append(Cost(size, step_milliseconds(recording, own, clouds, views)))
-        on_progress(k + 1)
+    for size in sizes:
+        if size <= most:
+            own = dense.replaced(data_points=size)
+            costs.append(Cost(size, step_milliseconds(recording, own, clouds, views)))
     return tuple(costs)
 
 
@@ -86,12 +70,7 @@ def step_milliseconds(
 ) -> float:
     """Median processor time of the tracker's step over clouds, the first of them done before.
 
-    Parameters
-    ----------
-    views : sequence of str, optional
-        Views to use; all that give depth when not given.
-    judging : bool
-        Whether what the step says about its own errors counts as well.
+    What the step says about its own errors counts as well where `judging` is set.
     """
     positions = cameras_of(recording, usable_views(recording, views))
     body = body_model(proportions_of(recording.subject), settings.body)
@@ -116,7 +95,6 @@ def cost_of_views(
     *,
     views: Sequence[str] | None = None,
     frames: int = 10,
-    on_progress: Callable[[int], None] = lambda _: None,
 ) -> tuple[Cost, ...]:
     """Processor time of the whole chain with one view, two views, and so on.
 
@@ -124,12 +102,10 @@ def cost_of_views(
     """
     used = usable_views(recording, views)
     plain = settings.replaced(fit_shape=False)
-    costs = []
-    for count in range(1, len(used) + 1):
-        milliseconds = _processor_ms(recording, plain, used[:count], frames)
-        costs.append(Cost(count, milliseconds))
-        on_progress(count)
-    return tuple(costs)
+    return tuple(
+        Cost(count, _processor_ms(recording, plain, used[:count], frames))
+        for count in range(1, len(used) + 1)
+    )
 
 
 def _processor_ms(
@@ -158,3 +134,87 @@ def _clouds(
         found = [frame.cloud for frame in pipeline.frames(wanted)]
     least = settings.tracking.least_points
     return [cloud for cloud in found if len(cloud.points) >= least]
+
+
+_MODEL_POINTS = (24, 40, 64, 120, 240, 480, 960)
+_DATA_POINTS = (200, 400, 800, 1600, 3200)
+_STEREO = ("rectify", "match", "subpixel")
+_SEGMENTATION = ("background", "patches", "points", "outliers", "colours")
+
+
+@dataclass(frozen=True)
+class StepCost:
+    """Processor time of one correction of a frame with so many points."""
+
+    points: int
+    milliseconds: float
+
+
+@dataclass(frozen=True)
+class Timing:
+    """Times of one preset."""
+
+    preset: str
+    usual_points: int
+    """Points that the preset uses."""
+    filter_ms: float
+    """Processor time of the tracker's step, without what it says about its own errors."""
+    stereo_ms_per_view: float
+    segmentation_ms: float
+    """`stereo_ms_per_view` and `segmentation_ms`: time of the stages before it: matching for each
+    view; background, outliers and all else that makes the cloud of matched pictures, for all views
+    together. Wall time."""
+    costs: tuple[StepCost, ...]
+    """The tracker's step by number of points: model points for ``thesis``, data for others."""
+
+    def exponent(self) -> float:
+        """Exponent e of time ~ points^e over the measured range; NaN for a single size."""
+        sizes = [cost.points for cost in self.costs]
+        return exponent(sizes, [cost.milliseconds for cost in self.costs])
+
+
+def timing(
+    recording: Recording,
+    name: str,
+    *,
+    frames: int = 8,
+) -> Timing:
+    """Time a preset on the first frames of a recording; nothing else should run meanwhile.
+
+    Every size is timed in each of the frames; medians count.
+    """
+    settings = preset(name)
+    samples = settings.tracking.matching == "model_to_data"
+    key = "model_points" if samples else "data_points"
+    usual = int(settings.values()[key])
+    blind = dataclasses.replace(recording, reference=None)
+    clouds = _first_clouds(blind, settings, frames)
+    most = min((len(cloud.points) for cloud in clouds), default=0)
+    wanted = sorted({usual, *(_MODEL_POINTS if samples else _DATA_POINTS)})
+    sizes = [size for size in wanted if samples or size <= most or size == usual]
+    # what is compiled at first use shall not be timed
+    step_milliseconds(blind, settings.replaced(fit_shape=False), clouds[:2])
+    costs = []
+    for size in sizes:
+        own = settings.replaced(**{key: size, "fit_shape": False})
+        costs.append(StepCost(size, step_milliseconds(blind, own, clouds, judging=False)))
+    return Timing(
+        preset=name,
+        usual_points=usual,
+        filter_ms=next(cost.milliseconds for cost in costs if cost.points == usual),
+        stereo_ms_per_view=_stage_ms(clouds, _STEREO) / max(1, len(clouds[0].view_names)),
+        segmentation_ms=_stage_ms(clouds, _SEGMENTATION),
+        costs=tuple(costs),
+    )
+
+
+def _first_clouds(recording: Recording, settings: Settings, frames: int) -> list[Cloud]:
+    with Pipeline(recording, RunSpec(settings, init="tpose")) as pipeline:
+        count = min(frames, pipeline.reader.frame_count)
+        pipeline.chain.learn_background(pipeline.reader, range(count))
+        return [read_cloud(pipeline.chain, pipeline.reader, frame)[0] for frame in range(count)]
+
+
+def _stage_ms(clouds: Sequence[Cloud], stages: Sequence[str]) -> float:
+    """Median over frames of the time of some stages, summed over views."""
+    return 1000.0 * median([sum(c.seconds.get(s, 0.0) for s in stages) for c in clouds])

@@ -11,17 +11,16 @@ import numpy as np
 
 from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.atomic import write_file
-from stereotrack_core.evaluation.episodes.drawing import best_view
-from stereotrack_core.evaluation.episodes.strip import Shown, picture_strip
+from stereotrack_core.evaluation.episodes.drawing import Shown, best_view, picture_strip
 from stereotrack_core.evaluation.errors import LimbErrors
 from stereotrack_core.evaluation.limb_colours import LIMB_COLOURS
+from stereotrack_core.experiments.benchmark.growth import Timing
 from stereotrack_core.experiments.reproduction.plan import Places, PlannedRun
 from stereotrack_core.experiments.reproduction.tables import Outcome, source_name
 from stereotrack_core.experiments.reproduction.thesis import FILTER_MS, MOTIONS, ThesisMotion
-from stereotrack_core.experiments.reproduction.timing import Timing
 from stereotrack_core.interop.run_npz import read_npz
 from stereotrack_core.recording.description import Recording, Segment
-from stereotrack_core.report.drawing import Kind, drawn_axes, image_of
+from stereotrack_core.report.drawing import drawn_axes, image_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -32,20 +31,14 @@ _QUALITY = 82
 
 @dataclass(frozen=True)
 class MotionPictures:
-    """Pictures of one motion.
-
-    Attributes
-    ----------
-    curves : bytes
-        SVG.
-    frames : tuple of int
-        That the strips show.
-    """
+    """Pictures of one motion."""
 
     motion: ThesisMotion
     curves: bytes
+    """Bytes. SVG."""
     strips: Mapping[str, bytes]
     frames: tuple[int, ...]
+    """That the strips show."""
 
 
 def motion_pictures(
@@ -116,7 +109,7 @@ _THESIS_COLOUR, _ANEW_COLOUR = "#1d2329", "#7b3294"
 _LOST = 45.0
 
 
-def motion_curves(outcomes: Sequence[Outcome], motion: ThesisMotion, kind: Kind = "svg") -> bytes:
+def motion_curves(outcomes: Sequence[Outcome], motion: ThesisMotion) -> bytes:
     """Errors of every limb over the frames of a motion, all ways of tracking over each other.
 
     The preset ``thesis`` as the mean of its seeds with a band from the least to the largest
@@ -141,10 +134,10 @@ def motion_curves(outcomes: Sequence[Outcome], motion: ThesisMotion, kind: Kind 
         ax.set_ylabel("error [deg]")
     handles, labels = axes[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=max(1, len(labels)))
-    return image_of(figure, kind)
+    return image_of(figure, "svg")
 
 
-def timing_curve(timings: Sequence[Timing], kind: Kind = "svg") -> bytes:
+def timing_curve(timings: Sequence[Timing]) -> bytes:
     """Time of the tracker's step over the number of points; the thesis's one known number too."""
     figure, axes = drawn_axes(1, 1, 6.4, 3.6)
     ax = axes[0]
@@ -164,7 +157,7 @@ def timing_curve(timings: Sequence[Timing], kind: Kind = "svg") -> bytes:
     ax.set_xlabel("points (of the model for thesis, measured points for others)")
     ax.set_ylabel("time per frame [ms]")
     ax.legend()
-    return image_of(figure, kind)
+    return image_of(figure, "svg")
 
 
 def _curves(

@@ -34,26 +34,18 @@ _REFERENCE_POINTS = 64
 
 @dataclass(frozen=True)
 class PlannedRun:
-    """One run of the tables; without its seed a column of one.
-
-    Attributes
-    ----------
-    points : int or None
-        Model points m, where they differ from the preset's.
-    few_views : bool
-        Two cameras instead of all.
-    averaged : bool
-        The same averaged proportions for everybody.
-    anew : bool
-        Put on the reference's pose at the beginning of every segment, instead of continuously
-        from the first frame on. This is for judging alone: such a run knows the truth.
-    """
+    """One run of the tables; without its seed a column of one."""
 
     preset: str
     points: int | None = None
+    """Model points m, where they differ from the preset's."""
     few_views: bool = False
+    """Two cameras instead of all."""
     averaged: bool = False
+    """The same averaged proportions for everybody."""
     anew: bool = False
+    """Put on the reference's pose at the beginning of every segment, instead of continuously from
+    the first frame on. This is for judging alone: such a run knows the truth."""
     seed: int = 0
 
     @property
@@ -150,38 +142,27 @@ class Places:
     folder: Path
 
     @property
-    def recordings(self) -> Path:
-        """Folder of the four recordings."""
-        return self.folder / "recordings"
-
-    @property
     def page(self) -> Path:
         """The page that shows everything."""
         return self.folder / "index.html"
 
     def recording(self, name: str) -> Path:
         """Folder of a recording."""
-        return self.recordings / name
+        return self.folder / "recordings" / name
 
     def run(self, recording: str, planned: PlannedRun) -> Path:
         """File of a run."""
         return self.folder / "runs" / recording / f"{planned.name}.npz"
 
 
-def default_folder(*, short: bool) -> Path:
-    """The program's own data folder."""
-    name = "reproduce-short" if short else "reproduce"
-    return user_data_path("stereotrack", appauthor=False) / name
+def places_in(folder: Path | None, *, short: bool) -> Places:
+    """Make the folder where it is missing: that one, or one in the program's own data folder.
 
-
-def made_folder(folder: Path) -> Places:
-    """Make the folder where it is missing.
-
-    Raises
-    ------
-    InputError
-        Where that cannot be.
+    Raises InputError where that cannot be.
     """
+    if folder is None:
+        name = "reproduce-short" if short else "reproduce"
+        folder = user_data_path("stereotrack", appauthor=False) / name
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -214,7 +195,9 @@ def kept_run(
         "way": planned.way,
     }
     same = all(run.meta.get(key) == value for key, value in wanted.items())
-    return run if same and _is_whole(run, recording) else None
+    reference = recording.reference
+    whole = reference is not None and len(run.frame) == len(reference.frame)
+    return run if same and whole else None
 
 
 def kept_runs(
@@ -230,18 +213,10 @@ def kept_runs(
         )
 
 
-def _is_whole(run: Run, recording: Recording) -> bool:
-    reference = recording.reference
-    return reference is not None and len(run.frame) == len(reference.frame)
-
-
 def missing_recordings(places: Places, *, short: bool) -> tuple[ThesisRecording, ...]:
     """What has to be rendered of the four recordings.
 
-    Raises
-    ------
-    InputError
-        Where a recording is there that is another one.
+    Raises InputError where a recording is there that is another one.
     """
     wanted = thesis_recordings(short=short)
     for one in wanted:
@@ -256,14 +231,8 @@ def render_recording(
     on_progress: Callable[[int, int], None],
     cancelled: Callable[[], bool],
 ) -> None:
-    """Render a recording.
-
-    Raises
-    ------
-    Cancelled
-        Nothing of it is left behind.
-    """
-    places.recordings.mkdir(parents=True, exist_ok=True)
+    """Render a recording. Raises Cancelled: nothing of it is left behind."""
+    places.recording(one.name).parent.mkdir(parents=True, exist_ok=True)
     simulate(
         places.recording(one.name),
         person=one.name,

@@ -14,6 +14,7 @@ from pathlib import Path
 
 from stereotrack_core.atomic import write_file
 from stereotrack_core.errors import InputError
+from stereotrack_core.experiments.benchmark.growth import StepCost, Timing, timing
 from stereotrack_core.experiments.reproduction.pictures import (
     MotionPictures,
     motion_pictures,
@@ -24,12 +25,10 @@ from stereotrack_core.experiments.reproduction.tables import (
     OF_THESIS,
     ComparedTable,
     Outcome,
-    columns_of,
     compared_tables,
     in_full,
     outcome_of,
-    page_table,
-    rows_of,
+    readable,
 )
 from stereotrack_core.experiments.reproduction.thesis import (
     FILTER_MS,
@@ -38,12 +37,11 @@ from stereotrack_core.experiments.reproduction.thesis import (
     SOURCE,
     STEREO_MS_PER_VIEW,
 )
-from stereotrack_core.experiments.reproduction.timing import StepCost, Timing, timing
 from stereotrack_core.plain_data import check_kind, plain
 from stereotrack_core.reading import decoding, read_json
-from stereotrack_core.recording.csv_table import csv_text, markdown_text
+from stereotrack_core.recording.csv_table import Table, csv_text, markdown_text, number
 from stereotrack_core.recording.description import Recording
-from stereotrack_core.report.pages import Table, code, embedded, number
+from stereotrack_core.report.pages import code, embedded
 from stereotrack_core.report.pages import page as drawn_page
 from stereotrack_core.simulation.people import person_named
 from stereotrack_core.simulation.thesis_recordings import FAST, thesis_recordings
@@ -104,7 +102,7 @@ def _recordings(*, short: bool) -> Table:
                 f"{', '.join(names)}; fast: {', '.join(fast)}",
             )
         )
-    return Table(("", ">stature [m]", ">frames", ">seconds", "clothes", "motions"), rows)
+    return Table("", ("", ">stature [m]", ">frames", ">seconds", "clothes", "motions"), rows)
 
 
 def _timings(
@@ -178,7 +176,8 @@ def _write_tables(places: Places, results: Results) -> None:
     for compared in results.tables:
         columns, rows = in_full(compared)
         write_file(places.folder / f"table-{compared.key}.csv", csv_text(columns, rows))
-        text = markdown_text(columns_of(compared), rows_of(compared))
+        table = readable(compared)
+        text = markdown_text(table.columns, table.rows)
         whole.append(f"## {compared.title}\n\n{text}\n{compared.remark}\n")
     write_file(places.folder / "tables.md", "\n".join(whole))
     if results.timings:
@@ -195,26 +194,19 @@ def _write_tables(places: Places, results: Results) -> None:
 
 @dataclass(frozen=True)
 class Circumstances:
-    """How the numbers came about.
-
-    Attributes
-    ----------
-    command : str
-        That makes them again.
-    tracked_by : tuple of str
-        Versions of this program that made the runs.
-    runs, wanted : int
-        Runs that are finished, and all that belong to the tables.
-    """
+    """How the numbers came about."""
 
     command: str
+    """That makes them again."""
     versions: Mapping[str, str]
     tracked_by: tuple[str, ...]
+    """Versions of this program that made the runs."""
     machine: str
     seeds: int
     presets: tuple[str, ...]
     runs: int
     wanted: int
+    """`runs` and `wanted`: runs that are finished, and all that belong to the tables."""
     short: bool
 
 
@@ -249,12 +241,12 @@ def page(results: Results) -> str:
         good_to=REFERENCE_GOOD_TO_DEG,
         recordings=results.recordings,
         compared_tables=[
-            {"key": key, "title": one.title, "table": page_table(one), "remark": one.remark}
+            {"key": key, "title": one.title, "table": readable(one), "remark": one.remark}
             for key in _ORDER
             if (one := by_key.get(key)) is not None
         ],
         timings=_timings_table(results.timings),
-        timing_picture=embedded(results.timing_picture or b"", "svg+xml") if timed else "",
+        timing_picture=embedded(results.timing_picture or b"", "svg") if timed else "",
         motions=results.motions,
         embedded=embedded,
         circumstances=_circumstances_table(made),
@@ -297,7 +289,7 @@ def _timings_table(timings: Sequence[Timing]) -> Table:
         *("", ">tracking [ms]", ">stereo, each view [ms]", ">segmentation [ms]"),
         "growth of tracking time",
     )
-    return Table(columns, rows)
+    return Table("", columns, rows)
 
 
 def _circumstances_table(made: Circumstances) -> Table:
@@ -305,11 +297,11 @@ def _circumstances_table(made: Circumstances) -> Table:
         ("command", code(made.command)),
         ("machine", made.machine),
         *made.versions.items(),
-        ("runs tracked by version", ", ".join(made.tracked_by) or "–"),
+        ("runs tracked by version", ", ".join(made.tracked_by) or "-"),
         ("seeds", f"0 to {made.seeds - 1} for {THESIS}, 0 for others"),
         ("recordings", "simulated with seed 0; the reference is the exact ground truth"),
     ]
-    return Table(("", ""), rows)
+    return Table("", ("", ""), rows)
 
 
 def _parameters(name: str) -> dict[str, str | Table]:
@@ -321,4 +313,4 @@ def _parameters(name: str) -> dict[str, str | Table]:
     }
     changed = [line for row, line in lines.items() if values[row.name] != row.default]
     same = [line for row, line in lines.items() if values[row.name] == row.default]
-    return {"name": name, "changed": Table(columns, changed), "same": Table(columns, same)}
+    return {"name": name, "changed": Table("", columns, changed), "same": Table("", columns, same)}

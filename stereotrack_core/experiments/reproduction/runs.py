@@ -48,21 +48,9 @@ def track_groups(
 ) -> None:
     """Track all runs of some groups and write them.
 
-    Parameters
-    ----------
-    on_frames : callable
-        Told how many frames of the groups in work are done.
-    on_group : callable
-        Told every group that is finished.
-    on_lost : callable
-        Told a group that is begun again because its process has ended by itself.
-
-    Raises
-    ------
-    Cancelled
-        Finished groups of runs stay.
-    Lost
-        Where the process of a group has ended by itself twice.
+    `on_frames` is told how many frames of the groups in work are done, `on_group` every group that
+    is finished, `on_lost` a group that is begun again because its process has ended by itself.
+    Raises Lost where that happens twice, and Cancelled; finished groups of runs stay.
     """
     tasks = [(places, [recording.folder for recording in recordings], one) for one in groups]
     desk = _GroupDesk(tasks, on_frames, on_group, on_lost, cancelled)
@@ -125,22 +113,8 @@ def track_group(
 ) -> list[tuple[PlannedRun, Run]]:
     """Track a recording with all runs of a group.
 
-    Parameters
-    ----------
-    average : Subject
-        The averaged proportions.
-    starts : mapping from frame to Pose
-        Where runs that start anew are put on which pose; the first frame must be among them
-        where the group has such runs.
-    on_frames : callable, optional
-        Told how many frames more were tracked, over all runs.
-    cancelled : callable, optional
-        Asked after every frame whether to stop.
-
-    Raises
-    ------
-    Cancelled
-        Nothing of the group is kept then.
+    Runs that start anew are put on the poses of `starts`, by frame; the first frame must be among
+    them where the group has such runs. Where it is cancelled, nothing of the group is kept.
     """
     inside = {frame: pose for frame, pose in starts.items() if frame in frames}
     inputs = []

@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
-
-import numpy as np
+from functools import partial, reduce
 
 from stereotrack_core.evaluation.errors import LimbErrors, errors_against
 from stereotrack_core.evaluation.summary import Spread, Summary, summarise
@@ -27,8 +24,8 @@ from stereotrack_core.experiments.reproduction.thesis import (
     TABLE_4_4,
     ThesisTable,
 )
+from stereotrack_core.recording.csv_table import Table
 from stereotrack_core.recording.description import Recording, Segment
-from stereotrack_core.report.pages import Row, Table
 from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.presets import preset
 
@@ -40,22 +37,16 @@ LOST = "lost"
 
 @dataclass(frozen=True, eq=False)
 class Outcome:
-    """What one run has come to.
-
-    Attributes
-    ----------
-    fast_from : int
-        First frame of the fast motions at the end of the recording.
-    version : str
-        Of the program that tracked.
-    """
+    """What one run has come to."""
 
     recording: str
     planned: PlannedRun
     errors: LimbErrors
     fast_from: int
+    """First frame of the fast motions at the end of the recording."""
     segments: tuple[Segment, ...]
     version: str
+    """Of the program that tracked."""
 
     def slow(self) -> LimbErrors:
         """Errors of the frames at the thesis's pace."""
@@ -68,7 +59,7 @@ class Outcome:
     def segment(self, name: str) -> LimbErrors | None:
         """Errors of all segments of that name; None where there is none."""
         found = [self.errors.between(s.first, s.end) for s in self.segments if s.name == name]
-        return together(found) if found else None
+        return reduce(LimbErrors.followed_by, found) if found else None
 
 
 Part = Callable[[Outcome], LimbErrors | None]
@@ -95,12 +86,6 @@ def fast_from(segments: Sequence[Segment], end: int) -> int:
     return min((s.first for s in segments if s.name.endswith(FAST)), default=end)
 
 
-def together(parts: Sequence[LimbErrors]) -> LimbErrors:
-    """Several stretches as one."""
-    names = [field.name for field in dataclasses.fields(LimbErrors)]
-    return LimbErrors(**{n: np.concatenate([getattr(p, n) for p in parts]) for n in names})
-
-
 def figure(
     outcomes: Sequence[Outcome], way: str, measure: str, part: Part, recordings: Sequence[str]
 ) -> Spread:
@@ -118,7 +103,7 @@ def figure(
             return Spread()
         stretches = [stretch for o in of_seed if (stretch := part(o)) is not None]
         if stretches:
-            values.append(_value(summarise(together(stretches)), measure))
+            values.append(_value(summarise(reduce(LimbErrors.followed_by, stretches)), measure))
     return Spread.of(values)
 
 
@@ -134,34 +119,23 @@ _LOST_ROW = (LOST, "arm segments lost", "%")
 
 @dataclass(frozen=True)
 class Line:
-    """One line of a table.
-
-    Attributes
-    ----------
-    source : str
-        Whose numbers: the thesis's, or those of a way of tracking.
-    figures : tuple of Spread
-        One for each column.
-    """
+    """One line of a table."""
 
     measure: str
     label: str
     unit: str
     source: str
+    """Whose numbers: the thesis's, or those of a way of tracking."""
     figures: tuple[Spread, ...]
+    """One for each column."""
 
 
 @dataclass(frozen=True)
 class ComparedTable:
-    """A table in which numbers of several sources stand below each other.
-
-    Attributes
-    ----------
-    key : str
-        Name of its files.
-    """
+    """A table in which numbers of several sources stand below each other."""
 
     key: str
+    """Name of its files."""
     title: str
     columns: tuple[str, ...]
     lines: tuple[Line, ...]
@@ -187,7 +161,9 @@ def compared_tables(
     usual = preset(THESIS).tracking.model_points
     sizes = [PlannedRun(THESIS, points=None if m == usual else m) for m in POINTS]
     plain = [PlannedRun(name) for name in presets]
-    basic = [run for one in plain for run in (one, replace(one, anew=True)) if _is_basic(run)]
+    basic = [run for one in plain for run in (one, replace(one, anew=True))]
+    # only runs of the thesis's preset are begun anew
+    basic = [run for run in basic if not run.anew or run.preset == THESIS]
     columns: dict[ThesisTable, dict[PlannedRun, list[_Column]]] = {
         TABLE_4_1: {run: [_Column(run, names) for names in each] for run in basic},
         TABLE_4_2: {run: [_Column(one, everybody) for one in sizes]
@@ -204,11 +180,6 @@ def compared_tables(
     )
 
 
-def _is_basic(run: PlannedRun) -> bool:
-    """Whether a run is one of table 4.1: only those of the thesis's preset are begun anew."""
-    return not run.anew or run.preset == THESIS
-
-
 def source_name(run: PlannedRun) -> str:
     """How the lines of a way of tracking are called."""
     if run.preset != THESIS:
@@ -220,19 +191,12 @@ def _fast_table(
     outcomes: Sequence[Outcome], recordings: Sequence[str], basic: Sequence[PlannedRun]
 ) -> ComparedTable:
     each = [*((name,) for name in recordings), tuple(recordings)]
-    lines = [
-        line
-        for measure in (*ROWS, _LOST_ROW)
-        for run in basic
-        for line in _line(
-            measure, run, [_Column(run, names, Outcome.fast) for names in each], outcomes
-        )
-    ]
+    columns = {run: [_Column(run, names, Outcome.fast) for names in each] for run in basic}
     return ComparedTable(
         "fast",
         "The four motions performed fast",
         (*recordings, "together"),
-        tuple(lines),
+        _lines(columns, outcomes, {}),
         "The thesis has no such numbers: the same motions in about 3 seconds each. Fast motion "
         "can lose an arm, and a tracker without re-initialisation does not find it again.",
     )
@@ -272,46 +236,34 @@ def _motion_table(
 def _beside(
     thesis: ThesisTable, columns: dict[PlannedRun, list[_Column]], outcomes: Sequence[Outcome]
 ) -> ComparedTable:
-    lines: list[Line] = []
-    for measure in (*ROWS, _LOST_ROW):
-        name, label, unit = measure
-        if name in thesis.values:
-            theirs = tuple(Spread(float(value)) for value in thesis.values[name])
-            lines.append(Line(name, label, unit, OF_THESIS, theirs))
-        for run, own in columns.items():
-            lines += _line(measure, run, own, outcomes)
     return ComparedTable(
         thesis.number,
         f"Table {thesis.number}: {thesis.title[0].lower()}{thesis.title[1:]}",
         thesis.columns,
-        tuple(lines),
+        _lines(columns, outcomes, thesis.values),
         f"{thesis.remark} (The thesis, {thesis.source}.)",
     )
 
 
-def _line(
-    measure: tuple[str, str, str],
-    run: PlannedRun,
-    columns: Sequence[_Column],
+def _lines(
+    columns: Mapping[PlannedRun, Sequence[_Column]],
     outcomes: Sequence[Outcome],
-) -> list[Line]:
-    """A line, or none where nothing of it is known yet."""
-    name, label, unit = measure
-    figures = tuple(
-        figure(outcomes, column.planned.way, name, column.part, column.recordings)
-        for column in columns
-    )
-    if not any(math.isfinite(f.mean) for f in figures):
-        return []
-    return [Line(name, label, unit, source_name(run), figures)]
+    given: Mapping[str, Sequence[float]],
+) -> tuple[Line, ...]:
+    """What is given and what ways of tracking come to, as far as it is known, by measure."""
+    lines = []
+    for name, label, unit in (*ROWS, _LOST_ROW):
+        sources = [(OF_THESIS, tuple(Spread(float(value)) for value in given.get(name, ())))]
+        for run, own in columns.items():
+            figures = (figure(outcomes, c.planned.way, name, c.part, c.recordings) for c in own)
+            sources.append((source_name(run), tuple(figures)))
+        for source, found in sources:
+            if any(math.isfinite(one.mean) for one in found):
+                lines.append(Line(name, label, unit, source, found))
+    return tuple(lines)
 
 
-def columns_of(compared: ComparedTable) -> tuple[str, ...]:
-    """Headings for reading."""
-    return ("", "", *(f">{name}" for name in compared.columns))
-
-
-def rows_of(compared: ComparedTable) -> list[tuple[str, ...]]:
+def _rows_of(compared: ComparedTable) -> list[tuple[str, ...]]:
     """Rows for reading; a measure is named once."""
     rows: list[tuple[str, ...]] = []
     before = ""
@@ -322,20 +274,21 @@ def rows_of(compared: ComparedTable) -> list[tuple[str, ...]]:
             (
                 label,
                 line.source,
-                *(f.text(0 if line.unit == "mm" else 1, "–") for f in line.figures),
+                *(f.text(0 if line.unit == "mm" else 1) for f in line.figures),
             )
         )
     return rows
 
 
-def page_table(compared: ComparedTable) -> Table:
-    """The table for the page, the thesis's own numbers set apart."""
-    rows = []
-    for cells, line in zip(rows_of(compared), compared.lines, strict=True):
-        kinds = ["first"] if cells[0] else []
-        kinds += ["given"] if line.source == OF_THESIS else []
-        rows.append(Row(cells, " ".join(kinds)))
-    return Table(columns_of(compared), rows)
+def readable(compared: ComparedTable) -> Table:
+    """The table for reading, the thesis's own numbers set apart."""
+    rows = _rows_of(compared)
+    kinds = [
+        " ".join(["first"] * bool(cells[0]) + ["given"] * (line.source == OF_THESIS))
+        for cells, line in zip(rows, compared.lines, strict=True)
+    ]
+    columns = ("", "", *(f">{name}" for name in compared.columns))
+    return Table(compared.title, columns, rows, kinds)
 
 
 def in_full(compared: ComparedTable) -> tuple[list[str], list[list[str | float | int]]]:

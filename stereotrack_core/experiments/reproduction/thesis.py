@@ -11,6 +11,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 
+from stereotrack_core.evaluation.summary import ERROR_MEASURES
+
 SOURCE = (
     "J. Ziegler, Tracking der artikularen Bewegung des Oberkörpers in Stereobildfolgen, "
     "Diplomarbeit, Universität Karlsruhe, 2005"
@@ -19,25 +21,13 @@ SOURCE = (
 REFERENCE_GOOD_TO_DEG = 10.0
 """Section 4.1, page 49: ten pixels of annotation error, estimated to be 10 degrees."""
 
-ROWS: tuple[tuple[str, str, str], ...] = (
-    ("torso_position", "torso position", "mm"),
-    ("torso_long", "torso long axis", "deg"),
-    ("torso_cross", "torso cross axis", "deg"),
-    ("upper_arms", "upper arms", "deg"),
-    ("forearms", "forearms", "deg"),
-)
+ROWS = ERROR_MEASURES[:5]
 """Measure, name and unit of every row that all four tables have."""
 
 
 @dataclass(frozen=True, eq=False)
 class ThesisTable:
-    """A table of the thesis.
-
-    Attributes
-    ----------
-    remark : str
-        What the thesis itself says about it.
-    """
+    """A table of the thesis."""
 
     number: str
     page: int
@@ -45,6 +35,7 @@ class ThesisTable:
     columns: tuple[str, ...]
     values: Mapping[str, tuple[float, ...]]
     remark: str
+    """What the thesis itself says about it."""
 
     @property
     def source(self) -> str:
@@ -110,28 +101,20 @@ TABLES: tuple[ThesisTable, ...] = (TABLE_4_1, TABLE_4_2, TABLE_4_3, TABLE_4_4)
 
 @dataclass(frozen=True)
 class ThesisMotion:
-    """A motion that the thesis shows in pictures and as curves of its errors (section 4.3).
-
-    Attributes
-    ----------
-    pictures, curves : str
-        Numbers of the figures.
-    page : int
-        Of the curves.
-    frames : tuple of int
-        Frame numbers of its pictures.
-    remark : str
-        What it says about the errors; the curves themselves are not legible in the scan.
-    """
+    """A motion that the thesis shows in pictures and as curves of its errors (section 4.3)."""
 
     pictures: str
     curves: str
+    """`pictures` and `curves`: numbers of the figures."""
     page: int
+    """Of the curves."""
     recording: str
     segment: str
     title: str
     frames: tuple[int, ...]
+    """Frame numbers of its pictures."""
     remark: str
+    """What it says about the errors; the curves themselves are not legible in the scan."""
 
 
 MOTIONS: tuple[ThesisMotion, ...] = (

@@ -2,20 +2,25 @@
 
 from __future__ import annotations
 
-import importlib
 import queue
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import cv2
 
 from stereotrack_core.errors import Cancelled, InputError
-from stereotrack_core.experiments.runner.job import Job, JobResult, Watcher, failure
+from stereotrack_core.experiments.runner.job import (
+    Job,
+    JobResult,
+    Watcher,
+    do_batch,
+    failure,
+    recording_of,
+)
 from stereotrack_core.experiments.runner.local import RETRIES
-from stereotrack_core.experiments.runner.work import do_batch, recording_of
 from stereotrack_core.version import __version__
+from stereotrack_core.versions import extra_library
 
 _PATIENCE_SECONDS = 10.0
 _LOOK_SECONDS = 0.2
@@ -26,42 +31,25 @@ class ChanceError(Exception):
     """A job failed in a way that may not come again."""
 
 
-def _dask_distributed() -> ModuleType:
-    """The library, which is an extra; InputError where it is not installed."""
-    try:
-        return importlib.import_module("distributed")
-    except ImportError:
-        raise InputError(
-            "Dask is not installed, which is needed for clusters",
-            where="--scheduler",
-            remedy="Install it with `pip install 'stereotrack[cluster]'`, or use --workers.",
-        ) from None
-
-
 class ClusterWorkers:
     """Workers of a Dask scheduler, who see the recordings by the same paths.
 
-    A worker that dies gives its jobs to others; results that were told are never asked again.
-
-    Parameters
-    ----------
-    address : str
-        ``tcp://host:port``, or the path of a scheduler file (.json).
-    retries : int
-        How often a job is tried again whose failure may have been chance.
-    patience : float
-        Seconds to wait for the scheduler's answer.
-
-    Raises
-    ------
-    InputError
-        Where Dask is missing, nobody answers, or there is no worker.
+    The address is ``tcp://host:port``, or the path of a scheduler file (.json), whose answer is
+    waited for some seconds. A worker that dies gives its jobs to others; results that were told are
+    never asked again. Raises InputError where Dask is missing, nobody answers, or there is no
+    worker.
     """
 
     def __init__(
         self, address: str, *, retries: int = RETRIES, patience: float = _PATIENCE_SECONDS
     ) -> None:
-        distributed = _dask_distributed()
+        distributed = extra_library(
+            "distributed",
+            "cluster",
+            missing="Dask is not installed, which is needed for clusters",
+            where="--scheduler",
+            instead="--workers",
+        )
         self._retries = retries
         where: dict[str, str] = (
             {"scheduler_file": address} if address.endswith(".json") else {"address": address}
@@ -96,10 +84,7 @@ class ClusterWorkers:
     def check(self, jobs: Iterable[Job]) -> None:
         """Ask every worker whether it has this program and sees the recordings.
 
-        Raises
-        ------
-        InputError
-            That names the worker and what it lacks.
+        Raises InputError that names the worker and what it lacks.
         """
         if not self._client.nthreads():
             raise InputError(
@@ -174,10 +159,8 @@ class ClusterWorkers:
 def do_job(job: Job) -> JobResult:
     """Do one job on a worker.
 
-    Raises
-    ------
-    ChanceError
-        Where it failed in a way that may not come again, so that Dask tries it again.
+    Raises ChanceError where it failed in a way that may not come again, so that Dask tries it
+    again.
     """
     cv2.setNumThreads(1)  # the machine's other cores have workers of their own
     (result,) = do_batch((job,))

@@ -1,12 +1,27 @@
-"""A job is one run with an identity by which its result is known again."""
+"""A job is one run with an identity by which its result is known again; doing jobs.
+
+The runs of a batch go forward together, frame by frame, on the same clouds.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import dataclasses
+import math
+import time
+from collections.abc import Callable, Generator, Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any, Literal, Protocol, TypeAlias
 
+from stereotrack_core.errors import Cancelled, InputError
+from stereotrack_core.experiments.measures import measured
+from stereotrack_core.experiments.runner.lockstep import LockstepRun, RunInput, track_together
 from stereotrack_core.experiments.sweep.points import Point
+from stereotrack_core.plain_data import Kind, check_kind
+from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.detections import own_detections
+from stereotrack_core.recording.folder import fingerprint, open_recording
+from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.tracking.run_spec import RunSpec
 
 Status: TypeAlias = Literal["done", "failed"]
@@ -14,31 +29,20 @@ Status: TypeAlias = Literal["done", "failed"]
 
 @dataclass(frozen=True, eq=False)
 class Job:
-    """One run, with everything that its outcome depends on.
-
-    Attributes
-    ----------
-    identity : str
-        Hash of all that the result depends on; equal identities, equal results.
-    clouds : str
-        Hash of all that its clouds depend on; jobs that agree in it may share them.
-    recording : str
-        Name of the recording.
-    folder : str
-        Where it is, the same on every machine that takes part.
-    fingerprint : str
-        What it has to be there.
-    spec : RunSpec
-        With its frames; without detections, which the recording has.
-    """
+    """One run, with everything that its outcome depends on."""
 
     identity: str
     clouds: str
+    """`identity` and `clouds`: hashes of all that the result depends on, and that its clouds do,
+    which jobs may share."""
     recording: str
     folder: str
     fingerprint: str
+    """`folder` and `fingerprint`: where the recording is, the same on every machine that takes
+    part, and what it has to be."""
     point: Point
     spec: RunSpec
+    """With its frames; without detections, which the recording has."""
 
     @property
     def frames(self) -> range:
@@ -56,26 +60,22 @@ class Job:
         return self.spec.views or ()
 
 
+_FACTS: Kind = {
+    "job": str,
+    "status": str,
+    "measures": {str: float},
+    "frames": int,
+    "error": str,
+    "attempts": int,
+}
+
+
 @dataclass(frozen=True)
 class JobResult:
     """What became of a job.
 
-    Attributes
-    ----------
-    identity : str
-        Of the job.
-    status : str
-        ``done`` or ``failed``.
-    measures : mapping from measure to float
-        In the measures' units; only what is known.
-    frames : int
-        Frames that were gone through.
-    error : str
-        Why it failed; empty where it did not.
-    final : bool
-        A failure that comes again however often it is tried: the input is wrong.
-    attempts : int
-        How often it was tried.
+    The job has this identity. Measures are in their units, those that are known. A failure that is
+    final comes again however often it is tried: the input is wrong.
     """
 
     identity: str
@@ -93,39 +93,19 @@ class JobResult:
 
     def facts(self) -> dict[str, Any]:
         """The same as JSON takes it."""
-        return {
-            "job": self.identity,
-            "status": self.status,
-            "measures": dict(self.measures),
-            "frames": self.frames,
-            "error": self.error,
-            "attempts": self.attempts,
-        }
+        return {key: getattr(self, "identity" if key == "job" else key) for key in _FACTS}
 
     @classmethod
     def of_facts(cls, facts: Mapping[str, Any]) -> JobResult:
-        """Read :meth:`facts` again.
-
-        Raises
-        ------
-        ValueError
-            For facts that are not those of a result.
-        """
-        try:
-            status = facts["status"]
-            if status not in ("done", "failed"):
-                raise ValueError(f"unknown status {status!r}")
-            measures = {str(name): float(value) for name, value in facts["measures"].items()}
-            return cls(
-                identity=str(facts["job"]),
-                status=status,
-                measures=measures,
-                frames=int(facts["frames"]),
-                error=str(facts["error"]),
-                attempts=int(facts["attempts"]),
+        """Read :meth:`facts` again. Raises InputError for those of anything else."""
+        check_kind(facts, _FACTS, "the result of a job", "Compute it again.")
+        if facts.get("status") not in ("done", "failed") or None in map(facts.get, _FACTS):
+            raise InputError(
+                "this is not the result of a job",
+                where=str(facts.get("job")),
+                remedy="Compute it again.",
             )
-        except (KeyError, TypeError, AttributeError, OverflowError) as error:
-            raise ValueError(f"this is not the result of a job ({error})") from error
+        return cls(facts["job"], **{key: facts[key] for key in _FACTS if key != "job"})
 
 
 def failure(identity: str, error: BaseException, *, final: bool) -> JobResult:
@@ -158,8 +138,76 @@ class Executor(Protocol):
     def do(self, jobs: Sequence[Job], watcher: Watcher) -> None:
         """Do all jobs, whose identities differ; returns when each has a result.
 
-        Raises
-        ------
-        Cancelled
-            When the watcher wants to stop; results that were told stay valid.
+        Raises Cancelled when the watcher wants to stop; results that were told stay valid.
         """
+
+
+def do_batch(
+    jobs: Sequence[Job],
+    *,
+    on_frames: Callable[[int], None] = lambda _: None,
+    cancelled: Callable[[], bool] = lambda: False,
+) -> Generator[JobResult, None, None]:
+    """Do jobs that share their clouds; gives the result of each as soon as it is known.
+
+    A job that fails does not stop the others. `on_frames` is told how many frames more were
+    tracked, over all jobs.
+    """
+    begun, waiting = time.perf_counter(), list(jobs)
+    try:
+        recording = recording_of(jobs[0])
+        detections = own_detections(recording)
+        blind = dataclasses.replace(recording, reference=None)  # the tracker never sees the truth
+        inputs = [
+            RunInput(blind, dataclasses.replace(job.spec, detections=detections)) for job in jobs
+        ]
+        seconds: float | None = None
+        for run in track_together(
+            inputs, on_frames=on_frames, cancelled=cancelled, go_on_after_errors=True
+        ):
+            if seconds is None:
+                seconds = (time.perf_counter() - begun) / len(jobs)
+            yield _result(waiting.pop(0), run, recording.reference, seconds)
+    except Cancelled:
+        raise
+    except Exception as error:  # noqa: BLE001 - told as the result of every job
+        for job in waiting:
+            yield _failed(job, error)
+
+
+def recording_of(job: Job) -> Recording:
+    """The job's recording, as it was when the job was planned.
+
+    Raises InputError where it is not to be found on this machine, or is another one.
+    """
+    folder = Path(job.folder)
+    recording = open_recording(folder)
+    if fingerprint(recording) != job.fingerprint:
+        raise InputError(
+            "the recording has changed since the sweep was started",
+            where=job.folder,
+            remedy="Start the sweep again with the present recording.",
+        )
+    return recording
+
+
+def _result(
+    job: Job, tracked: LockstepRun, reference: LandmarkTrajectory | None, seconds: float
+) -> JobResult:
+    """What has become of a job that took this share of the time of its batch."""
+    if tracked.error is not None:
+        return _failed(job, tracked.error)
+    begun = time.perf_counter()
+    try:
+        run = tracked.run()
+        seconds += time.perf_counter() - begun
+        speed = len(run.frame) / tracked.seconds if tracked.seconds > 0 else float("nan")
+        values = measured(run, reference) | {"frames_per_second": speed, "seconds": seconds}
+    except Exception as error:  # noqa: BLE001 - told as the result of the job
+        return _failed(job, error)
+    known = {name: value for name, value in values.items() if math.isfinite(value)}
+    return JobResult(job.identity, "done", known, frames=len(run.frame))
+
+
+def _failed(job: Job, error: Exception) -> JobResult:
+    return failure(job.identity, error, final=isinstance(error, InputError))

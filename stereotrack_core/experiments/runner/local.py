@@ -7,8 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from stereotrack_core.experiments.runner.job import Job, JobResult, Watcher
-from stereotrack_core.experiments.runner.work import do_batch
+from stereotrack_core.experiments.runner.job import Job, JobResult, Watcher, do_batch
 from stereotrack_core.worker_processes import Asker, Lost, Pool
 
 RETRIES = 1
@@ -16,15 +15,7 @@ RETRIES = 1
 
 
 class LocalWorkers:
-    """Processes that are started with the first job and live until the end.
-
-    Parameters
-    ----------
-    count : int
-        Processes.
-    together : int, optional
-        Jobs that one process does together, at most; see :class:`Batches`.
-    """
+    """Processes that live from the first job until the end; see :class:`Batches`."""
 
     def __init__(self, count: int, *, together: int | None = None, retries: int = RETRIES) -> None:
         self._pool = Pool(_do, count)
@@ -49,50 +40,7 @@ class LocalWorkers:
 
     def do(self, jobs: Sequence[Job], watcher: Watcher) -> None:
         """Do all jobs; returns when each has a result."""
-        batches = Batches(jobs, self.count, self._together)
-        self._pool.work(_JobDesk(batches, watcher, self._retries))
-
-
-class _JobDesk:
-    """Hands out batches, and tries again what may have failed by chance."""
-
-    def __init__(self, batches: Batches, watcher: Watcher, retries: int) -> None:
-        self._batches, self._watcher, self._retries = batches, watcher, retries
-        self._open: dict[str, tuple[Job, int]] = {}
-        self.stopped = watcher.stopped
-
-    def next(self) -> Batch | None:
-        batch = self._batches.next()
-        for job in () if batch is None else batch.jobs:
-            self._open[job.identity] = job, 0 if batch is None else batch.tried
-        return batch
-
-    def heard(self, batch: Batch, word: Any) -> None:
-        if isinstance(word, int):
-            self._watcher.on_frames(word)
-        elif isinstance(word, Exception):
-            self._failed(batch, f"{type(word).__name__}: {word}")
-        else:
-            self._ended(word)
-
-    def lost(self, batch: Batch, why: Lost) -> None:
-        self._failed(batch, str(why))
-
-    def ended(self, batch: Batch) -> None:
-        """Each of its jobs has told its result."""
-
-    def _failed(self, batch: Batch, why: str) -> None:
-        """The batch has ended in the middle: its jobs are tried again, each alone."""
-        for job in batch.jobs:
-            if job.identity in self._open:
-                self._ended(JobResult(job.identity, "failed", error=why))
-
-    def _ended(self, result: JobResult) -> None:
-        job, tried = self._open.pop(result.identity)
-        if not result.done and not result.final and tried < self._retries:
-            self._batches.put_back(job, tried + 1)
-            return
-        self._watcher.on_result(job, replace(result, attempts=tried + 1))
+        self._pool.work(Batches(jobs, self.count, self._together, watcher, self._retries))
 
 
 def _do(batch: Batch, asker: Asker) -> None:
@@ -132,9 +80,21 @@ class Batches:
     ----------
     together : int, optional
         Largest batch; where not given, as large as is worth losing when the program is killed.
+    watcher : Watcher
+        Hears of everything; what may have failed by chance is tried again before.
     """
 
-    def __init__(self, jobs: Sequence[Job], workers: int, together: int | None = None) -> None:
+    def __init__(
+        self,
+        jobs: Sequence[Job],
+        workers: int,
+        together: int | None,
+        watcher: Watcher,
+        retries: int = RETRIES,
+    ) -> None:
+        self._watcher, self._retries = watcher, retries
+        self.stopped = watcher.stopped
+        self._open: dict[str, tuple[Job, int]] = {}
         groups: dict[str, list[Job]] = {}
         for job in jobs:
             groups.setdefault(job.clouds, []).append(job)
@@ -148,19 +108,43 @@ class Batches:
         self._waiting.sort(key=lambda batch: _work(batch.jobs), reverse=True)
         self._again: list[Batch] = []
 
-    def __len__(self) -> int:
-        return len(self._waiting) + len(self._again)
-
-    def put_back(self, job: Job, tried: int) -> None:
-        """Let a job be tried again."""
-        self._again.append(Batch((job,), tried))
-
     def next(self) -> Batch | None:
         """The next batch; None where nothing waits."""
-        for waiting in (self._waiting, self._again):
-            if waiting:
-                return waiting.pop(0)
-        return None
+        waiting = self._waiting or self._again
+        if not waiting:
+            return None
+        batch = waiting.pop(0)
+        self._open |= {job.identity: (job, batch.tried) for job in batch.jobs}
+        return batch
+
+    def heard(self, batch: Batch, word: Any) -> None:
+        """Take the frames that were done, a result, or what the batch failed of."""
+        if isinstance(word, int):
+            self._watcher.on_frames(word)
+        elif isinstance(word, Exception):
+            self._failed(batch, f"{type(word).__name__}: {word}")
+        else:
+            self._ended(word)
+
+    def lost(self, batch: Batch, why: Lost) -> None:
+        """Its process has ended by itself."""
+        self._failed(batch, str(why))
+
+    def ended(self, batch: Batch) -> None:
+        """Each of its jobs has told its result."""
+
+    def _failed(self, batch: Batch, why: str) -> None:
+        """The batch has ended in the middle: its jobs are tried again, each alone."""
+        for job in batch.jobs:
+            if job.identity in self._open:
+                self._ended(JobResult(job.identity, "failed", error=why))
+
+    def _ended(self, result: JobResult) -> None:
+        job, tried = self._open.pop(result.identity)
+        if not result.done and not result.final and tried < self._retries:
+            self._again.append(Batch((job,), tried + 1))
+        else:
+            self._watcher.on_result(job, replace(result, attempts=tried + 1))
 
 
 def _cut_counts(groups: Sequence[Sequence[Job]], workers: int, together: int | None) -> list[int]:

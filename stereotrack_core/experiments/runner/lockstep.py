@@ -32,20 +32,14 @@ _PER_FRAME = (
 
 @dataclass(frozen=True, eq=False)
 class RunInput:
-    """A run that shall be made together with others.
-
-    Attributes
-    ----------
-    recording : Recording
-        As its tracker may know it: without the reference.
-    starts : mapping from frame to Pose
-        Where the tracker is put on which pose before it sees a frame. This is for judging alone:
-        such a run knows the truth.
-    """
+    """A run that shall be made together with others."""
 
     recording: Recording
+    """As its tracker may know it: without the reference."""
     spec: RunSpec
     starts: Mapping[int, Pose] = field(default_factory=dict)
+    """By frame: where the tracker is put on which pose before it sees a frame.
+    This is for judging alone: such a run knows the truth."""
 
 
 class LockstepRun:
@@ -131,8 +125,6 @@ def track_together(
         They agree in all that clouds depend on; see :func:`cloud_key`.
     on_frames : callable, optional
         Told how many frames more were tracked, over all runs.
-    cancelled : callable, optional
-        Asked after every frame whether to stop.
     go_on_after_errors : bool
         Whether an error of one run ends nothing else; it is then told by the run.
     """

@@ -7,7 +7,6 @@ import json
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from statistics import fmean
 from typing import Any
 
@@ -19,12 +18,13 @@ from stereotrack_core.experiments.measures import MEASURES, measure_named
 from stereotrack_core.experiments.runner.job import Job, JobResult
 from stereotrack_core.experiments.sweep.points import (
     Point,
+    Search,
     SweepRequest,
     grid_points,
     listed_points,
     parsed_axis,
+    parsed_range,
 )
-from stereotrack_core.experiments.sweep.search import Search, parsed_range
 from stereotrack_core.interop.first_pose import first_pose
 from stereotrack_core.parameters import Value, parsed_settings
 from stereotrack_core.reading import TABLE_BYTES, read_bytes
@@ -42,10 +42,7 @@ from stereotrack_core.version import __version__
 class SweepPlan:
     """What a request asks for: jobs, or ranges in which points are searched.
 
-    Parameters
-    ----------
-    recordings : sequence of Recording
-        Its recordings, opened.
+    Raises InputError where something cannot be meant.
 
     Attributes
     ----------
@@ -55,30 +52,41 @@ class SweepPlan:
         Where a search looks; empty where there is no search.
     jobs : tuple of Job
         Empty for a search, whose points depend on what comes out.
-
-    Raises
-    ------
-    InputError
-        Where something cannot be meant.
     """
 
     def __init__(self, request: SweepRequest, recordings: Sequence[Recording]) -> None:
         self.request = request
         self.by = _judged_by(request.minimise, recordings)
-        self.planner = Planner(recordings, request)
+        preset(request.preset, request.changes)
+        self._changes = parsed_settings(request.changes)
+        self.seeds = seeds_of(request.seeds)
+        self._sources = tuple(_Source(recording) for recording in recordings)
         self.ranges = tuple(parsed_range(text) for text in request.search)
-        self.jobs = () if self.ranges else self.planner.jobs(_points(request))
+        self.jobs = () if self.ranges else self.jobs_of(_points(request))
+
+    def jobs_of(self, points: Sequence[Point]) -> tuple[Job, ...]:
+        """Jobs of points: recordings times points times seeds, in this order.
+
+        Raises InputError for views, frames or first poses that a recording does not have.
+        """
+        jobs: list[Job] = []
+        for source in self._sources:
+            for point in points:
+                own = point.special("seed")
+                seeds = self.seeds if own is None else [int(own)]
+                jobs += [source.job(point, self.request, self._changes, seed) for seed in seeds]
+        return tuple(jobs)
 
     def jobs_to_count(self) -> tuple[Job, ...]:
         """All jobs; of a search as many as it will try."""
         if not self.ranges:
             return self.jobs
         search = Search(self.ranges, self.request.search_seed)
-        return self.planner.jobs(search.ask(self.request.trials))
+        return self.jobs_of(search.ask(self.request.trials))
 
     def search_batch(self, at_once: int) -> int:
         """Points that a search asks for at once, so that nobody has to wait for work."""
-        return max(1, math.ceil(at_once / (len(self.request.recordings) * len(self.planner.seeds))))
+        return max(1, math.ceil(at_once / (len(self.request.recordings) * len(self.seeds))))
 
     def search_signature(self) -> str:
         """Hash by which a search is known again."""
@@ -88,28 +96,19 @@ class SweepPlan:
 
 @dataclass(frozen=True)
 class SweepCount:
-    """What a sweep would compute.
-
-    Attributes
-    ----------
-    jobs : int
-        Different runs in all.
-    there : int
-        Jobs that are in the table already.
-    frames : int
-        Frames of the others.
-    workers : int
-        Jobs that are done at once.
-    seconds : float or None
-        What the others will take, from what was computed before; None where nothing was.
-    """
+    """What a sweep would compute."""
 
     jobs: int
+    """Different runs in all."""
     points: int
     there: int
+    """Jobs that are in the table already."""
     frames: int
+    """Frames of the others."""
     workers: int
+    """Jobs that are done at once."""
     seconds: float | None
+    """What the others will take, from what was computed before; None where nothing was."""
 
 
 def count_of(
@@ -141,10 +140,7 @@ def _points(request: SweepRequest) -> tuple[Point, ...]:
 def _judged_by(asked: str | None, recordings: Sequence[Recording]) -> str:
     """Measure that says which point is best.
 
-    Raises
-    ------
-    InputError
-        For an unknown one, or one that needs a reference that is not there.
+    Raises InputError for an unknown one, or one that needs a reference that is not there.
     """
     without = [one for one in recordings if one.reference is None]
     if asked is None:
@@ -169,19 +165,10 @@ def _judged_by(asked: str | None, recordings: Sequence[Recording]) -> str:
 def expected_seconds(
     waiting: Iterable[Job], known: Iterable[Job], results: Mapping[str, JobResult], workers: int
 ) -> float | None:
-    """Wall time that jobs will take; None where none has been measured yet.
+    """Wall time that jobs will take on so many workers; None where none has been measured yet.
 
-    A job takes per frame what jobs on the same views of the same recording took, else what all
-    took per frame and view.
-
-    Parameters
-    ----------
-    waiting : iterable of Job
-        What is still to be done.
-    known : iterable of Job
-        Jobs of which some have results.
-    workers : int
-        Jobs that are done at once.
+    A job takes per frame what jobs on the same views of the same recording took, else what all took
+    per frame and view.
     """
     same: dict[tuple[str, int], list[float]] = {}
     per_view: list[float] = []
@@ -200,44 +187,6 @@ def expected_seconds(
         each = fmean(own) if own else fmean(per_view) * len(job.views)
         total += each * len(job.frames)
     return total / max(1, workers)
-
-
-class Planner:
-    """Makes jobs of points: recordings times points times seeds, in this order.
-
-    Parameters
-    ----------
-    request : SweepRequest
-        What holds where a point says nothing else.
-
-    Raises
-    ------
-    InputError
-        Where the request asks for what no point could mend.
-    """
-
-    def __init__(self, recordings: Sequence[Recording], request: SweepRequest) -> None:
-        preset(request.preset, request.changes)
-        self._request = request
-        self._changes = parsed_settings(request.changes)
-        self.seeds = seeds_of(request.seeds)
-        self._sources = tuple(_Source(recording) for recording in recordings)
-
-    def jobs(self, points: Sequence[Point]) -> tuple[Job, ...]:
-        """All jobs of some points.
-
-        Raises
-        ------
-        InputError
-            For views, frames or first poses that a recording does not have.
-        """
-        jobs: list[Job] = []
-        for source in self._sources:
-            for point in points:
-                own = point.special("seed")
-                seeds = self.seeds if own is None else [int(own)]
-                jobs += [source.job(point, self._request, self._changes, seed) for seed in seeds]
-        return tuple(jobs)
 
 
 class _Source:
@@ -289,19 +238,16 @@ class _Source:
 
 def _facts_of(recording: Recording, own_fingerprint: str) -> dict[str, Any]:
     """What the tracker is told of a recording, without its folder."""
-    detections = recording.folder / OWN_FILE
-    subject = recording.subject
+    told, file, subject = None, recording.folder / OWN_FILE, recording.subject
+    if file.is_file():
+        told = hashlib.blake2b(read_bytes(file, TABLE_BYTES), digest_size=16)
     return {
         "fingerprint": own_fingerprint,
         "calibration": calibration_fingerprint(recording),
         "fps": recording.fps,
         "subject": None if subject is None else vars(subject),
-        "detections": _file_digest(detections) if detections.is_file() else None,
+        "detections": told.hexdigest() if told is not None else None,
     }
-
-
-def _file_digest(path: Path) -> str:
-    return hashlib.blake2b(read_bytes(path, TABLE_BYTES), digest_size=16).hexdigest()
 
 
 def _reference_facts(recording: Recording) -> Any:

@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+import dataclasses
 import itertools
+import logging
+import math
 import sys
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
+from typing import Any, Literal
 
 from stereotrack_core.errors import InputError, did_you_mean
 from stereotrack_core.parameters import ParameterRow, Value
 from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.presets import preset
+from stereotrack_core.versions import extra_library
 
 SPECIAL: Mapping[str, str] = MappingProxyType(
     {
@@ -32,15 +37,10 @@ MOST_POINTS = 100_000
 
 @dataclass(frozen=True)
 class Point:
-    """Values that are tried together, by name; what is not named stays as it is.
-
-    Attributes
-    ----------
-    values : tuple of (str, Value)
-        In the order in which they were given.
-    """
+    """Values that are tried together, by name; what is not named stays as it is."""
 
     values: tuple[tuple[str, Value], ...] = ()
+    """Tuple of (str, Value). In the order in which they were given."""
 
     @property
     def by_name(self) -> dict[str, Value]:
@@ -72,13 +72,7 @@ def parameter_rows() -> dict[str, ParameterRow]:
 
 
 def checked_name(name: str, where: str) -> str:
-    """The name of something that can be varied.
-
-    Raises
-    ------
-    InputError
-        For anything else.
-    """
+    """The name of something that can be varied. Raises InputError for anything else."""
     rows = parameter_rows()
     if name not in rows and name not in SPECIAL:
         raise InputError(
@@ -91,13 +85,7 @@ def checked_name(name: str, where: str) -> str:
 
 
 def checked_value(name: str, value: Value) -> Value:
-    """A value as its row wants it.
-
-    Raises
-    ------
-    InputError
-        For a value that is not accepted.
-    """
+    """A value as its row wants it. Raises InputError for a value that is not accepted."""
     if name not in SPECIAL:
         return parameter_rows()[name].checked(value)
     text = str(value).strip()
@@ -115,10 +103,7 @@ def checked_value(name: str, value: Value) -> Value:
 def parsed_axis(text: str) -> Axis:
     """Read ``NAME=a,b,c`` as given to ``--grid``.
 
-    Raises
-    ------
-    InputError
-        For an unknown name, a value outside its range, or a value given twice.
+    Raises InputError for an unknown name, a value outside its range, or a value given twice.
     """
     name, sign, values = text.partition("=")
     if not sign or not values.strip():
@@ -137,10 +122,7 @@ def parsed_axis(text: str) -> Axis:
 def grid_points(axes: Sequence[Axis]) -> tuple[Point, ...]:
     """Every combination of the axes' values, the last axis fastest; without axes one point.
 
-    Raises
-    ------
-    InputError
-        For an axis given twice, or more points than anybody means.
+    Raises InputError for an axis given twice, or more points than anybody means.
     """
     names = [axis.name for axis in axes]
     if len(set(names)) < len(names):
@@ -166,10 +148,7 @@ def listed_points(
 ) -> tuple[Point, ...]:
     """Points of a table whose columns are names; an empty cell leaves the value as it is.
 
-    Raises
-    ------
-    InputError
-        For an unknown name, a value outside its range, or no row at all.
+    Raises InputError for an unknown name, a value outside its range, or no row at all.
     """
     names = [checked_name(name, where) for name in columns]
     points = []
@@ -207,60 +186,42 @@ _PROGRAM = (
 
 @dataclass(frozen=True)
 class SweepRequest:
-    """A sweep in the words of a person; see ``stereotrack sweep --help``.
-
-    Attributes
-    ----------
-    table : Path
-        Where the results go.
-    grid, search : tuple of str
-        ``NAME=a,b,c`` and ``NAME=LOW:HIGH``.
-    points : Path or None
-        A list of points; at most one of grid, list and search is given.
-    trials, search_seed : int
-        Points that a search tries, and its seed.
-    minimise : str or None
-        Measure that says which point is best; None: the usual one.
-    changes : tuple of str
-        ``NAME=VALUE`` for what differs from the preset.
-    frames, views : str or None
-        None: all.
-    workers, together : int or None
-        Processes on this machine, and jobs that one does together; None: as many as is good.
-    scheduler : str or None
-        Address of a Dask cluster; None: this machine.
-    again : bool
-        Compute also what is in the table already.
-    """
+    """A sweep in the words of a person; see ``stereotrack sweep --help``."""
 
     recordings: tuple[Path, ...]
     table: Path
+    """Where the results go."""
     grid: tuple[str, ...] = ()
     points: Path | None = None
+    """A list of points; at most one of grid, list and search is given."""
     search: tuple[str, ...] = ()
+    """`grid` and `search`: ``NAME=a,b,c`` and ``NAME=LOW:HIGH``."""
     trials: int = TRIALS
     search_seed: int = 0
+    """`trials` and `search_seed`: points that a search tries, and its seed."""
     minimise: str | None = None
+    """Measure that says which point is best; None: the usual one."""
     preset: str = "accurate"
     changes: tuple[str, ...] = ()
+    """``NAME=VALUE`` for what differs from the preset."""
     seeds: str = "0"
     frames: str | None = None
     views: str | None = None
+    """`frames` and `views`: none: all."""
     init: str = "auto"
     smooth: bool = False
     workers: int | None = None
     together: int | None = None
+    """`workers` and `together`: processes on this machine, and jobs that one does together; None:
+    as many as is good."""
     scheduler: str | None = None
+    """Address of a Dask cluster; None: this machine."""
     retries: int = 1
     again: bool = False
+    """Compute also what is in the table already."""
 
     def check(self) -> None:
-        """Refuse what does not go together, and numbers that mean nothing.
-
-        Raises
-        ------
-        InputError
-        """
+        """Refuse what does not go together, and numbers that mean nothing. Raises InputError."""
         least = {"workers": 1, "together": 1, "trials": 1, "retries": 0, "search_seed": 0}
         for name, low in least.items():
             value = getattr(self, name)
@@ -291,27 +252,143 @@ class SweepRequest:
     def arguments(self) -> list[str]:
         """The command that does the sweep."""
         words = ["sweep", *map(str, self.recordings), "-o", str(self.table)]
-        lists = {"--grid": self.grid, "--search": self.search, "--set": self.changes}
-        words += [word for option, texts in lists.items() for text in texts
-                  for word in (option, text)]  # fmt: skip
-        values = {
-            "--list": self.points, "--minimise": self.minimise, "--preset": self.preset,
-            "--seeds": self.seeds, "--frames": self.frames, "--views": self.views,
-            "--init": self.init, "--workers": self.workers, "--together": self.together,
-            "--scheduler": self.scheduler, "--retries": self.retries,
-        }  # fmt: skip
-        if self.search:
-            values |= {"--trials": self.trials, "--search-seed": self.search_seed}
-        words += [
-            word
-            for option, value in values.items()
-            if value is not None
-            for word in (option, str(value))
-        ]
-        flags = {"--smooth": self.smooth, "--again": self.again}
-        return [*words, *(option for option, asked in flags.items() if asked)]
+        own = {"recordings", "table"} | (set() if self.search else {"trials", "search_seed"})
+        for field in dataclasses.fields(self):
+            value = getattr(self, field.name)
+            name = {"points": "list", "changes": "set"}.get(field.name, field.name)
+            option = f"--{name.replace('_', '-')}"
+            if field.name in own or value is None or value is False:
+                continue
+            if value is True:
+                words.append(option)
+                continue
+            for text in value if isinstance(value, tuple) else (value,):
+                words += [option, str(text)]
+        return words
 
 
 def program_command(arguments: Sequence[str]) -> list[str]:
     """What to start so that the command line does this in a process of its own."""
     return [sys.executable, "-c", _PROGRAM.format(path=sys.path), *arguments]
+
+
+_FORM = "Write NAME=LOW:HIGH, NAME=LOW:HIGH:log, NAME=LOW:HIGH:int or NAME=a,b,c."
+
+
+@dataclass(frozen=True)
+class Range:
+    """Where one value is looked for."""
+
+    name: str
+    low: float = 0.0
+    high: float = 0.0
+    """`low` and `high`: closed range; meaningless where there are choices."""
+    scale: Literal["linear", "log", "int"] = "linear"
+    """``linear``, ``log`` or ``int``."""
+    choices: tuple[Value, ...] = ()
+    """What is chosen from instead of a range."""
+
+    def suggested(self, trial: Any) -> Value:
+        """What a trial of the library tries."""
+        if self.choices:
+            # texts and numbers alike are stored by their place: the library wants no mixture
+            place = trial.suggest_categorical(self.name, list(range(len(self.choices))))
+            return self.choices[int(place)]
+        if self.scale == "int":
+            low, high = math.ceil(self.low), math.floor(self.high)
+            return checked_value(self.name, trial.suggest_int(self.name, low, high))
+        found = trial.suggest_float(self.name, self.low, self.high, log=self.scale == "log")
+        return checked_value(self.name, found)
+
+
+def parsed_range(text: str) -> Range:
+    """Read what is given to ``--search``.
+
+    Raises InputError for an unknown name, or a range that the parameter does not have.
+    """
+    where = "--search"
+    name, sign, rest = text.partition("=")
+    if not sign or not rest.strip():
+        raise InputError(f"{text!r} cannot be read", where=where, remedy=_FORM)
+    name = checked_name(name.strip(), where)
+    if name == "seed":
+        raise InputError(
+            "the seed cannot be searched", where=where, remedy="Average over --seeds instead."
+        )
+    kind = parameter_rows()[name].type if name not in SPECIAL else str
+    if ":" not in rest or kind not in (int, float):
+        values = tuple(checked_value(name, part.strip()) for part in rest.split(","))
+        if len(set(values)) < 2:
+            raise InputError(f"{text!r} has only one value", where=where, remedy=_FORM)
+        return Range(name, choices=tuple(dict.fromkeys(values)))
+    return _numeric(name, rest, kind, text)
+
+
+def _numeric(name: str, rest: str, kind: type, text: str) -> Range:
+    where = "--search"
+    parts = [part.strip() for part in rest.split(":")]
+    scale = parts[2] if len(parts) == 3 else "int" if kind is int else "linear"
+    if len(parts) > 3 or scale not in ("linear", "log", "int"):
+        raise InputError(f"{text!r} cannot be read", where=where, remedy=_FORM)
+    low, high = (float(checked_value(name, part)) for part in parts[:2])
+    if not low < high or (scale == "log" and low <= 0.0):
+        raise InputError(
+            f"{text!r} is not a range",
+            where=where,
+            remedy="The first value must be the smaller one"
+            + (", and above 0 for log." if scale == "log" else "."),
+        )
+    if scale == "int" and math.ceil(low) >= math.floor(high):
+        raise InputError(f"{text!r} has only one value", where=where, remedy=_FORM)
+    if kind is int and scale == "linear":
+        scale = "int"
+    if kind is int and scale == "log":
+        raise InputError(
+            f"{name} takes whole numbers",
+            where=where,
+            remedy=f"Write {name}={parts[0]}:{parts[1]}:int.",
+        )
+    return Range(name, low, high, scale)  # type: ignore[arg-type]  # checked above
+
+
+class Search:
+    """Proposes points and learns from how good they are."""
+
+    def __init__(self, ranges: Sequence[Range], seed: int, *, more_is_better: bool = False) -> None:
+        names = [one.name for one in ranges]
+        if len(set(names)) < len(names):
+            raise InputError(
+                "a name is given twice", where="--search", remedy="Give each name once."
+            )
+        self._optuna = extra_library(
+            "optuna",
+            "search",
+            missing="Optuna is not installed, which is needed for a search",
+            where="--search",
+            instead="--grid",
+        )
+        logging.getLogger("optuna").setLevel(logging.WARNING)
+        sampler = self._optuna.samplers.TPESampler(seed=seed, constant_liar=True)
+        self._study = self._optuna.create_study(
+            sampler=sampler, direction="maximize" if more_is_better else "minimize"
+        )
+        self._ranges = tuple(ranges)
+        self._open: list[tuple[Any, Point]] = []
+
+    def ask(self, count: int) -> tuple[Point, ...]:
+        """The next points, to be told about all together by :meth:`tell`."""
+        self._open = []
+        for _ in range(count):
+            trial = self._study.ask()
+            values = tuple((one.name, one.suggested(trial)) for one in self._ranges)
+            self._open.append((trial, Point(values)))
+        return tuple(point for _, point in self._open)
+
+    def tell(self, values: Sequence[float]) -> None:
+        """How good the points were, in their order; NaN where one failed."""
+        for (trial, _), value in zip(self._open, values, strict=True):
+            if math.isfinite(value):
+                self._study.tell(trial, value)
+            else:
+                self._study.tell(trial, state=self._optuna.trial.TrialState.FAIL)
+        self._open = []

@@ -13,8 +13,7 @@ from stereotrack_core.evaluation.summary import Spread
 from stereotrack_core.experiments.measures import MEASURES, measure_named
 from stereotrack_core.experiments.runner.job import Executor, Job, JobResult
 from stereotrack_core.experiments.sweep.plan import SweepPlan
-from stereotrack_core.experiments.sweep.points import Point
-from stereotrack_core.experiments.sweep.search import Search
+from stereotrack_core.experiments.sweep.points import Point, Search
 from stereotrack_core.experiments.sweep.store import Ending, SweepState, SweepStore
 
 _STATE_SECONDS = 0.5
@@ -23,33 +22,22 @@ _TABLE_SECONDS = 5.0
 
 @dataclass(frozen=True)
 class SweepOutcome:
-    """How a sweep ended.
-
-    Attributes
-    ----------
-    jobs : tuple of Job
-        All that were wanted.
-    reused : int
-        Different jobs whose results were there already.
-    computed : int
-        Jobs computed by this command.
-    """
+    """How a sweep ended."""
 
     jobs: tuple[Job, ...]
+    """All that were wanted."""
     reused: int
+    """Different jobs whose results were there already."""
     computed: int
+    """Jobs computed by this command."""
     stopped: bool
 
 
 class SweepRun:
     """One command's work on a sweep.
 
-    Parameters
-    ----------
-    on_percent : callable, optional
-        Told how many percent of the work are done.
-    cancelled : callable, optional
-        Asked whether to stop; whoever else wants that says so by the store.
+    `on_percent` is told how much of the work is done, and `cancelled` asked whether to stop;
+    whoever else wants that says so by the store.
     """
 
     def __init__(
@@ -97,10 +85,10 @@ class SweepRun:
         tried = 0
         while tried < request.trials:
             points = search.ask(min(batch, request.trials - tried))
-            jobs = plan.planner.jobs(points)
+            jobs = plan.jobs_of(points)
             frames = sum(len(job.frames) for job in jobs)
             rounds = math.ceil((request.trials - tried) / len(points))
-            self._frames.expect_about(frames * rounds)
+            self._frames.expect(frames * rounds)
             self._do(jobs)
             search.tell([self._value(jobs, point) for point in points])
             tried += len(points)
@@ -205,11 +193,7 @@ class _Frames:
         self._wanted = 0
         self._first: tuple[float, int] | None = None
 
-    def expect(self, frames: int) -> None:
-        """So many are wanted in all."""
-        self._wanted = frames
-
-    def expect_about(self, more: int) -> None:
+    def expect(self, more: int) -> None:
         """So many are wanted from now on."""
         self._wanted = self._done + more
 
@@ -235,34 +219,21 @@ class _Frames:
 
 @dataclass(frozen=True)
 class PointSummary:
-    """All recordings and seeds of one point together.
-
-    Attributes
-    ----------
-    point : Point
-        Without its seed.
-    runs : int
-        Runs that gave something.
-    values : mapping from measure to Spread
-        Over the runs.
-    """
+    """All recordings and seeds of one point together."""
 
     point: Point
+    """Without its seed."""
     runs: int
+    """Runs that gave something."""
     failed: int
     values: Mapping[str, Spread]
+    """By measure, over the runs."""
 
 
 def summarised(
     jobs: Iterable[Job], results: Mapping[str, JobResult], by: str
 ) -> tuple[PointSummary, ...]:
-    """Summaries of all points of which something is known, best first.
-
-    Parameters
-    ----------
-    by : str
-        Measure that says which one is best.
-    """
+    """Summaries of all points of which something is known, those best by a measure first."""
     groups: dict[Point, list[JobResult]] = {}
     for job in jobs:
         if job.identity in results:

@@ -7,6 +7,7 @@ import json
 import os
 import time
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, TypeAlias
@@ -54,32 +55,22 @@ class SweepPlaces:
 
 @dataclass(frozen=True)
 class SweepState:
-    """How a sweep is going, or how it ended.
-
-    Attributes
-    ----------
-    jobs : int
-        In all; in a search so far.
-    reused : int
-        That were there already.
-    computed, failed : int
-        By this command.
-    share : float
-        Of the work, 0 to 1.
-    ended : str
-        Empty while it goes on.
-    error : str
-        Why it failed.
-    """
+    """How a sweep is going, or how it ended."""
 
     jobs: int = 0
+    """In all; in a search so far."""
     reused: int = 0
+    """That were there already."""
     computed: int = 0
     failed: int = 0
+    """`computed` and `failed`: by this command."""
     share: float = 0.0
+    """Of the work, 0 to 1."""
     seconds_left: float | None = None
     ended: Ending = ""
+    """Empty while it goes on."""
     error: str = ""
+    """Why it failed."""
 
 
 _STATE: Kind = {
@@ -116,21 +107,16 @@ def stored_results(places: SweepPlaces) -> dict[str, JobResult]:
     """Every result of the journal by its job; the newest where there are several."""
     results = {}
     for entry in read_journal(places.journal):
-        try:
+        with suppress(InputError):  # for what else the journal tells
             result = JobResult.of_facts(entry)
-        except ValueError:
-            continue  # what else the journal tells
-        results[result.identity] = result
+            results[result.identity] = result
     return results
 
 
 class SweepStore:
     """Writes the files of a sweep; one process at a time.
 
-    Raises
-    ------
-    InputError
-        Where another process is at it, or the table belongs to something else.
+    Raises InputError where another process is at it, or the table belongs to something else.
     """
 
     def __init__(self, places: SweepPlaces) -> None:

@@ -54,22 +54,22 @@ def test_means_and_differences_are_those_of_evaluate():
     for measure in summaries[0].measures:
         mine = pair.measure(measure.name)
         other = summaries[1].measure(measure.name)
-        assert (mine.label, mine.unit) == (measure.label, measure.unit)
-        assert mine.paired.first == pytest.approx(measure.statistics.mean)
-        assert mine.paired.second == pytest.approx(other.statistics.mean)
-        assert mine.paired.differs
-        assert mine.paired.difference < 0
-    lost = pair.measure("lost").paired
-    assert (lost.first, lost.second) == tuple(100 * one.lost for one in summaries)
+        assert (mine.measure.label, mine.measure.unit) == (measure.label, measure.unit)
+        assert mine.first_mean == pytest.approx(measure.statistics.mean)
+        assert mine.second_mean == pytest.approx(other.statistics.mean)
+        assert mine.differs
+        assert mine.difference < 0
+    lost = pair.measure("lost")
+    assert (lost.first_mean, lost.second_mean) == tuple(100 * one.lost for one in summaries)
 
 
 def test_frames_that_are_not_tracked_count_as_evaluate_counts_them():
     a, b = noisy("a", 0.01, 1), noisy("b", 0.01, 2)
     b.trajectory.points[::2] = np.nan
     pair = compare((a, b), truth()).pairs[0]
-    assert pair.measure("not_tracked").paired.second == pytest.approx(50.0)
-    assert pair.measure("forearms").paired.second > 44.0
-    assert pair.measure("lost").paired.difference == pytest.approx(50.0)
+    assert pair.measure("not_tracked").second_mean == pytest.approx(50.0)
+    assert pair.measure("forearms").second_mean > 44.0
+    assert pair.measure("lost").difference == pytest.approx(50.0)
     assert pair.apart.frames == FRAMES // 2
     assert pair.apart.measure("forearms").statistics.mean < 20.0
 
@@ -79,12 +79,12 @@ def test_without_a_reference_runs_are_compared_with_each_other():
     b.trajectory.points[:, LANDMARKS.index("left_hand")] += (0.0, 0.3, 0.0)
     found = compare((a, b), None)
     assert not found.against_reference
-    assert {m.name for m in found.pairs[0].measures} == {"unexplained", "not_tracked"}
+    assert {m.measure.name for m in found.pairs[0].measures} == {"unexplained", "not_tracked"}
     apart = found.pairs[0].apart
     assert apart.measure("left_forearm").statistics.median == pytest.approx(45.0)
     assert apart.measure("right_forearm").statistics.mean == pytest.approx(0.0)
     bare = [replace(one, unexplained_fraction=None) for one in (a, b)]
-    assert {m.name for m in compare(bare, None).pairs[0].measures} == {"not_tracked"}
+    assert {m.measure.name for m in compare(bare, None).pairs[0].measures} == {"not_tracked"}
 
 
 def test_what_the_reference_does_not_know_is_not_scored():
@@ -93,8 +93,8 @@ def test_what_the_reference_does_not_know_is_not_scored():
     known.points[100:150, LANDMARKS.index("left_hand")] = np.nan
     found = compare((noisy("a", 0.01, 1), noisy("b", 0.01, 2)), known)
     assert found.frames[0] == 100
-    assert found.pairs[0].measure("left_forearm").paired.frames == 90
-    assert found.pairs[0].measure("right_forearm").paired.frames == 140
+    assert found.pairs[0].measure("left_forearm").frames == 90
+    assert found.pairs[0].measure("right_forearm").frames == 140
 
 
 def test_several_runs_are_each_compared_with_the_first():

@@ -44,13 +44,13 @@ def test_a_difference_is_that_of_the_means_over_what_both_know():
     found = paired(series(a), series(b))
     both = np.isfinite(a + b).all(axis=1)
     assert found.frames == both.sum() == 186
-    assert found.first == pytest.approx(a[both].mean())
+    assert found.first_mean == pytest.approx(a[both].mean())
     assert found.difference == pytest.approx(b[both].mean() - a[both].mean())
     assert found.low < found.difference < found.high < 0.0
     assert found.differs
     assert found.p < 0.02
-    assert found.better > 0.8
-    assert found.block == 24
+    assert found.better_percent > 80.0
+    assert found.block_frames == 24
 
 
 def test_the_other_way_round_is_the_same_with_another_sign():
@@ -59,7 +59,7 @@ def test_the_other_way_round_is_the_same_with_another_sign():
     there, back = paired(series(a), series(b)), paired(series(b), series(a))
     assert back.difference == pytest.approx(-there.difference)
     assert (back.low, back.high) == pytest.approx((-there.high, -there.low), abs=0.01)
-    assert (back.better, back.worse) == (there.worse, there.better)
+    assert (back.better_percent, back.worse_percent) == (there.worse_percent, there.better_percent)
     assert back.p == there.p
 
 
@@ -69,7 +69,7 @@ def test_no_input_makes_nonsense(values, shift):
     found = paired(series(a), series(a + shift))
     assert found.frames == len(values)
     assert found.difference == pytest.approx(shift, abs=1e-9)
-    assert found.independent <= found.frames
+    assert found.independent_frames <= found.frames
     assert math.isnan(found.low) == math.isnan(found.high)
     assert math.isnan(found.p) or (found.enough and 0.0 < found.p <= 1.0)
     if found.enough:
@@ -83,7 +83,7 @@ def test_equals_are_equal_and_nothing_is_nothing():
     assert not found.differs
     nothing = paired(series(np.full(5, np.nan)), series(np.ones(5)))
     assert nothing.frames == 0
-    assert math.isnan(nothing.first)
+    assert math.isnan(nothing.first_mean)
     assert not nothing.enough
 
 
@@ -93,7 +93,7 @@ def test_few_frames_and_long_excursions_say_that_they_are_too_few():
     lost = np.r_[np.zeros(60), np.ones(60)]
     found = paired(series(lost), series(np.zeros(120)))
     assert not found.enough
-    assert found.independent < 6
+    assert found.independent_frames < 6
     assert not found.differs
 
 

@@ -5,16 +5,22 @@ import numpy as np
 import pytest
 
 from stereotrack_core.errors import Cancelled, InputError
-from stereotrack_core.evaluation.episodes.drawing import best_view, seen_shares, text_width, write
+from stereotrack_core.evaluation.circumstances import seen_shares
+from stereotrack_core.evaluation.episodes.drawing import (
+    Shown,
+    best_view,
+    evenly,
+    picture_strip,
+    text_width,
+    write,
+)
 from stereotrack_core.evaluation.episodes.export import (
     before_peak_after,
     film_of,
     strip_of,
-    write_film,
 )
 from stereotrack_core.evaluation.episodes.find import Subject, find_episodes
 from stereotrack_core.evaluation.episodes.looks import Looker
-from stereotrack_core.evaluation.episodes.strip import Shown, evenly, picture_strip
 from stereotrack_core.tracking.stored import body_of_run, pose_of_run
 from tests.evaluation.episodes.runs import recorded
 
@@ -59,19 +65,16 @@ def test_wrong_wishes_are_refused(seen, tmp_path):
     with pytest.raises(InputError, match="no view 'Q'"):
         picture_strip(Shown(recording, run), [1], "Q")
     with pytest.raises(InputError, match="must end in"):
-        write_film(tmp_path / "film.avi", Shown(recording, run), [1])
+        film_of(tmp_path / "film.avi", Subject(run, 10.0), recording, ())
 
 
 def test_the_best_view_is_one_that_sees_the_limb(seen):
     recording, run, _ = seen
     name = best_view(recording, run, range(2, 8), ("left_forearm",))
-    shares = {
-        view.name: seen_shares(
-            recording.reference_camera(view), body_of_run(run), pose_of_run(run, 5)
-        )[0][4]
-        for view in recording.views
-    }
-    assert shares[name] == max(shares.values()) > 0.5
+    cameras = [recording.reference_camera(view) for view in recording.views]
+    seen = seen_shares(body_of_run(run), pose_of_run(run, 5), cameras)[:, 4]
+    shares = dict(zip([view.name for view in recording.views], seen, strict=True))
+    assert shares[name] > 0.5
 
 
 def test_a_video_has_all_frames_around_the_episode(seen, tmp_path):
@@ -85,7 +88,7 @@ def test_a_video_has_all_frames_around_the_episode(seen, tmp_path):
     with av.open(str(tmp_path / "one.mp4")) as video:
         assert sum(1 for _ in video.decode(video=0)) == 11
     with pytest.raises(Cancelled):
-        film_of(tmp_path / "two.mp4", subject, recording, [episode], None, lambda: True)
+        film_of(tmp_path / "two.mp4", subject, recording, [episode], cancelled=lambda: True)
     assert [path.name for path in tmp_path.iterdir()] == ["one.mp4"]
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stereotrack_core.evaluation.joint_angles.ranges import angle_errors
+from stereotrack_core.evaluation.joint_angles.motion import angle_errors
 from stereotrack_core.evaluation.joint_angles.series import angles_of_run, angles_of_trajectory
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.tracking.presets import preset

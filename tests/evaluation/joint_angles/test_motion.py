@@ -7,8 +7,12 @@ import pytest
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.evaluation.joint_angles.definitions import NAMES
-from stereotrack_core.evaluation.joint_angles.motion import SHORTEST, low_pass, motion_of
-from stereotrack_core.evaluation.joint_angles.ranges import range_of_motion
+from stereotrack_core.evaluation.joint_angles.motion import (
+    SHORTEST,
+    low_pass,
+    motion_of,
+    range_of_motion,
+)
 from stereotrack_core.recording.description import Segment
 from tests.evaluation.joint_angles.test_series import angles
 

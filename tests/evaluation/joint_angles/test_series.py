@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from stereotrack_core.evaluation.joint_angles.definitions import NAMES
-from stereotrack_core.evaluation.joint_angles.ranges import angle_errors
+from stereotrack_core.evaluation.joint_angles.motion import angle_errors
 from stereotrack_core.evaluation.joint_angles.series import JointAngles, stretches, unwrapped
 
 TURN, PLANE, FLEXION = (

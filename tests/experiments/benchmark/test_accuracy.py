@@ -138,13 +138,13 @@ def score(seed, value, name="a", recording="r"):
 
 
 def test_seeds_are_pooled():
-    rows = pooled([score(0, 1.0), score(1, 2.0), score(2, 6.0), score(0, 5.0, "b")])
+    rows = pooled([score(0, 1.0), score(1, 2.0), score(2, 6.0), score(0, 5.0, "b")], {})
     assert [(row.contestant, row.seeds) for row in rows] == [("a", 3), ("b", 1)]
     assert rows[0].values["lost"].mean == 3.0
     assert rows[0].values["lost"].deviation == pytest.approx(math.sqrt(7.0))
     assert math.isnan(rows[1].values["lost"].deviation)
-    assert pooled([score(0, 1.0), score(0, 1.0, recording="s")])[1].recording == "s"
-    assert pooled([]) == ()
+    assert pooled([score(0, 1.0), score(0, 1.0, recording="s")], {})[1].recording == "s"
+    assert pooled([], {}) == ()
 
 
 def test_speed_without_stereo_has_no_ratio(recording):

@@ -6,8 +6,8 @@ import importlib.util
 import numpy as np
 import pytest
 
-from stereotrack_core.experiments.benchmark import correction_speed as module
-from stereotrack_core.experiments.benchmark.correction_speed import (
+from stereotrack_core.experiments.benchmark import speed as module
+from stereotrack_core.experiments.benchmark.speed import (
     CorrectionSpeed,
     correction_speed,
     dense_form,

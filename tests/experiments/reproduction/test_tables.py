@@ -16,8 +16,7 @@ from stereotrack_core.experiments.reproduction.tables import (
     fast_from,
     figure,
     in_full,
-    page_table,
-    rows_of,
+    readable,
 )
 from stereotrack_core.experiments.reproduction.thesis import TABLE_4_1
 from stereotrack_core.recording.description import Segment
@@ -110,11 +109,11 @@ def test_fast_motions_have_their_own_table(tables):
 def test_numbers_are_written_as_people_and_programs_read_them(tables):
     assert Spread(32.14, 0.84).text() == "32.1 ± 0.8"
     assert Spread(66.6).text(0) == "67"
-    assert Spread().text(absent="–") == "–"
-    rows = rows_of(tables["4.1"])
+    assert Spread().text() == "-"
+    rows = readable(tables["4.1"]).rows
     assert rows[0][:3] == ("torso position [mm]", OF_THESIS, "65")
     assert rows[1][0] == ""
     columns, full = in_full(tables["4.2"])
     assert len(columns) == len(full[0]) == 3 + 2 * 4
     assert "" in full[1]  # not known is empty, not NaN
-    assert page_table(tables["4.1"]).rows[0].kind == "first given"
+    assert readable(tables["4.1"]).kinds[0] == "first given"

@@ -14,8 +14,7 @@ from stereotrack_core.experiments.runner.cluster import (
     do_job,
     lacking,
 )
-from stereotrack_core.experiments.runner.job import failure
-from stereotrack_core.experiments.runner.work import do_batch
+from stereotrack_core.experiments.runner.job import do_batch, failure
 from stereotrack_core.experiments.sweep.points import Point, grid_points, parsed_axis
 from tests.experiments.runner.dask_cluster import DaskCluster, computed_again, knows
 

@@ -6,13 +6,12 @@ import numpy as np
 import pytest
 
 from stereotrack_core.depth.chain import DepthChain
-from stereotrack_core.errors import Cancelled
+from stereotrack_core.errors import Cancelled, InputError
 from stereotrack_core.evaluation.errors import errors_against
 from stereotrack_core.evaluation.summary import summarise
 from stereotrack_core.experiments.measures import MEASURES
 from stereotrack_core.experiments.runner import lockstep
-from stereotrack_core.experiments.runner.job import JobResult
-from stereotrack_core.experiments.runner.work import do_batch
+from stereotrack_core.experiments.runner.job import JobResult, do_batch
 from stereotrack_core.experiments.sweep.points import Point, grid_points, parsed_axis
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.tracking.iekf import PoseFilter
@@ -142,7 +141,6 @@ def test_results_are_read_as_they_are_written(plan):
     (result,) = do_batch(plan(Point()))
     assert all(np.isfinite(list(result.measures.values())))
     assert JobResult.of_facts(result.facts()) == result
-    with pytest.raises(ValueError, match="not the result of a job"):
-        JobResult.of_facts({"job": "a", "status": "done"})
-    with pytest.raises(ValueError, match="unknown"):
-        JobResult.of_facts({**result.facts(), "status": "perhaps"})
+    for wrong in ({"job": "a", "status": "done"}, {**result.facts(), "status": "perhaps"}):
+        with pytest.raises(InputError, match="not the result of a job"):
+            JobResult.of_facts(wrong)

@@ -6,7 +6,7 @@ import sys
 import pytest
 
 from stereotrack_core.errors import InputError
-from stereotrack_core.experiments.sweep.search import Range, Search, parsed_range
+from stereotrack_core.experiments.sweep.points import Range, Search, parsed_range
 
 RANGES = tuple(
     parsed_range(text)

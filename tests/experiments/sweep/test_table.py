@@ -6,13 +6,15 @@ import numpy as np
 import pytest
 
 from stereotrack_core.errors import InputError
-from stereotrack_core.experiments.sweep.picture import draw_curves, draw_heat, words_of
 from stereotrack_core.experiments.sweep.table import (
     axis_of,
     best_cell,
     curves_of,
+    draw_curves,
+    draw_heat,
     heat_of,
     table_of_cells,
+    words_of,
 )
 
 COLUMNS = ("recording", "model_points", "views", "seed", "status", "forearms", "lost_recall", "job")
