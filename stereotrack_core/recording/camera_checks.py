@@ -78,6 +78,10 @@ def _check_intrinsics(camera: Camera) -> Iterator[Finding]:
             f"a focal length of {fx:.0f} px gives a field of view of {angle:.1f} degrees",
             "The focal length must be in pixels, not in millimetres.",
         )
+    yield from _check_distortion(camera)
+
+
+def _check_distortion(camera: Camera) -> Iterator[Finding]:
     folded = _folded_share(camera)
     if folded > _MOST_FOLDED:
         yield Finding(
