@@ -42,7 +42,8 @@ def write_files(contents: Mapping[Path, str | bytes]) -> None:
     with ExitStack() as pending:
         for path, content in contents.items():
             data = content.encode() if isinstance(content, str) else content
-            temporary = pending.enter_context(replacing(path, partial(_holds, data=data)))
+            whole = partial(lambda data, written: written.read_bytes() == data, data)
+            temporary = pending.enter_context(replacing(path, whole))
             temporary.write_bytes(data)
             _flush(temporary)  # all that is left to be done for any of them is renaming
 
@@ -70,10 +71,13 @@ def replacing(path: Path, is_whole: Check | None = None) -> Iterator[Path]:
             where=str(path),
             remedy="Choose a folder that exists and that you may write to.",
         ) from error
+    whole = False
     try:
         yield temporary
         _flush(temporary)
-        if is_whole is not None and not _passes(is_whole, temporary):
+        with contextlib.suppress(OSError, ValueError, InputError):
+            whole = is_whole is None or is_whole(temporary)
+        if not whole:
             raise OSError("not all data reached the drive")
         temporary.replace(path)
     except OSError as error:
@@ -131,17 +135,6 @@ def forget_unfinished(path: Path) -> None:
     unfinished = f".{glob.escape(path.stem)}-{'[0-9a-f]' * 32}{glob.escape(path.suffix)}"
     for left in path.parent.glob(unfinished):
         left.unlink(missing_ok=True)
-
-
-def _holds(path: Path, data: bytes) -> bool:
-    return path.read_bytes() == data
-
-
-def _passes(is_whole: Check, path: Path) -> bool:
-    try:
-        return is_whole(path)
-    except (OSError, ValueError, InputError):
-        return False
 
 
 def _unwritten(what: str, path: Path, error: OSError) -> InputError:

@@ -156,13 +156,10 @@ class ParameterGroup:
                 yield ParameterRow(field.name, kind, default=field.default, **field.metadata[_ROW])
 
     def __post_init__(self) -> None:
-        for row in type(self)._own_rows():
-            object.__setattr__(self, row.name, row.checked(getattr(self, row.name)))
-
-    @classmethod
-    def _own_rows(cls) -> Iterator[ParameterRow]:
-        own = {field.name for field in dataclasses.fields(cls)}
-        return (row for row in cls._rows() if row.name in own)
+        own = {field.name for field in dataclasses.fields(self)}
+        for row in self._rows():
+            if row.name in own:
+                object.__setattr__(self, row.name, row.checked(getattr(self, row.name)))
 
     def values(self) -> dict[str, Value]:
         """Every value by its flat name."""

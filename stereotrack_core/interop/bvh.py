@@ -71,7 +71,7 @@ def skeleton(landmarks: FloatArray, known: BoolArray) -> tuple[FloatArray, list[
             "chest",
             "hips",
             _UP * length("hips", "shoulders"),
-            _relative(world_from_hips, world_from_chest),
+            np.swapaxes(world_from_hips, -1, -2) @ world_from_chest,
         ),
         Joint("neck", "chest", np.zeros(3), neck),
         Joint("head", "neck", _UP * length("shoulders", "head"), still),
@@ -107,10 +107,6 @@ def _frame(x: FloatArray, y: FloatArray, *, exact: str) -> FloatArray:
     z = _unit(np.cross(x, y))
     x, y = (_unit(x), np.cross(z, _unit(x))) if exact == "x" else (np.cross(_unit(y), z), _unit(y))
     return np.stack([x, y, z], axis=-1)
-
-
-def _relative(world_from_parent: FloatArray, world_from_child: FloatArray) -> FloatArray:
-    return np.swapaxes(world_from_parent, -1, -2) @ world_from_child
 
 
 def _local(world_from_parent: FloatArray, vectors: FloatArray) -> FloatArray:

@@ -159,12 +159,8 @@ def _values(archive: zipfile.ZipFile, name: str, header: _Header) -> NDArray[Any
             at += len(piece)
     if at != flat.nbytes:
         raise EOFError
-    if header.dtype.kind == "U" and not _are_letters(flat):
-        raise ValueError(name)
+    if header.dtype.kind == "U":  # NumPy does not ask whether they can be taken for Python's
+        codes = flat.view(np.dtype(np.uint32).newbyteorder(header.dtype.byteorder))
+        if (codes >= 0x110000).any():
+            raise ValueError(name)
     return flat.reshape(header.shape, order="F" if header.fortran else "C")
-
-
-def _are_letters(texts: NDArray[np.str_]) -> bool:
-    """Whether texts can be taken for Python's, which NumPy does not ask."""
-    codes = texts.view(np.dtype(np.uint32).newbyteorder(texts.dtype.byteorder))
-    return bool((codes < 0x110000).all())

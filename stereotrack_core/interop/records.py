@@ -55,8 +55,10 @@ class Journal:
     def __init__(self, path: Path) -> None:
         self._path = path
         try:
-            self._file: IO[bytes] = path.open("ab")
-            self._torn = _is_torn(path)
+            self._file: IO[bytes] = path.open("a+b")
+            if size := self._file.seek(0, os.SEEK_END):
+                self._file.seek(size - 1)
+            self._torn = self._file.read(1) not in (b"\n", b"")  # the last line has no end
         except OSError as error:
             raise self._refusal(error) from None
 
@@ -88,15 +90,6 @@ class Journal:
             where=str(self._path),
             remedy="Free space or choose another place. The data written so far remain valid.",
         )
-
-
-def _is_torn(path: Path) -> bool:
-    """Whether the last line has no end."""
-    with path.open("rb") as file:
-        if not file.seek(0, os.SEEK_END):
-            return False
-        file.seek(-1, os.SEEK_END)
-        return file.read(1) != b"\n"
 
 
 _FRAME = struct.Struct("<4sII")  # kind of record, length and checksum of what follows
@@ -135,7 +128,11 @@ class RecordFile:
         self._file: IO[bytes] = path.open("r+b", buffering=0)
         try:
             take_lock(self._file)
-            self._end = _end_of_records(self._file, magic)
+            self._end = len(magic)
+            for _ in _payloads(self._file, magic):
+                self._end = self._file.tell()
+            if os.fstat(self._file.fileno()).st_size < self._end:
+                self._end = 0
             self._file.truncate(self._end)
             self._file.seek(self._end)
             if not self._end:
@@ -202,14 +199,6 @@ def _payloads(file: IO[bytes], magic: bytes) -> Iterator[tuple[bytes, bytes]]:
             yield kind, payload
 
 
-def _end_of_records(file: IO[bytes], magic: bytes) -> int:
-    """Where the next record belongs: after the last one that is complete."""
-    end = len(magic)
-    for _ in _payloads(file, magic):
-        end = file.tell()
-    return end if os.fstat(file.fileno()).st_size >= end else 0
-
-
 def _packed(record: Record) -> bytes:
     layout, parts = [], []
     for name, given in record.arrays.items():
@@ -229,14 +218,11 @@ def _unpacked(kind: bytes, payload: bytes) -> Record:
         raise ValueError("missing data")
     arrays, at = {}, 4 + length
     for name, dtype, shape, order in layout:
-        if dtype not in _TYPES or order not in ("C", "F") or not all(_is_length(n) for n in shape):
+        lengths = all(isinstance(length, int) and length >= 0 for length in shape)
+        if dtype not in _TYPES or order not in ("C", "F") or not lengths:
             raise ValueError("an array has an unsupported type")
         flat = np.frombuffer(payload, dtype, math.prod(shape), at)
         at += flat.nbytes
         # in the order that it had in memory, on which the last bit of later sums may depend
         arrays[str(name)] = flat.reshape(shape, order=order).copy(order="K")
     return Record(kind.decode("ascii", "replace"), facts, arrays)
-
-
-def _is_length(value: Any) -> bool:
-    return isinstance(value, int) and value >= 0

@@ -116,6 +116,8 @@ def _reference_in(file: BinaryIO, where: str) -> Reference:
     if len(frame) and (frame[0] < 0 or frame[-1] > LAST_FRAME or (abs(points) > _FARTHEST).any()):
         raise _FILE.refusal(where, "numbers are too large")
     with _FILE.decoding(where):
+        meta: dict[str, Any] = parsed_json(str(arrays["meta"]), f"{where}, meta")
+        check_kind(meta, _META, f"{where}, meta", _FILE.remedy)
         return Reference(
             frame=frame.astype(np.int64),
             points=points,
@@ -123,14 +125,8 @@ def _reference_in(file: BinaryIO, where: str) -> Reference:
             limb_sigma_deg=arrays.get("limb_sigma_deg"),
             filled=arrays.get("filled"),
             landmark_names=tuple(str(one) for one in arrays["landmark_names"]),
-            meta=_meta(str(arrays["meta"]), f"{where}, meta"),
+            meta=meta,
         )
-
-
-def _meta(text: str, where: str) -> dict[str, Any]:
-    meta: dict[str, Any] = parsed_json(text, where)
-    check_kind(meta, _META, where, _FILE.remedy)
-    return meta
 
 
 def fps_of_reference(reference: Reference) -> float | None:

@@ -42,12 +42,14 @@ def write_trc(path: Path, trajectory: LandmarkTrajectory, fps: float) -> None:
     ]
     points = trajectory.points[..., _TRC_FROM_WORLD].reshape(count, len(LANDMARKS) * 3)
     for frame, values in zip(trajectory.frame.tolist(), points.tolist(), strict=True):
-        rows.append([str(frame), f"{frame / fps:.10g}", *(_cell(value) for value in values)])
+        rows.append(
+            [
+                str(frame),
+                f"{frame / fps:.10g}",
+                *(repr(value) if np.isfinite(value) else "" for value in values),
+            ]
+        )
     write_file(path, "".join("\t".join(row) + "\n" for row in rows))
-
-
-def _cell(value: float) -> str:
-    return repr(value) if np.isfinite(value) else ""
 
 
 def read_trc(path: Path) -> tuple[LandmarkTrajectory, float]:

@@ -24,6 +24,7 @@ from stereotrack_core.annotation.click import (
 from stereotrack_core.arrays import IntArray
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.connection import Access
+from stereotrack_core.project.database import making_sense
 from stereotrack_core.project.edit import Change, Edit, Stamp, State
 from stereotrack_core.project.schema import CLICK, REPEAT_CLICK, Row, Table, Value
 
@@ -53,7 +54,7 @@ class Clicks:
     def get(self, key: ClickKey) -> Click | None:
         """One click, also a deleted one; None where there never was one."""
         values = self._access.read(CLICK, key)
-        with self._access.making_sense():
+        with making_sense(self._access.path):
             return None if values is None else _click((*key, *values))
 
     def at(self, frame: int, camera: str | None = None) -> tuple[Click, ...]:
@@ -142,7 +143,7 @@ class Clicks:
             f"SELECT {CLICK.columns} FROM {table} {condition}",  # noqa: S608 - constants
             values,
         )
-        with self._access.making_sense():
+        with making_sense(self._access.path):
             return tuple(_click(row) for row in rows)
 
 

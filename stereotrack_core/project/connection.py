@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sqlite3
 from collections.abc import Iterable, Iterator
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import contextmanager
 from pathlib import Path
 from threading import RLock
 from typing import Any
@@ -15,7 +15,6 @@ from stereotrack_core.project.database import (
     check_version,
     is_in_place,
     leave_behind,
-    making_sense,
     speaking,
     transaction,
 )
@@ -176,10 +175,6 @@ class Access:
             if not is_in_place(self.path, self._identity):
                 leave_behind(self.path)
             yield self._database
-
-    def making_sense(self) -> AbstractContextManager[None]:
-        """Take values that nothing can be made of for what they are: damage."""
-        return making_sense(self.path)
 
     @contextmanager
     def writing(self) -> Iterator[sqlite3.Connection]:

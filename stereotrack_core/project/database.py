@@ -180,12 +180,12 @@ def beside(path: Path) -> tuple[Path, ...]:
     A journal that begins with a zero is that of an edit that was finished.
     """
     sidecars = [path.with_name(path.name + suffix) for suffix in ("-journal", _LOG)]
-    return tuple(one for one in sidecars if one.exists() and _begins_with_text(one))
 
+    def begins_with_text(path: Path) -> bool:
+        with path.open("rb") as file:
+            return file.read(1) not in (b"", b"\0")
 
-def _begins_with_text(path: Path) -> bool:
-    with path.open("rb") as file:
-        return file.read(1) not in (b"", b"\0")
+    return tuple(one for one in sidecars if one.exists() and begins_with_text(one))
 
 
 def leave_behind(path: Path) -> None:

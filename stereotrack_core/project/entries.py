@@ -6,14 +6,13 @@ import hashlib
 import json
 import sqlite3
 from collections.abc import Iterable, Mapping
-from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.connection import Access
-from stereotrack_core.project.database import ProjectDamaged
+from stereotrack_core.project.database import ProjectDamaged, making_sense
 from stereotrack_core.project.edit import Change, Edit, Stamp, State, facts_of
 from stereotrack_core.project.schema import CHOICE, EDITED_TABLES, Row, Table
 
@@ -57,7 +56,7 @@ class Entries:
     """The named things of one table."""
 
     def __init__(self, table: Table, access: Access) -> None:
-        self.table = table
+        self.table, self.path = table, access.path
         self._access = access
 
     def names(self) -> tuple[str, ...]:
@@ -71,21 +70,17 @@ class Entries:
             f"SELECT {self.table.columns} FROM {self.table.name} {condition}"  # noqa: S608
             " ORDER BY at, name"
         )
-        with self._access.making_sense():
+        with making_sense(self.path):
             return tuple(_entry(row[0], row[1:]) for row in rows)
 
     def get(self, name: str) -> Entry:
         """The one of that name; InputError where there is none."""
         values = self._access.read(self.table, (name,))
-        with self._access.making_sense():
+        with making_sense(self.path):
             entry = None if values is None else _entry(name, values)
         if entry is None or entry.deleted:
             raise _missing(self.table, name)
         return entry
-
-    def making_sense(self) -> AbstractContextManager[None]:
-        """Take facts that nothing can be made of for what they are: damage."""
-        return self._access.making_sense()
 
     def data(self, name: str) -> bytes:
         """The large data that belong to the one of that name.
@@ -100,7 +95,7 @@ class Entries:
                 remedy="Delete it and save it again.",
             )
         with self._access.alone() as database:
-            return fetch(database, self._access.path, entry.content)
+            return fetch(database, self.path, entry.content)
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from typing import Literal, TypeAlias
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.connection import Access
-from stereotrack_core.project.database import ProjectDamaged
+from stereotrack_core.project.database import ProjectDamaged, making_sense
 from stereotrack_core.project.edit import (
     Change,
     Edit,
@@ -114,7 +114,7 @@ class History:
             " ORDER BY place",
             (number,),
         )
-        with self._access.making_sense():
+        with making_sense(self._access.path):
             return tuple(change_of(EDITED_TABLES[name], *texts) for name, *texts in rows)
 
     def _next(self, state: Literal["done", "undone"]) -> Entry | None:
@@ -128,7 +128,7 @@ class History:
         (nudging a click ten times is undone at once).
         """
         with self._access.writing() as database:
-            with self._access.making_sense():
+            with making_sense(self._access.path):
                 changes = without_idle(edit.changes(State(database), stamp))
             if not changes:
                 return None
@@ -141,7 +141,10 @@ class History:
                         where=edit.words(),
                         remedy="Nothing was changed; enter another value.",
                     )
-            dropped = 0 if _leaves_redo(database, edit, changes) else _drop_undone(database)
+            dropped = 0
+            if not _leaves_redo(database, edit, changes):
+                taken_back = "UPDATE edit SET state = 'dropped' WHERE state = 'undone'"
+                dropped = database.execute(taken_back).rowcount
             if not (
                 continues and not dropped and self._continued(database, edit.kind, changes, stamp)
             ):
@@ -231,8 +234,3 @@ def _leaves_redo(database: sqlite3.Connection, edit: Edit, changes: tuple[Change
         return False
     again = database.execute(_AGAIN, (RUN.name, as_json(first.key))).fetchone()
     return again is None  # else redo would find another run of that name
-
-
-def _drop_undone(database: sqlite3.Connection) -> int:
-    """Give up what was taken back; how many edits these were."""
-    return database.execute("UPDATE edit SET state = 'dropped' WHERE state = 'undone'").rowcount

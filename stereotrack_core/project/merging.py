@@ -10,6 +10,7 @@ from typing import Literal, TypeAlias
 
 from stereotrack_core.annotation.agreement import Difference, differences
 from stereotrack_core.annotation.click import Click, ClickKey
+from stereotrack_core.counting import counted
 from stereotrack_core.errors import Finding, InputError
 from stereotrack_core.project.clicks import PlaceClicks
 from stereotrack_core.project.database import resolved
@@ -96,7 +97,7 @@ class Incoming:
                 means += 1
             elif decision == "theirs" and conflict.second is not None:
                 taken.append(conflict.second)
-        number = f"{len(taken)} click{'' if len(taken) == 1 else 's'}"
+        number = counted(len(taken), "click")
         between = f", {means} of them mean positions," if means else ""
         return PlaceClicks(tuple(taken), f"merge {number}{between} from {self.source}")
 
@@ -122,7 +123,8 @@ def incoming(
     ours = {click.key: click for click in mine}
     others = list(theirs)
     if not complete:
-        others = [_with_marks_of(ours.get(click.key), click) for click in others]
+        marked = ((click, ours.get(click.key, click)) for click in others)
+        others = [replace(click, flag=mine.flag, sigma=mine.sigma) for click, mine in marked]
     new, same, conflicts = [], [], []
     for found in differences(ours.values(), others):
         if found.second is None:
@@ -163,7 +165,3 @@ def clicks_of_project(
                 remedy=f"Choose a project of {ours.name}.",
             )
         return other.clicks.all(with_deleted=True), other.notes
-
-
-def _with_marks_of(mine: Click | None, click: Click) -> Click:
-    return click if mine is None else replace(click, flag=mine.flag, sigma=mine.sigma)

@@ -15,7 +15,7 @@ import sys
 import tempfile
 from collections.abc import Sequence
 from contextlib import ExitStack, closing, suppress
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import IO
@@ -39,12 +39,18 @@ from stereotrack_core.project.validity import check_rows, check_whole
 
 @dataclass(frozen=True)
 class Owner:
-    """A program that has the project open for writing."""
+    """A program that has the project open for writing, or had it when it crashed."""
 
     host: str
     process: int
     who: str
     at: str
+
+    @staticmethod
+    def of(database: sqlite3.Connection) -> Owner | None:
+        """Who has it."""
+        row = database.execute("SELECT host, process, who, at FROM owner").fetchone()
+        return None if row is None else Owner(*row)
 
 
 def now() -> str:
@@ -65,45 +71,32 @@ def _myself() -> Owner:
     return Owner(socket.gethostname(), os.getpid(), user(), now())
 
 
-def _read_owner(database: sqlite3.Connection) -> Owner | None:
-    """Who has it, or had it when it crashed."""
-    row = database.execute("SELECT host, process, who, at FROM owner").fetchone()
-    return None if row is None else Owner(*row)
-
-
 def write_owner(database: sqlite3.Connection, owner: Owner | None) -> None:
     """Note who has it; None: nobody."""
     with transaction(database):
         database.execute("DELETE FROM owner WHERE only = 1")
         if owner is not None:
-            database.execute(
-                "INSERT INTO owner VALUES (1, ?, ?, ?, ?)",
-                (owner.host, owner.process, owner.who, owner.at),
-            )
+            database.execute("INSERT INTO owner VALUES (1, ?, ?, ?, ?)", astuple(owner))
 
 
 def in_use(path: Path, owner: Owner | None = None, remedy: str = "") -> ProjectInUse:
     """The complaint of the second program, which names the first one."""
     if owner is None:
-        owner = _owner_of_file(path)
-    if owner is None:
-        who = "it is open in another program"
-    else:
+        with (
+            suppress(InputError, sqlite3.Error),
+            closing(connect_for_reading(path)) as database,
+            making_sense(path),
+        ):
+            check_rows(database, path, ("owner",))
+            owner = Owner.of(database)
+    who = "it is open in another program"
+    if owner is not None:
         who = (
             f"it is already open: process {owner.process} on {owner.host}, user {owner.who}, "
             f"since {owner.at.replace('T', ' ')[:16]} UTC"
         )
     remedy = remedy or "Close it there, or open it read-only."
     return ProjectInUse(who, where=str(path), remedy=remedy)
-
-
-def _owner_of_file(path: Path) -> Owner | None:
-    try:
-        with closing(connect_for_reading(path)) as database, making_sense(path):
-            check_rows(database, path, ("owner",))
-            return _read_owner(database)
-    except (InputError, sqlite3.Error):
-        return None
 
 
 _MOUNTS = Path("/proc/self/mounts")
@@ -234,8 +227,9 @@ class ProjectLock:
             except BlockingIOError:
                 file.close()
                 raise
-            if not self.holds or _is_still(file, self._path):
-                return file
+            with suppress(FileNotFoundError):
+                if not self.holds or os.path.samestat(os.fstat(file.fileno()), self._path.stat()):
+                    return file
             file.close()  # its owner removed it between opening and locking
 
     def release(self) -> None:
@@ -248,13 +242,6 @@ class ProjectLock:
             self._path.unlink(missing_ok=True)
         self._file.close()
         self._file = None
-
-
-def _is_still(file: IO[bytes], path: Path) -> bool:
-    try:
-        return os.path.samestat(os.fstat(file.fileno()), path.stat())
-    except FileNotFoundError:
-        return False
 
 
 _UNCERTAIN = (
@@ -301,7 +288,7 @@ def open_for_writing(
             database = connect(path)
             stack.callback(database.close)
             check_rows(database, path, ("owner",))
-            left = _read_owner(database)
+            left = Owner.of(database)
             if left is not None:
                 ours = lock.holds and (network is None or left.host == _myself().host)
                 if not (take_over or ours):  # else it is gone for certain
@@ -340,7 +327,7 @@ def open_for_reading(path: Path) -> Opened:
             database = connect_for_reading(copy)
         stack.callback(database.close)
         check_rows(database, path)
-        left = None if held else _read_owner(database)
+        left = None if held else Owner.of(database)
         if left is not None:
             check_whole(database, path)
         return Opened(path, database, True, _notes_of_end(path, left, locked), stack.pop_all())

@@ -16,6 +16,7 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.interop.run_file import read_run
 from stereotrack_core.interop.run_journal import PART_SUFFIX
 from stereotrack_core.interop.run_npz import run_bytes, run_of_bytes
+from stereotrack_core.project.database import making_sense
 from stereotrack_core.project.edit import Change, Edit, Stamp, State
 from stereotrack_core.project.entries import (
     DeleteEntry,
@@ -215,7 +216,7 @@ def load_run(runs: Entries, name: str) -> Run:
     its data are not what was stored.
     """
     data = runs.data(name)
-    with runs.making_sense():
+    with making_sense(runs.path):
         return run_of_bytes(data, name)
 
 
@@ -225,7 +226,7 @@ def kept_runs(runs: Entries) -> tuple[KeptRun, ...]:
     Raises ProjectDamaged where facts make no sense.
     """
     entries = [entry for entry in runs.all() if entry.content is not None]
-    with runs.making_sense():
+    with making_sense(runs.path):
         return tuple(
             KeptRun(entry.name, str(entry.content), entry.who, entry.at, run_facts(entry.facts))
             for entry in entries
@@ -301,7 +302,12 @@ def place_for_run(project: Path) -> Path:
 def unfinished_runs(project: Path) -> tuple[Path, ...]:
     """Files of runs that nobody is tracking any more, by their names."""
     pattern = f"{glob.escape(project.name)}.run*{PART_SUFFIX}"
-    return tuple(path for path in sorted(project.parent.glob(pattern)) if _is_left(path))
+    left = []
+    for path in sorted(project.parent.glob(pattern)):
+        with contextlib.suppress(OSError), path.open("r+b") as file:
+            take_lock(file)
+            left.append(path)
+    return tuple(left)
 
 
 @dataclass(frozen=True)
@@ -320,22 +326,12 @@ def take_in(project: Project, path: Path) -> TakenIn | None:
     """
     run = read_run(path)
     taken = None
-    if len(run.frame) and not _is_kept(project, run):
+    known = [kept.facts for kept in kept_runs(project.runs)]
+    # the program may have been killed just after keeping it
+    kept = any(one.made == run.meta["made"] and one.frames >= len(run.frame) for one in known)
+    if len(run.frame) and not kept:
         last = int(run.frame[-1])
         taken = TakenIn(free_name(project.runs, f"interrupted at frame {last}"), last)
         project.apply(keep_run(taken.name, run))
     path.unlink(missing_ok=True)
     return taken
-
-
-def _is_kept(project: Project, run: Run) -> bool:
-    """Whether the project has the run, because the program was killed just after keeping it."""
-    known = [kept.facts for kept in kept_runs(project.runs)]
-    return any(one.made == run.meta["made"] and one.frames >= len(run.frame) for one in known)
-
-
-def _is_left(path: Path) -> bool:
-    with contextlib.suppress(OSError), path.open("r+b") as file:
-        take_lock(file)
-        return True
-    return False

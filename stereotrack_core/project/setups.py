@@ -18,6 +18,7 @@ from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.interop.reference_npz import reference_bytes, reference_of_bytes
+from stereotrack_core.project.database import making_sense
 from stereotrack_core.project.entries import Entries, SaveEntry, facts_as_json
 from stereotrack_core.project.schema import (
     DESCRIPTION,
@@ -55,7 +56,7 @@ def load_reference(references: Entries, name: str) -> Reference:
     was stored.
     """
     data = references.data(name)
-    with references.making_sense():
+    with making_sense(references.path):
         return reference_of_bytes(data, name)
 
 
@@ -71,7 +72,7 @@ def save_subject(subject: Subject, *, origin: str = "entered") -> SaveEntry:
 def load_subject(subjects: Entries, name: str) -> Subject:
     """A subject of the project; InputError where there is none of that name."""
     facts = subjects.get(name).facts
-    with subjects.making_sense():
+    with making_sense(subjects.path):
         return Subject(name, **{key: _length(facts.get(key)) for key in LENGTHS})
 
 
@@ -95,7 +96,7 @@ def load_landmark_set(sets: Entries, name: str | None) -> LandmarkSet:
     if name is None or (name == NINE.name and name not in sets.names()):
         return NINE
     facts = sets.get(name).facts
-    with sets.making_sense():
+    with making_sense(sets.path):
         try:
             return landmark_set_of(facts)
         except InputError as error:  # which says how to write one
@@ -111,7 +112,7 @@ def save_parameters(name: str, parameters: ParameterSet) -> SaveEntry:
 def load_parameters(sets: Entries, name: str) -> ParameterSet:
     """Parameters of the project; InputError where there are none of that name."""
     facts = sets.get(name).facts
-    with sets.making_sense():
+    with making_sense(sets.path):
         return ParameterSet(str(facts["preset"]), dict(facts["values"]))
 
 
@@ -181,7 +182,7 @@ def save_corrections(name: str, corrections: Corrections) -> SaveEntry:
 def load_corrections(descriptions: Entries, name: str) -> Corrections:
     """A version of the description; InputError where there is none of that name."""
     facts = descriptions.get(name).facts
-    with descriptions.making_sense():
+    with making_sense(descriptions.path):
         return Corrections(
             reason=str(facts["reason"]),
             time_offsets={key: _seconds(x) for key, x in dict(facts["time_offsets"]).items()},

@@ -140,10 +140,11 @@ def _check_pair(recording: Recording, view: View) -> Iterator[Finding]:
     offset = right_from_left.translation
     baseline = float(np.linalg.norm(offset))
     if not _BASELINE_M[0] < baseline < _BASELINE_M[1]:
+        apart = f"{1000 * baseline:.1f} mm" if baseline < 1 else f"{baseline:.2f} m"
         yield Finding(
             "error" if baseline < 1e-6 or baseline > 20 else "warning",
             where,
-            f"the two cameras of the stereo pair are {_length(baseline)} apart",
+            f"the two cameras of the stereo pair are {apart} apart",
             "State the correct units in calibration.toml, and use two cameras that belong "
             "together.",
         )
@@ -171,10 +172,6 @@ def _check_pair(recording: Recording, view: View) -> Iterator[Finding]:
             f"the viewing directions of the stereo pair differ by {np.degrees(turn):.0f} degrees",
             "Check which cameras belong to this view, and their rotations.",
         )
-
-
-def _length(metres: float) -> str:
-    return f"{1000 * metres:.1f} mm" if metres < 1 else f"{metres:.2f} m"
 
 
 _LEAST_VIEWS = 3  # with fewer nobody can tell which one is wrong
@@ -230,13 +227,9 @@ def _transposed(camera: Camera) -> Camera:
     return replace(camera, camera_from_world=RigidTransform(old.rotation.T, old.translation))
 
 
-def _inverted(camera: Camera) -> Camera:
-    return replace(camera, camera_from_world=camera.camera_from_world.inverse())
-
-
 _WAYS: dict[str, Callable[[Camera], Camera]] = {
     "transposed (rotations only)": _transposed,
-    "inverted": _inverted,
+    "inverted": lambda one: replace(one, camera_from_world=one.camera_from_world.inverse()),
 }
 """Mistakes of conversion that are seen often."""
 

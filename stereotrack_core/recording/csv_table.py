@@ -22,6 +22,7 @@ from stereotrack_core.reading import TABLE_BYTES, decoding, open_file
 LARGEST = 2**31 - 1
 """Frame numbers beyond this are slips."""
 
+_WHOLE = "Write a whole number."
 _COMPUTED = re.compile(r"'*[=+\-@\t\r\n]")
 
 
@@ -134,17 +135,23 @@ def _wrong_length(path: Path, number: int, line: list[str], header: list[str]) -
     )
 
 
-def whole_number(text: str, path: Path, line: int, column: str) -> int:
-    """Whole number in a cell (``3`` or ``3.0``); InputError where it is none."""
+def number(text: str, path: Path, line: int, column: str, remedy: str = "Write a number.") -> float:
+    """Finite number in a cell; InputError where it is none, or larger than anybody writes."""
     try:
         value = float(text)
-        if value == int(value) and abs(value) <= LARGEST:
-            return int(value)
-    except (ValueError, OverflowError):
+        if math.isfinite(value) and abs(value) <= LARGEST:
+            return value
+    except ValueError:
         pass
-    raise InputError(
-        f"line {line} has {text!r} as {column}", where=str(path), remedy="Write a whole number."
-    )
+    raise InputError(f"line {line} has {text!r} as {column}", where=str(path), remedy=remedy)
+
+
+def whole_number(text: str, path: Path, line: int, column: str) -> int:
+    """Whole number in a cell (``3`` or ``3.0``); InputError where it is none."""
+    value = number(text, path, line, column, _WHOLE)
+    if value != int(value):
+        raise InputError(f"line {line} has {text!r} as {column}", where=str(path), remedy=_WHOLE)
+    return int(value)
 
 
 _SUFFIXES = (".csv", ".md")

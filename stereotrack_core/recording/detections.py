@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,7 +13,7 @@ from stereotrack_core.arrays import FloatArray
 from stereotrack_core.atomic import write_file
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
-from stereotrack_core.recording.csv_table import LARGEST, csv_text, read_rows
+from stereotrack_core.recording.csv_table import csv_text, number, read_rows
 from stereotrack_core.recording.description import Recording
 
 HEAD, LEFT_HAND, RIGHT_HAND, HAND = "head", "left_hand", "right_hand", "hand"
@@ -111,8 +110,10 @@ def _detection(
             where=str(path),
             remedy=f"Leave it empty for metres, or write one of {', '.join(cameras)}.",
         )
-    confidence = _number(cells, "confidence", path, line) if cells["confidence"] else 1.0
-    sigma = _number(cells, "sigma", path, line)
+    confidence = (
+        number(cells["confidence"], path, line, "confidence") if cells["confidence"] else 1.0
+    )
+    sigma = number(cells["sigma"], path, line, "sigma")
     if not sigma > 0.0 or not 0.0 <= confidence <= 1.0:
         raise InputError(
             f"line {line} has sigma {cells['sigma']!r} and confidence {cells['confidence']!r}",
@@ -125,23 +126,11 @@ def _detection(
             where=str(path),
             remedy="Positions in pixels have no z; positions in metres have no view.",
         )
-    time = _number(cells, "frame", path, line)
-    place = [_number(cells, axis, path, line) for axis in ("xy" if view else "xyz")]
+    time = number(cells["frame"], path, line, "frame")
+    place = [number(cells[axis], path, line, axis) for axis in ("xy" if view else "xyz")]
     if confidence == 0.0:
         return None
     return Detection(time, kind, np.array(place), sigma, confidence, cameras.get(view))
-
-
-def _number(cells: dict[str, str], column: str, path: Path, line: int) -> float:
-    try:
-        value = float(cells[column])
-        if math.isfinite(value) and abs(value) <= LARGEST:
-            return value
-    except ValueError:
-        pass
-    raise InputError(
-        f"line {line} has {cells[column]!r} as {column}", where=str(path), remedy="Write a number."
-    )
 
 
 def write_detections(path: Path, detections: Iterable[Detection]) -> None:

@@ -15,7 +15,6 @@ from stereotrack_core.recording.description import Recording, Stream, View
 from stereotrack_core.recording.detections import own_detections
 from stereotrack_core.recording.folder import describe
 from stereotrack_core.recording.image_checks import check_images
-from stereotrack_core.recording.images import StreamSource
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory, unknown_landmarks
 from stereotrack_core.recording.stream_files import open_stream
 from stereotrack_core.recording.video import VideoStream
@@ -59,7 +58,10 @@ def _check(
     if frame_count:
         yield from _check_segments(recording, frame_count)
         yield from _check_reference(recording, frame_count)
-    yield from _check_detections(recording)
+    try:
+        own_detections(recording)
+    except InputError as error:
+        yield Finding.of(error)
     if deep and readable and frame_count:
         yield from check_images(recording)
     if compare and frame_count:
@@ -76,7 +78,7 @@ def _check_stream(
 ) -> Iterator[Finding]:
     where = f"recording.toml, view {view.name}, {key}"
     try:
-        source: StreamSource = open_stream(recording.folder, stream.frames, "grey", where)
+        source = open_stream(recording.folder, stream.frames, "grey", where)
     except InputError:
         return  # told when the recording was read
     try:
@@ -119,13 +121,6 @@ def _check_video(
         return
     seconds = np.array(times.times(), dtype=np.float64) * video.seconds_per_tick
     yield from check_times(f"{where}.frames", seconds, fps)
-
-
-def _check_detections(recording: Recording) -> Iterator[Finding]:
-    try:
-        own_detections(recording)
-    except InputError as error:
-        yield Finding.of(error)
 
 
 def _check_background(view: View) -> Iterator[Finding]:

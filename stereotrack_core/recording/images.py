@@ -11,7 +11,7 @@ import re
 from collections.abc import Callable, Mapping
 from functools import cache
 from pathlib import Path
-from typing import Any, Literal, Protocol, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 import av
 import cv2
@@ -28,25 +28,6 @@ Keep: TypeAlias = Callable[[int, NDArray[Any]], None]
 
 class DamagedFrame(Exception):
     """A single frame cannot be decoded; the text says why, as a clause."""
-
-
-class StreamSource(Protocol):
-    """Pictures by their number in the stream's own counting; used by one thread at a time."""
-
-    def count(self) -> int:
-        """Number of frames; may wait until the stream has been read to its end."""
-
-    def count_so_far(self) -> tuple[int, bool]:
-        """Number of frames known or estimated now, and whether it is final; never waits."""
-
-    def missing(self) -> tuple[int, ...]:
-        """Numbers of files that are absent between the first and the last."""
-
-    def read(self, k: int, keep: Keep) -> NDArray[Any]:
-        """Picture of frame k; DamagedFrame where it cannot be decoded."""
-
-    def close(self) -> None:
-        """Release files and threads."""
 
 
 PictureKind: TypeAlias = Literal["grey", "colour", "depth"]

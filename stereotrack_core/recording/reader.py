@@ -15,8 +15,8 @@ from stereotrack_core.arrays import BoolArray, Float32Array, ImageArray
 from stereotrack_core.errors import InputError
 from stereotrack_core.memory import Memory
 from stereotrack_core.recording.description import Recording, Stream, View
-from stereotrack_core.recording.images import DamagedFrame, PictureKind, StreamSource
-from stereotrack_core.recording.stream_files import background_picture, open_stream
+from stereotrack_core.recording.images import DamagedFrame, PictureKind
+from stereotrack_core.recording.stream_files import StreamSource, background_picture, open_stream
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path, PureWindowsPath
+from typing import TypeAlias
 
 import av
 import numpy as np
@@ -15,7 +16,6 @@ from stereotrack_core.recording.images import (
     DamagedFrame,
     NumberedImages,
     PictureKind,
-    StreamSource,
     is_pattern,
     numbered_files,
     read_image,
@@ -27,6 +27,10 @@ _IMAGE_SUFFIXES = frozenset(
 )
 
 _WIDEST_GAP = 10_000  # image numbers that may be missing altogether, besides every second one
+
+
+StreamSource: TypeAlias = NumberedImages | VideoStream
+"""Pictures by their number in the stream's own counting; used by one thread at a time."""
 
 
 def inside(folder: Path, relative: str, where: str) -> Path:

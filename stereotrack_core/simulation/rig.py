@@ -106,11 +106,11 @@ def stereo_rig(views: tuple[str, ...], options: SceneOptions, seed: int) -> dict
             turn = rotation_from_vector(np.radians(rng.normal(0, [0.5, 1.4, 0.7])))
             left = RigidTransform(turn @ left.rotation, turn @ left.translation)
         for side, pose in (("left", left), ("right", right)):
-            name = f"{view}_{side}"
-            cameras[name] = Camera(
-                name, options.width, options.height, _matrix(options, rng),
-                _distortions(options, rng), fisheye=False, camera_from_world=pose,
-            )  # fmt: skip
+            name, matrix = f"{view}_{side}", _matrix(options, rng)
+            bent = _DISTORTION * (1 + 0.1 * rng.normal(size=5))
+            distortions = bent if options.distorted else np.zeros(5)
+            size = options.width, options.height
+            cameras[name] = Camera(name, *size, matrix, distortions, False, pose)
     return cameras
 
 
@@ -142,11 +142,6 @@ def _matrix(options: SceneOptions, rng: np.random.Generator) -> FloatArray:
         focal = focal * (1 + 0.006 * deviation[:2])
         middle = middle + 0.008 * options.width * deviation[2:]
     return np.array([[focal[0], 0, middle[0]], [0, focal[1], middle[1]], [0, 0, 1.0]])
-
-
-def _distortions(options: SceneOptions, rng: np.random.Generator) -> FloatArray:
-    spread = 1 + 0.1 * rng.normal(size=5)
-    return _DISTORTION * spread if options.distorted else np.zeros(5)
 
 
 _LUMINANCE = np.array([[0.299, 0.587, 0.114]])
