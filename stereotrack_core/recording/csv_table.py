@@ -135,7 +135,9 @@ def _wrong_length(path: Path, number: int, line: list[str], header: list[str]) -
     )
 
 
-def number(text: str, path: Path, line: int, column: str, remedy: str = "Write a number.") -> float:
+def finite_number(
+    text: str, path: Path, line: int, column: str, remedy: str = "Write a number."
+) -> float:
     """Finite number in a cell; InputError where it is none, or larger than anybody writes."""
     try:
         value = float(text)
@@ -148,7 +150,7 @@ def number(text: str, path: Path, line: int, column: str, remedy: str = "Write a
 
 def whole_number(text: str, path: Path, line: int, column: str) -> int:
     """Whole number in a cell (``3`` or ``3.0``); InputError where it is none."""
-    value = number(text, path, line, column, _WHOLE)
+    value = finite_number(text, path, line, column, _WHOLE)
     if value != int(value):
         raise InputError(f"line {line} has {text!r} as {column}", where=str(path), remedy=_WHOLE)
     return int(value)

@@ -13,7 +13,7 @@ from stereotrack_core.arrays import FloatArray
 from stereotrack_core.atomic import write_file
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
-from stereotrack_core.recording.csv_table import csv_text, number, read_rows
+from stereotrack_core.recording.csv_table import csv_text, finite_number, read_rows
 from stereotrack_core.recording.description import Recording
 
 HEAD, LEFT_HAND, RIGHT_HAND, HAND = "head", "left_hand", "right_hand", "hand"
@@ -111,9 +111,9 @@ def _detection(
             remedy=f"Leave it empty for metres, or write one of {', '.join(cameras)}.",
         )
     confidence = (
-        number(cells["confidence"], path, line, "confidence") if cells["confidence"] else 1.0
+        finite_number(cells["confidence"], path, line, "confidence") if cells["confidence"] else 1.0
     )
-    sigma = number(cells["sigma"], path, line, "sigma")
+    sigma = finite_number(cells["sigma"], path, line, "sigma")
     if not sigma > 0.0 or not 0.0 <= confidence <= 1.0:
         raise InputError(
             f"line {line} has sigma {cells['sigma']!r} and confidence {cells['confidence']!r}",
@@ -126,8 +126,8 @@ def _detection(
             where=str(path),
             remedy="Positions in pixels have no z; positions in metres have no view.",
         )
-    time = number(cells["frame"], path, line, "frame")
-    place = [number(cells[axis], path, line, axis) for axis in ("xy" if view else "xyz")]
+    time = finite_number(cells["frame"], path, line, "frame")
+    place = [finite_number(cells[axis], path, line, axis) for axis in ("xy" if view else "xyz")]
     if confidence == 0.0:
         return None
     return Detection(time, kind, np.array(place), sigma, confidence, cameras.get(view))
