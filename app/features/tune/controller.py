@@ -178,7 +178,7 @@ class TuneController(QObject):
         panel.show_progress(*done)
         run, *others = self._entries() or (None,)
         known, changes = context.session.judging.all(), self.attempts.changes
-        panel.show_table(attempt_table(run, others, known, self._against, changes))
+        panel.show_table(*attempt_table(run, others, known, self._against, changes))
 
     @Slot()
     def show_series(self) -> None:

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 from PySide6.QtCore import QSignalBlocker, Qt, Signal
 from PySide6.QtGui import QAction, QKeyEvent
 from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QWidget
 
 from ..style.building import action_button, empty_label, hbox, label, thin_progress, vbox
-from .table import RIGHT, Cell, Column, TableModel, new_table, selected_rows
+from .table import RIGHT, Cell, CellRow, Column, TableModel, new_table, selected_rows
 
 _WORTH_SAYING = 0.05
 _NAME_WIDTH = 172
@@ -23,29 +22,6 @@ _TIP = (
     "Mean over the frames of the trial; in brackets the difference from the baseline row, marked "
     "◆. Lower is better. Double-click a row to make it the baseline."
 )
-
-
-@dataclass(frozen=True)
-class AttemptRow:
-    """The run or an attempt: what it is called, what it changed, and what that comes to."""
-
-    name: str
-    changed: str
-    values: tuple[float, ...]
-    """In the order of the table's headings, the last of which counts; NaN where not known."""
-    changes: tuple[float, ...]
-    """The same less those of the base."""
-    is_run: bool
-    is_base: bool
-    """Whether it is what the others are compared with."""
-
-
-@dataclass(frozen=True)
-class AttemptTable:
-    """Rows of :class:`AttemptRow` and the headings of their values."""
-
-    headings: tuple[str, ...] = ()
-    rows: tuple[AttemptRow, ...] = ()
 
 
 class AttemptsPanel(QWidget):
@@ -63,7 +39,7 @@ class AttemptsPanel(QWidget):
         self.words = label(margins=(8, 6, 8, 0))
         self.stretch_words = label("", "muted", margins=(8, 0, 8, 2))
         self.progress = thin_progress()
-        self.model = TableModel((), _cells)
+        self.model: TableModel[CellRow] = TableModel()
         self.table = new_table(self.model, "Trials")
         self.table.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
         self.table.verticalHeader().setDefaultSectionSize(38)
@@ -75,7 +51,7 @@ class AttemptsPanel(QWidget):
         head = (self.words, self.stretch_words, self.progress)
         self.setLayout(vbox(*head, *below, margins=(0, 0, 0, 4), spacing=2))
         self.show_progress(0, 0)
-        self.show_table(AttemptTable())
+        self.show_table((), ())
 
     @property
     def row(self) -> int:
@@ -101,15 +77,14 @@ class AttemptsPanel(QWidget):
         self.progress.setRange(0, max(count, 1))
         self.progress.setValue(done if count else 0)
 
-    def show_table(self, table: AttemptTable) -> None:
-        """Show the run and its attempts; what is selected stays."""
-        rows = table.rows if any(not row.is_run for row in table.rows) else ()
+    def show_table(self, headings: Sequence[str], rows: Sequence[CellRow]) -> None:
+        """Show a name and numbers of the run and its trials; what is selected stays."""
         self.table.setVisible(bool(rows))
         self._nothing.setVisible(not rows)
         keeps = self.row
-        headings = (Column(heading, _TIP, align=RIGHT) for heading in table.headings)
+        numbers = (Column(heading, _TIP, align=RIGHT) for heading in headings)
         with QSignalBlocker(self.table.selectionModel()):
-            self.model.show(rows, (Column("Trial", _TIP), *headings))
+            self.model.show(rows, (Column("Trial", _TIP), *numbers))
             if 0 <= keeps < len(rows):
                 self.table.selectRow(keeps)
         if rows:
@@ -125,15 +100,9 @@ class AttemptsPanel(QWidget):
             super().keyPressEvent(event)
 
 
-def _cells(row: AttemptRow) -> Sequence[Cell]:
-    name = f"{'◆ ' if row.is_base else ''}{row.name}\n{row.changed}"
-    digits = [1] * (len(row.values) - 1) + [0]
-    numbers = zip(row.values, row.changes, digits, strict=True)
-    return (Cell(name, name, bold=row.is_run), *(_number(*one, row.is_base) for one in numbers))
-
-
-def _number(value: float, change: float, digits: int, is_base: bool) -> Cell:
-    if not is_base and abs(change) >= _WORTH_SAYING:
+def number_cell(value: float, change: float, digits: int) -> Cell:
+    """A number with its change, NaN where there is none, of which less is better."""
+    if abs(change) >= _WORTH_SAYING:
         colour = "good" if change < 0 else "warning"
         return Cell(f"{value:.{digits}f} ({change:+.{digits}f})", _TIP, colour)
     return Cell("…" if math.isnan(value) else f"{value:.{digits}f}", _TIP)
