@@ -12,7 +12,7 @@ from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 from ...session.comparison import LOST_DEG
 from ...session.judgement import Judgement
 from ...session.runs import RunEntry
-from ...widgets.tables.attempts_panel import number_cell
+from ...widgets.tables.panels import number_cell
 from ...widgets.tables.table import Cell, CellRow
 
 _ERROR = ("arms °", "torso °", "lost %", "unexpl. %", "untracked")
