@@ -13,7 +13,7 @@ from app.session.comparison import compared
 from app.session.judgement import heading_words, judged, score_words
 from app.session.runs import RunEntry, entry_of_run
 from app.session.truth import project_truth, recorded_truth
-from app.widgets.plots.error_plot import ErrorPlot
+from app.widgets.plots.limb_plots import ErrorPlot
 from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.evaluation.accuracy import reference_quality

@@ -22,8 +22,8 @@ from stereotrack_core.recording.description import Segment
 from ...context import Context
 from ...session.runs import RunEntry
 from ...widgets.forms.form_dialog import ask_to_save
-from ...widgets.plots.angle_plot import AnglePlot
 from ...widgets.plots.cloud_plot import CloudPlot
+from ...widgets.plots.limb_plots import AnglePlot
 from ...widgets.tables.panels import MotionTable
 from ...widgets.tables.trees import StatisticsPanel
 from . import limb_numbers

@@ -15,7 +15,7 @@ from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from ...context import Context
 from ...session.judgement import LOST_SHARE, MEASURED_LIMBS, Judgement, heading_words
 from ...session.truth import measure_of, with_quality
-from ...widgets.plots.error_plot import ErrorPlot
+from ...widgets.plots.limb_plots import ErrorPlot
 from ...widgets.plots.plots import Curve
 from ...widgets.style.colours import LineStyle
 from ...widgets.style.limb_colours import EXTRA_COLOURS, LIMB_COLOURS, limb_words

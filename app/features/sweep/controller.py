@@ -13,7 +13,7 @@ from stereotrack_core.tracking.presets import PRESETS, preset
 
 from ...context import Context
 from ...widgets.forms.message import Message
-from ...widgets.forms.parameter_line import value_text
+from ...widgets.forms.parameter_panel import value_text
 from .dialog import SweepDialog
 from .presenter import SweepNow, SweepPresenter
 from .results import SweepResults, parameters_of

@@ -20,7 +20,7 @@ from stereotrack_core.tracking.tuning.trial import Start, Trial
 
 from ...session.runs import RunEntry
 from ...session.session import Session
-from ...widgets.forms.parameter_line import value_text
+from ...widgets.forms.parameter_panel import value_text
 from .runner import Trials
 
 _PAUSE_MS = 100

@@ -18,7 +18,7 @@ from ...services.actions import ActionRegistry
 from ...session.runs import RunEntry
 from ...widgets.forms.parameter_panel import ParameterPanel
 from ...widgets.forms.series_panel import SeriesPanel
-from ...widgets.tables.attempts_panel import AttemptsPanel
+from ...widgets.tables.panels import AttemptsPanel
 from .attempts import AttemptPresenter, settings_of
 from .numbers import attempt_table
 from .presets import PresetWork
@@ -178,7 +178,7 @@ class TuneController(QObject):
         panel.show_progress(*done)
         run, *others = self._entries() or (None,)
         known, changes = context.session.judging.all(), self.attempts.changes
-        panel.show_table(attempt_table(run, others, known, self._against, changes))
+        panel.show_table(*attempt_table(run, others, known, self._against, changes))
 
     @Slot()
     def show_series(self) -> None:

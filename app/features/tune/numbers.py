@@ -12,7 +12,8 @@ from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 from ...session.comparison import LOST_DEG
 from ...session.judgement import Judgement
 from ...session.runs import RunEntry
-from ...widgets.tables.attempts_panel import AttemptRow, AttemptTable
+from ...widgets.tables.panels import number_cell
+from ...widgets.tables.table import Cell, CellRow
 
 _ERROR = ("arms °", "torso °", "lost %", "unexpl. %", "untracked")
 _SIGMA = ("arms ± °", "torso ± °", "unexpl. %", "untracked")
@@ -61,8 +62,10 @@ def attempt_table(
     judgements: Mapping[RunEntry, Judgement],
     against: RunEntry | None,
     changes: Callable[[RunEntry], str],
-) -> AttemptTable:
-    """A row for the run and for each trial, with differences from one of them.
+) -> tuple[tuple[str, ...], list[CellRow]]:
+    """Headings, and cells of the run and of each trial, with differences from one of them.
+
+    Without trials there is nothing to show.
 
     Parameters
     ----------
@@ -79,7 +82,9 @@ def attempt_table(
     truth = all(j.measure == "error" for e in entries if (j := judgements.get(e)) is not None)
     tried = [_frames(judgements.get(entry)) for entry in attempts]
     common = np.unique(np.concatenate([np.empty(0, dtype=np.int64), *tried]))
-    rows = []
+    headings = _ERROR if truth else _SIGMA
+    rows: list[CellRow] = []
+    ones = (1,) * (len(headings) - 1)
     for entry in entries:
         judgement, is_run = judgements.get(entry), entry is run
         frames = common if is_run else _frames(judgement)
@@ -87,17 +92,16 @@ def attempt_table(
         here, there = _values(judgement, both, truth), _values(other, both, truth)
         done, count = len(entry.frames), len(entry.wanted)
         more = f", {done} of {count} frames" if done < count and not is_run else ""
-        rows.append(
-            AttemptRow(
-                name=f"{entry.name}{more}",
-                changed="in these frames" if is_run else changes(entry),
-                values=_values(judgement, frames, truth),
-                changes=tuple(a - b for a, b in zip(here, there, strict=True)),
-                is_run=is_run,
-                is_base=entry is chosen,
-            )
-        )
-    return AttemptTable(_ERROR if truth else _SIGMA, tuple(rows))
+        is_base = entry is chosen
+        changed = "in these frames" if is_run else changes(entry)
+        name = f"{'◆ ' if is_base else ''}{entry.name}{more}\n{changed}"
+        values = _values(judgement, frames, truth)
+        numbers = [
+            number_cell(value, np.nan if is_base else a - b, digits)
+            for value, a, b, digits in zip(values, here, there, (*ones, 0), strict=True)
+        ]
+        rows.append((Cell(name, name, bold=is_run), *numbers))
+    return headings, rows if attempts else []
 
 
 def _values(judgement: Judgement | None, frames: IntArray, truth: bool) -> tuple[float, ...]:

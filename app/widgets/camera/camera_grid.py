@@ -23,15 +23,11 @@ Arrangement: TypeAlias = Literal["grid", "one-and-more", "single"]
 ARRANGEMENTS: tuple[Arrangement, ...] = ("grid", "one-and-more", "single")
 
 
-def kinds_of(view: View) -> tuple[PictureKind, ...]:
-    """Pictures that a view can show."""
-    match view.kind:
-        case "stereo":
-            return ("image", "left", "disparity", "foreground", "depth")
-        case "depth":
-            return ("image", "foreground", "depth")
-        case _:
-            return ("image",)
+_KINDS: Mapping[str, tuple[PictureKind, ...]] = {
+    "stereo": ("image", "left", "disparity", "foreground", "depth"),
+    "depth": ("image", "foreground", "depth"),
+}
+"""Pictures that a kind of view can show; others have their image alone."""
 
 
 def camera_of(view: View, kind: PictureKind) -> str:
@@ -41,7 +37,7 @@ def camera_of(view: View, kind: PictureKind) -> str:
     return view.image.camera if kind == "image" else ""
 
 
-def kind_words(view: View, kind: PictureKind) -> str:
+def _kind_words(view: View, kind: PictureKind) -> str:
     """Name of a picture, said for this view."""
     if kind == "image":
         return "Right image" if view.kind == "stereo" else "Image"
@@ -63,7 +59,7 @@ class CameraTile(QFrame):
         font = self._name.font()
         font.setBold(True)
         self._name.setFont(font)
-        kinds = [(kind, kind_words(view, kind)) for kind in kinds_of(view)]
+        kinds = [(kind, _kind_words(view, kind)) for kind in _KINDS.get(view.kind, ("image",))]
         name, tip = f"Image shown in view {view.name}", "Image shown in this view"
         self._kind = choice(name, kinds, tip)
         self._kind.setFocusPolicy(Qt.FocusPolicy.NoFocus)

@@ -130,8 +130,11 @@ class CameraView(PictureView):
             self._paint_picture(painter, self._to_widget(), self._scale())
             if self._display.loupe and self._cursor is not None:
                 self._paint_loupe(painter, self._cursor, QColor(theme.accent))
-            self._paint_outside(painter)
-            self._paint_runs(painter)
+            marks, area = self.marks, QRectF(self.rect())
+            if marks is not None and "clicks" in self._display.overlays:
+                paint_outside(painter, marks.outside, area)
+            if self.picture is not None and self.legend:
+                paint_runs_legend(painter, self.picture.overlay.runs, area)
         painter.end()
         if self.picture is not None:
             self.painted_frame = self.picture.frame
@@ -163,25 +166,13 @@ class CameraView(PictureView):
         paint_loupe(painter, cursor, bounds, self._scale(), paint, rim=rim, corner=corner)
 
     def _paint_marks(self, painter: QPainter, transform: QTransform) -> None:
-        marks = self.marks
+        marks, preview = self.marks, self._hand.preview()
         if marks is None:
             return
-        preview = self._hand.preview()
         if preview is not None:
             landmark, pixel = preview
             marks = marks.with_moved(landmark, pixel.x(), pixel.y())
-        bounds = QRectF(self.rect())
-        paint_marks(painter, marks, transform, self._display.overlays, bounds)
-
-    def _paint_runs(self, painter: QPainter) -> None:
-        """Say which line is whose, where several runs are drawn."""
-        if self.picture is not None and self.legend:
-            paint_runs_legend(painter, self.picture.overlay.runs, QRectF(self.rect()))
-
-    def _paint_outside(self, painter: QPainter) -> None:
-        marks = self.marks
-        if marks is not None and "clicks" in self._display.overlays:
-            paint_outside(painter, marks.outside, QRectF(self.rect()))
+        paint_marks(painter, marks, transform, self._display.overlays, QRectF(self.rect()))
 
     def wheelEvent(self, event: QWheelEvent) -> None:
         if event.angleDelta().y():

@@ -7,15 +7,13 @@ from collections.abc import Callable
 from PySide6.QtCore import QPointF, QRect, QRectF, QSize, Qt
 from PySide6.QtGui import (
     QColor,
-    QFont,
-    QFontMetrics,
     QPainter,
     QPainterPath,
     QPaintEvent,
     QPen,
     QTransform,
 )
-from PySide6.QtWidgets import QWidget
+from PySide6.QtWidgets import QLabel, QWidget
 
 SIZE = 170.0
 FACTOR = 4.0
@@ -89,8 +87,10 @@ def _paint_cross(painter: QPainter, centre: QPointF, size: float) -> None:
             painter.drawLine(centre + way * 4.0, centre + way * (0.32 * size))
 
 
-_BACK = QColor(16, 16, 16, 225)
-_EDGE = QColor(255, 255, 255, 90)
+_BOX = (
+    "background: rgba(16, 16, 16, 225); border: 1px solid rgba(255, 255, 255, 90);"
+    " border-radius: 4px;"
+)
 _PLAIN = "#FFFFFF"
 _WIDEST = 250
 _PADDING = 5
@@ -103,20 +103,22 @@ _OVER_WHITE = QColor(44, 44, 44)
 """What the back looks like over a white picture, where it is brightest."""
 
 
-class CursorLabel(QWidget):
+class CursorLabel(QLabel):
     """A name in its limb's colour on a dark box that stays inside its parent."""
 
     def __init__(self, parent: QWidget) -> None:
         super().__init__(parent)
         self._ground = parent
         self.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
-        self._words = self.colour = ""
+        self.setWordWrap(True)
+        self.setIndent(0)
+        self.colour = ""
         self.hide()
 
     @property
     def words(self) -> str:
         """What is said; empty while nothing is."""
-        return self._words if self.isVisibleTo(self._ground) else ""
+        return self.text() if self.isVisibleTo(self._ground) else ""
 
     def say(self, words: str, colour: str, cursor: QPointF, clear: float = 0.0) -> None:
         """Say something beside the cursor, a place in the parent.
@@ -124,52 +126,41 @@ class CursorLabel(QWidget):
         `colour` is ``#rrggbb`` of what would be placed, or empty; `clear` are the pixels around the
         cursor that stay free, such as the loupe's.
         """
-        if (words, colour) != (self._words, self.colour):
-            self._words, self.colour = words, colour
+        if (words, colour) != (self.text(), self.colour):
+            self.colour = colour
+            self.setText(words)
             self.setAccessibleName(words)
-            self.update()
+            self.setStyleSheet(
+                f"{_BOX} color: {readable(QColor(colour or _PLAIN)).name()};"
+                f" padding: 0 {_PADDING}px 0 {self._indent()}px;"
+                f" font-weight: {'bold' if colour else 'normal'};"
+            )
         size = self._size_in(self._ground.size())
         place = _beside(cursor, size, self._ground.rect(), max(_GAP, clear + 4.0))
         self.setGeometry(place)
         self.show()
         self.raise_()
 
-    def sizeHint(self) -> QSize:
-        return self._size_in(QSize(_WIDEST, _WIDEST))
-
-    def paintEvent(self, _event: QPaintEvent) -> None:
-        painter = QPainter(self)
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        painter.setFont(self._font())
-        painter.setPen(_EDGE)
-        painter.setBrush(_BACK)
-        painter.drawRoundedRect(QRectF(self.rect()).adjusted(0.5, 0.5, -0.5, -0.5), 4.0, 4.0)
-        box = self.rect().adjusted(_PADDING, 0, -_PADDING, 0)
-        if self.colour:
-            # the dot that a click would draw
+    def paintEvent(self, event: QPaintEvent) -> None:
+        super().paintEvent(event)
+        if self.colour:  # the dot that a click would draw
+            painter = QPainter(self)
+            painter.setRenderHint(QPainter.RenderHint.Antialiasing)
             painter.setPen(QColor(_PLAIN))
             painter.setBrush(QColor(self.colour))
-            painter.drawEllipse(QPointF(box.left() + _DOT, box.center().y() + 0.5), _DOT, _DOT)
-            box.setLeft(box.left() + self._indent())
-        painter.setPen(readable(QColor(self.colour or _PLAIN)))
-        painter.drawText(box, _flags(), self._words)
-        painter.end()
+            painter.drawEllipse(QPointF(_PADDING + _DOT, self.height() / 2), _DOT, _DOT)
+            painter.end()
+
+    def _indent(self) -> int:
+        return _PADDING + (2 * _DOT + 5 if self.colour else 0)
 
     def _size_in(self, room: QSize) -> QSize:
         """As little as the words need; they are wrapped where the parent is narrow."""
-        edge = 2 * _PADDING + self._indent()
-        widest = max(min(_WIDEST, room.width() - 4) - edge, 1)
-        metrics = QFontMetrics(self._font())
-        words = metrics.boundingRect(QRect(0, 0, widest, 10_000), _flags(), self._words)
-        return QSize(words.width() + edge + 2, words.height() + _PADDING).boundedTo(room)
-
-    def _indent(self) -> int:
-        return 2 * _DOT + 5 if self.colour else 0
-
-    def _font(self) -> QFont:
-        font = self.font()
-        font.setBold(bool(self.colour))
-        return font
+        edge = _PADDING + self._indent()
+        widest = QRect(0, 0, max(min(_WIDEST, room.width() - 4) - edge, 1), 10_000)
+        self.ensurePolished()
+        words = self.fontMetrics().boundingRect(widest, Qt.TextFlag.TextWordWrap, self.text())
+        return QSize(words.width() + edge + 4, words.height() + _PADDING).boundedTo(room)
 
 
 def readable(colour: QColor) -> QColor:
@@ -196,11 +187,6 @@ def _luminance(colour: QColor) -> float:
     )
     red, green, blue = parts
     return 0.2126 * red + 0.7152 * green + 0.0722 * blue
-
-
-def _flags() -> int:
-    left = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
-    return int(left) | int(Qt.TextFlag.TextWordWrap)
 
 
 def _beside(cursor: QPointF, size: QSize, room: QRect, gap: float) -> QRect:

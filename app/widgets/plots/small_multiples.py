@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+import numpy as np
 import pyqtgraph as pg
 from PySide6.QtCore import QEvent, QPointF, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import (
@@ -14,9 +15,9 @@ from PySide6.QtGui import (
     QKeyEvent,
     QMouseEvent,
     QPainter,
+    QPainterPath,
     QPaintEvent,
     QPen,
-    QPolygonF,
     QResizeEvent,
 )
 from PySide6.QtWidgets import QSizePolicy, QWidget
@@ -143,10 +144,10 @@ class SmallMultiples(QWidget):
         painter.drawText(inner, Qt.AlignmentFlag.AlignBottom | Qt.AlignmentFlag.AlignHCenter, below)
         plot = inner.adjusted(0, line, 0, -line)
         self._axis(painter, plot, top)
+        painter.setBrush(Qt.BrushStyle.NoBrush)
         for limb, values in multiple.curves.items():
             painter.setPen(QPen(QColor(LIMB_COLOURS[limb]), 1.2))
-            for part in _parts(multiple.frames, values, multiple.span, plot, top):
-                painter.drawPolyline(part)
+            painter.drawPath(_line(multiple.frames, values, multiple.span, plot, top))
 
     def _axis(self, painter: QPainter, plot: QRectF, top: float) -> None:
         theme = current_theme()
@@ -242,17 +243,11 @@ class MeansCurve(Dressed):
         self._fit()
 
 
-def _parts(
+def _line(
     frames: Sequence[int], values: Sequence[float], span: int, plot: QRectF, top: float
-) -> list[QPolygonF]:
-    """Lines of a curve, interrupted where nothing is known."""
-    step = plot.width() / max(span - 1, 1)
-    parts, line = [], QPolygonF()
-    for frame, value in zip(frames, values, strict=True):
-        if math.isfinite(value):
-            y = plot.bottom() - min(value / top, 1.0) * plot.height()
-            line.append(QPointF(plot.left() + frame * step, y))
-        elif not line.isEmpty():
-            parts.append(line)
-            line = QPolygonF()
-    return [*parts, line] if not line.isEmpty() else parts
+) -> QPainterPath:
+    """A curve, interrupted where nothing is known."""
+    x = plot.left() + np.array(frames) * plot.width() / max(span - 1, 1)
+    y = plot.bottom() - np.minimum(np.array(values) / top, 1.0) * plot.height()
+    path: QPainterPath = pg.arrayToQPath(x, y, connect="finite")
+    return path

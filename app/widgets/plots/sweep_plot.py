@@ -111,7 +111,9 @@ class SweepPlot(Dressed):
             self._draw_curve(axis, curve, colour, shift)
         self._legend.setVisible(len(curves) > 1)
         self._legend.setLabelTextColor(current_theme().text)
-        self._plot.getAxis("bottom").setTicks([_ticks(axis)])
+        ticks = _ticks(axis)
+        self._plot.getAxis("bottom").setLogMode(axis.log and ticks is None, False)
+        self._plot.getAxis("bottom").setTicks(ticks)
         self._plot.getAxis("left").setTicks(None)
         self._show_all(axis, curves, max(aside, default=0.0))
 
@@ -247,21 +249,12 @@ def _extent(axis: Axis) -> float:
     return max(places) - min(places) or 1.0
 
 
-def _ticks(axis: Axis) -> list[tuple[float, str]]:
-    """A tick at each value where they are few or words, else at round numbers."""
+def _ticks(axis: Axis) -> list[list[tuple[float, str]]] | None:
+    """A tick at each value where they are few or words; else the plot's own."""
     places = axis.places
-    if axis.words or len(places) <= _MOST_TICKS:
-        return _thinned([(_place(axis, place), _short(value)) for value, place in places.items()])
-    low, high = min(places.values()), max(places.values())
-    if not axis.log:
-        step = 10.0 ** np.floor(np.log10(high - low))
-        step *= next(part for part in (1.0, 0.5, 0.2, 0.1) if (high - low) / (part * step) >= 4.0)
-        numbers = np.arange(np.ceil(low / step), np.floor(high / step) + 1.0) * step
-    else:
-        decades = np.arange(np.floor(np.log10(low)), np.ceil(np.log10(high)) + 1.0)
-        numbers = np.outer(10.0**decades, (1.0, 2.0, 5.0)).ravel()
-        numbers = numbers[(numbers >= low) & (numbers <= high)]
-    return [(_place(axis, number), f"{number:g}") for number in numbers]
+    if not axis.words and len(places) > _MOST_TICKS:
+        return None
+    return [_thinned([(_place(axis, place), _short(value)) for value, place in places.items()])]
 
 
 def _short(value: str, longest: int = _LONGEST_TICK) -> str:

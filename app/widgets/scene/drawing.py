@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cache
+from functools import cache, lru_cache
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -59,7 +59,8 @@ class Drawn:
     `metres` is not 0."""
     look: Mapping[str, object] = field(default_factory=dict)
     """Further properties, see :class:`pyvista.Property`."""
-    texture: pv.Texture | None = None
+    image: ImageArray | None = None
+    """(H, W) or (H, W, 3) uint8. Grey or RGB, on the whole of the mesh."""
 
 
 Part: TypeAlias = Callable[[SceneContent, Theme], list[Drawn]]
@@ -113,7 +114,8 @@ def _ellipsoids(content: SceneContent, theme: Theme) -> list[Drawn]:
             # a limb's colour, moved toward the reference's, is seen before the limb
             own, other = (pv.Color(c) for c in (LIMB_COLOURS[one.limb], theme.reference))
             mixed = 0.5 * (np.array(own.float_rgb) + other.float_rgb)
-            wires = _sphere().transform(matrix, inplace=False)
+            points = _sphere().points @ matrix[:3, :3].T + matrix[:3, 3]
+            wires = pv.PolyData(points, _sphere().faces)
             drawn.append(Drawn(wires, pv.Color(mixed).hex_rgb, look={"style": "wireframe"}))
     return drawn
 
@@ -168,17 +170,24 @@ def _cameras(content: SceneContent, theme: Theme) -> list[Drawn]:
     depth = frustum_depth(content.cameras)
     drawn = []
     for camera in content.cameras:
-        corners = frustum_corners(camera, depth)
-        apex = np.broadcast_to(camera.position_world, (4, 3))
-        rays = np.stack([apex, corners], axis=1).reshape(-1, 3)
-        rim = np.stack([corners, np.roll(corners, -1, axis=0)], axis=1).reshape(-1, 3)
-        drawn.append(Drawn(_lines(np.concatenate([rays, rim])), theme.muted, 1.2))
+        edges, screen = _frustum(camera, depth)
+        drawn.append(Drawn(edges, theme.muted, 1.2))
         image = content.camera_images.get(camera.name)
         if image is not None:
-            screen = pv.PolyData.from_regular_faces(corners, np.array([[0, 1, 2], [0, 2, 3]]))
-            screen.active_texture_coordinates = _CORNERS
-            drawn.append(Drawn(screen, "#ffffff", texture=_texture(image)))
+            drawn.append(Drawn(screen, "#ffffff", image=image))
     return drawn
+
+
+@lru_cache(maxsize=64)
+def _frustum(camera: Camera, depth: float) -> tuple[pv.PolyData, pv.PolyData]:
+    """Edges of what a camera sees, and a screen at their end."""
+    corners = frustum_corners(camera, depth)
+    apex = np.broadcast_to(camera.position_world, (4, 3))
+    rays = np.stack([apex, corners], axis=1).reshape(-1, 3)
+    rim = np.stack([corners, np.roll(corners, -1, axis=0)], axis=1).reshape(-1, 3)
+    screen = pv.PolyData.from_regular_faces(corners, np.array([[0, 1, 2], [0, 2, 3]]))
+    screen.active_texture_coordinates = _CORNERS
+    return _lines(np.concatenate([rays, rim])), screen
 
 
 PARTS: tuple[tuple[str, Part], ...] = (
@@ -205,6 +214,7 @@ class Shown:
     def __init__(self, renderer: pv.Renderer) -> None:
         self._renderer = renderer
         self._actors: list[pv.Actor] = []
+        self._looks: list[dict[str, Any]] = []
         self._things: list[Drawn] = []
 
     def show(self, things: list[Drawn], scale: float) -> None:
@@ -213,29 +223,32 @@ class Shown:
             self._actors.append(pv.Actor(mapper=pv.DataSetMapper(pv.PolyData())))
             self._actors[-1].pickable = False
             self._renderer.add_actor(self._actors[-1], render=False)
+            self._looks.append({"image": None})
         for place, actor in enumerate(self._actors):
             actor.visibility = place < len(things)
-        for actor, thing in zip(self._actors, things, strict=False):
+        for actor, known, thing in zip(self._actors, self._looks, things, strict=False):
             actor.mapper.dataset = thing.mesh
             actor.mapper.scalar_visibility = thing.colour is None
             if thing.colour is None:
                 actor.mapper.color_mode = "direct"
-            actor.texture = thing.texture
+            if thing.image is not known["image"]:
+                actor.texture = None if thing.image is None else _texture(thing.image)
+                known["image"] = thing.image
             width = {"line_width": thing.width * scale, "point_size": thing.size * scale}
-            look: dict[str, Any] = _PLAIN | width | dict(thing.look)
-            for name, value in look.items():
-                setattr(actor.prop, name, value)
-            if thing.colour is not None:
-                actor.prop.color = thing.colour
+            colour = {} if thing.colour is None else {"color": thing.colour}
+            for name, value in (_PLAIN | width | colour | dict(thing.look)).items():
+                if known.get(name) != value:  # setting them all takes its time
+                    setattr(actor.prop, name, value)
+                    known[name] = value
         self._things = things
 
     def set_dots_to(self, pixels_per_metre: float, scale: float) -> None:
         """Let dots be as large as what they stand for, within what can be told apart."""
-        for actor, thing in zip(self._actors, self._things, strict=False):
+        for actor, known, thing in zip(self._actors, self._looks, self._things, strict=False):
             if thing.metres:
                 low, high = thing.limits
                 size = np.clip(thing.metres * pixels_per_metre, scale * low, scale * high)
-                actor.prop.point_size = float(size)
+                actor.prop.point_size = known["point_size"] = float(size)
 
 
 _PLAIN: dict[str, object] = {

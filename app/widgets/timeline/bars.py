@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from PySide6.QtCore import QPoint, QRectF, QSignalBlocker, QSize, Qt, Signal
-from PySide6.QtGui import QAction, QColor, QPainter, QPaintEvent
+from PySide6.QtCore import QPoint, QSignalBlocker, Qt, Signal
+from PySide6.QtGui import QAction, QColor, QPalette
 from PySide6.QtWidgets import QMenu, QSizePolicy, QSpinBox, QToolButton, QWidget
 
-from ..style.building import hbox, label, tool_button
+from ..style.building import hbox, label, thin_progress, tool_button
 from ..style.theme import current_theme
 from .lanes import KIND_WORDS, KINDS, LaneFilter
 
@@ -65,37 +65,6 @@ class Transport(QWidget):
         self._length.setText(f"of 0 – {last}   {time}" if self._count else "–")
 
 
-class ProgressStrip(QWidget):
-    """The share of keyframes that is done, as a thin bar."""
-
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
-        self._share = 0.0
-        self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
-
-    def sizeHint(self) -> QSize:
-        return QSize(72, 6)
-
-    def show_share(self, share: float) -> None:
-        """Show a share from 0 to 1."""
-        self._share = share
-        self.update()
-
-    def paintEvent(self, _event: QPaintEvent) -> None:
-        theme = current_theme()
-        painter = QPainter(self)
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        painter.setPen(Qt.PenStyle.NoPen)
-        box = QRectF(self.rect())
-        painter.setBrush(QColor(theme.border))
-        painter.drawRoundedRect(box, 3, 3)
-        if self._share > 0:
-            box.setWidth(max(box.width() * self._share, 6.0))
-            painter.setBrush(QColor(theme.good if self._share >= 1.0 else theme.accent))
-            painter.drawRoundedRect(box, 3, 3)
-        painter.end()
-
-
 class AnnotationBar(QWidget):
     """One row over the timeline."""
 
@@ -109,7 +78,9 @@ class AnnotationBar(QWidget):
         self.filter = LaneFilter()
         """Which lanes are shown."""
         self._lanes: tuple[tuple[str, str], ...] = ()
-        self.strip = ProgressStrip()
+        self.strip = thin_progress()
+        self.strip.setRange(0, 1000)
+        self.strip.setFixedSize(72, 6)
         self.progress = label(wraps=False)
         self.previous_button = _button("previous-episode", "Previous frame with a flag")
         self.next_button = _button("next-episode", "Next frame with a flag")
@@ -135,7 +106,12 @@ class AnnotationBar(QWidget):
     def show_progress(self, words: str, share: float, *, flagged: bool) -> None:
         """Say how far the annotation is; `share` is that of the keyframes that are done."""
         self.progress.setText(words)
-        self.strip.show_share(share)
+        self.strip.setValue(round(1000 * share))
+        colours, theme = self.strip.palette(), current_theme()
+        colours.setColor(
+            QPalette.ColorRole.Highlight, QColor(theme.good if share >= 1.0 else theme.accent)
+        )
+        self.strip.setPalette(colours)
         self.previous_button.setEnabled(flagged)
         self.next_button.setEnabled(flagged)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from enum import Enum, auto
+from typing import Literal
 
 from PySide6.QtCore import QEvent, QPointF, QRect, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import (
@@ -34,12 +34,6 @@ HELP = (
 _ZOOMS = {Qt.Key.Key_Plus: 1.5, Qt.Key.Key_Equal: 1.5, Qt.Key.Key_Minus: 1 / 1.5}
 _NAMES_NARROWEST, _NAMES_WIDEST = 120, 190
 _SCROLL_STEPS = 1000
-
-
-class _Drag(Enum):
-    SCRUB = auto()
-    SELECT = auto()
-    PAN = auto()
 
 
 class TimelineView(QAbstractScrollArea):
@@ -86,7 +80,7 @@ class TimelineView(QAbstractScrollArea):
         """Frame under the playhead."""
         self.selection: range | None = None
         """Frames that are selected."""
-        self._drag: _Drag | None = None
+        self._drag: Literal["scrub", "select", "pan"] | None = None
         self._drag_start = 0
         self._drag_from = QPointF()
         self._picture: QPixmap | None = None
@@ -290,30 +284,30 @@ class TimelineView(QAbstractScrollArea):
         self._drag_start = self.scale.frame_at(position.x())
         shift = event.modifiers() & Qt.KeyboardModifier.ShiftModifier
         if event.button() == Qt.MouseButton.MiddleButton:
-            self._drag = _Drag.PAN
+            self._drag = "pan"
         elif event.button() == Qt.MouseButton.LeftButton:
             in_ruler = position.y() < RULER_HEIGHT
-            self._drag = _Drag.SELECT if shift or in_ruler else _Drag.SCRUB
+            self._drag = "select" if shift or in_ruler else "scrub"
             if not shift:
                 self._request(self._drag_start)
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
         x = event.position().x()
         frame = self.scale.frame_at(x)
-        if self._drag is _Drag.SCRUB:
+        if self._drag == "scrub":
             self._request(frame)
-        elif self._drag is _Drag.SELECT:
+        elif self._drag == "select":
             low, high = sorted((self._drag_start, frame))
             if self.selection is not None or low != high:
                 self._select(range(low, high + 1))
-        elif self._drag is _Drag.PAN:
+        elif self._drag == "pan":
             step = (self._drag_from.x() - x) / self.scale.width * self.scale.visible
             self._drag_from = event.position()
             self._set_scale(self.scale.moved(step))
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
         moved = (event.position() - self._drag_from).manhattanLength() > 3
-        if self._drag is _Drag.SELECT and not moved:
+        if self._drag == "select" and not moved:
             self._select(None)
         self._drag = None
 

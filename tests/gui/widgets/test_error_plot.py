@@ -6,8 +6,8 @@ from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtGui import QWheelEvent
 from PySide6.QtWidgets import QLabel, QToolButton
 
-from app.widgets.plots.error_plot import ErrorPlot, next_crossing
 from app.widgets.plots.frame_plot import thinned
+from app.widgets.plots.limb_plots import ErrorPlot, next_crossing
 from app.widgets.plots.plots import Curve
 from app.widgets.style.limb_colours import EXTRA_COLOURS, LIMB_COLOURS
 from app.widgets.style.theme import apply_theme, current_theme
