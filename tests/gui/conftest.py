@@ -19,7 +19,7 @@ from PySide6.QtCore import QSettings
 from PySide6.QtWidgets import QApplication
 
 from app.services.failures import FailureRelay
-from app.services.tasks.process import TaskProcess
+from app.services.tasks.task import Processes
 from app.widgets.style.theme import apply_theme
 from stereotrack_core.simulation.make import simulate
 from tests.gui.hands import window_with
@@ -87,20 +87,20 @@ def failures():
 
 
 @pytest.fixture(scope="session")
-def task_process(qapp):
-    """The process in which windows track, one after the other."""
-    made = TaskProcess()
+def processes(qapp):
+    """The processes that work for the windows, one after the other."""
+    made = Processes()
     yield made
     made.close()
 
 
 @pytest.fixture
-def window(qtbot, settings, failures, task_process):
+def window(qtbot, settings, failures, processes):
     """The window with its welcome page."""
     app = QApplication.instance()
     apply_theme(app, "dark")
     gc.disable()
-    made = window_with(settings, task_process)
+    made = window_with(settings, processes)
     qtbot.addWidget(made)
     made.resize(1366, 768)
     with qtbot.waitExposed(made):
