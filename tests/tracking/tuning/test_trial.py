@@ -127,10 +127,7 @@ def test_work_is_told_before_it_is_done(cones, store_of, run):
     )
     list(tracked(made, store))
     assert made.work(held()) == "tracking only"
-    assert (
-        trial(run[0].replaced(sigma_joint=25.0), stretch, start).work(held())
-        == "tracking only"
-    )
+    assert trial(run[0].replaced(sigma_joint=25.0), stretch, start).work(held()) == "tracking only"
     assert trial(run[0], stretch, unknown).work(held()) == "the body's shape and tracking"
     unfitted = trial(run[0].replaced(fit_shape=False), stretch, unknown)
     assert unfitted.work(held()) == "tracking only"
