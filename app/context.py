@@ -10,8 +10,7 @@ from PySide6.QtWidgets import QMainWindow
 from .services.actions import ActionRegistry
 from .services.docks import Docks
 from .services.notifier import Notifier
-from .services.tasks.process import TaskProcess
-from .services.tasks.task import TaskList
+from .services.tasks.task import Processes, TaskList
 from .session.session import Session
 from .session.view_state import ViewState
 
@@ -37,15 +36,15 @@ class Context:
 
 
 def make_context(
-    window: QMainWindow, settings: QSettings, process: TaskProcess | None = None
+    window: QMainWindow, settings: QSettings, processes: Processes | None = None
 ) -> Context:
     """Make the services for a window, which holds panels and actions.
 
-    A process that is given, for work that lasts, may serve other windows too and outlives this one.
+    Processes that are given, for work that lasts, may serve other windows too and outlive this one.
     """
     tasks, view_state, notifier = TaskList(window), ViewState(window), Notifier(window)
     docks = Docks(window, settings, notifier)
-    session = Session(tasks, view_state, settings, window, process)
+    session = Session(tasks, view_state, settings, window, processes)
     actions = ActionRegistry(window, settings)
     tasks.watch(actions.settled)
     return Context(session, view_state, tasks, actions, docks, notifier, settings)

@@ -36,8 +36,7 @@ from .features.view import feature as view
 from .features.view.controller import ViewController
 from .services.failures import FailureRelay, leave_out_noise, open_log
 from .services.tasks.garbage import GarbageTimer
-from .services.tasks.process import TaskProcess
-from .services.tasks.task import wait_for_threads
+from .services.tasks.task import Processes, wait_for_threads
 from .session.runs import RunEntry
 from .shell.dialogs import write_picture
 from .shell.main_window import MainWindow
@@ -68,10 +67,10 @@ class Features:
 
 
 def make_window(
-    settings: QSettings, process: TaskProcess | None = None
+    settings: QSettings, processes: Processes | None = None
 ) -> tuple[MainWindow, Features]:
     """Make the window with all its features; see :func:`make_context`."""
-    window = MainWindow(settings, process)
+    window = MainWindow(settings, processes)
     context = window.context
     features = Features(
         files=project.register(context),

@@ -37,6 +37,11 @@ class Memory:
     def __contains__(self, key: Hashable) -> bool:
         return key in self._kept
 
+    def items(self) -> tuple[tuple[Any, Any], ...]:
+        """All that is kept, by key."""
+        with self._lock:
+            return tuple((key, value) for key, (value, _) in self._kept.items())
+
     def hold(self, held: Callable[[Any], bool]) -> None:
         """Say by key which results are in use."""
         with self._lock:

@@ -10,8 +10,8 @@ import multiprocessing
 import os
 import pickle
 import signal
+import threading
 import time
-from collections import defaultdict, deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
@@ -27,17 +27,30 @@ _TELL_SECONDS = 0.2
 _LAST_WORD_SECONDS = 5.0
 _LOOK_SECONDS = 0.2
 _CONTEXT = multiprocessing.get_context("spawn")
+_STARTING = threading.Lock()
+"""Held while a process is started, which inherits variables that are set for it."""
+
+
+@dataclass(frozen=True)
+class Stop:
+    """The order to end a task that is no longer wanted."""
 
 
 class Asker:
-    """Whoever wants a task done, as the process at work knows it."""
+    """Whoever wants a task done, as the process at work knows it.
+
+    Attributes
+    ----------
+    kept : dict
+        What tasks leave in the process for those after them.
+    """
 
     def __init__(self, pipe: Connection) -> None:
+        self.kept: dict[str, Any] = {}
         self._pipe = pipe
+        self._listening = threading.Lock()
+        self._stopped = False
         self._parent = multiprocessing.parent_process()
-        self._tasks: deque[tuple[int, Any]] = deque()
-        self._orders: defaultdict[int, list[Any]] = defaultdict(list)
-        self._number = 0
         self._untold = 0
         self._told = 0.0
 
@@ -57,26 +70,36 @@ class Asker:
 
         Waits for the first so long at most; None: until there is one.
 
-        Raises EOFError where whoever asks is gone.
+        Raises EOFError where whoever asks is gone, Cancelled where the task is no longer wanted.
         """
-        while self._pipe.poll(0.0 if self._orders[self._number] else seconds):
-            self._receive()
-        return self._orders.pop(self._number, [])
+        found: list[Any] = []
+        with self._listening:
+            while not self._stopped and self._pipe.poll(0.0 if found else seconds):
+                _, word = self._pipe.recv()
+                self._stopped |= isinstance(word, Stop)
+                found.append(word)
+        if self._stopped:
+            raise Cancelled
+        return found
+
+    def cancelled(self) -> bool:
+        """Whether the task in work is no longer wanted; for tasks that hear no other orders.
+
+        May be asked by several threads.
+        """
+        try:
+            self.orders()
+        except Cancelled:
+            return True
+        return False
 
     def next_task(self) -> Any:
-        """Wait for the next task; what is still said about those before is left out."""
-        while not self._tasks:
-            self._receive()
-        self._orders.pop(self._number, None)
-        self._number, task = self._tasks.popleft()
-        return task
-
-    def _receive(self) -> None:
-        number, order, word = self._pipe.recv()
-        if not order:
-            self._tasks.append((number, word))
-        elif number >= self._number:
-            self._orders[number].append(word)
+        """Wait for the next task; what is still said about the one before is left out."""
+        while True:
+            is_order, word = self._pipe.recv()
+            if not is_order:
+                self._stopped = False
+                return word
 
     def gone(self) -> bool:
         """Whether nobody wants it any more."""
@@ -88,23 +111,11 @@ class Asker:
             self._untold, self._told = 0, time.monotonic()
 
 
-@dataclass(frozen=True)
-class Done:
-    """The last word of a task that was called; see :func:`call`."""
-
-
-def call(task: Callable[[Asker], None], asker: Asker) -> None:
-    """Do a task that can be called; its last word is :class:`Done`, or what it failed of."""
-    with suppress(Cancelled):
-        task(asker)
-    asker.tell(Done())
-
-
 class Lost(Exception):
     """A process has ended by itself, with an exit code, in the middle of a task."""
 
     def __init__(self, code: int | None) -> None:
-        super().__init__(f"the tracking process ended unexpectedly (exit code {code})")
+        super().__init__(f"the process at work ended unexpectedly (exit code {code})")
 
 
 class WorkerProcess:
@@ -114,17 +125,17 @@ class WorkerProcess:
     :class:`Asker`. What it raises is told as a word.
     """
 
-    def __init__(self, do: Callable[[Any, Asker], None], count: int) -> None:
+    def __init__(self, do: Callable[[Any, Asker], None], count: int, *, nice: int = 0) -> None:
         self.pipe, theirs = _CONTEXT.Pipe()
         threads = max(1, usable_cores() // count)
-        self._process = _CONTEXT.Process(target=_serve, args=(theirs, do, threads), daemon=True)
+        arguments = (theirs, do, threads, nice)
+        self._process = _CONTEXT.Process(target=_serve, args=arguments, daemon=True)
         libraries = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
         limits = {**dict.fromkeys(libraries, "1"), "NUMBA_NUM_THREADS": str(threads)}
-        with _environment(limits), _out_of_reach_of_interrupts():
+        with _STARTING, _environment(limits), _out_of_reach_of_interrupts():
             self._process.start()
         theirs.close()
         self.busy = False
-        self._given = 0
 
     @property
     def pid(self) -> int | None:
@@ -134,23 +145,19 @@ class WorkerProcess:
     def give(self, task: Any) -> None:
         """Let it do a task; one that has died is found out by listening to it."""
         self.busy = True
-        self._given += 1
-        self._send(self._given, False, task)
+        self._send(False, task)
 
-    def order(self, word: Any, task: int | None = None) -> None:
-        """Say something about a task; see :meth:`Asker.orders`.
-
-        `task`: which of those that were given, from 1; by default the newest.
-        """
-        self._send(task or self._given, True, word)
+    def order(self, word: Any) -> None:
+        """Say something about the task in work; see :meth:`Asker.orders`."""
+        self._send(True, word)
 
     def terminate(self) -> None:
         """Have it ended, without waiting for that; see :func:`end`."""
         self._process.terminate()
 
-    def _send(self, *message: Any) -> None:
+    def _send(self, is_order: bool, word: Any) -> None:
         with suppress(BrokenPipeError, ConnectionResetError):
-            self.pipe.send(message)
+            self.pipe.send((is_order, word))
 
     def words(self) -> Iterator[Any]:
         """What it has told since it was last listened to.
@@ -230,9 +237,11 @@ def _out_of_reach_of_interrupts() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def _serve(pipe: Connection, do: Callable[[Any, Asker], None], threads: int) -> None:
+def _serve(pipe: Connection, do: Callable[[Any, Asker], None], threads: int, nice: int) -> None:
     """Do tasks until nobody asks any more, or whoever asked is gone."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    if nice and hasattr(os, "nice"):
+        os.nice(nice)
     cv2.setNumThreads(threads)
     asker = Asker(pipe)
     with one_blas_thread(), suppress(EOFError, BrokenPipeError, ConnectionResetError, Cancelled):

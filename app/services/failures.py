@@ -14,10 +14,12 @@ import platformdirs
 from PySide6.QtCore import QMessageLogContext, QObject, QtMsgType, Signal, qInstallMessageHandler
 
 from stereotrack_core.errors import InputError, visible
+from stereotrack_core.worker_processes import Lost
 
 from ..widgets.forms.message import Message
 
 LOG = logging.getLogger("stereotrack")
+_LOST = "Try again. If it happens again, free memory by closing other programs."
 
 
 def log_path() -> Path:
@@ -51,6 +53,8 @@ def message_of(error: BaseException) -> Message:
         return Message("error", error.what, error.where, error.remedy)
     if isinstance(error, OSError) and error.strerror:
         return Message("error", error.strerror, str(error.filename or ""))
+    if isinstance(error, Lost):
+        return Message("error", str(error), remedy=_LOST)
     LOG.error("unexpected", exc_info=(type(error), error, error.__traceback__))
     words = str(error).strip().splitlines()
     detail = f"{type(error).__name__}: {words[0]}" if words else type(error).__name__

@@ -9,6 +9,7 @@ from PySide6.QtCore import QObject, Signal, Slot
 
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.depth.parameters import DepthParameters
+from stereotrack_core.memory import usual_limit
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.tracking.tuning.clouds import CloudKey, CloudStore, KeptClouds
@@ -28,23 +29,24 @@ class _Measuring:
     """
 
     def __init__(self, store: Shared[CloudStore]) -> None:
-        self.store = store
+        self._store = store
         """Clouds of the open recording; None where nothing gives depth."""
         self._clouds: KeptClouds | None = None
 
     def __call__(self, question: tuple[DepthParameters, int]) -> Cloud:
         """Make one cloud."""
         parameters, frame = question
-        with self.store.used() as store:
+        with self._store.used() as store:
             key = CloudKey(parameters, range(store.reader.frame_count))
             if self._clouds is None or self._clouds.key != key:
-                self._clouds = store.clouds(key, cancelled=lambda: not self.store.wanted)
+                self._clouds = store.clouds(key, cancelled=lambda: not self._store.wanted)
             return self._clouds.take(frame)[0]
 
 
 def _store_of(recording: Recording, reader: Shared[FrameReader]) -> Shared[CloudStore]:
     # the tracker never sees the truth
-    store = CloudStore(dataclasses.replace(recording, reference=None), reader.enter())
+    unaided = dataclasses.replace(recording, reference=None)
+    store = CloudStore(unaided, reader.enter(), limit=usual_limit() // 4)
 
     def close() -> None:
         store.close()
@@ -65,7 +67,7 @@ class CloudPresenter(QObject):
         super().__init__(parent)
         self.reader: Shared[FrameReader] | None = None
         """Reader of the images in grey, as the tracker sees them."""
-        self.store: Shared[CloudStore] | None = None
+        self._store: Shared[CloudStore] | None = None
         self._worker: NewestWins | None = None
         self.parameters = DepthParameters()
         """How points are measured."""
@@ -78,10 +80,10 @@ class CloudPresenter(QObject):
         if self._worker is not None:
             self._worker.close()
             self._worker = None
-        for shared in (self.store, self.reader):
+        for shared in (self._store, self.reader):
             if shared is not None:
                 shared.close()
-        self.store = self.reader = None
+        self._store = self.reader = None
         self._clouds.clear()
         self._points = None
         self._failed.clear()
@@ -89,8 +91,8 @@ class CloudPresenter(QObject):
         if recording is not None and names:
             reader = FrameReader(recording, views=names, colour=False)
             self.reader = Shared(reader, reader.close)
-            self.store = _store_of(recording, self.reader)
-            self._worker = NewestWins(_Measuring(self.store), "measure points")
+            self._store = _store_of(recording, self.reader)
+            self._worker = NewestWins(_Measuring(self._store), "measure points")
             self._worker.answered.connect(self._on_measured)
             self._worker.failed.connect(self._on_failed)
 

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 from PySide6.QtCore import QObject, QSettings, Signal, Slot
 
 from stereotrack_core.errors import InputError
+from stereotrack_core.experiments.run_process import load
+from stereotrack_core.tracking.tuning.process import KeptRecording, forget
 
 from ..services.failures import message_of
-from ..services.tasks.process import TaskProcess
-from ..services.tasks.task import TaskList
+from ..services.tasks.task import Processes, Task, TaskList
 from .camera_doubts import CameraDoubts
 from .clouds import CloudPresenter
 from .document import DocumentPresenter
@@ -46,7 +49,7 @@ class Session(QObject):
         view_state: ViewState,
         settings: QSettings,
         parent: QObject,
-        process: TaskProcess | None = None,
+        processes: Processes | None = None,
     ) -> None:
         super().__init__(parent)
         self._tasks, self._view_state = tasks, view_state
@@ -56,9 +59,12 @@ class Session(QObject):
         self.document.opened.connect(self._on_opened)  # before that of its project
         self.project = ProjectPresenter(self.document, tasks, settings, self)
         self.clouds = CloudPresenter(self)
-        self._process = process or TaskProcess(self)
-        self._own_process = process is None
-        self.track = TrackPresenter(self.runs, self._process, self)
+        self.processes = processes or Processes()
+        """Where work is done that lasts."""
+        self._own_processes = processes is None
+        self.kept: KeptRecording | None = None
+        """What is open, for tasks that use the clouds of one another."""
+        self.track = TrackPresenter(self.runs, self.processes.run, self)
         """The tracker at work."""
         self.opening = Opening(self.document, self.project, self.track, settings, self)
         """Opens recordings and projects."""
@@ -97,6 +103,8 @@ class Session(QObject):
         self.document.pause()
         self.track.stop(at_once=True)
         self.leaving.emit()
+        if self._own_processes:
+            self.processes.close()
         self._tasks.shutdown()
         self.document.close()
         self.closing.emit()
@@ -104,8 +112,6 @@ class Session(QObject):
         self.judging.close()
         self.project.shutdown()
         self.clouds.set_recording(None)
-        if self._own_process:
-            self._process.close()
 
     # ---- why something cannot be done now, in sentences
 
@@ -160,16 +166,18 @@ class Session(QObject):
 
     @Slot()
     def _on_opened(self) -> None:
-        refused = None
+        refused, recording = None, self.document.recording
+        if recording is not None:  # the tracker never sees the truth
+            self.kept = KeptRecording(dataclasses.replace(recording, reference=None))
         try:
-            self.clouds.set_recording(self.document.recording)
+            self.clouds.set_recording(recording)
         except InputError as error:
             self.clouds.set_recording(None)
             refused = error
         self.opened.emit()
         self.ready.emit()
         if self.clouds.available:
-            self._process.warm()
+            Task("starting the process that tracks", lambda _: self.processes.run(load)).start()
         if refused is not None:
             self.message.emit(message_of(refused))
 
@@ -182,6 +190,9 @@ class Session(QObject):
         self.instant.clear()
         self._view_state.begin_anew()
         self.clouds.set_recording(None)
+        self.kept = None
+        if self.processes.trials.pid is not None:
+            Task("forgetting the clouds", lambda _: self.processes.trials(forget)).start()
         self.closed.emit()
 
     @Slot()

@@ -24,10 +24,10 @@ from stereotrack_core.experiments.run_process import (
     Preparing,
     RunTask,
     Show,
-    Stop,
     Tracked,
 )
 from stereotrack_core.recording.description import Recording
+from stereotrack_core.task_process import TaskProcess
 from stereotrack_core.tracking.frame import TrackedFrame
 from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.presets import preset
@@ -36,7 +36,7 @@ from stereotrack_core.tracking.run_spec import FirstPose, RunSpec
 from stereotrack_core.worker_processes import Lost
 
 from ..services.failures import message_of
-from ..services.tasks.process import ProcessTask, TaskProcess
+from ..services.tasks.task import Task
 from ..widgets.forms.message import Message
 from .runs import RunEntry, RunList
 
@@ -48,30 +48,31 @@ _FIRST_GUESS = 0.05
 class LiveRun:
     """A run that a process tracks, as far as the window knows."""
 
-    def __init__(self, entry: RunEntry, task: RunTask, process: TaskProcess) -> None:
-        self.entry, self.recording, self.settings = entry, task.recording, task.spec.settings
+    def __init__(self, entry: RunEntry, run: RunTask, process: TaskProcess) -> None:
+        self.entry, self.recording, self.settings = entry, run.recording, run.spec.settings
         self.held = False
         """Whether it waits for leave to go on, with every frame fetched."""
         self.progress: Preparing | None = None
         """How far it is with what comes before its first frame."""
         self.waiting: list[TrackedFrame] = []
         self.asked: Future[Inspected] | None = None
-        self.task: ProcessTask = process.run(task)
-        self._number = task.allowed.number
+        self.task = Task("track", lambda task: process(run, task.tell, task.token.cancelled))
+        self.order = partial(process.order, run)
+        self._number = run.allowed.number
         self._stage_begun = 0.0
 
     def allow(self, frames: float) -> None:
         """Let it go on for so many frames; infinity lets it run, 0 holds it."""
         self._number += 1
         self.held = self.held and not frames
-        self.task.order(Allow(frames, self._number))
+        self.order(Allow(frames, self._number))
 
     def inspect(self) -> Future[Inspected]:
         """Ask what its next step would do, once it is held."""
         if self.asked is not None:
             self.asked.cancel()
         self.asked = Future()
-        self.task.order(Inspect())
+        self.order(Inspect())
         return self.asked
 
     def hear(self, word: Any) -> None:
@@ -216,7 +217,8 @@ class TrackPresenter(QObject):
         live = self._live = LiveRun(entry, task, self._process)
         live.task.told.connect(partial(self._on_told, live))
         live.task.ended.connect(partial(self._on_ended, live))
-        live.task.order(Show(self._depths))
+        live.order(Show(self._depths))
+        live.task.start()
         self._runs.add(entry)
         self.state_changed.emit()
         return entry
@@ -242,10 +244,12 @@ class TrackPresenter(QObject):
         """
         live = self._live
         if live is not None:
-            live.task.order(Stop())
+            live.task.cancel()
             self._ending.append(live)
         if at_once and self._ending:
-            self._process.close()
+            for ended in self._ending:
+                ended.task.give_up()
+            self._process.end()
         self._collect()
         self._live = None
         if live is not None and not live.entry.frames:
@@ -262,7 +266,7 @@ class TrackPresenter(QObject):
         if shown != self._depths:
             self._depths = shown
             if self._live is not None:
-                self._live.task.order(Show(shown))
+                self._live.order(Show(shown))
 
     def last_pose(self) -> Pose | None:
         """Newest pose of the run in progress."""
@@ -283,8 +287,12 @@ class TrackPresenter(QObject):
         """The run in progress, if it is held and does this frame next."""
         return self._live if self.paused and self.next_frame() == frame else None
 
-    def _on_told(self, live: LiveRun, word: Any) -> None:
-        live.hear(word)
+    def _on_told(self, live: LiveRun, words: list[Any]) -> None:
+        for word in words:
+            live.hear(word)
+            self._follow(live, word)
+
+    def _follow(self, live: LiveRun, word: Any) -> None:
         match word:
             case Tracked():
                 if not self._timer.isActive():
@@ -309,7 +317,8 @@ class TrackPresenter(QObject):
             self._runs.grew.emit()
             self.advanced.emit(frames[-1])
 
-    def _on_ended(self, live: LiveRun, error: Exception | None) -> None:
+    def _on_ended(self, live: LiveRun) -> None:
+        error = live.task.error
         self._collect()
         live.end()
         if live is not self._live:

@@ -8,7 +8,7 @@ from PySide6.QtWidgets import QMainWindow
 
 from ..context import make_context
 from ..services.stored import stored_bytes
-from ..services.tasks.process import TaskProcess
+from ..services.tasks.task import Processes
 from ..session.opening import dropped_path
 from ..widgets.forms.message import MessageBar
 from ..widgets.forms.welcome import WelcomePage
@@ -22,9 +22,9 @@ from .toolbars import Toolbars
 class MainWindow(QMainWindow):
     """Makes the services for the features, and draws what these have registered."""
 
-    def __init__(self, settings: QSettings, process: TaskProcess | None = None) -> None:
+    def __init__(self, settings: QSettings, processes: Processes | None = None) -> None:
         super().__init__()
-        self.context = make_context(self, settings, process)
+        self.context = make_context(self, settings, processes)
         self.messages, self.welcome = MessageBar(), WelcomePage()
         self.context.docks.add_above_views(self.messages)
         self.context.docks.middle.addWidget(self.welcome)

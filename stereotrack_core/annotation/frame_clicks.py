@@ -23,6 +23,7 @@ from stereotrack_core.body.proportions import Proportions
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.depth.points import Volume
 from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.worker_processes import Asker
 
 _AROUND = 16  # corners around a part that is drawn
 
@@ -230,6 +231,12 @@ class Fitter:
             )
             self._made = (key, made)
         return self._made[1]
+
+
+def fit_elsewhere(question: FitQuestion, asker: Asker) -> ShownFit:
+    """What a :class:`TaskProcess` does: fit, as the :class:`Fitter` that it keeps."""
+    fitter: Fitter = asker.kept.setdefault("fitter", Fitter())
+    return fitter(question)
 
 
 def _numbers(camera: Camera) -> bytes:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import os
 import threading
 import time
 from dataclasses import dataclass
@@ -11,7 +10,6 @@ from pathlib import Path
 
 from stereotrack_core.body.model import BodyModel
 from stereotrack_core.depth.cloud import Cloud
-from stereotrack_core.errors import Cancelled
 from stereotrack_core.interop.run_journal import RunJournal
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.tracking.frame import Origin, TrackedFrame
@@ -22,9 +20,6 @@ from stereotrack_core.tracking.trace import StepTrace
 from stereotrack_core.worker_processes import Asker
 
 _TELL_SECONDS = 0.2
-
-_NICE = 5
-"""A window that paints goes first; where nothing is to be painted, nothing is lost."""
 
 
 @dataclass(frozen=True)
@@ -52,11 +47,6 @@ class Show:
 @dataclass(frozen=True)
 class Inspect:
     """Trace what the next step would do, as soon as the tracker is held before it."""
-
-
-@dataclass(frozen=True)
-class Stop:
-    """End; what was tracked stays."""
 
 
 @dataclass(frozen=True)
@@ -131,9 +121,7 @@ class Inspected:
 
 
 def load(_: Asker) -> None:
-    """Leave the cores to whoever asks; what tracking needs is loaded with this module."""
-    if hasattr(os, "nice"):
-        os.nice(_NICE)
+    """Do nothing: what tracking needs is loaded with this module."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,7 +145,7 @@ class RunTask:
     allowed: Allow
 
     def __call__(self, asker: Asker) -> None:
-        """Do it; see :func:`call`."""
+        """Do it, until the end or until it is no longer wanted."""
         work = _Work(self, asker)
         try:
             work.do()
@@ -233,8 +221,6 @@ class _Work:
                     self._depths = order.depths
                 case Inspect():
                     self._inspect = True
-                case Stop():
-                    raise Cancelled
 
     def _tell_frame(self, tracked: TrackedFrame) -> None:
         """Send a frame; its depth images are ten times as much as all else together."""

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping
-from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
-from pathlib import Path
 
 import numpy as np
 
@@ -45,40 +43,18 @@ from stereotrack_core.project.schema import REFERENCE
 from stereotrack_core.project.selection import gaps_of, landmark_gaps_of
 from stereotrack_core.project.setups import load_reference, save_reference
 from stereotrack_core.recording.description import Recording
+from stereotrack_core.worker_processes import Asker
 
 FITTED = "fitted to clicks"
 """Name of the reference that the window makes."""
 
 
-@dataclass(frozen=True, eq=False)
-class FitJob:
-    """A fit that another process can do."""
+def fit_elsewhere(fit: Callable[..., TrajectoryFit], asker: Asker) -> TrajectoryFit:
+    """What a :class:`TaskProcess` does: fit, and say how many frames are taken in.
 
-    fit: Callable[..., TrajectoryFit]
-    """:func:`fit_reference` with all that it needs but ``on_frame``."""
-    frames: range
-    progress: Path  # file that the number of frames that are taken in is written to
-
-    def do(self) -> TrajectoryFit:
-        """Fit; InputError where images cannot be read."""
-
-        def note(frame: int) -> None:
-            with suppress(OSError):  # a fit goes on, though nobody sees how far it is
-                self.progress.write_text(str(frame - self.frames.start + 1), encoding="ascii")
-
-        return self.fit(on_frame=note)
-
-    def frames_done(self) -> int:
-        """How many frames are taken in."""
-        try:
-            return int(self.progress.read_text(encoding="ascii") or 0)
-        except (OSError, ValueError):
-            return 0  # nothing is written yet, or is being written just now
-
-
-def worker() -> Callable[[FitJob], TrajectoryFit]:
-    """What a process that fits answers with."""
-    return FitJob.do
+    `fit` is :func:`fit_reference` with all that it needs but ``on_frame``.
+    """
+    return fit(on_frame=lambda _frame: asker.on_frames(1))
 
 
 def fit_project(

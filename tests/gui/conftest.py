@@ -16,7 +16,7 @@ import pytest
 from PySide6.QtCore import QSettings
 
 from app.services.failures import FailureRelay
-from app.services.tasks.process import TaskProcess
+from app.services.tasks.task import Processes
 from stereotrack_core.simulation.make import simulate
 from tests.gui.kept_window import (
     PATIENCE_MS,
@@ -87,26 +87,26 @@ def failures():
 
 
 @pytest.fixture(scope="session")
-def task_process(qapp):
-    """The process in which windows track, one after the other."""
-    made = TaskProcess()
+def processes(qapp):
+    """The processes that work for the windows, one after the other."""
+    made = Processes()
     yield made
     made.close()
 
 
 @pytest.fixture(scope="module")
-def kept(task_process, tmp_path_factory):
+def kept(processes, tmp_path_factory):
     """The window that the tests of a file share."""
-    kept = KeptWindow(tmp_path_factory.mktemp("kept"), task_process)
+    kept = KeptWindow(tmp_path_factory.mktemp("kept"), processes)
     yield kept
     kept.close()
 
 
 @pytest.fixture
-def window(qtbot, settings, failures, task_process, kept):
+def window(qtbot, settings, failures, processes, kept):
     """A new window with its welcome page."""
     kept.close()
-    made = show_window(qtbot, settings, task_process)
+    made = show_window(qtbot, settings, processes)
     qtbot.addWidget(made)
     yield made
     close_window(made)

@@ -8,7 +8,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
 from app.program import make_window
-from app.services.tasks.process import TaskProcess
+from app.services.tasks.task import Processes
 from app.shell.main_window import MainWindow
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.recording.landmarks import LANDMARKS
@@ -32,9 +32,9 @@ class Paintings(QObject):
         return False
 
 
-def window_with(settings: QSettings, process: TaskProcess | None = None) -> MainWindow:
+def window_with(settings: QSettings, processes: Processes | None = None) -> MainWindow:
     """The window with its features at hand."""
-    window, window.features = make_window(settings, process)
+    window, window.features = make_window(settings, processes)
     return window
 
 

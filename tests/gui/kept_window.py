@@ -11,7 +11,7 @@ from PySide6.QtCore import QEvent, QSettings
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from app.services.tasks.process import TaskProcess
+from app.services.tasks.task import Processes
 from app.shell.main_window import MainWindow
 from app.widgets.style.theme import apply_theme
 from tests.gui.hands import window_with
@@ -22,11 +22,11 @@ PATIENCE_MS = 300_000
 _PROJECTS = "projects_folder"
 
 
-def show_window(qtbot: QtBot, settings: QSettings, process: TaskProcess) -> MainWindow:
+def show_window(qtbot: QtBot, settings: QSettings, processes: Processes) -> MainWindow:
     """A window on the screen, and the active one."""
     apply_theme(QApplication.instance(), "dark")
     gc.disable()
-    made = window_with(settings, process)
+    made = window_with(settings, processes)
     made.resize(1366, 768)
     with qtbot.waitExposed(made):
         made.show()
@@ -64,8 +64,8 @@ class KeptWindow:
     Whether it is as when it was new is compared (:func:`state_of`) and not taken for granted.
     """
 
-    def __init__(self, folder: Path, process: TaskProcess) -> None:
-        self._folder, self._process = folder, process
+    def __init__(self, folder: Path, processes: Processes) -> None:
+        self._folder, self._processes = folder, processes
         self._window: MainWindow | None = None
         self._key: tuple[Path, str] | None = None
         self._stored: dict[str, Any] = {}
@@ -83,7 +83,7 @@ class KeptWindow:
         if workspace:
             settings.setValue("workspace", workspace)
         self._made += 1
-        self._window, self._key = show_window(qtbot, settings, self._process), key
+        self._window, self._key = show_window(qtbot, settings, self._processes), key
         open_recording(self._window, qtbot, recording)
         self._stored = stored_in(settings)
         self._state = state_of(self._window)

@@ -2,15 +2,24 @@
 
 from __future__ import annotations
 
+import multiprocessing
+import time
+
 import pytest
 from PySide6.QtTest import QTest
 
 from app.features.annotate.filling import reference_work
 from app.features.annotate.filling.reference_work import how_far
-from app.services.tasks.helper_process import HelperProcess
 from tests.gui.hands import LEFT, annotate_all
 
 pytestmark = pytest.mark.window
+
+
+def endless_fit(fit, asker):
+    """A fit that has taken all frames in and then goes on for longer than anybody waits."""
+    asker.on_frames(len(fit.keywords["frames"]))
+    asker.tell(0)
+    time.sleep(600.0)
 
 
 def test_words_and_share_of_a_fit():
@@ -25,13 +34,8 @@ def test_a_fit_that_takes_long_is_seen_to_work_and_can_be_cancelled(annotating, 
     window = annotating
     window.features.annotate.clicking.toggle_depth()
     annotate_all(window, qtbot)
-    processes = []
-
-    def endless() -> HelperProcess:
-        processes.append(HelperProcess("tests.gui.endless_fit:worker"))
-        return processes[-1]
-
-    monkeypatch.setattr(reference_work, "fit_process", endless)
+    monkeypatch.setattr(reference_work, "fit_elsewhere", endless_fit)
+    before = multiprocessing.active_children()
     window.context.actions.action("annotate-fit").trigger()
     qtbot.waitUntil(
         lambda: "forward and backward pass" in window.status.state.text(), timeout=60_000
@@ -43,11 +47,10 @@ def test_a_fit_that_takes_long_is_seen_to_work_and_can_be_cancelled(annotating, 
     )
     first = window.status.state.text()
     qtbot.waitUntil(lambda: window.status.state.text() != first, timeout=10_000)
-    child = processes[0]._process
-    assert child.poll() is None
+    (child,) = (one for one in multiprocessing.active_children() if one not in before)
     QTest.mouseClick(window.status.cancel, LEFT)
     qtbot.waitUntil(lambda: not window.features.annotate.panels.reference.fitting, timeout=10_000)
-    assert child.poll() is not None, "nothing goes on computing"
+    assert not child.is_alive(), "nothing goes on computing"
     assert window.context.session.project.project.references.names() == ()
     qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
     assert not window.status.progress.isVisible()

@@ -22,12 +22,12 @@ unix = pytest.mark.skipif(sys.platform == "win32", reason="there are no such sig
 
 
 @contextmanager
-def standing_still():
+def standing_still(window):
     """The process that tracks does nothing meanwhile."""
-    [process] = multiprocessing.active_children()
-    os.kill(process.pid, signal.SIGSTOP)
-    yield process
-    os.kill(process.pid, signal.SIGCONT)
+    number = window.context.session.processes.run.pid
+    os.kill(number, signal.SIGSTOP)
+    yield
+    os.kill(number, signal.SIGCONT)
 
 
 def trigger(window, name):
@@ -119,7 +119,7 @@ def test_pause_holds_and_run_goes_on_with_the_same_run(opened, qtbot):
     track = opened.context.session.track
     trigger(opened, "step")
     qtbot.waitUntil(lambda: track.paused)
-    with standing_still():
+    with standing_still(opened):
         track.go_on()
         track.pause()
         assert not track.paused, "the tracker has not said that it is held"
@@ -141,8 +141,8 @@ def test_a_process_that_is_killed_leaves_what_was_tracked_and_a_sentence(opened,
     session.message.connect(said.append)
     trigger(opened, "step")
     qtbot.waitUntil(lambda: session.track.paused)
-    run, [process] = session.track.entry, multiprocessing.active_children()
-    process.kill()
+    run = session.track.entry
+    os.kill(session.processes.run.pid, signal.SIGKILL)
     qtbot.waitUntil(lambda: session.track.entry is None)
     assert sorted(run.frames) == [0]
     assert session.runs.entries == (run,)
@@ -246,11 +246,12 @@ def test_a_run_is_saved_and_opened_again(opened, qtbot, tmp_path):
 def test_closing_while_tracking_ends_the_run_and_the_process(opened, qtbot):
     trigger(opened, "run")
     qtbot.waitUntil(lambda: tracked(opened) >= 1, timeout=60_000)
-    processes = multiprocessing.active_children()
+    number = opened.context.session.processes.run.pid
     opened.close()
     assert opened.context.session.track.entry is None
-    for process in processes:
-        process.join()
+    for process in multiprocessing.active_children():
+        if process.pid == number:
+            process.join()
 
 
 def test_a_frame_is_drawn_once_by_each_view_however_late_its_points_are(opened, qtbot):

@@ -105,8 +105,7 @@ def test_an_answer_that_is_on_its_way_when_it_is_closed_is_told_to_nobody(qtbot)
     assert told == []
 
 
-def test_the_program_waits_for_its_threads_but_not_for_ever(qtbot, task_process):
-    task_process.close()  # the thread that listens to it would go on
+def test_the_program_waits_for_its_threads_but_not_for_ever(qtbot):
     held = Held()
     newest = NewestWins(held, "something asked")
     newest.ask("first")

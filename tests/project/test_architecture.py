@@ -154,7 +154,6 @@ WRITES_BY_ITSELF = {
     "stereotrack_core/cli/arguments.py": {"TemporaryFile"},  # whether one can be made there
     "app/pdf.py": {"QPdfWriter"},
     "app/shell/dialogs.py": {"save"},
-    "stereotrack_core/project/fitting.py": {"write_text"},  # how far it is, for the window
     "app/features/sweep/presenter.py": {"touch", "TemporaryFile"},  # a sign to stop; what it says
 }
 """What does not go through :mod:`stereotrack_core.atomic`, and need not."""

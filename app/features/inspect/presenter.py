@@ -5,7 +5,6 @@ from __future__ import annotations
 from PySide6.QtCore import QObject, QTimer, Signal, Slot
 
 from stereotrack_core.errors import InputError
-from stereotrack_core.recording.description import Recording
 
 from ...services.failures import message_of
 from ...services.tasks.newest import NewestWins
@@ -39,7 +38,7 @@ class InsidePresenter(QObject):
 
     def __init__(self, session: Session) -> None:
         super().__init__()
-        self._document, self._clouds = session.document, session.clouds
+        self._session, self._document = session, session.document
         self._runs, self._track = session.runs, session.track
         self.looking = False
         self.known: Inside | None = None
@@ -51,7 +50,7 @@ class InsidePresenter(QObject):
         self._soon.timeout.connect(self._ask)
         for changed in (
             session.document.frame_changed, session.document.playing_changed,
-            session.clouds.measured, session.runs.active_changed, session.track.state_changed,
+            session.runs.active_changed, session.track.state_changed,
         ):  # fmt: skip
             changed.connect(self._ask_soon)
 
@@ -147,15 +146,14 @@ class InsidePresenter(QObject):
     @Slot()
     def _ask(self) -> None:
         self._soon.stop()
-        recording = self._document.recording
-        if not self.looking or recording is None:
+        if not self.looking or self._document.recording is None:
             return
         if self._waits():
             if self.known is None or self.known.question is not self._asked:
                 self._asked = None  # the tracker needs the time
             return
         try:
-            question = self._question(recording)
+            question = self._question()
         except InputError as error:
             self.leave()
             self.message.emit(message_of(error))
@@ -170,8 +168,8 @@ class InsidePresenter(QObject):
         self._worker.ask(question)
         self.changed.emit()
 
-    def _question(self, recording: Recording) -> Question | None:
-        """What is to be worked out about the frame that is shown; None until its cloud is there."""
+    def _question(self) -> Question | None:
+        """What is to be worked out about the frame that is shown; None where that is asked."""
         frame = self._document.frame
         live, entry = self._track.held_before(frame), self._runs.active
         settings = self._track.settings
@@ -183,13 +181,7 @@ class InsidePresenter(QObject):
             return None
         if live is not None:
             return live_question(frame, live)
-        cloud = self._clouds.cloud(frame, settings.depth)
-        if cloud is None and self._clouds.given_up(frame, settings.depth):
-            raise InputError("the points of this frame cannot be computed", where=f"frame {frame}")
-        if cloud is None:
-            self._clouds.ask(frame, settings.depth)
-            return None
-        return run_question(frame, cloud, recording, entry, settings)
+        return run_question(frame, self._session, entry, settings)
 
     @Slot(object, object)
     def _on_answered(self, question: Question, found: Inside) -> None:

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from concurrent.futures import CancelledError
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 
-from stereotrack_core.blas_threads import one_blas_thread
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.proportions import proportions_of
@@ -18,13 +17,14 @@ from stereotrack_core.errors import Cancelled
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.selection import usable_views
 from stereotrack_core.tracking.estimate import Estimate
-from stereotrack_core.tracking.inspection import beginning_at, traced_step
 from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.repeating import stored_spec
 from stereotrack_core.tracking.trace import StepTrace, movement
 from stereotrack_core.tracking.tracker import Tracker, cameras_of, tracker_for
+from stereotrack_core.tracking.tuning.process import RecordedStep, RecordStep
 
 from ...session.runs import RunEntry
+from ...session.session import Session
 from ...session.tracking import LiveRun
 from .steps import Step, steps_of
 
@@ -41,9 +41,8 @@ class Question:
     """What the inside of a frame is worked out from."""
 
     frame: int
-    work: Callable[[], tuple[StepTrace, Cloud, str]]
-    """Gives the step's trace, the cloud that it was done with, and where the tracker began; called
-    in the background."""
+    work: Callable[[], RecordedStep]
+    """Has the step done; called in the background."""
     found: Estimate | None
     """What the run has kept of the frame, to be compared with."""
     source: object
@@ -78,43 +77,41 @@ def asks_the_same(asked: Question | None, frame: int, source: object, settings: 
 
 def answer(question: Question) -> Inside:
     """Let the tracker do its frame; called in a thread of its own."""
-    trace, cloud, words = question.work()
-    return Inside(question, trace, cloud, steps_of(trace), words, _compared(trace, question.found))
+    done = question.work()
+    compared = _compared(done.trace, question.found)
+    return Inside(question, done.trace, done.cloud, steps_of(done.trace), done.words, compared)
 
 
 def live_question(frame: int, live: LiveRun) -> Question:
     """About the run in progress, which is held just before the frame."""
     asked = live.inspect()
 
-    def work() -> tuple[StepTrace, Cloud, str]:
+    def work() -> RecordedStep:
         try:
             found = asked.result()
         except CancelledError:
             raise Cancelled from None
-        return found.trace, found.cloud, LIVE
+        return RecordedStep(found.trace, found.cloud, LIVE)
 
     return Question(frame, work, None, live, live.settings)
 
 
 def run_question(
-    frame: int, cloud: Cloud, recording: Recording, entry: RunEntry | None, settings: Settings
+    frame: int, session: Session, entry: RunEntry | None, settings: Settings
 ) -> Question:
     """About a run that has been there, or about a frame that no run knows."""
-    new_tracker = _maker(recording, entry, settings)
-    known = [_estimate(entry, k) for k in (frame - 1, frame - 2, frame)]
+    kept, process = session.kept, session.processes.trials
+    assert kept is not None  # noqa: S101 - there are no frames without
+    before, earlier, here = (_estimate(entry, k) for k in (frame - 1, frame - 2, frame))
+    make = _maker(kept.recording, entry, settings)
+    task = RecordStep(kept, frame, settings.depth, make, (before, earlier, here))
     smoothed = entry is not None and _smoothed(entry)
 
-    def work() -> tuple[StepTrace, Cloud, str]:
-        release = one_blas_thread.hold()
-        try:
-            tracker = new_tracker()
-            begun = beginning_at(tracker, cloud, *known)
-            trace = traced_step(tracker, cloud)
-        finally:
-            release()
-        return trace, cloud, begun + (_SMOOTHED if smoothed else "")
+    def work() -> RecordedStep:
+        done: RecordedStep = process(task)
+        return replace(done, words=done.words + _SMOOTHED) if smoothed else done
 
-    return Question(frame, work, known[-1], entry, settings)
+    return Question(frame, work, here, entry, settings)
 
 
 def settings_of(entry: RunEntry) -> Settings:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import TypeAlias
 from weakref import WeakKeyDictionary
 
 from PySide6.QtCore import QObject, QTimer, Signal, Slot
@@ -21,15 +20,12 @@ from stereotrack_core.tracking.tuning.trial import Start, Trial
 from ...session.runs import RunEntry
 from ...session.session import Session
 from ...widgets.forms.parameter_panel import value_text
-from .runner import Trials
+from .runner import TrialRunner, Trials
 
 _PAUSE_MS = 100
 """Time without a further change after which a trial begins."""
 
 _NAMED = 2
-
-TrackTrials: TypeAlias = Callable[[str, list[tuple[RunEntry, Trial]]], Trials]
-"""Has trials tracked: from a title and entries with their trials."""
 
 
 class AttemptPresenter(QObject):
@@ -37,8 +33,7 @@ class AttemptPresenter(QObject):
 
     Parameters
     ----------
-    track : callable
-        Has trials tracked: from a title and entries with their trials.
+    runner : TrialRunner
     stretch : callable
         Frames that are to be tracked.
 
@@ -55,10 +50,10 @@ class AttemptPresenter(QObject):
     changed = Signal()
     """What is said of the trials, or how far they are, is different."""
 
-    def __init__(self, session: Session, track: TrackTrials, stretch: Callable[[], range]) -> None:
+    def __init__(self, session: Session, runner: TrialRunner, stretch: Callable[[], range]) -> None:
         super().__init__()
         self._session, self._runs = session, session.runs
-        self._track, self._stretch = track, stretch
+        self._runner, self._stretch = runner, stretch
         self.live = True
         self.running: RunEntry | None = None
         self._trials: Trials | None = None
@@ -96,7 +91,7 @@ class AttemptPresenter(QObject):
     def trial(self, settings: Settings, preset: str) -> Trial | None:
         """The trial of the stretch with these settings; None where there is nothing to track."""
         stretch, base = self._stretch(), self.base()
-        if self._session.clouds.store is None or not len(stretch):
+        if not self._session.clouds.available or not len(stretch):
             return None
         spec = RunSpec(settings, preset, stretch, init=self._session.tracker.first_pose)
         made = self._made[base][0] if base is not None and base in self._made else None
@@ -112,10 +107,10 @@ class AttemptPresenter(QObject):
         if entry is not None:
             done, count = len(entry.frames), len(entry.wanted)
             return f"{entry.name.capitalize()}: {done} of {count} frames."
-        trial, store = self.wanted(), self._session.clouds.store
-        if trial is None or store is None:
+        trial = self.wanted()
+        if trial is None:
             return ""
-        return self._known(trial) or f"To compute: {trial.work(store.resource)}."
+        return self._known(trial) or f"To compute: {trial.work(self._runner.kept)}."
 
     # ---- what a person does
 
@@ -138,7 +133,7 @@ class AttemptPresenter(QObject):
         self.begins.emit()
         self.running = entry = self._new_entry(trial)
         self._runs.add(entry, active=self._runs.active is None)
-        self._trials = self._track(f"tracking {entry.name}", [(entry, trial)])
+        self._trials = self._runner.track(f"tracking {entry.name}", [(entry, trial)])
         self._trials.grown.connect(self._on_grown)
         self._trials.ended.connect(self._on_ended)
 

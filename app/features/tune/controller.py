@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Callable
 
 from PySide6.QtCore import QObject, Slot
@@ -22,7 +21,7 @@ from ...widgets.tables.panels import AttemptsPanel
 from .attempts import AttemptPresenter, settings_of
 from .numbers import attempt_table
 from .presets import PresetWork
-from .runner import CloudWarmer, Trials
+from .runner import TrialRunner
 from .series import SeriesPresenter
 
 _ATTEMPT_BUTTONS = ("attempt_use", "attempt_run", "attempt_adopt", "attempt_dismiss")
@@ -45,11 +44,10 @@ class TuneController(QObject):
         context.docks.add("parameters", "Parameters", self.parameters)
         context.docks.add("attempts", "Trials", self.panel)
         context.docks.add("series", "Parameter series", self.series_panel)
-        self._turn = threading.Lock()
-        self.attempts = AttemptPresenter(session, self._track, self.stretch)
-        self.series = SeriesPresenter(session, self._track, self.attempts)
+        self.runner = TrialRunner(session, context.tasks, self._to_prepare)
+        self.attempts = AttemptPresenter(session, self.runner, self.stretch)
+        self.series = SeriesPresenter(session, self.runner, self.attempts)
         self.attempts.live = bool(context.settings.value("tune/live", True, type=bool))
-        self.warmer = CloudWarmer(lambda: session.clouds.store, self._to_warm)
         self.presets = PresetWork(context, self.parameters)
         self._against: RunEntry | None = None
         self._compared = "preset"
@@ -78,9 +76,10 @@ class TuneController(QObject):
         context, session = self._context, self._session
         docks, selected = context.docks, context.view_state.selection_changed
         self.attempts.changed.connect(self.show)
+        self.runner.changed.connect(self.show)
         self.attempts.arrived.connect(session.instant.tell_soon)
         for changed in (session.runs.active_changed, selected, docks.workspace_changed):
-            changed.connect(self.warmer.warm_soon)
+            changed.connect(self.runner.make_clouds_soon)
         self.series.changed.connect(self.show_series)
         for presenter in (self.attempts, self.series):
             presenter.changed.connect(context.actions.refresh_soon)
@@ -148,14 +147,7 @@ class TuneController(QObject):
         entries = self._entries()
         return entries[row] if 0 <= row < len(entries) else None
 
-    def _track(self, title: str, tried: list[tuple[RunEntry, Trial]]) -> Trials:
-        """Have trials tracked in the background, when those before have ended."""
-        self.warmer.cancel()
-        store = self._session.clouds.store
-        assert store is not None  # noqa: S101 - there are no trials without
-        return Trials(self._context.tasks, store, self._turn, title, tried)
-
-    def _to_warm(self) -> Trial | None:
+    def _to_prepare(self) -> Trial | None:
         """What is going to be tried, if nothing else is being done."""
         idle = self.active and self.settled() and not self._session.track.running
         return self.attempts.wanted() if idle and self.attempts.base() is not None else None
@@ -285,6 +277,6 @@ class TuneController(QObject):
     def stop(self) -> None:
         """End everything, as another recording comes or the window closes; waits for nothing."""
         self._against = None
-        self.warmer.close()
+        self.runner.cancel()
         self.attempts.stop()
         self.series.clear()

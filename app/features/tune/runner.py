@@ -1,168 +1,151 @@
-"""Trials are tracked in tasks, one after the other; clouds are made while nobody needs them."""
+"""Trials are tracked in a process; clouds are made there ahead, while nobody needs it."""
 
 from __future__ import annotations
 
 import logging
-import threading
-import time
 from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Any
 
 from PySide6.QtCore import QObject, QTimer, Signal, Slot
 
-from stereotrack_core.body.model import BodyModel
-from stereotrack_core.errors import Cancelled
-from stereotrack_core.tracking.frame import Origin, TrackedFrame
-from stereotrack_core.tracking.tuning.clouds import CloudStore
+from stereotrack_core.tracking.tuning.clouds import Holdings
+from stereotrack_core.tracking.tuning.process import (
+    KeptRecording,
+    MakeClouds,
+    TrackTrials,
+    TrialBegun,
+    TrialFrame,
+)
 from stereotrack_core.tracking.tuning.trial import Trial
 
-from ...services.tasks.newest import NewestWins
-from ...services.tasks.shared import Shared
 from ...services.tasks.task import Task, TaskList
 from ...session.runs import RunEntry
+from ...session.session import Session
 
 _PAUSE_MS = 400
 
 
 class Trials(QObject):
-    """Trials that are tracked one after the other; their entries get the frames.
-
-    Parameters
-    ----------
-    tasks : TaskList
-    store : Shared of CloudStore
-    turn : Lock
-        Held while they are tracked, so that two never use the clouds at once: those that were
-        cancelled end first.
-    title : str
-        What is being done, for the status line.
-    tried : sequence of (RunEntry, Trial)
-        The entries are changed in the window's thread alone.
-    """
+    """Trials that are tracked one after the other; their entries get the frames."""
 
     grown = Signal(object)
     """Mapping from the entries that have more to the numbers of these frames."""
     ended = Signal()
     """Nothing more comes; why they failed, if they did, the window has told."""
 
-    def __init__(
-        self,
-        tasks: TaskList,
-        store: Shared[CloudStore],
-        turn: threading.Lock,
-        title: str,
-        tried: Sequence[tuple[RunEntry, Trial]],
-    ) -> None:
+    def __init__(self, tried: Sequence[tuple[RunEntry, Trial]], task: Task) -> None:
         super().__init__()
-        self._store, self._turn, self._tried = store, turn, tuple(tried)
-        self._wanted = True
-        self._lock = threading.Lock()
-        self._results: list[tuple[RunEntry, TrackedFrame, BodyModel, Origin, float]] = []
-        self._task = tasks.begin(title, self._track)
-        self._task.progressed.connect(self._take)
-        self._task.ended.connect(self._on_ended)
+        self._entries = [entry for entry, _ in tried]
+        self._count = sum(len(trial.stretch) for _, trial in tried)
+        self._done = 0
+        self._task = task
+        self._task.told.connect(self._take)
+        self._task.ended.connect(self.ended)
 
     def cancel(self) -> None:
         """Say that they are no longer wanted: nothing more is told of them. Returns at once."""
-        self._wanted = False
+        self.blockSignals(True)
+        self._task.told.disconnect(self._take)
         self._task.cancel()
 
-    def _track(self, task: Task) -> None:
-        done, count = 0, sum(len(trial.stretch) for _, trial in self._tried)
-        with self._turn, self._store.used() as store:
-            for place, (entry, trial) in enumerate(self._tried):
-                begun = time.perf_counter()
-                words = f"{place} of {len(self._tried)} values" if len(self._tried) > 1 else ""
-                with trial.begun(store, task.token.cancelled) as pipeline:
-                    body, origin = pipeline.body, pipeline.origin()
-                    for tracked in pipeline.frames(trial.stretch):
-                        seconds, done = time.perf_counter() - begun, done + 1
-                        with self._lock:
-                            self._results.append((entry, tracked, body, origin, seconds))
-                        task.report(done / count, words)
-
-    @Slot(float, str)
-    def _take(self, _share: float = 0.0, _words: str = "") -> None:
-        with self._lock:
-            results, self._results = self._results, []
-        if not results or not self._wanted:
-            return
+    @Slot(list)
+    def _take(self, words: list[Any]) -> None:
         grown: dict[RunEntry, list[int]] = {}
-        for entry, tracked, body, origin, seconds in results:
-            entry.body, entry.origin, entry.wall_seconds = body, origin, seconds
-            entry.frames[tracked.frame] = tracked.without_cloud()
-            grown.setdefault(entry, []).append(tracked.frame)
-        self.grown.emit(grown)
+        place = 0
+        for word in words:
+            match word:
+                case TrialBegun():
+                    entry = self._entries[word.place]
+                    entry.body, entry.origin = word.body, word.origin
+                case TrialFrame():
+                    place, entry = word.place, self._entries[word.place]
+                    entry.wall_seconds = word.seconds
+                    entry.frames[word.frame.frame] = word.frame
+                    grown.setdefault(entry, []).append(word.frame.frame)
+        if grown:
+            self._done += sum(map(len, grown.values()))
+            several = len(self._entries) > 1
+            of = f"{place} of {len(self._entries)} values" if several else ""
+            self._task.report(self._done / self._count, of)
+            self.grown.emit(grown)
 
-    @Slot()
-    def _on_ended(self) -> None:
-        self._take()
-        if self._wanted:
-            self.ended.emit()
 
+class TrialRunner(QObject):
+    """Has trials tracked in the process, and knows what that keeps for the next ones.
 
-class CloudWarmer(QObject):
-    """Makes clouds while nobody else needs them.
+    Attributes
+    ----------
+    kept : Holdings
 
     Parameters
     ----------
-    store : callable
-        The clouds of the open recording; None where nothing gives depth.
     wanted : callable
-        What would be tried now; None where nothing is to be made.
+        What would be tried now; None where no clouds are to be made ahead.
     """
 
+    changed = Signal()
+    """More is kept than before."""
+
     def __init__(
-        self,
-        store: Callable[[], Shared[CloudStore] | None],
-        wanted: Callable[[], Trial | None],
+        self, session: Session, tasks: TaskList, wanted: Callable[[], Trial | None]
     ) -> None:
         super().__init__()
-        self._store, self._wanted = store, wanted
-        self._cancelled = threading.Event()
-        self._worker: NewestWins | None = None
+        self._session, self._tasks, self._wanted = session, tasks, wanted
+        self._ahead: Task | None = None
         self._pause = QTimer(self, singleShot=True, interval=_PAUSE_MS)
         self._pause.timeout.connect(self._begin)
+        self.kept = Holdings()
+        session.opened.connect(self._on_opened)
 
     @Slot()
-    def warm_soon(self, _what: object = None) -> None:
+    def _on_opened(self) -> None:
+        recording = self._session.document.recording
+        views = recording.views if recording is not None else ()
+        self.kept = Holdings(tuple(view.name for view in views if view.kind == "stereo"))
+
+    def track(self, title: str, tried: Sequence[tuple[RunEntry, Trial]]) -> Trials:
+        """Have trials tracked, when those before have ended; their entries get the frames."""
+        self.cancel()
+        kept = self._session.kept
+        assert kept is not None  # noqa: S101 - there are no trials without
+        todo = TrackTrials(kept, tuple(trial for _, trial in tried))
+        process = self._session.processes.trials
+        task = self._tasks.begin(title, lambda task: process(todo, task.tell, task.token.cancelled))
+        task.told.connect(partial(self._remember, kept))
+        return Trials(tried, task)
+
+    @Slot()
+    def make_clouds_soon(self, _what: object = None) -> None:
         """Make the clouds when nothing has changed for a moment."""
         self.cancel()
         self._pause.start()
 
-    @Slot()
     def cancel(self) -> None:
-        """Make no more; what is made is kept."""
+        """Make no more clouds; what is made is kept."""
         self._pause.stop()
-        self._cancelled.set()
-
-    def close(self) -> None:
-        """End the thread; waits for nothing."""
-        self.cancel()
-        if self._worker is not None:
-            self._worker.close()
-            self._worker = None
+        if self._ahead is not None:
+            self._ahead.cancel()
+            self._ahead = None
 
     @Slot()
     def _begin(self) -> None:
-        trial, store, cancelled = self._wanted(), self._store(), threading.Event()
-        if trial is None or store is None:
+        trial, kept = self._wanted(), self._session.kept
+        if trial is None or kept is None:
             return
-        self._cancelled = cancelled
-        if self._worker is None:
-            self._worker = NewestWins(_warm, "clouds")
-            self._worker.failed.connect(self._on_failed)
-        self._worker.ask((store, trial, cancelled))
+        todo, process = MakeClouds(kept, trial), self._session.processes.trials
+        self._ahead = Task("clouds", lambda task: process(todo, task.tell, task.token.cancelled))
+        self._ahead.told.connect(partial(self._remember, kept))
+        self._ahead.failed.connect(_on_failed)
+        self._ahead.start()
 
-    @Slot(object, object)
-    def _on_failed(self, _question: object, error: Exception) -> None:
-        if not isinstance(error, Cancelled):
-            # whoever tries the stretch meets the same, and tells the person
-            logging.getLogger(__name__).error("clouds could not be precomputed", exc_info=error)
+    def _remember(self, of: KeptRecording, words: list[Any]) -> None:
+        found = [word for word in words if isinstance(word, Holdings)]
+        if found and of is self._session.kept:
+            self.kept = found[-1]
+            self.changed.emit()
 
 
-def _warm(question: tuple[Shared[CloudStore], Trial, threading.Event]) -> None:
-    shared, trial, cancelled = question
-    with shared.used() as store:
-        clouds = store.clouds(trial.key, trial.stretch, cancelled.is_set)
-        for frame in trial.stretch:
-            clouds.take(frame)
+def _on_failed(error: Exception) -> None:
+    """Whoever tries the stretch meets the same, and tells the person."""
+    logging.getLogger(__name__).error("clouds could not be precomputed", exc_info=error)

@@ -14,9 +14,9 @@ from ...session.judgement import MEASURED_LIMBS, Judgement, judged
 from ...session.runs import RunEntry
 from ...session.session import Session
 from ...widgets.plots.small_multiples import Multiple
-from .attempts import AttemptPresenter, TrackTrials, entry_of, with_unit
+from .attempts import AttemptPresenter, entry_of, with_unit
 from .numbers import Summary, summary_of
-from .runner import Trials
+from .runner import TrialRunner, Trials
 
 
 @dataclass(eq=False)
@@ -47,8 +47,7 @@ class SeriesPresenter(QObject):
     Parameters
     ----------
     session : Session
-    track : callable
-        Has trials tracked: from a title and entries with their trials.
+    runner : TrialRunner
     attempts : AttemptPresenter
         Knows the run that all are compared with.
 
@@ -65,9 +64,9 @@ class SeriesPresenter(QObject):
     changed = Signal()
     """There are more frames, or another value is shown."""
 
-    def __init__(self, session: Session, track: TrackTrials, attempts: AttemptPresenter) -> None:
+    def __init__(self, session: Session, runner: TrialRunner, attempts: AttemptPresenter) -> None:
         super().__init__()
-        self._session, self._track, self._attempts = session, track, attempts
+        self._session, self._runner, self._attempts = session, runner, attempts
         self.row: ParameterRow | None = None
         self.tried: tuple[Tried, ...] = ()
         self.shown: int | None = None
@@ -114,7 +113,7 @@ class SeriesPresenter(QObject):
             tried.append(Tried(value, with_unit("", value, row.unit), entry))
         self.row, self.tried = row, tuple(tried)
         title = f"tracking with values of {row.name.replace('_', ' ')}"
-        self._trials = self._track(title, tracked)
+        self._trials = self._runner.track(title, tracked)
         self._trials.grown.connect(self._on_grown)
         self._trials.ended.connect(self._on_ended)
         self.changed.emit()

@@ -5,12 +5,14 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable
+from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
 
 from PySide6.QtCore import QObject, Qt, Signal, Slot
 
 from stereotrack_core.errors import Cancelled
+from stereotrack_core.task_process import TaskProcess
 
 
 class WorkThread(threading.Thread):
@@ -102,6 +104,13 @@ class Task(Threaded):
         How far it is, 0 to 1; 0 where nobody knows.
     words : str
         What is being done of it just now.
+    error : Exception or None
+        What it failed of.
+
+    Signals
+    -------
+    told : list
+        What the work has told since the last time.
     """
 
     progressed = Signal(float, str)
@@ -109,13 +118,19 @@ class Task(Threaded):
     failed = Signal(object)
     stopped = Signal()
     ended = Signal()
+    told = Signal(list)
     _over = Signal(str, object)
+    _heard = Signal()
 
     def __init__(self, title: str, work: Callable[[Task], Any]) -> None:
         super().__init__(self._run, title)
         self._over.connect(self._tell, Qt.ConnectionType.QueuedConnection)
+        self._heard.connect(self._pass_on, Qt.ConnectionType.QueuedConnection)
         self.title = title
         self.token = CancelToken()
+        self.error: Exception | None = None
+        self._lock = threading.Lock()
+        self._waiting: list[Any] = []
         self.share = 0.0
         self.words = ""
         self._work = work
@@ -145,6 +160,14 @@ class Task(Threaded):
         self.share, self.words = share, words
         self.progressed.emit(share, words)
 
+    def tell(self, word: Any) -> None:
+        """Tell something, from any thread; see the signal ``told``."""
+        with self._lock:
+            self._waiting.append(word)
+            first = len(self._waiting) == 1
+        if first:
+            self._heard.emit()
+
     def says(self) -> str:
         """What is being done: ``fitting the body to the clicks, frame 12 of 490 taken in``."""
         return f"{self.title}, {self.words}" if self.words else self.title
@@ -159,17 +182,46 @@ class Task(Threaded):
         else:
             self._over.emit("finished", result)
 
+    @Slot()
+    def _pass_on(self) -> None:
+        with self._lock:
+            words, self._waiting = self._waiting, []
+        if not self._given_up:
+            self.told.emit(words)
+
     @Slot(str, object)
-    def _tell(self, how: str, what: object) -> None:
+    def _tell(self, how: str, what: Any) -> None:
         if self._given_up:
             return
         if how == "stopped":
             self.stopped.emit()
         elif how == "failed":
+            self.error = what
             self.failed.emit(what)
         else:
             self.finished.emit(what)
         self.ended.emit()
+
+
+@dataclass(frozen=True, eq=False)
+class Processes:
+    """Processes that work for windows, one after the other.
+
+    Attributes
+    ----------
+    run : TaskProcess
+        Tracks the run in progress, which may be held for as long as a person likes.
+    trials : TaskProcess
+        Tracks trials and records what single steps did; keeps the clouds for them.
+    """
+
+    run: TaskProcess = field(default_factory=TaskProcess)
+    trials: TaskProcess = field(default_factory=TaskProcess)
+
+    def close(self) -> None:
+        """End them at once."""
+        self.run.close()
+        self.trials.close()
 
 
 class TaskList(QObject):

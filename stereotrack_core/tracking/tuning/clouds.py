@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import threading
 import time
 from collections import OrderedDict
-from collections.abc import Callable, Hashable
+from collections.abc import Callable, Hashable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 from weakref import WeakKeyDictionary
@@ -47,11 +46,62 @@ class CloudKey:
         return stage_key(self.depth, stage), learned
 
 
+@dataclass(frozen=True)
+class Holdings:
+    """What a store keeps, in itself small; may be told to another process.
+
+    Attributes
+    ----------
+    views : tuple of str
+        That are matched.
+    matched : mapping
+        Frames by view and parameters.
+    measured : mapping
+        From parameters to frames, and to the parameters of fusion that have given a cloud.
+    backgrounds : frozenset
+        Parameters with which the background is known.
+    """
+
+    views: tuple[str, ...] = ()
+    matched: Mapping[Hashable, set[int]] = field(default_factory=dict)
+    measured: Mapping[Hashable, Mapping[int, frozenset[Hashable]]] = field(default_factory=dict)
+    backgrounds: frozenset[Hashable] = frozenset()
+
+    def work(self, key: CloudKey, stretch: range, *, shape: bool = False) -> str:
+        """What a trial over a stretch computes beyond what is kept, in words; not exact.
+
+        Parameters
+        ----------
+        shape : bool
+            Whether it fits the body's shape.
+
+        Returns
+        -------
+        str
+            ``matching and points of 20 frames, the background and tracking``, ``tracking only``.
+        """
+        known = self.measured.get(key.until(Stage.POINTS), {})
+        clouds, matching = key.until(Stage.FUSION), key.until(Stage.MATCHING)
+        unmeasured = [frame for frame in stretch if frame not in known]
+        unfused = [frame for frame in stretch if clouds not in known.get(frame, ())]
+        matches = any(
+            not self.matched.get((matching, view), set()).issuperset(unmeasured)
+            for view in self.views
+        )
+        parts = []
+        if unmeasured:
+            parts.append(f"{'matching and ' * matches}points of {_frames(unmeasured)}")
+        elif unfused:
+            parts.append(f"outliers of {_frames(unfused)}")
+        parts += ["the background"] * (key.until(Stage.BACKGROUND) not in self.backgrounds)
+        parts += ["the body's shape"] * shape
+        return f"{', '.join(parts)} and tracking" if parts else "tracking only"
+
+
 class CloudStore:
     """Keeps disparities and clouds of a recording by the parameters on which each depends.
 
-    May be asked from several threads; one of them is served at a time. What there would be to do
-    (:meth:`work`) is told at any time.
+    Serves one thread at a time.
 
     Parameters
     ----------
@@ -73,7 +123,6 @@ class CloudStore:
         self.reader = reader
         self.memory = Memory(limit)
         self.pictures = _NumberedReader(self)
-        self.lock = threading.Lock()
         self.shapes: dict[Hashable, BodyShape] = {}
         self.cancelled: Callable[[], bool] = never
         self._rectified: dict[tuple[str, float], Rectification] = {}
@@ -81,11 +130,10 @@ class CloudStore:
 
     def close(self) -> None:
         """Forget everything and end the threads."""
-        with self.lock:
-            chains, self._chains = self._chains, OrderedDict()
-            for chain in chains.values():
-                chain.close()
-            self.memory.clear()
+        for chain in self._chains.values():
+            chain.close()
+        self._chains.clear()
+        self.memory.clear()
 
     def go_on(self) -> None:
         """Raise :class:`Cancelled` where the work is no longer wanted."""
@@ -110,56 +158,31 @@ class CloudStore:
         wanted = cancelled or never
         if stretch is not None:
             self.memory.hold(_is_of(key, stretch))
-        with self.lock:
-            self.cancelled = wanted
-            return KeptClouds(self, key, self.chain(key), wanted)
+        self.cancelled = wanted
+        return KeptClouds(self, key, self.chain(key), wanted)
 
-    def work(self, key: CloudKey, stretch: range, *, shape: bool = False) -> str:
-        """What a trial over a stretch computes beyond what is kept, in words; not exact.
-
-        Parameters
-        ----------
-        shape : bool
-            Whether it fits the body's shape.
-
-        Returns
-        -------
-        str
-            ``matching and points of 20 frames, the background and tracking``, ``tracking only``.
-        """
-        points, clouds = key.until(Stage.POINTS), key.until(Stage.FUSION)
-        known = {frame: self.memory.get(("points", points, frame)) for frame in stretch}
-        unmeasured = [frame for frame, made in known.items() if made is None]
-        unfused = [
-            frame for frame, made in known.items() if made is None or clouds not in made.clouds
-        ]
-        matching = key.until(Stage.MATCHING)
-        matches = any(
-            ("matching", (matching, view.name), frame) not in self.memory
-            for view in self.recording.views
-            if view.kind == "stereo"
-            for frame in unmeasured
-        )
-        parts = []
-        if unmeasured:
-            parts.append(f"{'matching and ' * matches}points of {_frames(unmeasured)}")
-        elif unfused:
-            parts.append(f"outliers of {_frames(unfused)}")
-        parts += ["the background"] * (self._learned(key) is None) + ["the body's shape"] * shape
-        return f"{', '.join(parts)} and tracking" if parts else "tracking only"
+    def holdings(self) -> Holdings:
+        """What is kept now."""
+        matched: dict[Hashable, set[int]] = {}
+        measured: dict[Hashable, dict[int, frozenset[Hashable]]] = {}
+        for (kind, of, frame), value in self.memory.items():
+            if kind == "points":
+                measured.setdefault(of, {})[frame] = frozenset(value.clouds)
+            else:
+                matched.setdefault(of, set()).add(frame)
+        views = tuple(view.name for view in self.recording.views if view.kind == "stereo")
+        known = frozenset(key.until(Stage.BACKGROUND) for key in self._chains)
+        return Holdings(views, matched, measured, known)
 
     def chain(self, key: CloudKey) -> DepthChain:
-        """What makes these clouds; for those who hold the lock."""
+        """What makes these clouds."""
         chain = self._chains.get(key) or self._new_chain(key)
         if chain.learns:
             return chain  # it learns on from the frames of one run, and ends with that
-        chains = OrderedDict(self._chains)  # others may be looking through those that are there
-        chains[key] = chain
-        chains.move_to_end(key)
-        too_many = [chains.popitem(last=False)[1] for _ in range(len(chains) - _CHAINS)]
-        self._chains = chains
-        for old in too_many:
-            old.close()
+        self._chains[key] = chain
+        self._chains.move_to_end(key)
+        while len(self._chains) > _CHAINS:
+            self._chains.popitem(last=False)[1].close()
         return chain
 
     def _new_chain(self, key: CloudKey) -> DepthChain:
@@ -226,15 +249,14 @@ class KeptClouds:
             Where the run is no longer wanted.
         """
         store = self._store
-        with store.lock:
-            store.cancelled = self._cancelled
-            store.go_on()
-            if not self.chain.learns:
-                self.chain = store.chain(self.key)
-                return self._kept(frame)
-            # depends on all frames before it, so that it is of no use to another run
-            seen, read = self._measured(frame)
-            return self.chain.fused(seen), read
+        store.cancelled = self._cancelled
+        store.go_on()
+        if not self.chain.learns:
+            self.chain = store.chain(self.key)
+            return self._kept(frame)
+        # depends on all frames before it, so that it is of no use to another run
+        seen, read = self._measured(frame)
+        return self.chain.fused(seen), read
 
     def _kept(self, frame: int) -> tuple[Cloud, float]:
         place = "points", self.key.until(Stage.POINTS), frame

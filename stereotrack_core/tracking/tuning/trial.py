@@ -15,7 +15,7 @@ from stereotrack_core.tracking.lengths_fit import EstimatedLengths
 from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.run import Pipeline
 from stereotrack_core.tracking.run_spec import FirstPose, RunSpec
-from stereotrack_core.tracking.tuning.clouds import CloudKey, CloudStore
+from stereotrack_core.tracking.tuning.clouds import CloudKey, CloudStore, Holdings
 from stereotrack_core.tracking.tuning.stages import Stage, stage_key
 
 
@@ -67,9 +67,9 @@ class Trial:
         """What its clouds depend on."""
         return CloudKey(self.settings.depth, self.known)
 
-    def work(self, store: CloudStore) -> str:
-        """What it has to do beyond what is kept; see :meth:`CloudStore.work`."""
-        return store.work(self.key, self.stretch, shape=self._fits_shape)
+    def work(self, kept: Holdings) -> str:
+        """What it has to do beyond what is kept; see :meth:`Holdings.work`."""
+        return kept.work(self.key, self.stretch, shape=self._fits_shape)
 
     @contextmanager
     def begun(

@@ -1,69 +1,46 @@
-"""Trials are tracked one after the other, and only those that are wanted are told of."""
+"""Trials are tracked one after the other in a process; only those that are wanted are told of."""
 
 from __future__ import annotations
 
-import threading
-from contextlib import contextmanager
-from dataclasses import dataclass, field
+import os
+import signal
 
+import numpy as np
 import pytest
+from PySide6.QtCore import QObject, Signal
 
-from app.features.tune.runner import Trials
-from app.services.tasks.shared import Shared
-from app.services.tasks.task import TaskList
-from stereotrack_core.errors import Cancelled, InputError
-
-PATIENCE_S = 300.0
-A_MOMENT_S = 0.2
-"""What must not happen gets so long; on a busy machine that proves less, and fails nothing."""
-
-
-@dataclass(eq=False)
-class Entry:
-    """In place of an entry of the list of runs."""
-
-    frames: dict = field(default_factory=dict)
-    body = origin = wall_seconds = None
-
-
-@dataclass(frozen=True)
-class Tracked:
-    """In place of a tracked frame."""
-
-    frame: int
-
-    def without_cloud(self):
-        return self
+from app.features.tune.runner import TrialRunner
+from app.services.tasks.task import Processes, TaskList
+from app.session.runs import RunEntry
+from stereotrack_core.body.model import body_model
+from stereotrack_core.body.proportions import AVERAGE
+from stereotrack_core.errors import InputError
+from stereotrack_core.recording.folder import open_recording
+from stereotrack_core.recording.reader import FrameReader
+from stereotrack_core.tracking.presets import preset
+from stereotrack_core.tracking.run_spec import RunSpec
+from stereotrack_core.tracking.tuning.clouds import CloudStore
+from stereotrack_core.tracking.tuning.process import KeptRecording
+from stereotrack_core.tracking.tuning.trial import Trial
+from stereotrack_core.worker_processes import Lost
 
 
-@dataclass(eq=False)
-class Trial:
-    """In place of a trial, and of its pipeline; goes no further than it is let."""
+class Session(QObject):
+    """As much of a session as trials need."""
 
-    stretch: range
-    error: Exception | None = None
-    begins: threading.Event = field(default_factory=threading.Event)
-    go: threading.Event = field(default_factory=threading.Event)
-    body = "body"
+    opened = Signal()
 
-    @contextmanager
-    def begun(self, store, cancelled):
-        self.begins.set()
-        assert self.go.wait(PATIENCE_S)
-        store.append(self)
-        self.cancelled = cancelled
-        yield self
+    def __init__(self, recording, processes):
+        super().__init__()
+        self.kept, self.processes, self.document = KeptRecording(recording), processes, self
+        self.recording = recording
 
-    def origin(self):
-        return "origin"
 
-    def frames(self, stretch):
-        for frame in stretch:
-            if self.cancelled():
-                raise Cancelled
-            yield Tracked(frame)
-        if self.error is not None:
-            raise self.error
+@pytest.fixture(scope="module")
+def processes(qapp):
+    made = Processes()
+    yield made
+    made.close()
 
 
 @pytest.fixture
@@ -74,23 +51,24 @@ def tasks(qtbot):
 
 
 @pytest.fixture
-def store():
-    """A list of what was tracked in place of clouds; knows in which thread it was closed."""
-    made, closed_in = [], []
-    shared = Shared(made, lambda: closed_in.append(threading.current_thread()))
-    shared.closed_in = closed_in
-    return shared
+def runner(tasks, small_recording, processes):
+    """A runner on two stereo views."""
+    made = TrialRunner(Session(open_recording(small_recording), processes), tasks, lambda: None)
+    made._session.opened.emit()
+    return made
 
 
 @pytest.fixture
-def begin(tasks, store):
+def begin(runner):
     """Function from trials to their entries, what is told of them, and their work."""
-    turn = threading.Lock()
 
     def made(*trials):
-        entries, told = [Entry() for _ in trials], []
-        tried = list(zip(entries, trials, strict=True))
-        work = Trials(tasks, store, turn, "tracking", tried)
+        told = []
+        entries = [
+            RunEntry("trial", "", each.settings, body_model(AVERAGE), each.stretch)
+            for each in trials
+        ]
+        work = runner.track("tracking", list(zip(entries, trials, strict=True)))
         work.grown.connect(lambda grown: told.append([*grown.values()]))
         work.ended.connect(lambda: told.append("ended"))
         return entries, told, work
@@ -98,59 +76,66 @@ def begin(tasks, store):
     return made
 
 
-def test_frames_go_to_their_entries_in_their_order(qtbot, begin):
-    trials = Trial(range(3)), Trial(range(5, 7))
+def trial(frames=range(2), **changes):
+    return Trial(RunSpec(preset("thesis").replaced(**changes), frames=frames))
+
+
+def test_they_are_bit_identical_to_those_that_are_tracked_here(qtbot, runner, begin):
+    trials = trial(), trial(range(1, 3), sigma_joint=25.0)
+    assert "matching and points of 2 frames" in trials[0].work(runner.kept)
     entries, told, _ = begin(*trials)
-    for trial in trials:
-        trial.go.set()
     qtbot.waitUntil(lambda: "ended" in told)
-    assert [list(entry.frames) for entry in entries] == [[0, 1, 2], [5, 6]]
-    assert {(entry.body, entry.origin) for entry in entries} == {("body", "origin")}
-    assert sum(len(frames) for grown in told[:-1] for frames in grown) == 5
-    assert told[-1] == "ended"
+    assert sum(len(frames) for grown in told[:-1] for frames in grown) == 4
+    reader = FrameReader(runner._session.recording, colour=False)
+    store = CloudStore(runner._session.recording, reader)
+    for each, entry in zip(trials, entries, strict=True):
+        with each.begun(store) as pipeline:
+            for expected in pipeline.frames(each.stretch):
+                found = entry.frames[expected.frame]
+                np.testing.assert_array_equal(found.landmarks, expected.landmarks)
+                for name in ("x", "P", "unexplained_fraction", "limb_sigma_deg"):
+                    one, other = getattr(found.estimate, name), getattr(expected.estimate, name)
+                    np.testing.assert_array_equal(one, other)
+            assert entry.origin.shape == pipeline.origin().shape
+    assert runner.kept == store.holdings()
+    assert trials[0].work(runner.kept) == "tracking only"
+    store.close()
+    reader.close()
 
 
-def test_what_is_cancelled_is_waited_for_and_not_told_of(qtbot, tasks, store, begin):
-    """Two never use the clouds at once; a change of a parameter cancels."""
-    first, second = Trial(range(2)), Trial(range(2))
-    (early,), unheard, work = begin(first)
-    assert first.begins.wait(PATIENCE_S)
+def test_what_is_cancelled_is_not_told_of(qtbot, tasks, begin):
+    """A change of a parameter cancels."""
+    (early,), unheard, work = begin(trial(range(8)))
     work.cancel()
-    _, told, _ = begin(second)
-    second.go.set()
-    assert not second.begins.wait(A_MOMENT_S), "the one before is in the middle of something"
-    first.go.set()
+    (late,), told, _ = begin(trial())
     qtbot.waitUntil(lambda: told[-1:] == ["ended"])
     qtbot.waitUntil(tasks.settled)
-    assert store.resource == [first, second]
     assert (unheard, early.frames) == ([], {})
+    assert list(late.frames) == [0, 1]
 
 
 def test_a_failure_is_told_once_and_the_next_trials_are_done(qtbot, tasks, begin):
-    wrong, right = Trial(range(1), InputError("no", remedy="Wait.")), Trial(range(1))
     failed = []
     tasks.failed.connect(failed.append)
-    for trial in (wrong, right):
-        trial.go.set()
-        (entry,), told, _ = begin(trial)
+    for right in (False, True):
+        (entry,), told, _ = begin(trial() if right else Trial(RunSpec(preset("thesis"), views=())))
         qtbot.waitUntil(lambda told=told: told[-1:] == ["ended"])
-        assert list(entry.frames) == [0]
-    assert failed == [wrong.error]
+        assert bool(entry.frames) == right
+    assert [type(error) for error in failed] == [InputError]
 
 
-def test_the_last_user_closes_the_clouds_and_nothing_begins_with_closed_ones(
-    qtbot, tasks, store, begin
+def test_a_process_that_is_killed_is_told_and_the_next_trials_are_done(
+    qtbot, tasks, begin, processes
 ):
-    first, late = Trial(range(1)), Trial(range(1))
-    begin(first)
-    assert first.begins.wait(PATIENCE_S)
-    store.close()
-    assert store.closed_in == [], "somebody still uses it"
-    late.go.set()
-    _, told, _ = begin(late)
-    first.go.set()
-    qtbot.waitUntil(lambda: told == ["ended"])
-    qtbot.waitUntil(tasks.settled)
-    assert not late.begins.is_set()
-    assert len(store.closed_in) == 1
-    assert store.closed_in[0] is not threading.main_thread()
+    failed = []
+    tasks.failed.connect(failed.append)
+    (entry,), told, _ = begin(trial(range(8)))
+    qtbot.waitUntil(lambda: bool(entry.frames))
+    os.kill(processes.trials.pid, signal.SIGKILL)
+    qtbot.waitUntil(lambda: told[-1:] == ["ended"])
+    (error,) = failed
+    assert isinstance(error, Lost)
+    assert 0 < len(entry.frames) < 8
+    (entry,), told, _ = begin(trial())
+    qtbot.waitUntil(lambda: told[-1:] == ["ended"])
+    assert list(entry.frames) == [0, 1]

@@ -1,7 +1,9 @@
 """What somebody who tunes does in the real window."""
 
-import threading
-import time
+import os
+import signal
+import sys
+from contextlib import contextmanager
 
 import numpy as np
 import pytest
@@ -9,11 +11,12 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
 from app.features.tune.presets import NameDialog
+from stereotrack_core.experiments.run_process import load
 from stereotrack_core.interop.run_file import read_run
 from stereotrack_core.tracking.presets import preset, read_preset
-from stereotrack_core.tracking.run import Pipeline
 
 pytestmark = pytest.mark.window
+unix = pytest.mark.skipif(sys.platform == "win32", reason="there are no such signals")
 
 
 def typed(window, name, text):
@@ -43,20 +46,14 @@ def tried(window, qtbot, name="sigma_joint", text="25"):
     return window.features.tune.attempts.entries[-1]
 
 
-@pytest.fixture
-def endless(monkeypatch):
-    """Attempts with 25 degrees go no further than their first frame before they are cancelled."""
-
-    frames = Pipeline.frames
-
-    def waiting(pipeline, stretch):
-        for tracked in frames(pipeline, stretch):
-            yield tracked
-            while pipeline.settings.tracking.sigma_joint == 25.0:
-                pipeline.before_step(tracked.cloud)
-                time.sleep(0.01)
-
-    monkeypatch.setattr(Pipeline, "frames", waiting)
+@contextmanager
+def standing_still(window):
+    """The process that tracks trials goes no further meanwhile."""
+    process = window.context.session.processes.trials
+    process(load)  # it may not have been started
+    os.kill(process.pid, signal.SIGSTOP)
+    yield
+    os.kill(process.pid, signal.SIGCONT)
 
 
 def names(window):
@@ -95,71 +92,34 @@ def test_the_same_settings_are_not_tried_twice_and_the_run_s_own_not_at_all(tuni
     assert "settings of the run" in tuning.features.tune.panel.words.text()
 
 
-@pytest.mark.usefixtures("endless")
-def test_a_further_edit_ends_the_attempt_in_progress(tuning, qtbot):
-    typed(tuning, "sigma_joint", "25")
-    qtbot.waitUntil(lambda: tuning.features.tune.attempts.running is not None, timeout=10_000)
-    typed(tuning, "sigma_joint", "30")
-    assert tuning.features.tune.attempts.running is None
+@unix
+def test_a_further_edit_ends_the_trial_in_progress(tuning, qtbot):
+    trials = tuning.features.tune.attempts
+    with standing_still(tuning):
+        for text in ("25", "30", "35"):
+            typed(tuning, "sigma_joint", text)
+            assert trials.running is None
+            qtbot.waitUntil(lambda: trials.running is not None)
     qtbot.waitUntil(tuning.context.tasks.settled, timeout=60_000)
     assert names(tuning) == ["trial 1"]
-    assert tuning.features.tune.attempts.entries[0].settings.tracking.sigma_joint == 30.0
+    assert trials.entries[0].settings.tracking.sigma_joint == 35.0
+    assert sorted(trials.entries[0].frames) == list(range(8))
 
 
-def test_an_attempt_waits_for_one_that_cannot_end_yet(tuning, qtbot, monkeypatch):
-    begun, go, others = threading.Event(), threading.Event(), threading.Event()
-
-    go_on_from = Pipeline.go_on_from
-
-    def deaf(pipeline, *begin, **known):
-        if pipeline.settings.tracking.sigma_joint == 25.0:
-            begun.set()
-            assert go.wait(300)
-        else:
-            others.set()
-        go_on_from(pipeline, *begin, **known)
-
-    monkeypatch.setattr(Pipeline, "go_on_from", deaf)
-    typed(tuning, "sigma_joint", "25")
-    qtbot.waitUntil(begun.is_set)
-    for text in ("30", "35"):
-        typed(tuning, "sigma_joint", text)
-        qtbot.waitUntil(lambda: tuning.features.tune.attempts.running is not None)
-    assert not others.wait(0.2), "two would use the clouds at once"
-    go.set()
+@unix
+def test_a_trial_takes_the_place_of_a_series(tuning, qtbot):
+    series, trials = tuning.features.tune.series, tuning.features.tune.attempts
+    settings = tuning.context.session.track.settings
+    row = next(one for one in settings.rows() if one.name == "sigma_joint")
+    with standing_still(tuning):
+        series.begin(row, (10.0, 15.0, 20.0), settings)
+        typed(tuning, "sigma_joint", "25")
+        qtbot.waitUntil(lambda: trials.running is not None)
+        assert not series.running
     qtbot.waitUntil(tuning.context.tasks.settled)
-    (attempt,) = tuning.features.tune.attempts.entries
-    assert attempt.settings.tracking.sigma_joint == 35.0
-    assert sorted(attempt.frames) == list(range(8))
-
-
-def test_an_attempt_takes_the_place_of_a_series(tuning, qtbot, monkeypatch):
-    begun, go = threading.Event(), threading.Event()
-
-    frames = Pipeline.frames
-
-    def endless(pipeline, stretch):
-        for tracked in frames(pipeline, stretch):
-            yield tracked
-            if pipeline.settings.tracking.sigma_joint == 15.0:
-                begun.set()
-                assert go.wait(300)
-
-    monkeypatch.setattr(Pipeline, "frames", endless)
-    series = tuning.features.tune.series
-    row = next(
-        one for one in tuning.context.session.track.settings.rows() if one.name == "sigma_joint"
-    )
-    series.begin(row, (10.0, 15.0, 20.0), tuning.context.session.track.settings)
-    qtbot.waitUntil(lambda: begun.is_set() and len(series.tried[1].entry.frames) == 1)
-    typed(tuning, "sigma_joint", "25")
-    qtbot.waitUntil(lambda: tuning.features.tune.attempts.running is not None)
-    assert not series.running
-    go.set()
-    qtbot.waitUntil(tuning.context.tasks.settled)
-    assert [(one.value, len(one.entry.frames)) for one in series.tried] == [(10.0, 8), (15.0, 1)]
-    (attempt,) = tuning.features.tune.attempts.entries
-    assert len(attempt.frames) == 8
+    assert series.tried == (), "only values with frames stay"
+    (trial,) = trials.entries
+    assert len(trial.frames) == 8
 
 
 def test_attempts_stay_until_dismissed_one_or_all(tuning, qtbot):
@@ -324,7 +284,6 @@ def test_values_of_one_parameter_beside_each_other(tuning, qtbot):
     qtbot.waitUntil(tuning.context.tasks.settled, timeout=60_000)
 
 
-@pytest.mark.usefixtures("endless")
 def test_closing_while_trying_ends_the_threads(tuning, qtbot):
     typed(tuning, "sigma_joint", "25")
     qtbot.waitUntil(lambda: tuning.features.tune.attempts.running is not None, timeout=10_000)

@@ -1,7 +1,5 @@
 """Clouds that are kept are those that would be made."""
 
-import threading
-
 import numpy as np
 import pytest
 
@@ -49,29 +47,6 @@ def count_matches(monkeypatch):
     return lambda: len(seen)
 
 
-def test_what_is_to_be_done_can_be_asked_while_another_thread_makes_clouds(
-    cones, store_of, monkeypatch
-):
-    """The window says what an attempt would compute while another one is being computed."""
-    store = store_of(cones)
-    first, second, third = (CloudKey(USUAL, range(count)) for count in (1, 2, 3))
-    for key in (first, second):
-        store.clouds(key, STRETCH)
-    until, others = CloudKey.until, []
-
-    def interrupted(key, stage):
-        if key is first and not others:
-            others.append(threading.Thread(target=store.clouds, args=(third, STRETCH)))
-            others[0].start()
-            others[0].join(300)
-        return until(key, stage)
-
-    monkeypatch.setattr(CloudKey, "until", interrupted)
-    assert "background" not in store.work(second, STRETCH)
-    assert not others[0].is_alive()
-    assert "background" not in store.work(third, STRETCH)
-
-
 def parameters():
     for row in DepthParameters.rows():
         yield pytest.param(row, marks=() if row.name in QUICK else pytest.mark.slow, id=row.name)
@@ -114,7 +89,9 @@ def test_only_a_parameter_of_matching_matches_again(
     store, depth = store_of(rendered), USUAL.replaced(background_empty_scene=False)
     store.clouds(CloudKey(depth, STRETCH), STRETCH).take(1)
     before, changed = count_matches(), CloudKey(depth.replaced(**change), STRETCH)
-    assert ("matching and points of 1 frame" in store.work(changed, range(1, 2))) == matches
+    assert (
+        "matching and points of 1 frame" in store.holdings().work(changed, range(1, 2))
+    ) == matches
     store.clouds(changed, STRETCH).take(1)
     assert (count_matches() > before) == matches
 
@@ -123,9 +100,9 @@ def test_the_same_clouds_are_not_made_twice(cones, store_of):
     store, key = store_of(cones), CloudKey(DepthParameters(), range(6))
     first = store.clouds(key, range(2, 5)).take(3)[0]
     assert store.clouds(key, range(2, 5)).take(3)[0] is first
-    assert store.work(key, range(2, 5)) == "points of 2 frames and tracking"
+    assert store.holdings().work(key, range(2, 5)) == "points of 2 frames and tracking"
     other = CloudKey(DepthParameters(outlier_distance=50.0), range(6))
-    assert store.work(other, range(3, 4)) == "outliers of 1 frame and tracking"
+    assert store.holdings().work(other, range(3, 4)) == "outliers of 1 frame and tracking"
 
 
 def test_a_background_that_is_still_learned_is_learned_in_order_and_nothing_is_kept(

@@ -120,16 +120,17 @@ def test_work_is_told_before_it_is_done(cones, store_of, run):
     store, stretch, start = store_of(cones), range(5, 8), start_at(run, 5)
     unknown = dataclasses.replace(start, shape=None)
     made = trial(run[0], stretch, start)
-    assert made.work(store) == "points of 3 frames, the background and tracking"
-    assert trial(run[0], stretch, unknown).work(store) == (
+    held = store.holdings
+    assert made.work(held()) == "points of 3 frames, the background and tracking"
+    assert trial(run[0], stretch, unknown).work(held()) == (
         "points of 3 frames, the background, the body's shape and tracking"
     )
     list(tracked(made, store))
-    assert made.work(store) == "tracking only"
-    assert trial(run[0].replaced(sigma_joint=25.0), stretch, start).work(store) == "tracking only"
-    assert trial(run[0], stretch, unknown).work(store) == "the body's shape and tracking"
+    assert made.work(held()) == "tracking only"
+    assert trial(run[0].replaced(sigma_joint=25.0), stretch, start).work(held()) == "tracking only"
+    assert trial(run[0], stretch, unknown).work(held()) == "the body's shape and tracking"
     unfitted = trial(run[0].replaced(fit_shape=False), stretch, unknown)
-    assert unfitted.work(store) == "tracking only"
+    assert unfitted.work(held()) == "tracking only"
 
 
 @pytest.mark.parametrize(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 from PySide6.QtCore import QObject, QTimer, Signal, Slot
@@ -13,9 +14,9 @@ from stereotrack_core.annotation.epipolar import volume_in_sight
 from stereotrack_core.annotation.frame_clicks import (
     ClickHints,
     FitQuestion,
-    Fitter,
     HintQuestion,
     ShownFit,
+    fit_elsewhere,
     hints_of,
 )
 from stereotrack_core.body.proportions import proportions_of
@@ -25,8 +26,8 @@ from stereotrack_core.depth.points import Volume
 from stereotrack_core.geometry.camera_agreement import Disagreement
 from stereotrack_core.project.history import Changed
 from stereotrack_core.recording.description import Recording
+from stereotrack_core.task_process import TaskProcess
 
-from ....services.tasks.helper_process import HelperProcess
 from ....services.tasks.newest import NewestAnswer
 from ....session.clouds import CloudPresenter
 from ....session.document import DocumentPresenter
@@ -290,14 +291,15 @@ class _FitProcess:
     """Fits in another process."""
 
     def __init__(self) -> None:
-        self._process = HelperProcess(f"{Fitter.__module__}:Fitter")
+        self._process = TaskProcess()
 
     def __call__(self, question: FitQuestion) -> ShownFit:
         """Fit the body to the clicks of one frame."""
         cloud = question.cloud
         if cloud is not None:  # the fit takes points alone
             cloud = replace(cloud, depths={})
-        shown: ShownFit = self._process(replace(question, cloud=cloud))
+        work = partial(fit_elsewhere, replace(question, cloud=cloud))
+        shown: ShownFit = self._process(work)
         return replace(shown, question=question)
 
     def close(self) -> None:

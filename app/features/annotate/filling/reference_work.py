@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import tempfile
-import threading
 import time
 from collections.abc import Callable
-from pathlib import Path
+from functools import partial
 
 import numpy as np
 from PySide6.QtCore import QObject, Signal, Slot
@@ -15,10 +13,10 @@ from stereotrack_core.annotation.fit.results import TrajectoryFit
 from stereotrack_core.annotation.fit.settings import FitSettings
 from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.body.limbs import LIMBS
-from stereotrack_core.errors import Cancelled, InputError
+from stereotrack_core.errors import InputError
 from stereotrack_core.project.fitting import (
-    FitJob,
     ShownReference,
+    fit_elsewhere,
     fit_project,
     frames_around,
     keep_fitted,
@@ -28,12 +26,11 @@ from stereotrack_core.project.fitting import (
 from stereotrack_core.project.history import Changed
 from stereotrack_core.project.project import Project
 from stereotrack_core.recording.description import Recording
+from stereotrack_core.task_process import TaskProcess
 
-from ....services.tasks.helper_process import HelperProcess
 from ....services.tasks.task import Task, TaskList
 
 _MANY_FRAMES = 50
-_LOOK_SECONDS = 0.15
 _TAKING_IN_SECONDS = 1.5
 
 
@@ -58,7 +55,7 @@ class ReferenceWork(QObject):
         """The reference that is shown."""
         self.settings = FitSettings()
         """Of the next fit."""
-        self._process: HelperProcess | None = None
+        self._process = TaskProcess()
 
     @property
     def fitting(self) -> bool:
@@ -70,7 +67,7 @@ class ReferenceWork(QObject):
     ) -> None:
         """Work on another project, or on none."""
         self.cancel()
-        self._end_process()
+        self._process.end()
         self._project, self._recording, self._frames = project, recording, frames
         self._show_stored()
 
@@ -99,11 +96,10 @@ class ReferenceWork(QObject):
         if frames is not None:
             clicked = tuple(int(k) for k in project.clicks.frames())
             every = frames_around(frames, clicked, self._frames - 1)
-        process = self._process = self._process or fit_process()
 
         def work(task: Task) -> Reference:
             def do(fit: Callable[..., TrajectoryFit]) -> TrajectoryFit:
-                return _fit_elsewhere(fit, every, process, task)
+                return _fitted(fit, len(every), self._process, task)
 
             return fit_project(project, recording, every, settings, do)
 
@@ -115,7 +111,6 @@ class ReferenceWork(QObject):
                     self.failed.emit(error)
 
         task = self._fitting = self._tasks.begin("fitting the body to the clicks", work, keep)
-        task.stopped.connect(self._end_process)
         task.ended.connect(self._on_ended)
         self.busy_changed.emit()
 
@@ -124,12 +119,6 @@ class ReferenceWork(QObject):
         """Stop a fit; nothing changes then."""
         if self._fitting is not None:
             self._fitting.cancel()
-
-    @Slot()
-    def _end_process(self) -> None:
-        process, self._process = self._process, None
-        if process is not None:
-            process.close()
 
     def follow(self, changed: Changed) -> None:
         """Take note of an edit."""
@@ -183,11 +172,6 @@ class ReferenceWork(QObject):
         self.shown.emit(found)
 
 
-def fit_process() -> HelperProcess:
-    """A process that fits; it starts with the first fit and has to be closed."""
-    return HelperProcess(f"{FitJob.__module__}:worker")
-
-
 def how_far(done: int, of: int, seconds: float) -> tuple[float, str]:
     """How far a fit is: the share, 0 where nobody knows it, and words.
 
@@ -205,40 +189,19 @@ def how_far(done: int, of: int, seconds: float) -> tuple[float, str]:
     return 0.0, f"forward and backward pass over the frames, {seconds:.0f} s"
 
 
-def _fit_elsewhere(
-    fit: Callable[..., TrajectoryFit], frames: range, process: HelperProcess, task: Task
+def _fitted(
+    fit: Callable[..., TrajectoryFit], count: int, process: TaskProcess, task: Task
 ) -> TrajectoryFit:
-    """Let another process fit, tell how far it is, and end it when that is wanted.
+    """Let the process fit so many frames, and say how far it is; it computes for minutes."""
+    done, since = 0, time.monotonic()
 
-    Fitting computes for minutes, and the window has to be painted.
-    """
-    over = threading.Event()
+    def hear(more: int) -> None:
+        nonlocal done, since
+        done, since = done + more, time.monotonic()
 
-    def watch(job: FitJob) -> None:
-        before, since = 0, time.monotonic()
-        while not over.wait(_LOOK_SECONDS):
-            if task.token.cancelled():
-                process.close()
-                return
-            done, now = job.frames_done(), time.monotonic()
-            if done != before:
-                before, since = done, now
-            task.report(*how_far(done, len(frames), now - since))
+    def cancelled() -> bool:
+        task.report(*how_far(done, count, time.monotonic() - since))
+        return task.token.cancelled()
 
-    with tempfile.TemporaryDirectory() as folder:
-        job = FitJob(fit, frames, Path(folder) / "progress")
-        watching = threading.Thread(target=watch, args=(job,), name="watch fit", daemon=True)
-        watching.start()
-        try:
-            found: TrajectoryFit = process(job)
-        except EOFError as error:
-            if task.token.cancelled():
-                raise Cancelled from error
-            raise InputError(
-                "the fit process ended unexpectedly",
-                remedy="If memory is short, close other programs. Then run the fit again.",
-            ) from error
-        finally:
-            over.set()
-            watching.join()
+    found: TrajectoryFit = process(partial(fit_elsewhere, fit), hear, cancelled, listens=False)
     return found

@@ -1,0 +1,173 @@
+"""Trials and step traces in a process of their own, which keeps the clouds for them."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from uuid import uuid4
+
+from stereotrack_core.body.model import BodyModel
+from stereotrack_core.depth.cloud import Cloud
+from stereotrack_core.depth.parameters import DepthParameters
+from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.reader import FrameReader
+from stereotrack_core.tracking.estimate import Estimate
+from stereotrack_core.tracking.frame import Origin, TrackedFrame
+from stereotrack_core.tracking.inspection import beginning_at, traced_step
+from stereotrack_core.tracking.trace import StepTrace
+from stereotrack_core.tracking.tracker import Tracker
+from stereotrack_core.tracking.tuning.clouds import CloudKey, CloudStore
+from stereotrack_core.tracking.tuning.trial import Trial
+from stereotrack_core.worker_processes import Asker
+
+_STORE = "clouds"
+
+
+@dataclass(frozen=True, eq=False)
+class KeptRecording:
+    """A recording whose clouds a process keeps from task to task, until another one comes.
+
+    Attributes
+    ----------
+    recording : Recording
+    key : str
+        What tells it from others, also from itself before it was corrected.
+    """
+
+    recording: Recording
+    key: str = field(default_factory=lambda: uuid4().hex)
+
+    def store(self, asker: Asker) -> CloudStore:
+        """What the process keeps of it."""
+        key, store = asker.kept.get(_STORE, ("", None))
+        if key != self.key:
+            forget(asker)
+            views = [view.name for view in self.recording.views if view.kind != "mono"]
+            reader = FrameReader(self.recording, views=views, colour=False)
+            store = CloudStore(self.recording, reader)
+            asker.kept[_STORE] = self.key, store
+        known: CloudStore = store
+        return known
+
+
+def forget(asker: Asker) -> None:
+    """Keep no clouds any more."""
+    _, store = asker.kept.pop(_STORE, ("", None))
+    if store is not None:
+        store.close()
+        store.reader.close()
+
+
+@dataclass(frozen=True, eq=False)
+class TrialBegun:
+    """A trial, by its place among those of a task, is prepared.
+
+    Attributes
+    ----------
+    place : int
+    body : BodyModel
+        That is tracked.
+    origin : Origin
+    """
+
+    place: int
+    body: BodyModel
+    origin: Origin
+
+
+@dataclass(frozen=True, eq=False)
+class TrialFrame:
+    """A frame of a trial is done.
+
+    Attributes
+    ----------
+    place : int
+    frame : TrackedFrame
+        Without its cloud.
+    seconds : float
+        Since the trial began.
+    """
+
+    place: int
+    frame: TrackedFrame
+    seconds: float
+
+
+@dataclass(frozen=True, eq=False)
+class TrackTrials:
+    """Tracks trials one after the other; tells at the end which clouds are kept."""
+
+    of: KeptRecording
+    trials: tuple[Trial, ...]
+
+    def __call__(self, asker: Asker) -> None:
+        """Do it in the process."""
+        store = self.of.store(asker)
+        try:
+            for place, trial in enumerate(self.trials):
+                begun = time.perf_counter()
+                with trial.begun(store, asker.cancelled) as pipeline:
+                    asker.tell(TrialBegun(place, pipeline.body, pipeline.origin()))
+                    for tracked in pipeline.frames(trial.stretch):
+                        seconds = time.perf_counter() - begun
+                        asker.tell(TrialFrame(place, tracked.without_cloud(), seconds))
+        finally:
+            asker.tell(store.holdings())
+
+
+@dataclass(frozen=True, eq=False)
+class MakeClouds:
+    """Makes the clouds of a trial ahead; tells at the end which ones are kept."""
+
+    of: KeptRecording
+    trial: Trial
+
+    def __call__(self, asker: Asker) -> None:
+        """Do it in the process."""
+        store = self.of.store(asker)
+        try:
+            clouds = store.clouds(self.trial.key, self.trial.stretch, asker.cancelled)
+            for frame in self.trial.stretch:
+                clouds.take(frame)
+        finally:
+            asker.tell(store.holdings())
+
+
+@dataclass(frozen=True, eq=False)
+class RecordedStep:
+    """What a step did.
+
+    Attributes
+    ----------
+    trace : StepTrace
+    cloud : Cloud
+        That it was done with.
+    words : str
+        Where the tracker began.
+    """
+
+    trace: StepTrace
+    cloud: Cloud
+    words: str
+
+
+@dataclass(frozen=True, eq=False)
+class RecordStep:
+    """Does a frame of a run once more."""
+
+    of: KeptRecording
+    frame: int
+    depth: DepthParameters
+    make: Callable[[], Tracker]
+    around: tuple[Estimate | None, Estimate | None, Estimate | None]
+    """Of the frame before, of the one before that, and of the frame itself."""
+
+    def __call__(self, asker: Asker) -> RecordedStep:
+        """Do it in the process."""
+        store = self.of.store(asker)
+        key = CloudKey(self.depth, range(store.reader.frame_count))
+        cloud, _ = store.clouds(key, cancelled=asker.cancelled).take(self.frame)
+        tracker = self.make()
+        words = beginning_at(tracker, cloud, *self.around)
+        return RecordedStep(traced_step(tracker, cloud), cloud, words)
