@@ -124,9 +124,10 @@ class FrameTimes:
     def _run(self) -> None:
         try:
             with open_container(self._path) as container:
-                stream = video_stream(container)
-                if not self._take_stored_index(stream):
-                    self._read_packets(container, stream)
+                if self._take_stored_index(container):
+                    return
+            with open_container(self._path) as container:
+                self._read_packets(container, video_stream(container))
         except (av.FFmpegError, OSError, IndexError) as error:
             self.damage = reason(error)
         finally:
@@ -134,8 +135,9 @@ class FrameTimes:
                 self.complete = True
                 self._grown.notify_all()
 
-    def _take_stored_index(self, stream: Any) -> bool:
+    def _take_stored_index(self, container: Any) -> bool:
         """Take the container's index if it holds every frame in the order of showing."""
+        stream = video_stream(container)
         entries = getattr(stream, "index_entries", ())
         if stream.codec_context.has_b_frames or not 0 < stream.frames == len(entries):
             return False
@@ -147,11 +149,10 @@ class FrameTimes:
         increasing = all(a < b for a, b in pairwise(times))
         if not increasing or not keys or keys[0] != stored[0][0]:
             return False
-        with open_container(self._path) as trial:
-            packets = trial.demux(video_stream(trial))
-            for (time, key, _), packet in zip(stored[: 2 * _REORDER_DEPTH], packets, strict=False):
-                if (packet.pts, packet.dts, packet.is_keyframe) != (time, time, key):
-                    return False
+        packets = container.demux(stream)
+        for (time, key, _), packet in zip(stored[: 2 * _REORDER_DEPTH], packets, strict=False):
+            if (packet.pts, packet.dts, packet.is_keyframe) != (time, time, key):
+                return False
         with self._grown:
             self._times, self._keys, self._packets = times, keys, len(times)
         return True
