@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtGui import QAction
+from PySide6.QtGui import QAction, QShowEvent
 from PySide6.QtWidgets import (
     QLabel,
     QLineEdit,
@@ -47,6 +47,7 @@ class ParameterPanel(QWidget):
         self._base: ParameterGroup | None = None
         self._against = "preset"
         self._rows: tuple[ParameterRow, ...] = ()
+        self._behind = False
         self._lines: dict[str, ParameterLine] = {}
         self._groups: dict[str, QWidget] = {}
         self._nothing = label("", "muted")
@@ -61,7 +62,13 @@ class ParameterPanel(QWidget):
 
     def line(self, name: str) -> ParameterLine:
         """Return the line of a parameter."""
+        self._catch_up()
         return self._lines[name]
+
+    def showEvent(self, event: QShowEvent) -> None:
+        """Make the lines when they are seen first: there are a hundred of them."""
+        self._catch_up()
+        super().showEvent(event)
 
     def set_settings(
         self, settings: ParameterGroup, base: ParameterGroup, against: str = "preset"
@@ -74,13 +81,9 @@ class ParameterPanel(QWidget):
         self.against_box.setCurrentIndex(self.against_box.findData(against))
         self.revert_all.setToolTip(f"Revert all parameters to the values of {AGAINST[against]}")
         self.only_changed.setToolTip(f"Show only parameters that differ from {AGAINST[against]}")
-        if settings.rows() != self._rows:
-            self._rows = settings.rows()
-            self._fill()
-        values, bases = settings.values(), base.values()
-        for name, line in self._lines.items():
-            line.show_values(values[name], bases[name], self._against)
-        self._sift()
+        self._behind = True
+        if self.isVisible():
+            self._catch_up()
 
     def set_presets(self, names: Sequence[str]) -> None:
         """Offer these presets; which one is shown stays."""
@@ -142,6 +145,20 @@ class ParameterPanel(QWidget):
             margins=(0, 0, 6, 0),
             spacing=4,
         )
+
+    def _catch_up(self) -> None:
+        """Show in the lines what was given while nobody saw them."""
+        if not self._behind or self.settings is None or self._base is None:
+            return
+        self._behind = False
+        rows = self.settings.rows()
+        if rows != self._rows:
+            self._rows = rows
+            self._fill()
+        values, bases = self.settings.values(), self._base.values()
+        for name, line in self._lines.items():
+            line.show_values(values[name], bases[name], self._against)
+        self._sift()
 
     def _fill(self) -> None:
         self._lines, self._groups = {}, {}

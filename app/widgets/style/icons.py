@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from pathlib import Path
 
 from PySide6.QtCore import QByteArray, QObject, QRectF, Qt
@@ -52,7 +53,7 @@ _NAME = "icon_name"
 
 def icon(name: str) -> QIcon:
     """Icon in the palette's colours, sharp from 16 to 64 pixels."""
-    drawing = resource_path("icons", f"{name}.svg").read_text(encoding="utf-8")
+    drawing = _drawing(name)
     colours = QGuiApplication.palette()
     result = QIcon()
     for mode, group in (
@@ -79,6 +80,11 @@ def refresh_icons(app: QApplication) -> None:
             name = target.property(_NAME)
             if name and isinstance(target, QAction | QAbstractButton):
                 target.setIcon(icon(name))
+
+
+@cache
+def _drawing(name: str) -> str:
+    return resource_path("icons", f"{name}.svg").read_text(encoding="utf-8")
 
 
 def _drawn(name: str, drawing: str, colour: QColor, size: int) -> QPixmap:
