@@ -28,7 +28,14 @@ def test_correction_alone(run, few_sizes):
     assert "m^" in run("bench", "--only", "correction").out
 
 
-def test_chain_alone(run, recording):
+def test_chain_alone(run, recording, monkeypatch):
+    whole, small = bench.chain_speed, {"search_proposals": 30, "data_points": 400}
+
+    def chain_speed(recording, presets, **how):
+        less = {name: one.replaced(**small, fit_shape=False) for name, one in presets.items()}
+        return whole(recording, less, **how)
+
+    monkeypatch.setattr(bench, "chain_speed", chain_speed)
     ended = run("bench", recording, "--only", "chain", "--frames", 2, "--rounds", 1, "--json")
     assert ended.status == 0
     assert [row["preset"] for row in ended.json["chain"]] == ["fast", "accurate", "thesis"]

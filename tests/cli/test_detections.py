@@ -6,28 +6,38 @@ import numpy as np
 import pytest
 
 from stereotrack_core.interop.run_file import read_run
+from stereotrack_core.program import main
 
 pytestmark = pytest.mark.xdist_group("cli")
 
 HEADER = "frame,view,kind,x,y,z,sigma,confidence\n"
 
 
+GIVEN = ("--preset", "fast", "--frames", "0:3")
+
+
+@pytest.fixture(scope="module")
+def plain(recording, tmp_path_factory):
+    """Landmarks of three frames without detections."""
+    output = tmp_path_factory.mktemp("plain") / "run.npz"
+    assert main(["track", str(recording), "-o", str(output), *GIVEN]) == 0
+    return read_run(output).landmarks
+
+
 @pytest.fixture
 def track(run, tmp_path):
-    """Function from a recording and options to the landmarks of four frames."""
+    """Function from a recording and options to the landmarks of three frames."""
 
     def tracked(folder, *options):
         output = tmp_path / "run.npz"
-        given = ("--preset", "fast", "--frames", "0:4", *options)
-        ended = run("track", folder, "-o", output, *given)
+        ended = run("track", folder, "-o", output, *GIVEN, *options)
         assert ended.status == 0, ended.err
         return read_run(output).landmarks
 
     return tracked
 
 
-def test_a_file_of_detections_takes_part(track, recording, tmp_path):
-    plain = track(recording)
+def test_a_file_of_detections_takes_part(track, plain, recording, tmp_path):
     seen = np.flatnonzero(np.isfinite(plain[:, 6, 0]))
     assert len(seen)
     heads = {k: plain[k, 6] + [0.0, 0.04, 0.0] for k in seen}
@@ -45,10 +55,10 @@ def test_a_file_of_detections_takes_part(track, recording, tmp_path):
     np.testing.assert_array_equal(track(other), pulled)
 
 
-def test_detections_of_nothing_change_nothing(track, recording, tmp_path):
+def test_detections_of_nothing_change_nothing(track, plain, recording, tmp_path):
     file = tmp_path / "far.csv"
     file.write_text(HEADER + "1,,hand,9,9,9,0.01,1\n")
-    np.testing.assert_array_equal(track(recording, "--detections", file), track(recording))
+    np.testing.assert_array_equal(track(recording, "--detections", file), plain)
 
 
 @pytest.mark.parametrize("text", ["frame,kind\n", HEADER + "0,,nose,1,2,3,0.1,1\n", None])

@@ -9,24 +9,24 @@ if os.environ.get("STEREOTRACK_TEST_DISPLAY") != "1":
     os.environ["QT_QPA_PLATFORM"] = "offscreen"
 
 import functools
-import gc
-import threading
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 from PySide6.QtCore import QSettings
-from PySide6.QtWidgets import QApplication
 
 from app.services.failures import FailureRelay
 from app.services.tasks.process import TaskProcess
-from app.widgets.style.theme import apply_theme
 from stereotrack_core.simulation.make import simulate
-from tests.gui.hands import window_with
+from tests.gui.kept_window import (
+    PATIENCE_MS,
+    KeptWindow,
+    close_window,
+    open_recording,
+    show_window,
+)
 
 FRAMES = 8
-PATIENCE_MS = 300_000
-"""Waiting ends as soon as what is waited for is there, so a busy machine may take its time."""
 
 
 def patient(wait: Callable) -> Callable:
@@ -94,65 +94,52 @@ def task_process(qapp):
     made.close()
 
 
+@pytest.fixture(scope="module")
+def kept(task_process, tmp_path_factory):
+    """The window that the tests of a file share."""
+    kept = KeptWindow(tmp_path_factory.mktemp("kept"), task_process)
+    yield kept
+    kept.close()
+
+
 @pytest.fixture
-def window(qtbot, settings, failures, task_process):
-    """The window with its welcome page."""
-    app = QApplication.instance()
-    apply_theme(app, "dark")
-    gc.disable()
-    made = window_with(settings, task_process)
+def window(qtbot, settings, failures, task_process, kept):
+    """A new window with its welcome page."""
+    kept.close()
+    made = show_window(qtbot, settings, task_process)
     qtbot.addWidget(made)
-    made.resize(1366, 768)
-    with qtbot.waitExposed(made):
-        made.show()
-
-    def active():
-        made.activateWindow()
-        return made.isActiveWindow()
-
-    qtbot.waitUntil(active)
     yield made
-    made.close()
-    gc.enable()
-    left = [t for t in threading.enumerate() if t.name in {"track", "frames read"}]
-    for thread in left:
-        thread.join(
-            PATIENCE_MS / 1000
-        )  # it has been told to end, and may be in the middle of a frame
-    assert not any(thread.is_alive() for thread in left), f"threads outlive the window: {left}"
+    close_window(made)
+    assert not failures, [message.sentence() for message in failures]
+
+
+@pytest.fixture
+def shared_window(qtbot, failures, kept, tmp_path):
+    """Function that shows a recording with an empty project in the window of this file."""
+    yield lambda recording, workspace: kept.take(qtbot, recording, workspace, tmp_path / "projects")
     assert not failures, [message.sentence() for message in failures]
 
 
 @pytest.fixture
 def opened(window, qtbot, small_recording):
-    """The window with the small recording open and painted."""
-    window.context.session.opening.open(small_recording)
-    qtbot.waitUntil(lambda: window.context.session.document.frame_set is not None, timeout=30_000)
-    qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
+    """A new window with the small recording open and painted."""
+    open_recording(window, qtbot, small_recording)
     return window
 
 
 @pytest.fixture
-def annotate_first(settings):
-    """Recordings open in the workspace Annotate, which draws no clouds and no scene."""
-    settings.setValue("workspace", "annotate")
-
-
-@pytest.fixture
-def annotating(annotate_first, opened):
+def annotating(shared_window, small_recording):
     """The window in the workspace Annotate, with an empty project."""
-    assert opened.context.docks.workspace == "annotate"
-    assert opened.context.session.project.why_no_edit() == ""
-    return opened
+    window = shared_window(small_recording, "annotate")
+    assert window.context.docks.workspace == "annotate"
+    assert window.context.session.project.why_no_edit() == ""
+    return window
 
 
 @pytest.fixture
-def four(annotate_first, window, qtbot, four_views):
+def four(shared_window, four_views):
     """The window in the workspace Annotate, with four views and an empty project."""
-    window.context.session.opening.open(four_views)
-    qtbot.waitUntil(lambda: window.context.session.document.frame_set is not None, timeout=30_000)
-    qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
-    return window
+    return shared_window(four_views, "annotate")
 
 
 @pytest.fixture

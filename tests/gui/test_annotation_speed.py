@@ -7,6 +7,8 @@ what other programs do to it meanwhile, is not asked for. ``python -m app.bench 
 
 from __future__ import annotations
 
+import functools
+import shutil
 import statistics
 import time
 
@@ -32,12 +34,13 @@ def slower(few_ms, many_ms):
     return many_ms > 2.0 * few_ms + 10.0
 
 
-@pytest.fixture
-def show(window, qtbot, small_recording, tmp_path):
-    """Function that shows a project with clicks in so many frames."""
+@pytest.fixture(scope="module")
+def clicked(small_recording, tmp_path_factory):
+    """Function from a number of frames to a project with clicks in them."""
 
-    def shown(frames):
-        path = tmp_path / f"{frames}.stereotrack"
+    @functools.cache
+    def made(frames):
+        path = tmp_path_factory.mktemp("clicked") / f"{frames}.stereotrack"
         cameras = ("N_right", "S_right", "N_left", "S_left")
         random = np.random.default_rng(0)
         with Project.create(path, small_recording) as project:
@@ -54,6 +57,18 @@ def show(window, qtbot, small_recording, tmp_path):
                     )
                 )
             assert project.clicks.count() == 36 * frames
+        return path
+
+    return made
+
+
+@pytest.fixture
+def show(window, qtbot, clicked, tmp_path):
+    """Function that shows a project with clicks in so many frames."""
+
+    def shown(frames):
+        path = tmp_path / f"{frames}.stereotrack"
+        shutil.copy(clicked(frames), path)
         window.context.session.opening.open(path)
         qtbot.waitUntil(lambda: window.context.session.project.path == path)
         qtbot.waitUntil(lambda: window.context.session.document.frame_set is not None)

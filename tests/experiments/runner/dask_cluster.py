@@ -41,13 +41,8 @@ class DaskCluster:
 
     def close(self) -> None:
         for process in (*self.workers, self._scheduler):
-            process.terminate()
-        for process in (*self.workers, self._scheduler):
-            try:
-                process.wait(10)
-            except subprocess.TimeoutExpired:
-                process.kill()
-                process.wait()
+            process.kill()
+            process.wait()
         self._log.close()
 
     def _is_announced(self) -> bool:

