@@ -17,17 +17,19 @@ from tests.project.test_project_fuzzed import fill
 pytestmark = pytest.mark.window
 
 VALUES = (
-    "UPDATE edit_change SET before = '[1,2]', after = '{}'",
-    "UPDATE view_setting SET value = '[[[1e999, null, {}]]]'",
     'UPDATE subject SET facts = \'{"hip_width": "wide"}\'',
     'UPDATE landmark_set SET facts = \'{"name": 5, "landmarks": [5]}\'',
+    "UPDATE click SET frame = frame + 10000000",
+    "DELETE FROM recording",
+)
+MORE = (
+    "UPDATE edit_change SET before = '[1,2]', after = '{}'",
+    "UPDATE view_setting SET value = '[[[1e999, null, {}]]]'",
     'UPDATE description SET facts = \'{"reason": 1, "time_offsets": [1]}\'',
     'UPDATE run SET facts = \'{"views": 5, "asked": [1], "changed": {"a": 5}}\'',
     "UPDATE choice SET value = 'nobody'",
     "UPDATE OR IGNORE click SET landmark = 'no_such', camera = 'nor_this'",
-    "UPDATE click SET frame = frame + 10000000",
     "UPDATE recording SET absolute = '/dev/stdin', relative = '../../../../../dev'",
-    "DELETE FROM recording",
     "UPDATE content SET bytes = x'00'",
 )
 SETTINGS = ("window", "lanes", "runs shown", "wanted", "repeat_frame", "repeat_share", "against")
@@ -72,7 +74,13 @@ def opened_without_harm(window, qtbot, path) -> str:
     return said
 
 
-@pytest.mark.parametrize("statements", [*VALUES, SCHEMA[0], SCHEMA[3], SCHEMA[4], SCHEMA[5]])
+@pytest.mark.parametrize(
+    "statements",
+    [
+        *(*VALUES, SCHEMA[0]),
+        *(pytest.param(one, marks=pytest.mark.slow) for one in (*MORE, *SCHEMA[3:6])),
+    ],
+)
 def test_the_window_says_what_is_wrong(window, qtbot, whole, monkeypatch, statements):
     monkeypatch.setattr(
         "app.features.project.projects.QFileDialog.getExistingDirectory", lambda *_: ""
