@@ -19,7 +19,6 @@ from stereotrack_core.experiments.run_process import (
     Allow,
     Held,
     Inspect,
-    Inspected,
     Prepared,
     Preparing,
     RunTask,
@@ -29,6 +28,7 @@ from stereotrack_core.experiments.run_process import (
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.task_process import TaskProcess
 from stereotrack_core.tracking.frame import TrackedFrame
+from stereotrack_core.tracking.inspection import RecordedStep
 from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run_checks import CHECK, Untracked, misfits
@@ -55,7 +55,7 @@ class LiveRun:
         self.progress: Preparing | None = None
         """How far it is with what comes before its first frame."""
         self.waiting: list[TrackedFrame] = []
-        self.asked: Future[Inspected] | None = None
+        self.asked: Future[RecordedStep] | None = None
         self.task = Task("track", lambda task: process(run, task.tell, task.token.cancelled))
         self.order = partial(process.order, run)
         self._number = run.allowed.number
@@ -67,7 +67,7 @@ class LiveRun:
         self.held = self.held and not frames
         self.order(Allow(frames, self._number))
 
-    def inspect(self) -> Future[Inspected]:
+    def inspect(self) -> Future[RecordedStep]:
         """Ask what its next step would do, once it is held."""
         if self.asked is not None:
             self.asked.cancel()
@@ -89,7 +89,7 @@ class LiveRun:
                 self.entry.wall_seconds = word.seconds
             case Held():
                 self.held = word.number == self._number
-            case Inspected() if self.asked is not None:
+            case RecordedStep() if self.asked is not None:
                 self.asked.set_result(word)
                 self.asked = None
 

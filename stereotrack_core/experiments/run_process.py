@@ -13,7 +13,7 @@ from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.interop.run_journal import RunJournal
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.tracking.frame import Origin, TrackedFrame
-from stereotrack_core.tracking.inspection import copy_of, traced_step
+from stereotrack_core.tracking.inspection import LIVE, RecordedStep, copy_of, traced_step
 from stereotrack_core.tracking.run import Pipeline
 from stereotrack_core.tracking.run_spec import RunSpec
 from stereotrack_core.tracking.trace import StepTrace
@@ -46,7 +46,7 @@ class Show:
 
 @dataclass(frozen=True)
 class Inspect:
-    """Trace what the next step would do, as soon as the tracker is held before it."""
+    """Tell what the next step would do, to the last bit, once the tracker is held before it."""
 
 
 @dataclass(frozen=True)
@@ -110,14 +110,6 @@ class Held:
 
     number: int
     cloud: Cloud | None
-
-
-@dataclass(frozen=True, eq=False)
-class Inspected:
-    """What the next step would do, to the last bit, and the cloud that it would do it with."""
-
-    trace: StepTrace
-    cloud: Cloud
 
 
 def load(_: Asker) -> None:
@@ -208,7 +200,7 @@ class _Work:
             self._tell_held()
             if self._inspect:
                 self._inspect = False
-                self._asker.tell(Inspected(_next_step(pipeline, cloud), cloud))
+                self._asker.tell(RecordedStep(_next_step(pipeline, cloud), cloud, LIVE))
             self._listen(None)
         self._paused += time.perf_counter() - begun
 

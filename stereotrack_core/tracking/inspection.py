@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import copy
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -30,6 +30,20 @@ FIRST = (
     "this frame, with the uncertainty of an initial pose."
 )
 NOBODY = "No pose is known for the previous frame, so the pose is initialised automatically."
+
+LIVE = (
+    "Starts from the state of the tracker in progress. A copy processes this frame; the tracker "
+    "itself does not advance."
+)
+
+
+@dataclass(frozen=True, eq=False)
+class RecordedStep:
+    """What a step did, the cloud that it was done with, and where the tracker began in words."""
+
+    trace: StepTrace
+    cloud: Cloud
+    words: str
 
 
 def beginning_at(

@@ -23,7 +23,7 @@ FRAME = 2
 
 def look(window, qtbot):
     QTest.keyClick(window, Qt.Key.Key_F12)
-    qtbot.waitUntil(lambda: window.features.inspect.inside.known is not None, timeout=60_000)
+    qtbot.waitUntil(lambda: window.features.inspect.known is not None, timeout=60_000)
     qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
 
 
@@ -58,7 +58,7 @@ def with_run(opened, qtbot):
 def test_keys_go_through_the_steps_and_each_is_shown(with_run, qtbot, tmp_path):
     window = with_run
     look(window, qtbot)
-    inside, panel = window.features.inspect.inside, window.features.inspect.panel
+    inside, panel = window.features.inspect, window.features.inspect.panel
     assert panel.isVisible()
     assert not panel.visibleRegion().isEmpty()
     assert "stored for the previous frame" in panel.beginning.toolTip()
@@ -93,13 +93,13 @@ def test_keys_go_through_the_steps_and_each_is_shown(with_run, qtbot, tmp_path):
     inside.go(4)
     window.features.inspect.export(tmp_path / "pxz.csv")
     lines = (tmp_path / "pxz.csv").read_text(encoding="utf-8").splitlines()
-    assert len(lines) == 1 + len(inside.known.trace.corrections[0].points.part)
+    assert len(lines) == 1 + len(inside.known.done.trace.corrections[0].points.part)
 
 
 def test_the_step_stays_when_another_frame_is_shown_and_the_run_comes_back(with_run, qtbot):
     window, dock = with_run, with_run.context.docks.dock
     heights = [dock(name).height() for name in ("scene", "runs", "plot")]
-    inside = window.features.inspect.inside
+    inside = window.features.inspect
     window.features.inspect.toggle()
     assert inside.known is None, "the tracker's step is done in a thread of its own"
     qtbot.waitUntil(lambda: inside.known is not None, timeout=60_000)
@@ -109,11 +109,11 @@ def test_the_step_stays_when_another_frame_is_shown_and_the_run_comes_back(with_
     assert inside.step.kind == "cross"
     QTest.keyClick(window, Qt.Key.Key_Left)
     qtbot.waitUntil(
-        lambda: inside.known.trace.frame == FRAME - 1 and window.context.tasks.settled(),
+        lambda: inside.known.done.trace.frame == FRAME - 1 and window.context.tasks.settled(),
         timeout=60_000,
     )
     assert (inside.step.kind, inside.step.correction) == ("cross", 0)
-    assert "pose of this frame" in inside.known.words
+    assert "pose of this frame" in inside.known.done.words
     QTest.keyClick(window, Qt.Key.Key_F12)
     qtbot.waitUntil(window.context.tasks.settled, timeout=30_000)
     assert inside.drawing is None

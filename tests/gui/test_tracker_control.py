@@ -173,7 +173,7 @@ def test_a_run_is_stopped_while_it_is_prepared_and_the_next_one_begins(opened, q
 
 
 def test_iterations_show_the_prediction_and_then_the_corrected_model(opened, qtbot):
-    inside, shown = opened.features.inspect.inside, []
+    inside, shown = opened.features.inspect, []
     for count in range(7):
         opened.context.actions.refresh()
         trigger(opened, "iterate")
@@ -195,7 +195,7 @@ def test_iterations_show_the_prediction_and_then_the_corrected_model(opened, qtb
     np.testing.assert_array_equal(
         shown[0].body.cones.r1, opened.context.session.runs.active.body.cones.r1
     )
-    np.testing.assert_array_equal(found.rotations, inside.known.trace.after.pose.rotations)
+    np.testing.assert_array_equal(found.rotations, inside.known.done.trace.after.pose.rotations)
 
 
 def test_changed_settings_apply_to_the_next_step_as_a_new_run(opened, qtbot):

@@ -1,4 +1,4 @@
-"""The panel of a frame's inside in the window: what it shows, and what its commands mean."""
+"""What the tracker does in the frame that is shown, step by step: asked for, shown, exported."""
 
 from __future__ import annotations
 
@@ -12,33 +12,61 @@ from stereotrack_core.interop.trace_file import TRACE_SUFFIXES, write_trace
 
 from ...context import Context
 from ...services.actions import ActionRegistry
+from ...services.tasks.newest import NewestWins
+from ...session.pictures import StepDrawing
+from ...session.tracking import LiveRun
 from ...widgets.plots.inside_panel import InsidePanel, StepName
-from .presenter import InsidePresenter
+from .contents import content_of
+from .drawing import drawing_of
+from .sources import Answer, Question, answer, live_question, run_question, settings_of
+from .steps import Step, same_step
 
 _SHARE = 0.68
-"""Share of its column that the panel gets while a frame is looked into."""
+"""Share of its column that the panel gets while a frame is inspected."""
 
+_SOON_MS = 60
 _WAITING = "Measuring the points of this frame and recording the tracker's step …"
 _FILTERS = "Cross-covariance of the iteration (*.csv);;All numbers of the step (*.npz)"
 
 
 class InspectController(QObject):
-    """Connects the panel with the presenter."""
+    """Has the step of the frame that is shown recorded, and goes through its stages.
+
+    Attributes
+    ----------
+    inspects : bool
+        Whether the frame that is shown is inspected.
+    known : Answer or None
+        What is shown of it.
+    index : int
+        Which of its stages is shown.
+    """
 
     def __init__(self, context: Context) -> None:
         super().__init__(context.session)
-        self._context, self._session = context, context.session
+        self._context = context
         session = context.session
+        self._document, self._runs, self._track = session.document, session.runs, session.track
         self.panel = InsidePanel()
         context.docks.add("inside", "Inspect step", self.panel)
-        self.inside = InsidePresenter(session)
-        self.inside.changed.connect(self.show)
-        self.inside.message.connect(context.notifier.show)
-        self.panel.step_chosen.connect(self.inside.go)
+        self.inspects = False
+        self.known: Answer | None = None
+        self.index = 0
+        self._asked: Question | None = None
+        self._drawing: StepDrawing | None = None
+        self._worker: NewestWins | None = None
+        self._soon = QTimer(self, singleShot=True, interval=_SOON_MS)
+        self._soon.timeout.connect(self._ask)
+        for changed in (
+            session.document.frame_changed, session.document.playing_changed,
+            session.runs.active_changed, session.track.state_changed,
+        ):  # fmt: skip
+            changed.connect(self._ask_soon)
+        self.panel.step_chosen.connect(self.go)
         context.docks.workspace_changed.connect(self._on_workspace)
-        session.leaving.connect(self.inside.leave)
-        session.closing.connect(self.inside.close)
-        context.tasks.watch(self.inside.settled)
+        session.leaving.connect(self.leave)
+        session.closing.connect(self.close)
+        context.tasks.watch(self.settled)
 
     def offer(self, actions: ActionRegistry) -> None:
         """Put the commands into the panel."""
@@ -47,51 +75,92 @@ class InspectController(QObject):
             [actions.action(name) for name in names], actions.key_words(names[-1])
         )
 
-    # ---- what commands do
+    # ---- what is known
 
-    def toggle(self) -> None:
-        """Look inside the frame that is shown, or show the run again."""
-        if self.inside.looking:
-            self.inside.leave()
-            return
-        self._session.document.pause()
-        self._raise_panel()
-        self.inside.look()
+    @property
+    def step(self) -> Step | None:
+        """The stage that is shown."""
+        return self.known.steps[self.index] if self.known is not None else None
 
-    def step(self, by: int) -> None:
-        """Go so many steps on."""
-        self.inside.move(by)
+    @property
+    def drawing(self) -> StepDrawing | None:
+        """What views and scene show of the stage."""
+        known, step = self.known, self.step
+        if known is None or step is None or not self.inspects:
+            return None
+        if self._drawing is None:
+            self._drawing = drawing_of(known.done.trace, step, known.done.cloud)
+        return self._drawing
 
-    def iterate(self) -> None:
-        """Show the next step inside the frame that comes next; after the last one, track it."""
-        session = self._session
-        frame = session.tracker.hold_before_next()
-        if frame is None:
-            return
-        here = self.inside.looking and self.inside.live and session.document.frame == frame
-        if not here:
-            session.document.visit(frame)
-            self.inside.look()
-        elif self.inside.at_end:
-            session.track.go_on(1)
-        else:
-            self.inside.move(1)
+    @property
+    def live(self) -> bool:
+        """Whether what is shown comes from the tracker in progress."""
+        return self.known is not None and isinstance(self.known.question.source, LiveRun)
+
+    @property
+    def at_end(self) -> bool:
+        """Whether the last stage is shown."""
+        return self.known is not None and self.index == len(self.known.steps) - 1
+
+    def settled(self) -> bool:
+        """Whether what is shown belongs to the frame that is shown."""
+        if not self.inspects or self._waits():
+            return True
+        known, frame = self.known, self._document.frame
+        if known is None or known.question is not self._asked or known.question.frame != frame:
+            return False
+        return known.question.source is (self._track.held_before(frame) or self._runs.active)
 
     def why_no_step(self, by: int) -> str:
-        """Why there is no further step; empty where there is one."""
-        known = self.inside.known
-        if known is None:
+        """Why there is no further stage; empty where there is one."""
+        if self.known is None:
             return "No step trace is shown. Choose Inspect step first."
-        if 0 <= self.inside.index + by < len(known.steps):
+        if 0 <= self.index + by < len(self.known.steps):
             return ""
         return "This is the last stage." if by > 0 else "This is the first stage."
 
+    # ---- what a person does
+
+    def toggle(self) -> None:
+        """Inspect the frame that is shown, and follow it from now on; or show the run again."""
+        if self.inspects:
+            self.leave()
+            return
+        self._document.pause()
+        self._context.docks.bring_up("inside")
+        QTimer.singleShot(0, self, self._make_room)
+        self._look()
+
+    @Slot()
+    def leave(self) -> None:
+        """Show the run again."""
+        self.inspects = False
+        self._asked = None
+        self._show(None, 0)
+
+    def go(self, index: int) -> None:
+        """Show one of the stages."""
+        if self.known is not None and 0 <= index < len(self.known.steps) and index != self.index:
+            self._show(self.known, index)
+
+    def iterate(self) -> None:
+        """Show the next stage of the frame that comes next; after the last one, track it."""
+        frame = self._context.session.tracker.hold_before_next()
+        if frame is None:
+            return
+        if not (self.inspects and self.live and self._document.frame == frame):
+            self._document.visit(frame)
+            self._look()
+        elif self.at_end:
+            self._track.go_on(1)
+        else:
+            self.go(self.index + 1)
+
     def ask_for_file(self) -> None:
         """Ask where the numbers of the frame shall go."""
-        known = self.inside.known
-        if known is None:
+        if self.known is None:
             return
-        name = f"frame-{known.trace.frame}-inside.csv"
+        name = f"frame-{self.known.done.trace.frame}-inside.csv"
         chosen, _ = QFileDialog.getSaveFileName(
             self._context.docks.dialog_parent, "Export step trace", name, _FILTERS
         )
@@ -100,47 +169,120 @@ class InspectController(QObject):
 
     def export(self, path: Path) -> None:
         """Write the cross-covariance of the iteration that is shown, or all numbers."""
-        known, step = self.inside.known, self.inside.step
+        known, step = self.known, self.step
         if known is None or step is None:
             return
         path = path if path.suffix.lower() in TRACE_SUFFIXES else path.with_name(f"{path.name}.csv")
         try:
-            write_trace(path, known.trace, max(step.correction, 0))
+            write_trace(path, known.done.trace, max(step.correction, 0))
         except InputError as error:
             self._context.notifier.error(error)
         else:
             self._context.notifier.say(f"Saved to {path}.", 6000)
 
-    # ---- following
+    @Slot()
+    def close(self) -> None:
+        """Forget everything and end the thread."""
+        self.inspects, self.known, self._drawing, self._asked = False, None, None, None
+        if self._worker is not None:
+            self._worker.close()
+            self._worker = None
+
+    # ---- asking
+
+    def _look(self) -> None:
+        self.inspects = True
+        self._ask()
+        self._show(self.known, self.index)
 
     @Slot()
-    def show(self) -> None:
-        """Show what the presenter knows."""
-        self._context.view_state.draw(self.inside.drawing)
-        inside, panel = self.inside, self.panel
-        known, content = inside.known, inside.content()
-        if known is None or content is None:
-            panel.show_nothing(_WAITING if inside.looking else "")
-        else:
-            names = tuple(StepName(step.title, step.heading) for step in known.steps)
-            panel.show_steps(names, inside.index)
-            elsewhere = known.question.frame != self._session.document.frame
-            panel.show_content(content, known.words, busy=inside.busy and elsewhere)
-        if not inside.looking:
-            self._context.docks.give_room_back()
-        self._context.actions.refresh_soon()
+    def _ask_soon(self, _what: object = None) -> None:
+        # a tracker that is held tells so all the time
+        if self.inspects and not self._soon.isActive():
+            self._soon.start()
 
-    def _raise_panel(self) -> None:
-        """Bring the panel to the front, and make room for it."""
-        self._context.docks.bring_up("inside")
-        QTimer.singleShot(0, self, self._make_room)
+    def _waits(self) -> bool:
+        return self._document.playing or self._track.running
+
+    @Slot()
+    def _ask(self) -> None:
+        self._soon.stop()
+        if not self.inspects or self._document.recording is None:
+            return
+        if self._waits():
+            if self.known is None or self.known.question is not self._asked:
+                self._asked = None  # the tracker needs the time
+            return
+        try:
+            question = self._question()
+        except InputError as error:
+            self.leave()
+            self._context.notifier.error(error)
+            return
+        if question is None:
+            return
+        self._asked = question
+        if self._worker is None:
+            self._worker = NewestWins(answer, "record step trace")
+            self._worker.answered.connect(self._on_answered)
+            self._worker.failed.connect(self._on_failed)
+        self._worker.ask(question)
+        self._show(self.known, self.index)
+
+    def _question(self) -> Question | None:
+        """What is to be asked about the frame that is shown; None where that was asked."""
+        frame = self._document.frame
+        live, entry = self._track.held_before(frame), self._runs.active
+        settings = self._track.settings
+        if live is not None:
+            settings = live.settings
+        elif entry is not None:
+            settings = settings_of(entry)
+        if self._asked is not None and self._asked.asks(frame, live or entry, settings):
+            return None
+        if live is not None:
+            return live_question(frame, live)
+        return run_question(frame, self._context.session, entry, settings)
+
+    @Slot(object, object)
+    def _on_answered(self, question: Question, found: Answer) -> None:
+        if question is self._asked and self.inspects:
+            step = self.step
+            self._show(found, same_step(found.steps, step) if step is not None else 0)
+
+    @Slot(object, object)
+    def _on_failed(self, question: Question, error: Exception) -> None:
+        if question is self._asked:
+            self.leave()
+            self._context.notifier.error(error)
+
+    # ---- showing
+
+    def _show(self, known: Answer | None, index: int) -> None:
+        """Show one stage of a step, or none."""
+        if known is not self.known or index != self.index:
+            self.known, self.index, self._drawing = known, index, None
+        context, panel, step = self._context, self.panel, self.step
+        context.view_state.draw(self.drawing)
+        if known is None or step is None:
+            panel.show_nothing(_WAITING if self.inspects else "")
+        else:
+            names = tuple(StepName(one.title, one.heading) for one in known.steps)
+            panel.show_steps(names, index)
+            elsewhere = known.question.frame != self._document.frame
+            busy = elsewhere and self.inspects and not self.settled()
+            content = content_of(known.done.trace, step, known.compared)
+            panel.show_content(content, known.done.words, busy=busy)
+        if not self.inspects:
+            context.docks.give_room_back()
+        context.actions.refresh_soon()
 
     @Slot()
     def _make_room(self) -> None:
-        if self.inside.looking:
+        if self.inspects:
             self._context.docks.make_room("inside", _SHARE)
 
     @Slot()
     def _on_workspace(self) -> None:
-        if self.inside.looking and self._context.docks.workspace:
+        if self.inspects and self._context.docks.workspace:
             self._make_room()

@@ -24,7 +24,7 @@ def _commands(session: Session, inspect: InspectController) -> list[Command]:
     def export_why() -> str:
         return (
             ""
-            if inspect.inside.known is not None
+            if inspect.known is not None
             else "No step trace is shown. Choose Inspect step first."
         )
 
@@ -40,18 +40,18 @@ def _commands(session: Session, inspect: InspectController) -> list[Command]:
             "processes this frame: prediction, points, correspondences, sigma points, "
             "cross-covariance, correction.", inspect.toggle, "F12", "search",
             lambda: session.no_depth() or session.tracker_works(),
-            checked=lambda: inspect.inside.looking,
+            checked=lambda: inspect.inspects,
         ),
         Command(
             "inside_next", _MENU, "Next stage of the step",
             "Show the next stage of the tracker's step.",
-            lambda: inspect.step(1), "F7", "step-forward",
+            lambda: inspect.go(inspect.index + 1), "F7", "step-forward",
             lambda: inspect.why_no_step(1),
         ),
         Command(
             "inside_previous", _MENU, "Previous stage of the step",
             "Show the previous stage of the tracker's step.",
-            lambda: inspect.step(-1), "Shift+F7", "step-back",
+            lambda: inspect.go(inspect.index - 1), "Shift+F7", "step-back",
             lambda: inspect.why_no_step(-1),
         ),
         Command(

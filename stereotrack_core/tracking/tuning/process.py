@@ -8,14 +8,12 @@ from dataclasses import dataclass, field
 from uuid import uuid4
 
 from stereotrack_core.body.model import BodyModel
-from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.tracking.estimate import Estimate
 from stereotrack_core.tracking.frame import Origin, TrackedFrame
-from stereotrack_core.tracking.inspection import beginning_at, traced_step
-from stereotrack_core.tracking.trace import StepTrace
+from stereotrack_core.tracking.inspection import RecordedStep, beginning_at, traced_step
 from stereotrack_core.tracking.tracker import Tracker
 from stereotrack_core.tracking.tuning.clouds import CloudKey, CloudStore
 from stereotrack_core.tracking.tuning.trial import Trial
@@ -132,24 +130,6 @@ class MakeClouds:
                 clouds.take(frame)
         finally:
             asker.tell(store.holdings())
-
-
-@dataclass(frozen=True, eq=False)
-class RecordedStep:
-    """What a step did.
-
-    Attributes
-    ----------
-    trace : StepTrace
-    cloud : Cloud
-        That it was done with.
-    words : str
-        Where the tracker began.
-    """
-
-    trace: StepTrace
-    cloud: Cloud
-    words: str
 
 
 @dataclass(frozen=True, eq=False)
