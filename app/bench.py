@@ -41,18 +41,9 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def measure(recording: Path, frames: int, workspace: str, clicks: int = 0) -> dict[str, Any]:
-    """Milliseconds of a step over frames that are in the cache, and of a click.
+    """Milliseconds of a step over frames that are in the cache, forth and back, and of a click.
 
-    Parameters
-    ----------
-    recording : Path
-        Folder of the recording.
-    frames : int
-        Number of frames that are stepped through, forth and back.
-    workspace : str
-        Name of the workspace.
-    clicks : int
-        With a project of so many clicks; 0: without a project.
+    The project has so many clicks; for 0 there is none.
     """
     from PySide6.QtCore import QSettings
     from PySide6.QtWidgets import QApplication

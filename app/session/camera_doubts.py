@@ -19,7 +19,7 @@ from stereotrack_core.geometry.camera_agreement import Disagreement
 from stereotrack_core.project.history import Changed
 from stereotrack_core.project.project import Project
 
-from ..services.tasks.newest import NewestWins
+from ..services.tasks.newest import NewestAsked
 from .document import DocumentPresenter
 from .project import ProjectPresenter
 
@@ -46,8 +46,9 @@ class CameraDoubts(QObject):
         self._document, self._project = document, project
         self.now: Disagreement | None = None
         """The camera that contradicts the others."""
-        self._asked: _Question | None = None
-        self._worker: NewestWins | None = None
+        self._worker = NewestAsked(_answer, "compare the cameras")
+        self._worker.answered.connect(lambda _question, found: self._take(found))
+        self._worker.failed.connect(lambda _question, error: self.failed.emit(error))
         self._pause = QTimer(self, singleShot=True, interval=_PAUSE_MS)
         self._pause.timeout.connect(self._ask)
         project.changed.connect(self._on_changed)
@@ -56,15 +57,12 @@ class CameraDoubts(QObject):
 
     def settled(self) -> bool:
         """Whether what is known is of the clicks as they are."""
-        return self._asked is None and not self._pause.isActive()
+        return self._worker.settled() and not self._pause.isActive()
 
     def close(self) -> None:
         """End the thread."""
         self._pause.stop()
-        self._asked = None
-        if self._worker is not None:
-            self._worker.close()
-            self._worker = None
+        self._worker.close()
 
     def doubtful(self) -> tuple[str, ...]:
         """Names of the cameras that may be wrong."""
@@ -88,30 +86,13 @@ class CameraDoubts(QObject):
         recording, project = self._document.recording, self._project.project
         if recording is None or project is None:
             self._take(None)
-            return
-        self._asked = _Question(project, recording.cameras)
-        if self._worker is None:
-            self._worker = NewestWins(_answer, "compare the cameras")
-            self._worker.answered.connect(self._on_answered)
-            self._worker.failed.connect(self._on_failed)
-        self._worker.ask(self._asked)
+        else:
+            self._worker.ask(_Question(project, recording.cameras))
 
     def _take(self, found: Disagreement | None) -> None:
         if found != self.now:
             self.now = found
             self.changed.emit()
-
-    @Slot(object, object)
-    def _on_answered(self, question: _Question, found: Disagreement | None) -> None:
-        if question is self._asked:
-            self._asked = None
-            self._take(found)
-
-    @Slot(object, object)
-    def _on_failed(self, question: _Question, error: Exception) -> None:
-        if question is self._asked:
-            self._asked = None
-            self.failed.emit(error)
 
     @Slot(object)
     def _on_changed(self, changed: Changed) -> None:

@@ -58,14 +58,8 @@ def shown_beside_each_other(
 def compared(shown: Sequence[RunEntry], truth: Judgement, selection: range | None) -> ComparedRuns:
     """Compare the first run with each of the others.
 
-    Parameters
-    ----------
-    shown : sequence of RunEntry
-        At least one.
-    truth : Judgement
-        Of the first run: says what errors are measured against.
-    selection : range or None
-        Frames to which the comparison is limited.
+    At least one run is shown; `truth` is the judgement of the first, and says what errors are
+    measured against. A selection limits the comparison to its frames.
     """
     candidates = [_candidate(entry) for entry in shown]
     names = tuple(entry.name for entry in shown)

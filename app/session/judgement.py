@@ -19,7 +19,7 @@ from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 from stereotrack_core.tracking.frame import TrackedFrame
 
 from ..services.failures import message_of
-from ..services.tasks.newest import NewestWins
+from ..services.tasks.newest import NewestAsked
 from ..widgets.style.limb_colours import limb_words
 from .document import DocumentPresenter
 from .runs import RunEntry, RunList
@@ -282,6 +282,7 @@ def score_words(judgement: Judgement | None, *, short: bool = False) -> str:
 
 
 _INTERVAL_MS = 250
+_SOON_MS = 20
 
 
 @dataclass(frozen=True, eq=False)
@@ -315,8 +316,9 @@ class JudgementPresenter(QObject):
         self._recorded: Truth | None = None
         self._project: Truth | None = None
         self._told: Truth | None = None
-        self._asked: _Question | None = None
-        self._worker: NewestWins | None = None
+        self._worker = NewestAsked(_answer, "judge runs")
+        self._worker.answered.connect(self._on_answered)
+        self._worker.failed.connect(self._on_failed)
         self._timer = QTimer(self, singleShot=True)
         self._timer.timeout.connect(self._ask)
         runs.grew.connect(self._on_grew)
@@ -370,15 +372,12 @@ class JudgementPresenter(QObject):
 
     def settled(self) -> bool:
         """Whether every run is judged as it is now."""
-        return not self._timer.isActive() and self._asked is None
+        return not self._timer.isActive() and self._worker.settled()
 
     def close(self) -> None:
         """End the thread."""
         self._timer.stop()
-        self._asked = None
-        if self._worker is not None:
-            self._worker.close()
-            self._worker = None
+        self._worker.close()
 
     @Slot()
     def judge(self, _what: object = None) -> None:
@@ -392,6 +391,9 @@ class JudgementPresenter(QObject):
 
     @Slot()
     def _ask(self) -> None:
+        if not self._worker.settled():
+            self._timer.start(_SOON_MS)  # a run that grows would otherwise never be told of
+            return
         truth, entries = self.truth, self._runs.entries
         if truth is not self._told:
             self._told = truth
@@ -402,29 +404,20 @@ class JudgementPresenter(QObject):
             for entry in entries
             if entry.frames and self._known.get(entry, ())[:2] != (len(entry.frames), truth)
         ]
-        if not new:
-            self._asked = None
+        if new:
+            runs = {entry: (entry.now(), self.of(entry)) for entry in new}
+            self._worker.ask(_Question(truth, runs))
+        else:
             self.judged.emit()
-            return
-        self._asked = _Question(truth, {entry: (entry.now(), self.of(entry)) for entry in new})
-        if self._worker is None:
-            self._worker = NewestWins(_answer, "judge runs")
-            self._worker.answered.connect(self._on_answered)
-            self._worker.failed.connect(self._on_failed)
-        self._worker.ask(self._asked)
 
     @Slot(object, object)
     def _on_answered(self, asked: _Question, found: Mapping[RunEntry, Judgement]) -> None:
         for entry, judgement in found.items():
             if entry in self._runs.entries:
                 self._known[entry] = len(judgement.frame), asked.truth, judgement
-        if asked is self._asked:
-            self._asked = None
-            self.judged.emit()
+        self.judged.emit()
 
     @Slot(object, object)
-    def _on_failed(self, asked: _Question, error: Exception) -> None:
+    def _on_failed(self, _asked: _Question, error: Exception) -> None:
         self.message.emit(message_of(error))
-        if asked is self._asked:
-            self._asked = None
-            self.judged.emit()
+        self.judged.emit()

@@ -206,10 +206,6 @@ class ProjectPresenter(QObject):
         if changed is not None:
             self.history_moved.emit(changed)
 
-    def _on_change(self, changed: Changed) -> None:
-        """Of the project, on whichever thread the edit was made."""
-        self._edited.emit(changed)
-
     @Slot(object)
     def _on_edited(self, changed: Changed) -> None:
         self._read_history()
@@ -285,7 +281,7 @@ class ProjectPresenter(QObject):
 
     def _take(self, opened: OpenedProject) -> None:
         self._opened = opened
-        opened.project.on_change(self._on_change)
+        opened.project.on_change(self._edited.emit)  # on whichever thread the edit was made
         self._read_history()
         self.opened.emit()
         # what was said about the recording before is cleared away first

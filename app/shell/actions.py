@@ -7,7 +7,7 @@ from functools import partial
 from PySide6.QtWidgets import QApplication
 
 from ..context import Context
-from ..services.actions import Command
+from ..services.actions import Command, Menu
 from ..widgets.forms.message import MessageBar
 from ..widgets.style.theme import THEME_NAMES, ThemeName, apply_theme, chosen_theme
 from .dialogs import Dialogs
@@ -24,36 +24,37 @@ def commands(context: Context, dialogs: Dialogs, messages: MessageBar) -> list[C
         *_workspaces(context),
         *_panels(context),
         *_themes(context),
-        *_help(dialogs, messages),
-        *_file(dialogs),
+        *_help_and_file(dialogs, messages),
     ]
 
 
 def _workspaces(context: Context) -> list[Command]:
-    docks = context.docks
+    docks, command = context.docks, Menu(f"{_MENU}/Workspace", context.session.no_recording).command
+
+    def is_shown(name: str) -> bool:
+        return docks.workspace == name
+
     spaces = [
-        Command(
-            f"workspace_{space.name}", f"{_MENU}/Workspace", space.title, space.tip,
-            partial(docks.show_workspace, space.name), f"Alt+{number}", space.icon, space.why_not,
-            lambda name=space.name: docks.workspace == name,  # type: ignore[misc]
+        command(
+            f"workspace_{space.name}", space.title, space.tip,
+            partial(docks.show_workspace, space.name), f"Alt+{number}", space.icon,
+            why_not=space.why_not, checked=partial(is_shown, space.name),
         )
         for number, space in enumerate(docks.workspaces, start=1)
     ]  # fmt: skip
-    reset = Command(
-        "workspace_reset", f"{_MENU}/Workspace", "Reset workspace",
-        "Restore the default layout of the panels.", docks.reset, icon="reset",
-        why_not=context.session.no_recording, section=True,
+    reset = command(
+        "workspace_reset", "Reset workspace", "Restore the default layout of the panels.",
+        docks.reset, icon="reset", section=True,
     )  # fmt: skip
     return [*spaces, reset]
 
 
 def _panels(context: Context) -> list[Command]:
-    docks = context.docks
+    docks, command = context.docks, Menu(f"{_MENU}/Panel", context.session.no_recording).command
     return [
-        Command(
-            f"panel_{name}", f"{_MENU}/Panel", title, f"Show or hide the {title} panel.",
-            partial(docks.toggle, name), why_not=context.session.no_recording,
-            checked=partial(docks.is_shown, name),
+        command(
+            f"panel_{name}", title, f"Show or hide the {title} panel.",
+            partial(docks.toggle, name), checked=partial(docks.is_shown, name),
         )
         for name, title in docks.titles().items()
     ]  # fmt: skip
@@ -68,47 +69,35 @@ def _themes(context: Context) -> list[Command]:
             context.settings.setValue("theme", name)
             context.session.instant.tell_soon()
 
-    def theme(name: ThemeName) -> Command:
-        return Command(
-            f"theme_{name}", f"{_MENU}/Theme", name.capitalize(),
-            "Follow the system theme." if name == "system" else f"Use the {name} theme.",
-            partial(choose, name), icon="theme", checked=lambda: chosen_theme() == name,
-        )  # fmt: skip
+    def is_chosen(name: ThemeName) -> bool:
+        return chosen_theme() == name
 
-    return [theme(name) for name in THEME_NAMES]
-
-
-def _help(dialogs: Dialogs, messages: MessageBar) -> list[Command]:
     return [
-        Command(
-            "palette", "&Help", "Command palette …", "Search all commands.",
-            dialogs.show_palette, "Ctrl+K", "palette-of-commands",
-        ),
-        Command(
-            "shortcuts", "&Help", "Shortcuts …", "Change the keyboard shortcuts of "
-            "commands.",
-            dialogs.show_shortcuts, "Ctrl+Alt+K", "settings",
-        ),
-        Command(
-            "close_message", "&Help", "Dismiss message", "Dismiss the message above the views.",
-            messages.dismiss, "Esc", "close",
-            lambda: "" if messages.message is not None else "No message is shown.",
-        ),
-        Command(
-            "about", "&Help", "About stereotrack", "Version, and the location of the log file.",
-            dialogs.show_about, icon="info",
-        ),
+        Menu(f"{_MENU}/Theme").command(
+            f"theme_{name}", name.capitalize(),
+            "Follow the system theme." if name == "system" else f"Use the {name} theme.",
+            partial(choose, name), icon="theme", checked=partial(is_chosen, name),
+        )
+        for name in THEME_NAMES
     ]  # fmt: skip
 
 
-def _file(dialogs: Dialogs) -> list[Command]:
+def _help_and_file(dialogs: Dialogs, messages: MessageBar) -> list[Command]:
+    def no_message() -> str:
+        return "" if messages.message is not None else "No message is shown."
+
+    command, file = Menu("&Help").command, Menu("&File").command
     return [
-        Command(
-            "picture", "&File", "Save screenshot …", "Save the window as a PNG image.",
-            dialogs.ask_for_picture, "Ctrl+Shift+P", "picture",
-        ),
-        Command(
-            "quit", "&File", "Quit", "Stop all tasks and close the window.",
-            dialogs.close_later, "Ctrl+Q", "close", section=True,
-        ),
+        command("palette", "Command palette …", "Search all commands.", dialogs.show_palette,
+                "Ctrl+K", "palette-of-commands"),
+        command("shortcuts", "Shortcuts …", "Change the keyboard shortcuts of commands.",
+                dialogs.show_shortcuts, "Ctrl+Alt+K", "settings"),
+        command("close_message", "Dismiss message", "Dismiss the message above the views.",
+                messages.dismiss, "Esc", "close", why_not=no_message),
+        command("about", "About stereotrack", "Version, and the location of the log file.",
+                dialogs.show_about, icon="info"),
+        file("picture", "Save screenshot …", "Save the window as a PNG image.",
+             dialogs.ask_for_picture, "Ctrl+Shift+P", "picture"),
+        file("quit", "Quit", "Stop all tasks and close the window.", dialogs.close_later,
+             "Ctrl+Q", "close", section=True),
     ]  # fmt: skip

@@ -8,20 +8,19 @@ import numpy as np
 from PySide6.QtCore import QObject, Slot
 from PySide6.QtWidgets import QLabel, QProgressBar, QStatusBar, QToolButton
 
+from stereotrack_core.recording.description import Recording
 from stereotrack_core.tracking.frame import TrackedFrame
 
 from ..context import Context
-from ..session.document import DocumentPresenter
 from ..session.judgement import (
     UNCERTAIN_DEG,
     USUAL_RESIDUAL,
     USUAL_UNEXPLAINED,
     Judgement,
-    JudgementPresenter,
     doubts,
 )
-from ..session.runs import RunEntry, RunList
-from ..session.tracking import TrackPresenter
+from ..session.runs import RunEntry
+from ..session.session import Session
 from ..widgets.style.icons import set_icon
 from ..widgets.style.limb_colours import limb_words
 
@@ -29,13 +28,7 @@ _NAMED = 2
 """Limbs that are named in the status line."""
 
 
-def status_words(
-    document: DocumentPresenter,
-    track: TrackPresenter,
-    runs: RunList,
-    judging: JudgementPresenter,
-    doing: str,
-) -> str:
+def status_words(session: Session, doing: str) -> str:
     """One sentence about the recording, the tracker and the frame that is shown.
 
     Parameters
@@ -43,51 +36,39 @@ def status_words(
     doing : str
         Work in the background, in words; empty for none.
     """
-    parts = []
+    document = session.document
     if document.opening:
-        parts.append("opening recording …")
+        words = "opening recording …"
     elif document.recording is None:
-        parts.append("no recording is open")
+        words = "no recording is open"
     elif document.frame_count == 0:
-        parts.append("the recording has no frame that is present in all streams")
+        words = "the recording has no frame that is present in all streams"
     else:
-        parts.append(_tracker_words(document, track, runs, judging))
-    if doing:
-        parts.append(doing)
-    return "   ·   ".join(parts)
+        words = _tracker_words(session, document.recording)
+    return f"{words}   ·   {doing}" if doing else words
 
 
-def _tracker_words(
-    document: DocumentPresenter,
-    track: TrackPresenter,
-    runs: RunList,
-    judging: JudgementPresenter,
-) -> str:
+def _tracker_words(session: Session, recording: Recording) -> str:
     def words(tracked: TrackedFrame, of: RunEntry | None) -> str:
-        return frame_words(tracked, judging.of(of))
+        return frame_words(tracked, session.judging.of(of))
 
-    entry = track.entry
-    shown = runs.active.at(document.frame) if runs.active is not None else None
+    frame, track, active = session.document.frame, session.track, session.runs.active
+    entry, shown = track.entry, active.at(frame) if active is not None else None
     if entry is not None:
         done, wanted = len(entry.frames), len(entry.wanted)
         verb = "tracking" if track.running else "paused at"
+        if done == 0 and track.running:
+            return f"{verb} {done} of {wanted}: {track.preparing_words()}"
         if done == 0:
-            return (
-                f"{verb} {done} of {wanted}: {track.preparing_words()}"
-                if track.running
-                else ("paused before the first frame")
-            )
+            return "paused before the first frame"
         newest = entry.frames[max(entry.frames)]
-        told = words(shown, runs.active) if shown is not None else words(newest, entry)
+        told = words(shown, active) if shown is not None else words(newest, entry)
         return _joined(f"{verb} {done} of {wanted}", told)
-    active, recording = runs.active, document.recording
     if active is not None and shown is not None:
-        return _joined(f"frame {document.frame}, run “{active.name}”", words(shown, active))
+        return _joined(f"frame {frame}, run “{active.name}”", words(shown, active))
     if active is not None:
-        return f"run “{active.name}” does not contain frame {document.frame}"
-    if recording is None:
-        return ""
-    count = document.frame_count
+        return f"run “{active.name}” does not contain frame {frame}"
+    count = session.document.frame_count
     length = f"{count} frame{'' if count == 1 else 's'}, {count / recording.fps:.1f} s"
     deep = any(view.kind != "mono" for view in recording.views)
     state = "not tracked yet" if deep else "no view provides depth, so it cannot be tracked"
@@ -198,7 +179,7 @@ class StatusLine(QObject):
         session, tasks = self._context.session, self._context.tasks.tasks
         track = session.track
         doing = "; ".join(task.says() for task in tasks)
-        words = status_words(session.document, track, session.runs, session.judging, doing)
+        words = status_words(session, doing)
         drawing = self._context.view_state.drawing
         if drawing is not None and drawing.frame == session.document.frame:
             words = f"step trace of frame {drawing.frame}: {drawing.words}"

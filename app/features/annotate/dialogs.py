@@ -121,10 +121,6 @@ class AnnotationDialogs(QObject):
         """Compare another project's clicks with these, and let the person decide."""
         self._take_in(lambda project, _recording: _clicks_of(path, project), path.name)
 
-    def _merge_repeats(self) -> None:
-        """Let the person decide where the second reading differs from the first one."""
-        self._take_in(lambda project, _recording: (project.clicks.again(), ()), "blind repeats")
-
     def _take_in(self, read: Callable[[Project, Recording], _Elsewhere], source: str) -> None:
         def work(project: Project, recording: Recording) -> tuple[Callable[[], TakeIn], TakeIn]:
             theirs, problems = read(project, recording)
@@ -226,7 +222,7 @@ class AnnotationDialogs(QObject):
     @Slot()
     def _look_at_differences(self) -> None:
         if self._other is None:
-            self._merge_repeats()
+            self._take_in(lambda project, _: (project.clicks.again(), ()), "blind repeats")
         else:
             self.merge(self._other)
 

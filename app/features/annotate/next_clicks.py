@@ -118,15 +118,11 @@ class NextPresenter(QObject):
         self._fit: TrajectoryFit | None = None
         self._run: LandmarkTrajectory | None = None
         self._wish = Wish(count=_MOST)
-        self._wanted = WANTED_DEG
+        self.wanted_deg = WANTED_DEG
+        """Angle by which limbs may be off."""
         self._worker: NewestWins | None = None
         self._ranker: _Ranker | None = None
         self._asked = self._told = 0
-
-    @property
-    def wanted_deg(self) -> float:
-        """Angle by which limbs may be off."""
-        return self._wanted
 
     @property
     def idle(self) -> bool:
@@ -143,7 +139,7 @@ class NextPresenter(QObject):
         self._wish = Wish(count=_MOST)
         self._told = self._asked
         if project is not None:
-            self._wanted = float(project.view_settings.get(_WANTED, WANTED_DEG))
+            self.wanted_deg = float(project.view_settings.get(_WANTED, WANTED_DEG))
         self.ranked.emit(None)
 
     def set_fit(self, fit: TrajectoryFit | None) -> None:
@@ -167,7 +163,7 @@ class NextPresenter(QObject):
 
     def set_wanted(self, degrees: float) -> None:
         """Be content when limbs are off by no more than this."""
-        self._wanted = degrees
+        self.wanted_deg = degrees
         if self._project is not None and not self._project.read_only:
             self._project.view_settings.set(_WANTED, degrees)
         self._ask()
@@ -179,10 +175,6 @@ class NextPresenter(QObject):
         if frames or gaps:
             self._ask(build=gaps or len(frames) > _MANY_FRAMES, frames=frames)
 
-    def close(self) -> None:
-        """End the worker."""
-        self.set_project(None, {})
-
     def _ask(self, *, build: bool = False, frames: frozenset[int] = frozenset()) -> None:
         if self._fit is None or self._project is None:
             return
@@ -191,7 +183,7 @@ class NextPresenter(QObject):
             self._worker = NewestWins(self._ranker, "rank clicks")
             self._worker.answered.connect(self._on_ranked)
             self._worker.failed.connect(self._on_failed)
-        order = _Order(self._fit, self._run, self._wish, self._wanted)
+        order = _Order(self._fit, self._run, self._wish, self.wanted_deg)
         self._ranker.tell(order, build=build, frames=frames)
         self._asked += 1
         self._worker.ask(self._asked)

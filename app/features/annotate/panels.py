@@ -20,7 +20,7 @@ from stereotrack_core.recording.description import Recording
 
 from ...services.failures import message_of
 from ...services.tasks.task import TaskList
-from ...widgets.forms.message import Message, RepeatBar
+from ...widgets.forms.message import RepeatBar
 from ...widgets.tables.history_panel import HistoryPanel
 from ...widgets.tables.next_panel import NextPanel
 from ...widgets.timeline.bars import AnnotationBar
@@ -229,8 +229,10 @@ class AnnotationPanels(QObject):
         self.next.follow(changed)
         if "repeat_click" in changed.tables:
             self._tell_repeat()
-        if changed.how == "done" and _a_keyframe_is_done(changed):
-            self._begin_due_repeat()
+        if changed.how == "done" and _a_keyframe_is_done(changed) and self.repeats is not None:
+            due = self.repeats.due()
+            if due is not None:
+                self.begin_repeat(due)
         self._soon.start()
 
     @Slot()
@@ -345,11 +347,6 @@ class AnnotationPanels(QObject):
 
     # ---- blind repeats
 
-    def _begin_due_repeat(self) -> None:
-        frame = self.repeats.due() if self.repeats is not None else None
-        if frame is not None:
-            self.begin_repeat(frame)
-
     def begin_repeat(self, frame: int) -> None:
         """Annotate a frame again, its first reading hidden."""
         if self.repeats is not None:
@@ -383,8 +380,7 @@ class AnnotationPanels(QObject):
 
     @Slot(object)
     def _on_failed(self, error: Exception) -> None:
-        told: Message = message_of(error)
-        self.message.emit(told)
+        self.message.emit(message_of(error))
 
 
 def click_cameras(recording: Recording | None) -> dict[str, Camera]:

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from PySide6.QtCore import QObject, Signal, Slot
+from PySide6.QtCore import QObject, Slot
 from PySide6.QtGui import QColor
 
 from stereotrack_core.arrays import ImageArray
@@ -25,7 +24,7 @@ from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.reader import FrameReader
 
 from ...context import Context
-from ...services.tasks.newest import NewestWins
+from ...services.tasks.newest import NewestAsked
 from ...services.tasks.shared import Shared
 from ...services.tasks.task import Task
 from ...session.judgement import MEASURED_LIMBS
@@ -42,64 +41,6 @@ class _Wanted:
     episode: Episode
     reader: Shared[FrameReader]
     paper: Paper
-
-
-class EpisodePictures(QObject):
-    """Draws the newest episode that was asked for."""
-
-    drawn = Signal(object)
-    """ImageArray or None."""
-    failed = Signal(object)
-    """Exception."""
-
-    def __init__(self, reader: Callable[[], Shared[FrameReader] | None]) -> None:
-        super().__init__()
-        self._reader = reader
-        self._worker: NewestWins | None = None
-        self._asked: _Wanted | None = None
-        self._waits = False
-
-    def settled(self) -> bool:
-        """Whether what was asked for is drawn."""
-        return not self._waits
-
-    def ask(self, subject: Subject | None, episode: Episode | None) -> None:
-        """Draw an episode; None shows nothing."""
-        reader, recording = self._reader(), subject.recording if subject is not None else None
-        if subject is None or episode is None or reader is None or recording is None:
-            self._asked, self._waits = None, False
-            self.drawn.emit(None)
-            return
-        theme, asked = current_theme(), self._asked
-        paper = Paper(_bgr(theme.base), _bgr(theme.text), _bgr(theme.muted))
-        if asked is not None and asked.episode is episode and asked.paper == paper:
-            return
-        if self._worker is None:
-            self._worker = NewestWins(_drawn, "draw failures")
-            self._worker.answered.connect(self._on_drawn)
-            self._worker.failed.connect(self._on_failed)
-        self._asked, self._waits = _Wanted(subject, recording, episode, reader, paper), True
-        self._worker.ask(self._asked)
-
-    def close(self) -> None:
-        """End the thread."""
-        self._asked, self._waits = None, False
-        if self._worker is not None:
-            self._worker.close()
-            self._worker = None
-
-    @Slot(object, object)
-    def _on_drawn(self, wanted: _Wanted, pixels: ImageArray | None) -> None:
-        if self._asked is not None and wanted.episode is self._asked.episode:
-            self._waits = False
-            self.drawn.emit(pixels)
-
-    @Slot(object, object)
-    def _on_failed(self, wanted: _Wanted, error: Exception) -> None:
-        waited = self._waits
-        self._on_drawn(wanted, None)
-        if waited and not self._waits:
-            self.failed.emit(error)
 
 
 def _drawn(wanted: _Wanted) -> ImageArray:
@@ -131,7 +72,8 @@ class EpisodeController(QObject):
         self.presenter = EpisodePresenter(
             session, context.tasks, wants_pictures=self.panel.isVisible, threshold=self._threshold
         )
-        self.pictures = EpisodePictures(lambda: session.document.reader)
+        self._pictures = NewestAsked(_drawn, "draw failures")
+        self._pictured: _Wanted | None = None
         causes = {str(cause): words for cause, words in CAUSE_WORDS.items()}
         found = {str(how): words for how, words in FOUND_WORDS.items()}
         self.panel.set_choices(MEASURED_LIMBS, causes, found)
@@ -139,14 +81,15 @@ class EpisodeController(QObject):
         self.panel.activated.connect(self._on_activated)
         self.panel.filtered.connect(self._on_filtered)
         self.presenter.changed.connect(self.show)
-        self.pictures.drawn.connect(self.panel.evidence.show_picture)
-        self.pictures.failed.connect(context.notifier.error)
+        show_picture = self.panel.evidence.show_picture
+        self._pictures.answered.connect(lambda _asked, pixels: show_picture(pixels))
+        self._pictures.failed.connect(self._on_no_picture)
         context.docks.dock("episodes").visibilityChanged.connect(self._on_seen)
         context.view_state.threshold_changed.connect(self.presenter.ask_soon)
         context.docks.workspace_changed.connect(self.show)
-        context.session.closed.connect(self.pictures.close)
-        context.session.closing.connect(self.pictures.close)
-        context.tasks.watch(lambda: not self.presenter.working and self.pictures.settled())
+        context.session.closed.connect(self._forget_pictures)
+        context.session.closing.connect(self._forget_pictures)
+        context.tasks.watch(lambda: not self.presenter.working and self._pictures.settled())
         self.show()
 
     # ---- facts
@@ -243,7 +186,7 @@ class EpisodeController(QObject):
         listed = presenter.listed
         place = listed.index(presenter.chosen) if presenter.chosen in listed else -1
         self.panel.show_rows(listed, self._fps(), place, self._words(presenter.found))
-        self.pictures.ask(self._subject(), presenter.chosen if self.panel.isVisible() else None)
+        self._ask_for_picture(presenter.chosen if self.panel.isVisible() else None)
         self._show_lanes()
         if self.looping():
             if presenter.chosen is None:
@@ -251,6 +194,31 @@ class EpisodeController(QObject):
             else:
                 self._session.document.set_loop(self._stretch())
         self._context.actions.refresh_soon()
+
+    def _ask_for_picture(self, episode: Episode | None) -> None:
+        """Draw an episode, unless that is drawn; None shows nothing."""
+        reader, subject = self._session.document.reader, self._subject()
+        recording = subject.recording if subject is not None else None
+        if subject is None or episode is None or reader is None or recording is None:
+            self._pictures.forget()
+            self._pictured = None
+            self.panel.evidence.show_picture(None)
+            return
+        theme, before = current_theme(), self._pictured
+        paper = Paper(_bgr(theme.base), _bgr(theme.text), _bgr(theme.muted))
+        if before is None or before.episode is not episode or before.paper != paper:
+            self._pictured = _Wanted(subject, recording, episode, reader, paper)
+            self._pictures.ask(self._pictured)
+
+    @Slot(object, object)
+    def _on_no_picture(self, _wanted: _Wanted, error: Exception) -> None:
+        self.panel.evidence.show_picture(None)
+        self._context.notifier.error(error)
+
+    @Slot()
+    def _forget_pictures(self) -> None:
+        self._pictures.close()
+        self._pictured = None
 
     def _show_lanes(self) -> None:
         listed = () if self._context.docks.workspace == "annotate" else self.presenter.listed

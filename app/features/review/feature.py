@@ -6,14 +6,14 @@ from dataclasses import dataclass
 from functools import partial
 
 from ...context import Context
-from ...services.actions import Command
+from ...services.actions import Command, Menu
 from ...services.layout import Workspace
 from ...session.session import Session
 from .controller import ReviewController
 from .episodes import EpisodeController
 from .plot import ErrorCurves
 
-_MENU, _GO, _TRACK = "&Review", "&Go", "&Track/&Failures"
+_GO = "&Go"
 _STEP_DEG = 5.0
 
 
@@ -56,78 +56,46 @@ def register(context: Context) -> Review:
 
 def _commands(session: Session, review: ReviewController, plot: ErrorCurves) -> list[Command]:
     """Commands of the menus Go and Review."""
+    go, command = Menu(_GO, session.no_run).command, Menu("&Review", session.no_run).command
+    stretch = "stretch in which the error of a limb exceeds the threshold of the plot."
+    ask = review.ask_where
     return [
-        Command(
-            "next_above", _GO, "Next stretch above threshold",
-            "Go to the next stretch in which the error of a limb exceeds the threshold of the "
-            "plot.",
-            lambda: plot.go_above(1), "N", "next-episode", session.no_run, section=True,
-        ),
-        Command(
-            "previous_above", _GO, "Previous stretch above threshold",
-            "Go to the previous stretch in which the error of a limb exceeds the threshold of the "
-            "plot.",
-            lambda: plot.go_above(-1), "P", "previous-episode", session.no_run,
-        ),
-        Command(
-            "threshold_up", _MENU, "Raise threshold", "Raise the threshold of the plot by 5°.",
-            partial(review.move_threshold, _STEP_DEG), "Ctrl+Alt+Up", "threshold",
-            session.no_run,
-        ),
-        Command(
-            "threshold_down", _MENU, "Lower threshold", "Lower the threshold of the plot by "
-            "5°.", partial(review.move_threshold, -_STEP_DEG), "Ctrl+Alt+Down", "threshold",
-            session.no_run,
-        ),
-        Command(
-            "copy_statistics", _MENU, "Copy statistics",
-            "Copy the statistics of each limb as a CSV table, for the selection or the whole "
-            "recording and for each segment.",
-            review.copy_statistics, "Ctrl+Alt+C", "table", session.no_run, section=True,
-        ),
-        Command(
-            "save_statistics", _MENU, "Save statistics …",
-            "Save the statistics of each limb as a CSV table.",
-            partial(review.ask_where, "Save statistics", "statistics.csv", review.save_statistics),
-            icon="save", why_not=session.no_run,
-        ),
-        Command(
-            "save_angles", _MENU, "Save joint angles …",
-            "Save the joint angles of the active run frame by frame, with velocities, "
-            "accelerations and standard deviations, as CSV.",
-            partial(review.ask_where, "Save joint angles", "angles.csv", review.save_angles),
-            icon="save", why_not=lambda: session.no_recording() or review.why_no_angles(),
-        ),
+        go("next_above", "Next stretch above threshold", f"Go to the next {stretch}",
+           partial(plot.go_above, 1), "N", "next-episode", section=True),
+        go("previous_above", "Previous stretch above threshold", f"Go to the previous {stretch}",
+           partial(plot.go_above, -1), "P", "previous-episode"),
+        command("threshold_up", "Raise threshold", "Raise the threshold of the plot by 5°.",
+                partial(review.move_threshold, _STEP_DEG), "Ctrl+Alt+Up", "threshold"),
+        command("threshold_down", "Lower threshold", "Lower the threshold of the plot by 5°.",
+                partial(review.move_threshold, -_STEP_DEG), "Ctrl+Alt+Down", "threshold"),
+        command("copy_statistics", "Copy statistics", "Copy the statistics of each limb as a CSV "
+                "table, for the selection or the whole recording and for each segment.",
+                review.copy_statistics, "Ctrl+Alt+C", "table", section=True),
+        command("save_statistics", "Save statistics …", "Save the statistics of each limb as a "
+                "CSV table.",
+                partial(ask, "Save statistics", "statistics.csv", review.save_statistics),
+                icon="save"),
+        command("save_angles", "Save joint angles …", "Save the joint angles of the active run "
+                "frame by frame, with velocities, accelerations and standard deviations, as CSV.",
+                partial(ask, "Save joint angles", "angles.csv", review.save_angles), icon="save",
+                why_not=lambda: session.no_recording() or review.why_no_angles()),
     ]  # fmt: skip
 
 
 def _failure_commands(e: EpisodeController) -> list[Command]:
     """Commands of the menus Go and Track, Failures."""
+    go, track = Menu(_GO, e.none_listed).command, Menu("&Track/&Failures", e.none_listed).command
     return [
-        Command(
-            "next_episode", _GO, "Next failure",
-            "Go to the worst frame of the next listed failure of the active run.",
-            lambda: e.go(1), "Shift+N", "next-episode", e.none_listed, section=True,
-        ),
-        Command(
-            "previous_episode", _GO, "Previous failure",
-            "Go to the worst frame of the previous listed failure.",
-            lambda: e.go(-1), "Shift+P", "previous-episode", e.none_listed,
-        ),
-        Command(
-            "loop_episode", _GO, "Loop failure",
-            "Play the selected failure in a loop, with a few frames before and after it.",
-            e.toggle_loop, "Shift+Space", "iterate", e.none_listed, e.looping,
-        ),
-        Command(
-            "export_strips", _TRACK, "Export image strips …",
-            "Save the frames of each failure side by side, with the model drawn in the lower row, "
-            "as PNG.",
-            lambda: e.export(video=False), "", "picture", e.none_listed,
-        ),
-        Command(
-            "export_film", _TRACK, "Video …",
-            "Save a video of the failures: all views with the model outline and the errors.",
-            lambda: e.export(video=True), "", "export", e.none_listed,
-        ),
+        go("next_episode", "Next failure", "Go to the worst frame of the next listed failure of "
+           "the active run.", partial(e.go, 1), "Shift+N", "next-episode", section=True),
+        go("previous_episode", "Previous failure", "Go to the worst frame of the previous listed "
+           "failure.", partial(e.go, -1), "Shift+P", "previous-episode"),
+        go("loop_episode", "Loop failure", "Play the selected failure in a loop, with a few "
+           "frames before and after it.", e.toggle_loop, "Shift+Space", "iterate",
+           checked=e.looping),
+        track("export_strips", "Export image strips …", "Save the frames of each failure side by "
+              "side, with the model drawn in the lower row, as PNG.",
+              partial(e.export, video=False), icon="picture"),
+        track("export_film", "Video …", "Save a video of the failures: all views with the model "
+              "outline and the errors.", partial(e.export, video=True), icon="export"),
     ]  # fmt: skip

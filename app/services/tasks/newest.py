@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Hashable
+from functools import partial
 from typing import Any, Generic, Protocol, TypeVar
 
 from PySide6.QtCore import QObject, Qt, Signal, Slot
@@ -90,6 +91,58 @@ class NewestWins(Threaded):
     def _tell(self, well: bool, question: Hashable, what: object) -> None:
         if not self._closed:
             (self.answered if well else self.failed).emit(question, what)
+
+
+class NewestAsked(QObject):
+    """Asks in a thread of its own, begun when it is needed; tells what the newest question gave.
+
+    Parameters
+    ----------
+    answer : callable
+        From a question to its answer; called in the thread.
+    name : str
+        Name of the thread.
+    """
+
+    answered = Signal(object, object)
+    """The newest question and its answer."""
+    failed = Signal(object, object)
+    """The newest question and why it has no answer."""
+
+    def __init__(self, answer: Callable[[Any], Any], name: str) -> None:
+        super().__init__()
+        self._answer, self._name = answer, name
+        self._asked: Hashable | None = None
+        self._worker: NewestWins | None = None
+
+    def settled(self) -> bool:
+        """Whether nothing is still to be answered."""
+        return self._asked is None
+
+    def ask(self, question: Hashable) -> None:
+        """Ask; what was asked before is not answered any more."""
+        if self._worker is None:
+            self._worker = NewestWins(self._answer, self._name)
+            self._worker.answered.connect(partial(self._tell, self.answered))
+            self._worker.failed.connect(partial(self._tell, self.failed))
+        self._asked = question
+        self._worker.ask(question)
+
+    def forget(self) -> None:
+        """Want no answer any more."""
+        self._asked = None
+
+    def close(self) -> None:
+        """End the thread; the next question begins another one."""
+        self._asked = None
+        if self._worker is not None:
+            self._worker.close()
+            self._worker = None
+
+    def _tell(self, signal: Any, question: Hashable, what: object) -> None:
+        if question is self._asked:
+            self._asked = None
+            signal.emit(question, what)
 
 
 class Question(Hashable, Protocol):

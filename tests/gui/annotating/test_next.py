@@ -52,7 +52,7 @@ def presenter(qtbot, project, make):
     made.set_project(project, make.CAMERAS)
     project.on_change(made.follow)
     yield made
-    made.close()
+    made.set_project(None, {})
     assert not made.problems
 
 

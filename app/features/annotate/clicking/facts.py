@@ -86,7 +86,7 @@ class AnnotationFacts(QObject):
         )
         self._fitters = (_FitProcess(), _FitProcess())
         self._fit: NewestAnswer[ShownFit] = NewestAnswer(
-            self._fit_question, self._fitters[0], "live fit"
+            lambda: self._question(None), self._fitters[0], "live fit"
         )
         self._deep: NewestAnswer[ShownFit] = NewestAnswer(
             self._deep_question, self._fitters[1], "fit with depth"
@@ -231,9 +231,6 @@ class AnnotationFacts(QObject):
         if deep is not None and self.use_depth and deep.question.clicks == clicks:
             return deep
         return self._fit.at(frame)
-
-    def _fit_question(self) -> FitQuestion | None:
-        return self._question(None)
 
     def _deep_question(self) -> FitQuestion | None:
         cloud = self._cloud()

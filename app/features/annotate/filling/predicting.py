@@ -123,16 +123,14 @@ class PredictionWork(QObject):
 
     def why_no_accept(self, source: Source) -> str:
         """Why nothing can be taken from there, as a sentence; empty where it can."""
-        return self._p.no_edit() or (self._why_no_run() if source == "run" else "")
+        no_run = "There is no finished run. Run the tracker first."
+        return self._p.no_edit() or (no_run if source == "run" and self.run is None else "")
 
     def accept(self, source: Source) -> None:
         """Let what a source has found in the selection be clicks: one edit."""
         run = source_of_run(self.run.name) if self.run is not None else ""
         kept = {"following": FOLLOWING, "fit": FIT, "neighbours": NEIGHBOURS, "run": run}[source]
         self._p.edit_selection(lambda project, chosen: accept_predictions(project, kept, chosen))
-
-    def _why_no_run(self) -> str:
-        return "" if self.run is not None else "There is no finished run. Run the tracker first."
 
 
 _NOT_YET = "Predictions do not become clicks until you accept them."
