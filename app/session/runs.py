@@ -26,7 +26,7 @@ from stereotrack_core.tracking.stored import body_of_run, pose_of_run
 
 from ..widgets.style.colours import LineStyle
 
-Kind: TypeAlias = Literal["run", "attempt"]
+Kind: TypeAlias = Literal["run", "trial"]
 _OTHERS: tuple[LineStyle, ...] = ("dash", "dot", "dashdot")
 
 
@@ -53,7 +53,7 @@ class RunEntry:
     wall_seconds: float = 0.0
     """Time that the tracker has worked on it, without pauses."""
     kind: Kind = "run"
-    """An attempt is what some stretch would look like with other settings; it
+    """A trial is what some stretch would look like with other settings; it
     is gone when it is dismissed, unless it is made the active run."""
     kept: str = ""
     """Name under which the project keeps it; empty where it does not."""

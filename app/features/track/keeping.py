@@ -96,7 +96,7 @@ class RunKeeper(QObject):
             return ""
         if entry is self._track.entry:
             return "The run is stored when it is complete."
-        if entry.kind == "attempt":
+        if entry.kind == "trial":
             return "A trial is stored when you make it the active run."
         if _from_file(entry):
             return "A run opened from a file is stored with Store run in project."

@@ -1,1 +1,1 @@
-"""Tune: attempts beside a run, and presets."""
+"""Tune: trials beside a run, and presets."""

@@ -1,4 +1,4 @@
-"""What the Tune workspace does: attempts beside the run, and values of one parameter."""
+"""What the Tune workspace does: trials beside the run, and values of one parameter."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from ...services.actions import ActionRegistry
 from ...session.runs import RunEntry
 from ...widgets.forms.parameter_panel import ParameterPanel
 from ...widgets.forms.series_panel import SeriesPanel
-from ...widgets.tables.panels import AttemptsPanel
-from .attempts import AttemptPresenter, settings_of
-from .numbers import attempt_table
+from ...widgets.tables.panels import TrialsPanel
+from .numbers import trial_table
 from .presets import PresetWork
 from .runner import TrialRunner
 from .series import SeriesPresenter
+from .trials import TrialPresenter, settings_of
 
-_ATTEMPT_BUTTONS = ("attempt_use", "attempt_run", "attempt_adopt", "attempt_dismiss")
+_TRIAL_BUTTONS = ("trial_use", "trial_run", "trial_adopt", "trial_dismiss")
 _PRESET_BUTTONS = ("preset_save", "preset_load", "preset_export", "preset_delete")
 _SECONDS = 2.0
 """Length of the stretch around the frame where neither a selection nor the zoom says another."""
@@ -39,15 +39,15 @@ class TuneController(QObject):
         super().__init__(context.session)
         self._context, self._session = context, context.session
         session = context.session
-        self.parameters, self.panel = ParameterPanel(), AttemptsPanel()
+        self.parameters, self.panel = ParameterPanel(), TrialsPanel()
         self.series_panel = SeriesPanel()
         context.docks.add("parameters", "Parameters", self.parameters)
-        context.docks.add("attempts", "Trials", self.panel)
+        context.docks.add("trials", "Trials", self.panel)
         context.docks.add("series", "Parameter series", self.series_panel)
         self.runner = TrialRunner(session, context.tasks, self._to_prepare)
-        self.attempts = AttemptPresenter(session, self.runner, self.stretch)
-        self.series = SeriesPresenter(session, self.runner, self.attempts)
-        self.attempts.live = bool(context.settings.value("tune/live", True, type=bool))
+        self.trials = TrialPresenter(session, self.runner, self.stretch)
+        self.series = SeriesPresenter(session, self.runner, self.trials)
+        self.trials.live = bool(context.settings.value("tune/live", True, type=bool))
         self.presets = PresetWork(context, self.parameters)
         self._against: RunEntry | None = None
         self._compared = "preset"
@@ -63,7 +63,7 @@ class TuneController(QObject):
         parameters.against_requested.connect(self._on_compared)
         panel.chosen.connect(self._context.actions.refresh_soon)
         panel.base_chosen.connect(lambda row: self.compare_with(self._entry(row)))
-        panel.dismissed.connect(lambda row: self.attempts.dismiss(self._entry(row)))
+        panel.dismissed.connect(lambda row: self.trials.dismiss(self._entry(row)))
         track = self._session.track
         series.row_chosen.connect(lambda row: series.set_value(track.settings.values()[row.name]))
         series.begin_requested.connect(self._on_series)
@@ -75,13 +75,13 @@ class TuneController(QObject):
         """What the panels show."""
         context, session = self._context, self._session
         docks, selected = context.docks, context.view_state.selection_changed
-        self.attempts.changed.connect(self.show)
+        self.trials.changed.connect(self.show)
         self.runner.changed.connect(self.show)
-        self.attempts.arrived.connect(session.instant.tell_soon)
+        self.trials.arrived.connect(session.instant.tell_soon)
         for changed in (session.runs.active_changed, selected, docks.workspace_changed):
             changed.connect(self.runner.make_clouds_soon)
         self.series.changed.connect(self.show_series)
-        for presenter in (self.attempts, self.series):
+        for presenter in (self.trials, self.series):
             presenter.changed.connect(context.actions.refresh_soon)
         session.track.settings_changed.connect(self._on_settings)
         session.judging.judged.connect(self.show)
@@ -89,7 +89,7 @@ class TuneController(QObject):
         selected.connect(self.show)
         session.document.frame_changed.connect(self.show)
         docks.workspace_changed.connect(self._on_workspace)
-        docks.dock("attempts").visibilityChanged.connect(self.show)
+        docks.dock("trials").visibilityChanged.connect(self.show)
         session.leaving.connect(self.stop)
         context.tasks.watch(self.settled)
 
@@ -102,7 +102,7 @@ class TuneController(QObject):
 
     def settled(self) -> bool:
         """Whether everything that was changed has been tried."""
-        return self.attempts.settled() and not self.series.running
+        return self.trials.settled() and not self.series.running
 
     def stretch(self) -> range:
         """Frames to try on: the selection, else what is visible, else two seconds here."""
@@ -128,8 +128,8 @@ class TuneController(QObject):
 
     def selected(self) -> RunEntry | None:
         """The trial that is selected in the table; else the newest."""
-        attempts, chosen = self.attempts.entries, self._entry(self.panel.row)
-        return chosen if chosen in attempts else (attempts[-1] if attempts else None)
+        trials, chosen = self.trials.entries, self._entry(self.panel.row)
+        return chosen if chosen in trials else (trials[-1] if trials else None)
 
     def with_selected(self, do: Callable[[RunEntry], None]) -> None:
         """Do something with the selected trial, where there is one."""
@@ -140,8 +140,8 @@ class TuneController(QObject):
     def _entries(self) -> tuple[RunEntry, ...]:
         """The run and its trials, as the table has them."""
         run = self._session.runs.active
-        attempts = tuple(entry for entry in self.attempts.entries if entry is not run)
-        return (run, *attempts) if run is not None else attempts
+        trials = tuple(entry for entry in self.trials.entries if entry is not run)
+        return (run, *trials) if run is not None else trials
 
     def _entry(self, row: int) -> RunEntry | None:
         entries = self._entries()
@@ -150,7 +150,7 @@ class TuneController(QObject):
     def _to_prepare(self) -> Trial | None:
         """What is going to be tried, if nothing else is being done."""
         idle = self.active and self.settled() and not self._session.track.running
-        return self.attempts.wanted() if idle and self.attempts.base() is not None else None
+        return self.trials.wanted() if idle and self.trials.base() is not None else None
 
     # ---- showing
 
@@ -160,17 +160,17 @@ class TuneController(QObject):
         context, panel = self._context, self.panel
         if not panel.isVisible() or context.session.document.recording is None:
             return
-        running, stretch = self.attempts.running, self.stretch()
+        running, stretch = self.trials.running, self.stretch()
         how = ". Select others in the timeline with Shift+drag."
         if context.view_state.selection:
             how = ", as selected in the timeline."
         frames = f"Frames {stretch.start} to {stretch.stop - 1}{how}" if len(stretch) else ""
-        panel.show_words(self.attempts.words(), frames)
+        panel.show_words(self.trials.words(), frames)
         done = (0, 0) if running is None else (len(running.frames), len(running.wanted))
         panel.show_progress(*done)
         run, *others = self._entries() or (None,)
-        known, changes = context.session.judging.all(), self.attempts.changes
-        panel.show_table(*attempt_table(run, others, known, self._against, changes))
+        known, changes = context.session.judging.all(), self.trials.changes
+        panel.show_table(*trial_table(run, others, known, self._against, changes))
 
     @Slot()
     def show_series(self) -> None:
@@ -188,7 +188,7 @@ class TuneController(QObject):
         if self._compared == "thesis":
             base, against = preset("thesis"), "thesis"
         elif self._compared == "run":
-            run = self.attempts.base()
+            run = self.trials.base()
             settings = settings_of(run) if run is not None else None
             if settings is not None:
                 base, against = settings, "run"
@@ -212,22 +212,22 @@ class TuneController(QObject):
             self.show_settings()
         self._context.actions.refresh_soon()
         if self.active:
-            if self.attempts.live:
+            if self.trials.live:
                 self._mark()
-            self.attempts.on_settings()
-        elif self.attempts.running is not None:
-            self.attempts.cancel()
+            self.trials.on_settings()
+        elif self.trials.running is not None:
+            self.trials.cancel()
 
     @Slot()
     def _on_workspace(self) -> None:
         if not self.active:
-            self.attempts.cancel()
+            self.trials.cancel()
         self.show()
 
     def toggle_live(self) -> None:
         """Try changes at once, or only when asked to."""
-        self.attempts.live = not self.attempts.live
-        self._context.settings.setValue("tune/live", self.attempts.live)
+        self.trials.live = not self.trials.live
+        self._context.settings.setValue("tune/live", self.trials.live)
         self.show()
 
     def compare_with(self, entry: RunEntry | None) -> None:
@@ -266,7 +266,7 @@ class TuneController(QObject):
 
     def offer(self, actions: ActionRegistry) -> None:
         """Put the commands where they are needed."""
-        self.panel.set_actions([actions.action(name) for name in _ATTEMPT_BUTTONS])
+        self.panel.set_actions([actions.action(name) for name in _TRIAL_BUTTONS])
         self.parameters.set_menu([actions.action(name) for name in _PRESET_BUTTONS])
 
     def search_parameters(self) -> None:
@@ -278,5 +278,5 @@ class TuneController(QObject):
         """End everything, as another recording comes or the window closes; waits for nothing."""
         self._against = None
         self.runner.cancel()
-        self.attempts.stop()
+        self.trials.stop()
         self.series.clear()

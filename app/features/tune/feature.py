@@ -26,7 +26,7 @@ def register(context: Context) -> TuneController:
             "Tune",
             "Change settings, run trials on a stretch of frames, and compare them.",
             "settings",
-            side=(("parameters",), ("attempts", "series", "comparison", "runs", "inside")),
+            side=(("parameters",), ("trials", "series", "comparison", "runs", "inside")),
             bottom=("plot", "timeline"),
             side_share=0.40,
             bottom_heights=(165, 150),
@@ -47,57 +47,57 @@ def _commands(session: Session, tuning: TuneController) -> list[Command]:
     def no_try() -> str:
         return session.no_depth() or session.tracker_works()
 
-    def no_attempt() -> str:
-        return "" if tuning.attempts.entries else "There is no trial. Change a parameter first."
+    def no_trial() -> str:
+        return "" if tuning.trials.entries else "There is no trial. Change a parameter first."
 
     def unfinished() -> str:
         selected = tuning.selected()
-        if selected is not None and selected is tuning.attempts.running:
+        if selected is not None and selected is tuning.trials.running:
             return "This trial is still running. Wait for it to finish."
-        return no_attempt()
+        return no_trial()
 
     return [
         Command(
-            "attempt_now", _MENU, "Run trial", "Track the selected frames with the present "
+            "trial_now", _MENU, "Run trial", "Track the selected frames with the present "
             "settings and show the result beside the run.",
-            tuning.attempts.try_now, "F9", "iterate", no_try,
+            tuning.trials.try_now, "F9", "iterate", no_try,
         ),
         Command(
-            "attempt_live", _MENU, "Run trials automatically", "In the Tune workspace, track the "
+            "trial_live", _MENU, "Run trials automatically", "In the Tune workspace, track the "
             "selected frames again shortly after each parameter change.", tuning.toggle_live,
-            checked=lambda: tuning.attempts.live,
+            checked=lambda: tuning.trials.live,
         ),
         Command(
-            "attempt_use", _MENU, "Use trial settings",
+            "trial_use", _MENU, "Use trial settings",
             "Use the settings of the selected trial from now on.",
-            partial(chosen, tuning.use_settings_of), "Ctrl+F9", "settings", no_attempt,
+            partial(chosen, tuning.use_settings_of), "Ctrl+F9", "settings", no_trial,
             section=True,
         ),
         Command(
-            "attempt_run", _MENU, "Make trial the active run",
+            "trial_run", _MENU, "Make trial the active run",
             "Make the selected trial the active run, for "
-            "the frames it covers.", partial(chosen, tuning.attempts.make_run), "Alt+F9", "model",
+            "the frames it covers.", partial(chosen, tuning.trials.make_run), "Alt+F9", "model",
             unfinished,
         ),
         Command(
-            "attempt_compare", _MENU, "Use as baseline trial",
+            "trial_compare", _MENU, "Use as baseline trial",
             "Show the differences of all trials from "
             "the selected one.", partial(chosen, tuning.compare_with), "Shift+F9", "compare",
             unfinished,
         ),
         Command(
-            "attempt_adopt", _MENU, "Save trial as preset …",
+            "trial_adopt", _MENU, "Save trial as preset …",
             "Save the settings of the selected trial as a preset of the project.",
             partial(chosen, tuning.presets.adopt), "Ctrl+Shift+F9", "accept",
-            lambda: no_attempt() or session.no_edit(),
+            lambda: no_trial() or session.no_edit(),
         ),
         Command(
-            "attempt_dismiss", _MENU, "Discard trial", "Discard the selected trial.",
-            partial(chosen, tuning.attempts.dismiss), "Alt+Del", "delete", no_attempt, section=True,
+            "trial_dismiss", _MENU, "Discard trial", "Discard the selected trial.",
+            partial(chosen, tuning.trials.dismiss), "Alt+Del", "delete", no_trial, section=True,
         ),
         Command(
-            "attempt_dismiss_all", _MENU, "Discard all trials", "Discard all trials.",
-            tuning.attempts.dismiss_all, "Alt+Shift+Del", "delete", no_attempt,
+            "trial_dismiss_all", _MENU, "Discard all trials", "Discard all trials.",
+            tuning.trials.dismiss_all, "Alt+Shift+Del", "delete", no_trial,
         ),
         Command(
             "parameter_search", _MENU, "Search parameters", "Search parameters by name or "

@@ -56,9 +56,9 @@ def summary_of(judgement: Judgement, frames: IntArray | None = None) -> Summary:
     )
 
 
-def attempt_table(
+def trial_table(
     run: RunEntry | None,
-    attempts: Sequence[RunEntry],
+    trials: Sequence[RunEntry],
     judgements: Mapping[RunEntry, Judgement],
     against: RunEntry | None,
     changes: Callable[[RunEntry], str],
@@ -76,11 +76,11 @@ def attempt_table(
     changes : callable
         What a trial changed, in words.
     """
-    entries = [entry for entry in (run, *attempts) if entry is not None]
+    entries = [entry for entry in (run, *trials) if entry is not None]
     chosen = against if against in entries and against in judgements else run
     other = judgements.get(chosen) if chosen is not None else None
     truth = all(j.measure == "error" for e in entries if (j := judgements.get(e)) is not None)
-    tried = [_frames(judgements.get(entry)) for entry in attempts]
+    tried = [_frames(judgements.get(entry)) for entry in trials]
     common = np.unique(np.concatenate([np.empty(0, dtype=np.int64), *tried]))
     headings = _ERROR if truth else _SIGMA
     rows: list[CellRow] = []
@@ -101,7 +101,7 @@ def attempt_table(
             for value, a, b, digits in zip(values, here, there, (*ones, 0), strict=True)
         ]
         rows.append((Cell(name, name, bold=is_run), *numbers))
-    return headings, rows if attempts else []
+    return headings, rows if trials else []
 
 
 def _values(judgement: Judgement | None, frames: IntArray, truth: bool) -> tuple[float, ...]:

@@ -14,9 +14,9 @@ from ...session.judgement import MEASURED_LIMBS, Judgement, judged
 from ...session.runs import RunEntry
 from ...session.session import Session
 from ...widgets.plots.small_multiples import Multiple
-from .attempts import AttemptPresenter, entry_of, with_unit
 from .numbers import Summary, summary_of
 from .runner import TrialRunner, Trials
+from .trials import TrialPresenter, entry_of, with_unit
 
 
 @dataclass(eq=False)
@@ -48,7 +48,7 @@ class SeriesPresenter(QObject):
     ----------
     session : Session
     runner : TrialRunner
-    attempts : AttemptPresenter
+    trials : TrialPresenter
         Knows the run that all are compared with.
 
     Attributes
@@ -64,14 +64,14 @@ class SeriesPresenter(QObject):
     changed = Signal()
     """There are more frames, or another value is shown."""
 
-    def __init__(self, session: Session, runner: TrialRunner, attempts: AttemptPresenter) -> None:
+    def __init__(self, session: Session, runner: TrialRunner, trials: TrialPresenter) -> None:
         super().__init__()
-        self._session, self._runner, self._attempts = session, runner, attempts
+        self._session, self._runner, self._presenter = session, runner, trials
         self.row: ParameterRow | None = None
         self.tried: tuple[Tried, ...] = ()
         self.shown: int | None = None
         self._trials: Trials | None = None
-        attempts.begins.connect(self.cancel)
+        trials.begins.connect(self.cancel)
 
     # ---- facts
 
@@ -102,10 +102,10 @@ class SeriesPresenter(QObject):
     def begin(self, row: ParameterRow, values: Sequence[Value], settings: Settings) -> None:
         """Track the stretch with each value; what was tried before is forgotten."""
         self.clear()
-        self._attempts.cancel()
+        self._presenter.cancel()
         tracked, tried = [], []
         for value in values:
-            trial = self._attempts.trial(settings.replaced(**{row.name: value}), "")
+            trial = self._presenter.trial(settings.replaced(**{row.name: value}), "")
             if trial is None:
                 return
             entry = entry_of(self._session, with_unit(row.name, value, row.unit), trial)

@@ -252,8 +252,8 @@ _TIP = (
 )
 
 
-class AttemptsPanel(QWidget):
-    """A row for the run and for each attempt."""
+class TrialsPanel(QWidget):
+    """A row for the run and for each trial."""
 
     chosen = Signal(int)
     """Row that a person has selected; -1 for none."""

@@ -1,1 +1,1 @@
-"""What a stretch would look like with other parameters: clouds that are kept, and attempts."""
+"""What a stretch would look like with other parameters: clouds that are kept, and trials."""

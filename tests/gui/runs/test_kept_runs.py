@@ -171,10 +171,10 @@ def test_a_name_that_another_run_has_is_refused(tracking, qtbot):
     assert tracking.features.track.panel.tree.topLevelItem(1).text(0) == "two"
 
 
-def test_attempts_and_files_are_kept_only_when_that_is_asked_for(tracking, qtbot):
+def test_trials_and_files_are_kept_only_when_that_is_asked_for(tracking, qtbot):
     opened = add_run(tracking, "from a file")
-    attempt = finished(tracking, "attempt")
-    attempt.kind = "attempt"
+    trial = finished(tracking, "trial")
+    trial.kind = "trial"
     settle(tracking, qtbot)
     assert kept(tracking) == []
     tracking.context.session.runs.activate(opened)
@@ -182,10 +182,10 @@ def test_attempts_and_files_are_kept_only_when_that_is_asked_for(tracking, qtbot
     settle(tracking, qtbot)
     assert kept(tracking) == ["from a file"]
     assert tracking.features.track.why_not_keep() == "The run is already stored in the project."
-    attempt.kind = "run"
+    trial.kind = "run"
     tracking.context.session.runs.tell()
     settle(tracking, qtbot)
-    assert kept(tracking) == ["from a file", "attempt"]
+    assert kept(tracking) == ["from a file", "trial"]
 
 
 def test_a_run_that_ends_when_the_window_closes_is_kept(tracking, qtbot):

@@ -1,4 +1,4 @@
-"""A window with a short stored run, so that attempts have something to begin with."""
+"""A window with a short stored run, so that trials have something to begin with."""
 
 import pytest
 

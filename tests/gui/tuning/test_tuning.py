@@ -40,10 +40,10 @@ def trigger(window, name):
 
 
 def tried(window, qtbot, name="sigma_joint", text="25"):
-    """An attempt with one other value."""
+    """A trial with one other value."""
     typed(window, name, text)
     qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
-    return window.features.tune.attempts.entries[-1]
+    return window.features.tune.trials.entries[-1]
 
 
 @contextmanager
@@ -57,21 +57,21 @@ def standing_still(window):
 
 
 def names(window):
-    return [entry.name for entry in window.features.tune.attempts.entries]
+    return [entry.name for entry in window.features.tune.trials.entries]
 
 
-def test_an_edit_by_keys_leads_to_an_attempt_beside_the_run(tuning, qtbot, quick_run_file):
+def test_an_edit_by_keys_leads_to_a_trial_beside_the_run(tuning, qtbot, quick_run_file):
     run = tuning.context.session.runs.active
     typed(tuning, "sigma_joint", "25")
-    assert tuning.features.tune.attempts.waits, "a moment passes before the tracker starts"
+    assert tuning.features.tune.trials.waits, "a moment passes before the tracker starts"
     assert "tracking" in tuning.features.tune.panel.words.text()
     qtbot.waitUntil(tuning.context.tasks.settled, timeout=60_000)
-    (attempt,) = tuning.features.tune.attempts.entries
+    (trial,) = tuning.features.tune.trials.entries
     assert tuning.context.session.runs.active is run
-    assert (attempt.name, attempt.kind) == ("trial 1", "attempt")
-    assert sorted(attempt.frames) == list(range(8)) == list(tuning.context.docks.timeline.selection)
-    assert attempt.settings.tracking.sigma_joint == 25.0
-    assert attempt.origin.spec.seed == read_run(quick_run_file).meta["seed"] == 2
+    assert (trial.name, trial.kind) == ("trial 1", "trial")
+    assert sorted(trial.frames) == list(range(8)) == list(tuning.context.docks.timeline.selection)
+    assert trial.settings.tracking.sigma_joint == 25.0
+    assert trial.origin.spec.seed == read_run(quick_run_file).meta["seed"] == 2
     styles = {curve.name: curve.style for curve in tuning.features.review.plot.plot.shown_curves}
     assert styles[run.name] == "solid" != styles["trial 1"]
     model = tuning.features.tune.panel.model
@@ -84,7 +84,7 @@ def test_an_edit_by_keys_leads_to_an_attempt_beside_the_run(tuning, qtbot, quick
 def test_the_same_settings_are_not_tried_twice_and_the_run_s_own_not_at_all(tuning, qtbot):
     before = tuning.context.session.track.settings
     tried(tuning, qtbot)
-    trigger(tuning, "attempt_now")
+    trigger(tuning, "trial_now")
     assert names(tuning) == ["trial 1"]
     typed(tuning, "sigma_joint", f"{before.tracking.sigma_joint:g}")
     qtbot.waitUntil(tuning.context.tasks.settled, timeout=60_000)
@@ -94,7 +94,7 @@ def test_the_same_settings_are_not_tried_twice_and_the_run_s_own_not_at_all(tuni
 
 @unix
 def test_a_further_edit_ends_the_trial_in_progress(tuning, qtbot):
-    trials = tuning.features.tune.attempts
+    trials = tuning.features.tune.trials
     with standing_still(tuning):
         for text in ("25", "30", "35"):
             typed(tuning, "sigma_joint", text)
@@ -108,7 +108,7 @@ def test_a_further_edit_ends_the_trial_in_progress(tuning, qtbot):
 
 @unix
 def test_a_trial_takes_the_place_of_a_series(tuning, qtbot):
-    series, trials = tuning.features.tune.series, tuning.features.tune.attempts
+    series, trials = tuning.features.tune.series, tuning.features.tune.trials
     settings = tuning.context.session.track.settings
     row = next(one for one in settings.rows() if one.name == "sigma_joint")
     with standing_still(tuning):
@@ -122,13 +122,13 @@ def test_a_trial_takes_the_place_of_a_series(tuning, qtbot):
     assert len(trial.frames) == 8
 
 
-def test_attempts_stay_until_dismissed_one_or_all(tuning, qtbot):
+def test_trials_stay_until_dismissed_one_or_all(tuning, qtbot):
     for text in ("20", "25", "30"):
         tried(tuning, qtbot, text=text)
     assert names(tuning) == ["trial 1", "trial 2", "trial 3"]
     tuning.features.tune.panel.table.selectRow(2)
     tuning.features.tune.panel.table.setFocus()
-    trigger(tuning, "attempt_dismiss")
+    trigger(tuning, "trial_dismiss")
     assert names(tuning) == ["trial 1", "trial 3"]
     qtbot.waitUntil(tuning.context.tasks.settled)
     assert {c.name for c in tuning.features.review.plot.plot.shown_curves} == {
@@ -136,19 +136,19 @@ def test_attempts_stay_until_dismissed_one_or_all(tuning, qtbot):
         "trial 1",
         "trial 3",
     }
-    trigger(tuning, "attempt_dismiss_all")
+    trigger(tuning, "trial_dismiss_all")
     assert names(tuning) == []
     qtbot.waitUntil(tuning.context.tasks.settled)
     assert {c.name for c in tuning.features.review.plot.plot.shown_curves} == {"quick"}
 
 
-def test_differences_are_from_the_run_or_from_any_attempt(tuning, qtbot):
+def test_differences_are_from_the_run_or_from_any_trial(tuning, qtbot):
     for text in ("20", "30"):
         tried(tuning, qtbot, text=text)
     table, model = tuning.features.tune.panel.table, tuning.features.tune.panel.model
     from_run = [model.cell(k, 1).text for k in range(3)]
     table.selectRow(1)
-    trigger(tuning, "attempt_compare")
+    trigger(tuning, "trial_compare")
     from_first = [model.cell(k, 1).text for k in range(3)]
     assert model.cell(1, 0).text.startswith("◆ trial 1")
     assert "(" not in from_first[1]
@@ -158,22 +158,22 @@ def test_differences_are_from_the_run_or_from_any_attempt(tuning, qtbot):
     )
 
 
-def test_an_attempt_becomes_the_run(tuning, qtbot):
-    attempt = tried(tuning, qtbot)
-    trigger(tuning, "attempt_run")
-    assert tuning.context.session.runs.active is attempt
+def test_a_trial_becomes_the_run(tuning, qtbot):
+    trial = tried(tuning, qtbot)
+    trigger(tuning, "trial_run")
+    assert tuning.context.session.runs.active is trial
     assert names(tuning) == []
     qtbot.waitUntil(tuning.context.tasks.settled, timeout=60_000)
-    np.testing.assert_array_equal(attempt.run().frame, np.arange(8))
-    assert attempt.run().meta["parameters"]["sigma_joint"] == 25.0
+    np.testing.assert_array_equal(trial.run().frame, np.arange(8))
+    assert trial.run().meta["parameters"]["sigma_joint"] == 25.0
 
 
-def test_an_attempt_is_adopted_as_a_preset_of_the_project(tuning, qtbot, tmp_path):
-    attempt = tried(tuning, qtbot)
+def test_a_trial_is_adopted_as_a_preset_of_the_project(tuning, qtbot, tmp_path):
+    trial = tried(tuning, qtbot)
     typed(tuning, "sigma_joint", "40")
-    tuning.features.tune.attempts.cancel()
+    tuning.features.tune.trials.cancel()
     tuning.features.tune.panel.table.selectRow(1)
-    trigger(tuning, "attempt_adopt")
+    trigger(tuning, "trial_adopt")
     dialog = tuning.findChild(NameDialog)
     save = dialog.buttons.button(dialog.buttons.StandardButton.Save)
     assert not save.isEnabled(), "a preset needs a name"
@@ -184,14 +184,12 @@ def test_an_attempt_is_adopted_as_a_preset_of_the_project(tuning, qtbot, tmp_pat
     QTest.mouseClick(save, Qt.MouseButton.LeftButton)
     shelf = tuning.features.tune.presets.shelf
     assert shelf.own == ("wide joints",)
-    assert (
-        shelf.settings("wide joints") == attempt.settings == tuning.context.session.track.settings
-    )
+    assert shelf.settings("wide joints") == trial.settings == tuning.context.session.track.settings
     assert tuning.features.tune.parameters.preset_box.currentText() == "wide joints"
     assert not tuning.context.session.track.differs_from_preset
     path = tmp_path / "wide.toml"
     tuning.features.tune.presets.write_file(path)
-    assert preset(str(path)) == attempt.settings
+    assert preset(str(path)) == trial.settings
     trigger(tuning, "preset_delete")
     assert shelf.own == ()
     tuning.features.tune.presets.take_file(path)
@@ -277,7 +275,7 @@ def test_values_of_one_parameter_beside_each_other(tuning, qtbot):
     QTest.mouseClick(panel.multiples, Qt.MouseButton.LeftButton, pos=area)
     assert series.shown == 2
     assert series.tried[1].entry not in tuning.context.session.runs.entries
-    tuning.features.tune.attempts.live = False
+    tuning.features.tune.trials.live = False
     QTest.mouseDClick(panel.multiples, Qt.MouseButton.LeftButton, pos=area)
     assert tuning.context.session.track.settings.tracking.sigma_joint == 45.0
     assert series.tried[2].entry not in tuning.context.session.runs.entries
@@ -286,6 +284,6 @@ def test_values_of_one_parameter_beside_each_other(tuning, qtbot):
 
 def test_closing_while_trying_ends_the_threads(tuning, qtbot):
     typed(tuning, "sigma_joint", "25")
-    qtbot.waitUntil(lambda: tuning.features.tune.attempts.running is not None, timeout=10_000)
+    qtbot.waitUntil(lambda: tuning.features.tune.trials.running is not None, timeout=10_000)
     tuning.close()
     assert tuning.features.tune.settled()

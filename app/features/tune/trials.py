@@ -28,7 +28,7 @@ _PAUSE_MS = 100
 _NAMED = 2
 
 
-class AttemptPresenter(QObject):
+class TrialPresenter(QObject):
     """Trials as entries of the list of runs, drawn beside the active run until dismissed.
 
     Parameters
@@ -68,7 +68,7 @@ class AttemptPresenter(QObject):
     @property
     def entries(self) -> tuple[RunEntry, ...]:
         """Trials that are shown, the oldest first; those that were made runs are none."""
-        return tuple(e for e in self._runs.entries if e in self._made and e.kind == "attempt")
+        return tuple(e for e in self._runs.entries if e in self._made and e.kind == "trial")
 
     def changes(self, entry: RunEntry) -> str:
         """What a trial changed, in words."""
@@ -141,7 +141,7 @@ class AttemptPresenter(QObject):
         """End the trial in progress, and forget it."""
         entry = self._leave()
         if entry is not None:
-            self._number -= entry.kind == "attempt"
+            self._number -= entry.kind == "trial"
             self._runs.remove(entry)
 
     def dismiss(self, entry: RunEntry | None) -> None:
@@ -183,7 +183,7 @@ class AttemptPresenter(QObject):
             return "These are the settings of the run. Change a parameter to see its effect."
         pose = trial.start.pose if trial.start is not None else None
         for entry in self._runs.entries:
-            if entry is self.running or entry not in self._made or entry.kind != "attempt":
+            if entry is self.running or entry not in self._made or entry.kind != "trial":
                 continue
             other = self._made[entry][0]
             begun = other.start.pose if other.start is not None else None
@@ -294,7 +294,7 @@ def entry_of(session: Session, name: str, trial: Trial) -> RunEntry:
     lengths = proportions_of(recording.subject if recording is not None else None)
     body = body_model(lengths, trial.settings.body)
     preset = trial.spec.preset
-    return RunEntry(name, preset, trial.settings, body, trial.stretch, kind="attempt")
+    return RunEntry(name, preset, trial.settings, body, trial.stretch, kind="trial")
 
 
 def _changes_in_words(old: Settings | None, new: Settings) -> str:
