@@ -25,7 +25,7 @@ from stereotrack_core.version import __version__ as __version__
 if TYPE_CHECKING:
     from stereotrack_core.annotation.fit.fit import fit_reference as fit_reference
     from stereotrack_core.depth.chain import DepthChain as DepthChain
-    from stereotrack_core.evaluation.episodes.find import failures as failures
+    from stereotrack_core.evaluation.failure_segments.find import failures as failures
     from stereotrack_core.evaluation.summary import evaluate as evaluate
     from stereotrack_core.interop.labels import read_clicks as read_clicks
     from stereotrack_core.interop.run_file import read_run as read_run
@@ -47,7 +47,7 @@ _HOMES = {
     "Project": "project.project",
     "RunSpec": "tracking.run_spec",
     "evaluate": "evaluation.summary",
-    "failures": "evaluation.episodes.find",
+    "failures": "evaluation.failure_segments.find",
     "fit_reference": "annotation.fit.fit",
     "open_recording": "recording.folder",
     "preset": "tracking.presets",

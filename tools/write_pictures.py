@@ -35,7 +35,7 @@ def main(demo: Path, docs: Path) -> int:
     done = _picture(places.recording, runs[-1:], "track", docs / "workbench.png")
     done = _picture(places.recording, runs, "tune", docs / "comparison.png", "comparison") and done
     done = (
-        _picture(places.recording, runs[::-1], "review", docs / "review.png", "episodes") and done
+        _picture(places.recording, runs[::-1], "review", docs / "review.png", "failures") and done
     )
     done = _report_page(places.recording, runs[0], docs / "report.png") and done
     return 0 if done else 1

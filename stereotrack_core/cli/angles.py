@@ -38,9 +38,9 @@ from stereotrack_core.evaluation.joint_angles.motion import (
     range_of_motion,
 )
 from stereotrack_core.evaluation.joint_angles.series import JointAngles, angles_of_trajectory
-from stereotrack_core.recording.csv_table import Table, number
 from stereotrack_core.recording.selection import asked_frames
 from stereotrack_core.report.run_tables import range_table, side_table
+from stereotrack_core.tables import Table, number
 
 DESCRIPTION = (
     "Compute joint angles following the recommendations of the International Society of "

@@ -22,8 +22,8 @@ from stereotrack_core.experiments.benchmark.speed import (
     correction_speed,
     growth,
 )
-from stereotrack_core.recording.csv_table import Table, number
 from stereotrack_core.recording.folder import open_recording
+from stereotrack_core.tables import Table, number
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.window import Window
 

@@ -32,17 +32,17 @@ from stereotrack_core.experiments.benchmark.accuracy import ABLATIONS, Row, Scor
 from stereotrack_core.experiments.benchmark.annotation import CASES, AnnotationScore, annotated
 from stereotrack_core.experiments.benchmark.growth import Cost, cost_of_points, cost_of_views
 from stereotrack_core.experiments.benchmark.speed import chain_speed, exponent
-from stereotrack_core.recording.csv_table import (
+from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.folder import open_recordings
+from stereotrack_core.recording.reader import FrameReader
+from stereotrack_core.recording.selection import frames_within, seeds_of, usable_views, views_of
+from stereotrack_core.tables import (
     Table,
     csv_text,
     markdown_text,
     number,
     table_suffix,
 )
-from stereotrack_core.recording.description import Recording
-from stereotrack_core.recording.folder import open_recordings
-from stereotrack_core.recording.reader import FrameReader
-from stereotrack_core.recording.selection import frames_within, seeds_of, usable_views, views_of
 from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.presets import PRESETS, preset
 from stereotrack_core.tracking.run_spec import RunSpec

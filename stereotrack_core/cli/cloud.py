@@ -19,10 +19,10 @@ from stereotrack_core.cli.arguments import (
 from stereotrack_core.cli.output import OK, put_result, say
 from stereotrack_core.depth.chain import DepthChain
 from stereotrack_core.interop.ply import write_cloud
-from stereotrack_core.recording.csv_table import Table
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.recording.selection import usable_views, views_of
+from stereotrack_core.tables import Table
 from stereotrack_core.tracking.presets import preset
 
 DESCRIPTION = (

@@ -31,11 +31,11 @@ from stereotrack_core.evaluation.comparison.compare import (
     how_it_is_made,
     verdict,
 )
-from stereotrack_core.recording.csv_table import Table, number
 from stereotrack_core.recording.description import Segment
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.recording.selection import asked_frames
 from stereotrack_core.report.run_tables import measure_rows
+from stereotrack_core.tables import Table, number
 from stereotrack_core.tracking.frame import Run
 
 DESCRIPTION = (

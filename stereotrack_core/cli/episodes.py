@@ -23,20 +23,20 @@ from stereotrack_core.cli.progress import watched
 from stereotrack_core.cli.sources import recording_of_run, say_if_unfinished
 from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
-from stereotrack_core.evaluation.episodes.episode import (
+from stereotrack_core.evaluation.failure_segments.export import film_of, write_strips
+from stereotrack_core.evaluation.failure_segments.find import Subject, find_failures
+from stereotrack_core.evaluation.failure_segments.segment import (
     CAUSE_WORDS,
     Agreement,
-    Episode,
+    FailureSegment,
     agreement_of,
     limbs_words,
 )
-from stereotrack_core.evaluation.episodes.export import film_of, write_strips
-from stereotrack_core.evaluation.episodes.find import Subject, find_episodes
-from stereotrack_core.evaluation.episodes.stretches import EpisodeRules
+from stereotrack_core.evaluation.failure_segments.stretches import FailureRules
 from stereotrack_core.interop.run_file import read_run, read_trajectory
 from stereotrack_core.parameters import parsed_settings
-from stereotrack_core.recording.csv_table import Table
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
+from stereotrack_core.tables import Table
 from stereotrack_core.tracking.stored import fps_of_run
 
 DESCRIPTION = (
@@ -75,7 +75,7 @@ def run(args: Namespace) -> int:
     _check(args)
     subject = _subject(args)
     with watched("Detecting failures", "Nothing was written.") as (report, stopped):
-        every = find_episodes(subject, report, stopped)
+        every = find_failures(subject, report, stopped)
     chosen = _chosen(every, args)
     agreed = agreement_of(every) if subject.reference is not None else None
     if args.json:
@@ -111,7 +111,7 @@ def _check(args: Namespace) -> None:
 
 
 def _subject(args: Namespace) -> Subject:
-    rules = EpisodeRules().replaced(**parsed_settings(args.changes))
+    rules = FailureRules().replaced(**parsed_settings(args.changes))
     stored = read_run(args.run_file)
     say_if_unfinished(args.run_file, stored)
     recording = recording_of_run(args.recording, stored, "causes are classified from the run alone")
@@ -136,7 +136,7 @@ def _subject(args: Namespace) -> Subject:
     return Subject(stored, fps, reference, recording, rules, pictures=not args.no_pictures)
 
 
-def _chosen(every: Sequence[Episode], args: Namespace) -> list[Episode]:
+def _chosen(every: Sequence[FailureSegment], args: Namespace) -> list[FailureSegment]:
     return [
         e
         for e in every
@@ -147,7 +147,7 @@ def _chosen(every: Sequence[Episode], args: Namespace) -> list[Episode]:
 
 
 def _facts(
-    args: Namespace, subject: Subject, chosen: Sequence[Episode], agreed: Agreement | None
+    args: Namespace, subject: Subject, chosen: Sequence[FailureSegment], agreed: Agreement | None
 ) -> dict[str, Any]:
     facts: dict[str, Any] = {
         "run": args.run_file,
@@ -164,7 +164,7 @@ def _facts(
 
 
 def _table(
-    args: Namespace, subject: Subject, chosen: Sequence[Episode], agreed: Agreement | None
+    args: Namespace, subject: Subject, chosen: Sequence[FailureSegment], agreed: Agreement | None
 ) -> Table:
     rows = [
         (
@@ -187,14 +187,14 @@ def _table(
 
 
 def _heading(args: Namespace, count: int, agreed: Agreement | None) -> str:
-    """How many episodes there are, and how many of the run's are found without truth."""
+    """How many failures there are, and how many of the run's are found without truth."""
     heading = f"{counted(count, 'failure') if count else 'No failures'} in {args.run_file}"
     if agreed is None or not (agreed.true or agreed.called):
         return heading
     return f"{heading}; {agreed.words}"
 
 
-def _export(args: Namespace, subject: Subject, chosen: Sequence[Episode]) -> None:
+def _export(args: Namespace, subject: Subject, chosen: Sequence[FailureSegment]) -> None:
     recording = subject.recording
     if recording is None or (args.strips is None and args.video is None):
         return

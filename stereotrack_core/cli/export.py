@@ -33,7 +33,7 @@ from stereotrack_core.interop.sleap import write_sleap
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.setups import load_reference
 from stereotrack_core.project.whereabouts import SUFFIX
-from stereotrack_core.recording.csv_table import Table
+from stereotrack_core.tables import Table
 
 DESCRIPTION = (
     "Write clicks (csv, coco, slp, dlc), a trajectory (csv, trc, c3d, bvh) or joint angles "

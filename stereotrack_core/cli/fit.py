@@ -43,12 +43,12 @@ from stereotrack_core.geometry.camera_agreement import Disagreement
 from stereotrack_core.interop.labels import read_clicks
 from stereotrack_core.interop.reference_npz import check_reference_file, export_reference
 from stereotrack_core.parameters import parsed_settings
-from stereotrack_core.recording.csv_table import Table, number
 from stereotrack_core.recording.description import Recording, read_subject
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.recording.selection import asked_frames, frames_within, views_of
+from stereotrack_core.tables import Table, number
 
 DESCRIPTION = (
     "Fit the body to clicked landmarks with a forward and a backward pass over the frames, "

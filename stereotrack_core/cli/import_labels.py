@@ -17,8 +17,8 @@ from stereotrack_core.project.merging import Decision, clicks_of_project, incomi
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.setups import save_reference
 from stereotrack_core.project.whereabouts import SUFFIX
-from stereotrack_core.recording.csv_table import Table
 from stereotrack_core.recording.reader import FrameReader
+from stereotrack_core.tables import Table
 
 DESCRIPTION = (
     "Import labels made with another tool. Landmarks are matched by name; those without a "

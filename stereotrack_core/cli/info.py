@@ -11,12 +11,12 @@ from stereotrack_core.cli.arguments import JSON, RECORDING, flag
 from stereotrack_core.cli.output import OK, WRONG_INPUT, put, put_json, put_table, say
 from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
-from stereotrack_core.recording.csv_table import Table
 from stereotrack_core.recording.description import Recording, View
 from stereotrack_core.recording.detections import own_detections
 from stereotrack_core.recording.findings import Finding, examine
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.reader import FrameReader
+from stereotrack_core.tables import Table
 
 DESCRIPTION = (
     "Print what a recording contains and all problems found in it, with file, key and remedy. "

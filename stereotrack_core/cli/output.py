@@ -10,7 +10,7 @@ from typing import Any, TextIO
 
 from stereotrack_core.errors import visible
 from stereotrack_core.plain_data import plain
-from stereotrack_core.recording.csv_table import Table
+from stereotrack_core.tables import Table
 
 OK, FAILED, WRONG_INPUT = 0, 1, 2
 """Exit status: done; something else went wrong, or it was stopped; the user's input is wrong."""

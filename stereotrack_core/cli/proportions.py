@@ -24,11 +24,11 @@ from stereotrack_core.cli.output import OK, put_json, put_table, say
 from stereotrack_core.cli.progress import progress, stoppable
 from stereotrack_core.errors import Cancelled, InputError
 from stereotrack_core.interop.first_pose import first_pose
-from stereotrack_core.recording.csv_table import Table
 from stereotrack_core.recording.description import Recording, write_subject
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.recording.selection import frames_within, views_of
+from stereotrack_core.tables import Table
 from stereotrack_core.tracking.lengths_fit import (
     ESTIMATING_LENGTHS,
     LENGTH_FRAMES,

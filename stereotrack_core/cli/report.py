@@ -22,11 +22,11 @@ from stereotrack_core.interop.run_file import read_run
 from stereotrack_core.project.runs import kept_runs, load_run
 from stereotrack_core.project.setups import load_reference
 from stereotrack_core.project.whereabouts import SUFFIX
-from stereotrack_core.recording.csv_table import Table
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.selection import asked_frames
 from stereotrack_core.report.pages import repeat_command, write_page, write_pdf
 from stereotrack_core.report.reported import Reported, Source, gathered
+from stereotrack_core.tables import Table
 from stereotrack_core.tracking.frame import Run
 
 DESCRIPTION = (
@@ -168,7 +168,7 @@ def _tell(args: Namespace, reported: Reported) -> None:
         "report": args.output,
         "pdf": args.pdf,
         "frames": len(reported.source.run.frame),
-        "episodes": len(reported.episodes),
+        "episodes": len(reported.failures),
         "lost_percent": None if accuracy is None else 100.0 * accuracy.summary.lost,
     }
     known = {key: value for key, value in facts.items() if value is not None}

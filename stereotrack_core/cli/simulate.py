@@ -9,9 +9,9 @@ from stereotrack_core.cli.arguments import JSON, SEED, changes, option
 from stereotrack_core.cli.output import OK, put_result
 from stereotrack_core.cli.progress import progress, stoppable
 from stereotrack_core.parameters import parsed_settings
-from stereotrack_core.recording.csv_table import Table
 from stereotrack_core.simulation.make import simulate
 from stereotrack_core.simulation.rig import SceneOptions
+from stereotrack_core.tables import Table
 
 DESCRIPTION = (
     "Render a stereo recording of a simulated person, with the true landmarks as its "

@@ -32,11 +32,11 @@ from stereotrack_core.interop.run_file import (
     read_trajectory,
 )
 from stereotrack_core.project.project import Project
-from stereotrack_core.recording.csv_table import csv_text
 from stereotrack_core.recording.description import Recording, Segment, read_segments
 from stereotrack_core.recording.findings import check_size
 from stereotrack_core.recording.folder import describe, fingerprint, open_recording
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
+from stereotrack_core.tables import csv_text
 from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.stored import fps_of_run
 from stereotrack_core.tracking.unfinished import INCOMPLETE

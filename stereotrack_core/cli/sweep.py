@@ -30,8 +30,8 @@ from stereotrack_core.experiments.sweep.plan import SweepPlan, count_of, expecte
 from stereotrack_core.experiments.sweep.points import TRIALS, Point, SweepRequest, varied_names
 from stereotrack_core.experiments.sweep.run import PointSummary, SweepOutcome, SweepRun, summarised
 from stereotrack_core.experiments.sweep.store import SweepPlaces, SweepStore, stored_results
-from stereotrack_core.recording.csv_table import Table
 from stereotrack_core.recording.folder import open_recordings
+from stereotrack_core.tables import Table
 from stereotrack_core.worker_processes import usable_cores
 
 DESCRIPTION = (

@@ -31,10 +31,10 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.experiments.tracked_run import TrackedRun, steps, track_recording
 from stereotrack_core.interop.run_file import run_suffix, write_run
 from stereotrack_core.interop.run_journal import Wish, has_frames, part_of, read_unfinished
-from stereotrack_core.recording.csv_table import Table, number
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.findings import examine
 from stereotrack_core.recording.folder import open_recording
+from stereotrack_core.tables import Table, number
 from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.repeating import sameness

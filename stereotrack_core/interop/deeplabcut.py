@@ -17,7 +17,7 @@ from stereotrack_core.annotation.click import Click
 from stereotrack_core.atomic import write_files
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.label_source import Labels, LabelSource, checked_frame, frame_of
-from stereotrack_core.recording.csv_table import csv_text, read_cells
+from stereotrack_core.tables import csv_text, read_cells
 
 _NOT_IN_FILES = frozenset('/\\:*?"<>|').union(map(chr, range(32)))
 """Signs that some system does not allow in names, or takes for the way to another folder."""

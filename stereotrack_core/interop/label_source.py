@@ -11,8 +11,8 @@ from typing import TypeVar
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
-from stereotrack_core.recording.csv_table import LARGEST
 from stereotrack_core.recording.description import Recording
+from stereotrack_core.tables import LARGEST
 
 Item = TypeVar("Item")
 

@@ -20,9 +20,9 @@ from stereotrack_core.interop.deeplabcut import is_deeplabcut, read_deeplabcut
 from stereotrack_core.interop.label_source import Labels, LabelSource
 from stereotrack_core.interop.run_journal import PART_SUFFIX
 from stereotrack_core.interop.sleap import read_sleap
-from stereotrack_core.recording.csv_table import csv_text, read_cells, read_rows, whole_number
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.landmarks import LANDMARKS
+from stereotrack_core.tables import csv_text, read_cells, read_rows, whole_number
 
 _UNDERSTOOD = (
     "Supported files: clicks from .csv, DeepLabCut .csv, COCO keypoints .json and SLEAP .slp; "

@@ -16,8 +16,8 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.interop.npz import ArchiveFormat, ArrayLayout, archive_bytes, array_names
 from stereotrack_core.plain_data import Kind, check_kind
 from stereotrack_core.reading import MB, open_file, parsed_json
-from stereotrack_core.recording.csv_table import LARGEST as LAST_FRAME
 from stereotrack_core.recording.landmarks import write_landmarks
+from stereotrack_core.tables import LARGEST as LAST_FRAME
 
 _LAYOUT: dict[str, ArrayLayout] = {
     "frame": ArrayLayout("i", ("F",)),

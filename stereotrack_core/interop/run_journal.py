@@ -21,8 +21,8 @@ from stereotrack_core.depth.cloud import PointCounts
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.records import Record, RecordFile, read_records
 from stereotrack_core.reading import decoding
-from stereotrack_core.recording.csv_table import LARGEST as LAST_FRAME
 from stereotrack_core.recording.landmarks import LANDMARKS
+from stereotrack_core.tables import LARGEST as LAST_FRAME
 from stereotrack_core.tracking.estimate import Estimate, Prior
 from stereotrack_core.tracking.frame import Origin, TrackedFrame, cloudless
 from stereotrack_core.tracking.stored import check_meta

@@ -18,8 +18,8 @@ from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.npz import ArchiveFormat, ArrayLayout, archive_bytes
 from stereotrack_core.reading import MB, open_file, parsed_json
-from stereotrack_core.recording.csv_table import LARGEST as LAST_FRAME
 from stereotrack_core.recording.landmarks import LANDMARKS
+from stereotrack_core.tables import LARGEST as LAST_FRAME
 from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.stored import check_meta
 

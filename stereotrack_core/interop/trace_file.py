@@ -13,7 +13,7 @@ from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.skeleton import PARTS
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.npz import archive_bytes
-from stereotrack_core.recording.csv_table import csv_text
+from stereotrack_core.tables import csv_text
 from stereotrack_core.tracking.state import Belief
 from stereotrack_core.tracking.trace import REASONS, Correction, StepTrace
 

@@ -16,8 +16,8 @@ from stereotrack_core.arrays import FloatArray
 from stereotrack_core.atomic import write_file
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.landmark_file import checked_fps, landmark_columns, metres_per
-from stereotrack_core.recording.csv_table import guarded, read_cells, whole_number
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
+from stereotrack_core.tables import guarded, read_cells, whole_number
 
 _TRC_FROM_WORLD = [1, 2, 0]
 _WORLD_FROM_TRC = [2, 0, 1]

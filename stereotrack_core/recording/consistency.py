@@ -16,8 +16,8 @@ from stereotrack_core.errors import Finding, InputError
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.camera_agreement import disagreeing_camera
 from stereotrack_core.recording.camera_checks import view_cameras
-from stereotrack_core.recording.csv_table import read_rows, whole_number
 from stereotrack_core.recording.description import Recording
+from stereotrack_core.tables import read_rows, whole_number
 
 FILES: tuple[tuple[str, str], ...] = (
     ("clicks.csv", "landmark"),

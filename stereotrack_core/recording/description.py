@@ -12,9 +12,9 @@ import tomli_w
 from stereotrack_core.atomic import write_file
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
-from stereotrack_core.recording.csv_table import csv_text, read_rows, whole_number
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.recording.toml_table import Table, load_toml
+from stereotrack_core.tables import csv_text, read_rows, whole_number
 
 ViewKind: TypeAlias = Literal["stereo", "depth", "mono"]
 

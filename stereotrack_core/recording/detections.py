@@ -13,8 +13,8 @@ from stereotrack_core.arrays import FloatArray
 from stereotrack_core.atomic import write_file
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
-from stereotrack_core.recording.csv_table import csv_text, finite_number, read_rows
 from stereotrack_core.recording.description import Recording
+from stereotrack_core.tables import csv_text, finite_number, read_rows
 
 HEAD, LEFT_HAND, RIGHT_HAND, HAND = "head", "left_hand", "right_hand", "hand"
 

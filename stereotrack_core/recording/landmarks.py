@@ -11,8 +11,8 @@ import numpy as np
 from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.atomic import write_file
 from stereotrack_core.errors import InputError
-from stereotrack_core.recording.csv_table import csv_text, read_rows, whole_number
 from stereotrack_core.recording.toml_table import LARGEST
+from stereotrack_core.tables import csv_text, read_rows, whole_number
 
 LANDMARKS: tuple[str, ...] = (
     "left_shoulder",

@@ -10,8 +10,8 @@ import numpy as np
 
 from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.body.limbs import LIMBS
-from stereotrack_core.evaluation.episodes.episode import Episode
 from stereotrack_core.evaluation.errors import LimbErrors
+from stereotrack_core.evaluation.failure_segments.segment import FailureSegment
 from stereotrack_core.evaluation.limb_colours import LIMB_COLOURS
 from stereotrack_core.evaluation.summary import LOST_ANGLE
 from stereotrack_core.recording.description import Segment
@@ -70,7 +70,7 @@ _WIDTH, _HEIGHT = 9.0, 1.25
 def limb_curves(
     run: Run,
     errors: LimbErrors | None,
-    episodes: Sequence[Episode],
+    failures: Sequence[FailureSegment],
     segments: Sequence[Segment],
     kind: Kind = "svg",
 ) -> bytes:
@@ -78,7 +78,7 @@ def limb_curves(
 
     With a reference: the error, and what the run states to be its standard deviation. Without
     one: the standard deviation, and the probability that the limb is lost on the right axis.
-    Episodes are shaded; segments are named above.
+    Failures are shaded; segments are named above.
     """
     figure, axes = drawn_axes(len(_ORDER), 1, _WIDTH, _HEIGHT * len(_ORDER) + 0.5)
     highest = _highest(run, errors)
@@ -93,9 +93,9 @@ def limb_curves(
             degrees = np.degrees(errors.of_limb(limb))
             ax.plot(*_with_gaps(errors.frame, degrees), color=colour, linewidth=1.4)
             ax.axhline(float(np.degrees(LOST_ANGLE)), color="#57606a", linewidth=0.7, linestyle=":")
-        for episode in episodes:
-            if limb in episode.limbs:
-                ax.axvspan(episode.first, episode.last + 1, color="#f3d9c9", linewidth=0, zorder=0)
+        for failure in failures:
+            if limb in failure.limbs:
+                ax.axvspan(failure.first, failure.last + 1, color="#f3d9c9", linewidth=0, zorder=0)
         ax.set_title(limb.replace("_", " "), loc="left", fontsize=9)
         ax.set_ylim(0, highest)
         ax.set_ylabel("deg")

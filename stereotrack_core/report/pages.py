@@ -21,13 +21,13 @@ from stereotrack_core.atomic import write_file
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.errors import Finding, InputError
 from stereotrack_core.evaluation.accuracy import Accuracy, stated_means
-from stereotrack_core.evaluation.episodes.episode import FOUND_WORDS, limbs_words
+from stereotrack_core.evaluation.failure_segments.segment import FOUND_WORDS, limbs_words
 from stereotrack_core.evaluation.summary import LOST_ANGLE
 from stereotrack_core.recording.consistency import FILES
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.report import run_tables
 from stereotrack_core.report.drawing import Kind, limb_curves
-from stereotrack_core.report.reported import Reported, ShownEpisode
+from stereotrack_core.report.reported import Reported, ShownFailure
 from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.presets import PRESETS
 
@@ -70,9 +70,9 @@ _OF_CAMERAS = ("calibration", "camera", "view")
 def run_page(reported: Reported, kind: Kind = "svg", *, for_print: bool = False) -> str:
     """The whole report as HTML, its curves of this kind; see :func:`page`."""
     source, run, accuracy = reported.source, reported.source.run, reported.accuracy
-    shown = reported.episodes
+    shown = reported.failures
     errors = None if accuracy is None else accuracy.errors
-    episodes = [one.episode for one in shown]
+    failures = [one.failure for one in shown]
     return page(
         "run.html",
         f"Report on {source.name}",
@@ -85,8 +85,8 @@ def run_page(reported: Reported, kind: Kind = "svg", *, for_print: bool = False)
         subject=run.meta.get("subject"),
         preset=str(run.meta.get("preset") or ""),
         known_preset=str(run.meta.get("preset") or "") in PRESETS,
-        curves=embedded(limb_curves(run, errors, episodes, reported.segments, kind), kind),
-        found=FOUND_WORDS[shown[0].episode.found] if shown else "",
+        curves=embedded(limb_curves(run, errors, failures, reported.segments, kind), kind),
+        found=FOUND_WORDS[shown[0].failure.found] if shown else "",
         strips=[_strip(one) for one in shown if one.strip is not None],
         doubts=None if accuracy is None else accuracy.doubts,
         within_two=[] if accuracy is None else _within_two(run, accuracy),
@@ -117,7 +117,7 @@ def _lead(reported: Reported) -> str:
             "There is no reference, so the errors are unknown. The report shows the run's own "
             "failure probabilities instead."
         )
-    count = len(reported.episodes)
+    count = len(reported.failures)
     said.append(f"{count or 'No'} failure{'' if count == 1 else 's'} detected.")
     if run.meta.get("started_at_reference"):
         said.append(
@@ -126,13 +126,13 @@ def _lead(reported: Reported) -> str:
     return " ".join(said)
 
 
-def _strip(shown: ShownEpisode) -> dict[str, str]:
-    episode = shown.episode
-    words = limbs_words(episode.limbs)
+def _strip(shown: ShownFailure) -> dict[str, str]:
+    failure = shown.failure
+    words = limbs_words(failure.limbs)
     return {
         "source": embedded(shown.strip or b"", "jpeg"),
         "alt": f"Failure: {words}",
-        "caption": f"Frames {episode.first} to {episode.last}, {words}: {episode.verdict.words}.",
+        "caption": f"Frames {failure.first} to {failure.last}, {words}: {failure.verdict.words}.",
     }
 
 

@@ -12,10 +12,10 @@ import numpy as np
 from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.errors import Cancelled, Finding, InputError
 from stereotrack_core.evaluation.accuracy import Accuracy, accuracy_of
-from stereotrack_core.evaluation.episodes.episode import Episode
-from stereotrack_core.evaluation.episodes.export import strip_of
-from stereotrack_core.evaluation.episodes.find import Subject as Searched
-from stereotrack_core.evaluation.episodes.find import find_episodes
+from stereotrack_core.evaluation.failure_segments.export import strip_of
+from stereotrack_core.evaluation.failure_segments.find import Subject as Searched
+from stereotrack_core.evaluation.failure_segments.find import find_failures
+from stereotrack_core.evaluation.failure_segments.segment import FailureSegment
 from stereotrack_core.evaluation.joint_angles.motion import (
     StretchMotion,
     motion_of,
@@ -31,7 +31,7 @@ from stereotrack_core.tracking.repeating import what_differs
 from stereotrack_core.tracking.stored import fps_of_run
 
 MOST_STRIPS = 8
-"""Episodes that are shown in pictures: the longest ones."""
+"""Failures that are shown in pictures: the longest ones."""
 
 _QUALITY = 80
 
@@ -69,10 +69,10 @@ class Source:
 
 
 @dataclass(frozen=True)
-class ShownEpisode:
-    """An episode with its strip of pictures as a JPEG, where it has one."""
+class ShownFailure:
+    """A failure with its strip of pictures as a JPEG, where it has one."""
 
-    episode: Episode
+    failure: FailureSegment
     strip: bytes | None = None
 
 
@@ -88,7 +88,7 @@ class Reported:
     """About the recording."""
     accuracy: Accuracy | None
     """None without a reference."""
-    episodes: tuple[ShownEpisode, ...]
+    failures: tuple[ShownFailure, ...]
     motions: tuple[StretchMotion, ...]
     """Ranges of motion: all frames first, then every segment."""
     smoothing: str
@@ -103,7 +103,7 @@ def gathered(
     on_progress: Progress = lambda _share, _words: None,
     cancelled: Callable[[], bool] = lambda: False,
 ) -> Reported:
-    """Measure, look for episodes and draw their strips.
+    """Measure, look for failures and draw their strips.
 
     Raises InputError where the run has none of the frames, and Cancelled.
     """
@@ -121,7 +121,7 @@ def gathered(
         segments=segments,
         findings=findings,
         accuracy=accuracy,
-        episodes=_episodes(source, on_progress, cancelled),
+        failures=_failures(source, on_progress, cancelled),
         motions=range_of_motion(angles, motion, segments),
         smoothing=motion.words,
         differs=() if recording is None else what_differs(run, recording),
@@ -163,29 +163,29 @@ def _accuracy(source: Source, segments: Sequence[Segment]) -> Accuracy | None:
     return found if len(found.errors.frame) else None
 
 
-def _episodes(
+def _failures(
     source: Source, on_progress: Progress, cancelled: Callable[[], bool]
-) -> tuple[ShownEpisode, ...]:
+) -> tuple[ShownFailure, ...]:
     searched = Searched(source.run, source.fps, source.reference, source.recording)
-    found = find_episodes(
+    found = find_failures(
         searched, lambda share, words: on_progress(0.05 + 0.55 * share, words), cancelled
     )
     if source.reference is not None:
-        found = tuple(episode for episode in found if episode.found == "truth")
+        found = tuple(failure for failure in found if failure.found == "truth")
     recording = source.recording
     if recording is None:
-        return tuple(ShownEpisode(episode) for episode in found)
+        return tuple(ShownFailure(failure) for failure in found)
     longest = sorted(found, key=lambda e: e.first - e.last)[:MOST_STRIPS]
     shown = []
     with FrameReader(recording, read_ahead=0) as reader:
-        for i, episode in enumerate(found):
+        for i, failure in enumerate(found):
             if cancelled():
                 raise Cancelled
             on_progress(0.6 + 0.4 * i / len(found), "rendering failures")
             strip = None
-            if episode in longest:
-                strip = _jpeg(strip_of(searched, recording, episode, reader=reader))
-            shown.append(ShownEpisode(episode, strip))
+            if failure in longest:
+                strip = _jpeg(strip_of(searched, recording, failure, reader=reader))
+            shown.append(ShownFailure(failure, strip))
     return tuple(shown)
 
 

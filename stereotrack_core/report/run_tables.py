@@ -10,12 +10,12 @@ import numpy as np
 
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.evaluation.accuracy import Accuracy
-from stereotrack_core.evaluation.episodes.episode import CAUSE_WORDS, limbs_words
+from stereotrack_core.evaluation.failure_segments.segment import CAUSE_WORDS, limbs_words
 from stereotrack_core.evaluation.joint_angles.motion import StretchMotion
 from stereotrack_core.evaluation.summary import CALLED, Summary, root_mean
-from stereotrack_core.recording.csv_table import Table, number
 from stereotrack_core.recording.description import Recording, View
 from stereotrack_core.report.reported import Reported
+from stereotrack_core.tables import Table, number
 from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.repeating import changed_parameters
@@ -112,7 +112,7 @@ def tables(reported: Reported) -> dict[str, Table | None]:
         "cameras": _cameras(reported.source.recording),
         "errors": None if accuracy is None else error_table(accuracy),
         "segments": None if accuracy is None else segment_table(accuracy.segments),
-        "episodes": _episodes(reported),
+        "failures": _failures(reported),
         "honesty": _honesty(run),
         "motion": range_table(reported.motions[0]),
         "sides": side_table(reported.motions),
@@ -163,20 +163,20 @@ def _camera(recording: Recording, view: View) -> tuple[str, ...]:
     )
 
 
-def _episodes(reported: Reported) -> Table:
+def _failures(reported: Reported) -> Table:
     """Stretches in which limbs fail."""
     fps = reported.source.fps
     rows = []
-    for shown in reported.episodes:
-        episode = shown.episode
-        sure = episode.verdict.confidence
+    for shown in reported.failures:
+        failure = shown.failure
+        sure = failure.verdict.confidence
         rows.append(
             (
-                f"{episode.first}–{episode.last}",
-                f"{episode.first / fps:.1f}–{(episode.last + 1) / fps:.1f} s",
-                limbs_words(episode.limbs),
-                episode.peak_words,
-                CAUSE_WORDS[episode.verdict.cause] + (f" ({100.0 * sure:.0f} %)" if sure else ""),
+                f"{failure.first}–{failure.last}",
+                f"{failure.first / fps:.1f}–{(failure.last + 1) / fps:.1f} s",
+                limbs_words(failure.limbs),
+                failure.peak_words,
+                CAUSE_WORDS[failure.verdict.cause] + (f" ({100.0 * sure:.0f} %)" if sure else ""),
             )
         )
     return Table("", ("frames", "time", "limbs", ">peak", "probable cause"), rows)

@@ -7,7 +7,7 @@ import pytest
 
 from stereotrack_core.interop.run_npz import read_npz, write_npz
 from stereotrack_core.recording.landmarks import write_landmarks
-from tests.evaluation.episodes.runs import recorded
+from tests.evaluation.failure_segments.runs import recorded
 
 
 @pytest.fixture(scope="module")
@@ -32,10 +32,10 @@ def test_the_table_tells_frames_limbs_peak_and_cause(run, failing):
 
 def test_json_holds_the_evidence_and_how_well_signs_do(run, failing):
     told = run("episodes", failing / "run.npz", "--json", "--no-pictures").json
-    (episode,) = told["episodes"]
-    assert (episode["first"], episode["last"], episode["found"]) == (4, 9, "truth")
-    assert episode["limbs"] == ["left_forearm"]
-    assert {"cause", "confidence", "evidence"} <= set(episode["verdict"])
+    (failure,) = told["episodes"]
+    assert (failure["first"], failure["last"], failure["found"]) == (4, 9, "truth")
+    assert failure["limbs"] == ["left_forearm"]
+    assert {"cause", "confidence", "evidence"} <= set(failure["verdict"])
     assert told["without_truth"] == {
         "precision": None, "recall": 0.0, "true": 1, "found": 0, "called": 0, "right": 0,
     }  # fmt: skip
@@ -53,7 +53,7 @@ def test_filters_and_rules(run, failing):
     assert count("--set", "episode_least=1") == 0
 
 
-def test_no_episode_is_said_in_one_sentence(run, failing):
+def test_no_failure_is_said_in_one_sentence(run, failing):
     ended = run("episodes", failing / "run.npz", "--no-pictures", "--set", "episode_error=120")
     assert ended.status == 0
     assert ended.out == f"No failures in {failing / 'run.npz'}.\n"

@@ -12,7 +12,7 @@ import pytest
 from stereotrack_core.cli.output import put, put_json, put_table, say
 from stereotrack_core.plain_data import plain
 from stereotrack_core.program import main
-from stereotrack_core.recording.csv_table import Table, number
+from stereotrack_core.tables import Table, number
 
 
 @dataclass(frozen=True)

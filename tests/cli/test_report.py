@@ -16,7 +16,7 @@ from stereotrack_core.recording.folder import open_recording
 from tests.cli.conftest import WINDOW
 
 SECTIONS = (
-    *("recording", "subject", "calibration", "errors", "curves", "episodes", "honesty", "motion"),
+    *("recording", "subject", "calibration", "errors", "curves", "failures", "honesty", "motion"),
     *("reference", "parameters", "again"),
 )
 

@@ -9,13 +9,13 @@ from pathlib import Path
 import pytest
 
 from stereotrack_core.errors import InputError
-from stereotrack_core.evaluation.episodes.export import write_strips
-from stereotrack_core.evaluation.episodes.find import find_episodes
+from stereotrack_core.evaluation.failure_segments.export import write_strips
+from stereotrack_core.evaluation.failure_segments.find import find_failures
 from stereotrack_core.interop.run_npz import write_npz
 from stereotrack_core.tracking.inspection import look_inside
 from tests.end_to_end import writers
 from tests.end_to_end.writers import COMMANDS, FILES, FOLDERS, Things, content_of, full_disk
-from tests.evaluation.episodes.runs import recorded
+from tests.evaluation.failure_segments.runs import recorded
 from tests.tracking.test_trace import followed
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -113,15 +113,15 @@ def test_a_command_says_so_and_leaves_what_was_there(name, room, things, enough,
 @pytest.mark.parametrize("room", ROOM)
 def test_strips_that_were_there_stay_as_they_were(room, things, tmp_path):
     folder = tmp_path / "strips"
-    episodes = find_episodes(things.judged)
-    assert write_strips(folder, things.judged, things.recording, episodes) == 2
+    failures = find_failures(things.judged)
+    assert write_strips(folder, things.judged, things.recording, failures) == 2
     for path in folder.iterdir():
         path.write_bytes(OLDER)
     (folder / "other.txt").write_bytes(OLDER)
     before = content_of(folder)
     sizes = {"no room": 0, "little room": 20, "nearly enough": 20_000}
     with full_disk(sizes[room]), pytest.raises(InputError, match="could not be written"):
-        write_strips(folder, things.judged, things.recording, episodes)
+        write_strips(folder, things.judged, things.recording, failures)
     assert content_of(folder) == before
 
 

@@ -24,7 +24,6 @@ from stereotrack_core.interop.deeplabcut import read_deeplabcut, write_deeplabcu
 from stereotrack_core.interop.label_source import LabelSource
 from stereotrack_core.interop.labels import read_clicks, write_clicks
 from stereotrack_core.interop.trc import read_trc, write_trc
-from stereotrack_core.recording.csv_table import csv_text, read_csv_table
 from stereotrack_core.recording.description import (
     Recording,
     Segment,
@@ -35,6 +34,7 @@ from stereotrack_core.recording.description import (
 )
 from stereotrack_core.recording.detections import Detection, read_detections, write_detections
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
+from stereotrack_core.tables import csv_text, read_csv_table
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run_spec import RunSpec
 

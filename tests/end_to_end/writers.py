@@ -17,9 +17,9 @@ from stereotrack_core.annotation.click import Click, Visibility
 from stereotrack_core.annotation.landmark_set import NINE, write_landmark_set
 from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.cli.sources import write_angles
-from stereotrack_core.evaluation.episodes.export import film_of, write_strips
-from stereotrack_core.evaluation.episodes.find import Subject as JudgedRun
-from stereotrack_core.evaluation.episodes.find import find_episodes
+from stereotrack_core.evaluation.failure_segments.export import film_of, write_strips
+from stereotrack_core.evaluation.failure_segments.find import Subject as JudgedRun
+from stereotrack_core.evaluation.failure_segments.find import find_failures
 from stereotrack_core.evaluation.joint_angles.series import angles_of_run
 from stereotrack_core.experiments.sweep.table import (
     axis_of,
@@ -99,7 +99,7 @@ class Things:
 
     @property
     def judged(self) -> JudgedRun:
-        """The run as episodes are found in it."""
+        """The run as failures are found in it."""
         recording = self.recording
         return JudgedRun(self.run, recording.fps, self.truth, recording, pictures=False)
 
@@ -110,11 +110,11 @@ class Things:
 
 
 def _film(path: Path, things: Things) -> None:
-    film_of(path, things.judged, things.recording, find_episodes(things.judged))
+    film_of(path, things.judged, things.recording, find_failures(things.judged))
 
 
 def _strips(folder: Path, things: Things) -> None:
-    write_strips(folder, things.judged, things.recording, find_episodes(things.judged))
+    write_strips(folder, things.judged, things.recording, find_failures(things.judged))
 
 
 def _video(path: Path, things: Things) -> None:

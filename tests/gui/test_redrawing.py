@@ -27,7 +27,7 @@ class Drawings:
             ("pictures", docks.views, "show_pictures"),
             ("lanes", docks.timeline, "set_lanes"),
             ("curves", review.plot.plot, "set_curves"),
-            ("failures", review.episodes.panel, "show_rows"),
+            ("failures", review.failures.panel, "show_rows"),
             ("statistics", review.panels.statistics, "show_statistics"),
             ("explanations", review.panels.explanations, "show_content"),
             ("angles", review.panels.angles, "show_curves"),
@@ -91,10 +91,10 @@ def test_a_run_that_comes_is_judged_and_drawn_once(opened, qtbot, monkeypatch):
 def test_a_failure_that_is_chosen_is_shown_and_nothing_else_is_drawn(opened, qtbot, monkeypatch):
     opened.context.docks.show_named("review")
     add_run(opened, "wild", off=0.05, wild=(1, 2, 3))
-    show(opened, qtbot, "episodes")
+    show(opened, qtbot, "failures")
     opened.context.session.document.go_to(7)
     settle(opened, qtbot)
-    panel = opened.features.review.episodes.panel
+    panel = opened.features.review.failures.panel
     panel.tree.setFocus()
     drawings = Drawings(opened, monkeypatch)
     panel.tree.setCurrentIndex(panel.sorted.index(0, 0))

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stereotrack_core.errors import InputError
-from stereotrack_core.recording.csv_table import (
+from stereotrack_core.tables import (
     csv_text,
     guarded,
     markdown_text,

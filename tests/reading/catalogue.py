@@ -41,7 +41,6 @@ from stereotrack_core.interop.trc import write_trc
 from stereotrack_core.project.runs import facts_to_keep, run_facts
 from stereotrack_core.recording.calibration import read_calibration
 from stereotrack_core.recording.consistency import check_consistency
-from stereotrack_core.recording.csv_table import read_csv_table
 from stereotrack_core.recording.description import read_segments, read_subject
 from stereotrack_core.recording.detections import read_detections
 from stereotrack_core.recording.findings import examine
@@ -49,6 +48,7 @@ from stereotrack_core.recording.folder import describe, open_recording
 from stereotrack_core.recording.images import DamagedFrame, read_image
 from stereotrack_core.recording.landmarks import read_landmarks, unknown_landmarks
 from stereotrack_core.recording.stream_files import background_picture, open_stream, picture_size
+from stereotrack_core.tables import read_csv_table
 from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.presets import UserPreset, read_preset, write_preset
 from stereotrack_core.tracking.repeating import stored_spec, what_differs

@@ -6,10 +6,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stereotrack_core.evaluation.episodes.drawing import text_width
-from stereotrack_core.recording.csv_table import Table, number
+from stereotrack_core.evaluation.failure_segments.drawing import text_width
 from stereotrack_core.report.drawing import drawn_axes, image_of
 from stereotrack_core.report.pages import _environment, embedded
+from stereotrack_core.tables import Table, number
 
 VOID = {"br", "hr", "img", "meta", "col"}
 

@@ -68,10 +68,10 @@ def _going(p: AnnotationPanels) -> list[Command]:
                 "landmark where a click is expected to reduce the uncertainty most.",
                 p.next_panel.go_to_next, "J", "next", why_not=nothing_next, section=True),
         command("annotate-next-flagged", "Next flagged frame", "Go to the next frame with a flag.",
-                p.go_to_flagged, "Ctrl+J", "next-episode"),
+                p.go_to_flagged, "Ctrl+J", "next-failure"),
         command("annotate-previous-flagged", "Previous flagged frame", "Go to the previous frame "
                 "with a flag.", partial(p.go_to_flagged, backwards=True), "Ctrl+Shift+J",
-                "previous-episode"),
+                "previous-failure"),
         command("annotate-fit", "Fit whole recording", "Fit the body model to all clicks, "
                 "interpolate the frames between them, and store the result as the project's "
                 "reference.", p.reference.fit, icon="fit", why_not=p.reference.why_not,

@@ -16,8 +16,8 @@ from stereotrack_core.evaluation.joint_angles.motion import (
     frame_columns,
     frame_rows,
 )
-from stereotrack_core.recording.csv_table import csv_text
 from stereotrack_core.recording.description import Segment
+from stereotrack_core.tables import csv_text
 
 from ...context import Context
 from ...session.runs import RunEntry

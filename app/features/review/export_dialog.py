@@ -1,4 +1,4 @@
-"""What of the episodes is written where."""
+"""What of the failures is written where."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _FRAMES = 5
 
 
 class ExportDialog(FormDialog):
-    """Which episodes, as what, to where; says what becomes of files that are there."""
+    """Which failures, as what, to where; says what becomes of files that are there."""
 
     def __init__(
         self,

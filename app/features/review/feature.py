@@ -10,7 +10,7 @@ from ...services.actions import Command, Menu
 from ...services.layout import Workspace
 from ...session.session import Session
 from .controller import ReviewController
-from .episodes import EpisodeController
+from .failures import FailureController
 from .plot import ErrorCurves
 
 _GO = "&Go"
@@ -22,14 +22,14 @@ class Review:
     """What reviewing consists of."""
 
     plot: ErrorCurves
-    episodes: EpisodeController
+    failures: FailureController
     panels: ReviewController
     """Statistics, explanations and joint angles."""
 
 
 def register(context: Context) -> Review:
     """Offer the workspace Review, its panels and its commands."""
-    review = Review(ErrorCurves(context), EpisodeController(context), ReviewController(context))
+    review = Review(ErrorCurves(context), FailureController(context), ReviewController(context))
     context.docks.add_workspace(
         Workspace(
             "review",
@@ -38,7 +38,7 @@ def register(context: Context) -> Review:
             "threshold",
             side=(
                 ("scene",),
-                ("episodes", "statistics", "numbers", "comparison", "motion", "runs"),
+                ("failures", "statistics", "numbers", "comparison", "motion", "runs"),
             ),
             bottom=(("plot", "explanations", "angles"), "timeline"),
             side_share=0.37,
@@ -49,7 +49,7 @@ def register(context: Context) -> Review:
         )
     )
     context.actions.add(_commands(context.session, review.panels, review.plot))
-    context.actions.add(_failure_commands(review.episodes))
+    context.actions.add(_failure_commands(review.failures))
     review.panels.add_buttons()
     return review
 
@@ -61,9 +61,9 @@ def _commands(session: Session, review: ReviewController, plot: ErrorCurves) -> 
     ask = review.ask_where
     return [
         go("next_above", "Next stretch above threshold", f"Go to the next {stretch}",
-           partial(plot.go_above, 1), "N", "next-episode", section=True),
+           partial(plot.go_above, 1), "N", "next-failure", section=True),
         go("previous_above", "Previous stretch above threshold", f"Go to the previous {stretch}",
-           partial(plot.go_above, -1), "P", "previous-episode"),
+           partial(plot.go_above, -1), "P", "previous-failure"),
         command("threshold_up", "Raise threshold", "Raise the threshold of the plot by 5°.",
                 partial(review.move_threshold, _STEP_DEG), "Ctrl+Alt+Up", "threshold"),
         command("threshold_down", "Lower threshold", "Lower the threshold of the plot by 5°.",
@@ -82,15 +82,15 @@ def _commands(session: Session, review: ReviewController, plot: ErrorCurves) -> 
     ]  # fmt: skip
 
 
-def _failure_commands(e: EpisodeController) -> list[Command]:
+def _failure_commands(e: FailureController) -> list[Command]:
     """Commands of the menus Go and Track, Failures."""
     go, track = Menu(_GO, e.none_listed).command, Menu("&Track/&Failures", e.none_listed).command
     return [
-        go("next_episode", "Next failure", "Go to the worst frame of the next listed failure of "
-           "the active run.", partial(e.go, 1), "Shift+N", "next-episode", section=True),
-        go("previous_episode", "Previous failure", "Go to the worst frame of the previous listed "
-           "failure.", partial(e.go, -1), "Shift+P", "previous-episode"),
-        go("loop_episode", "Loop failure", "Play the selected failure in a loop, with a few "
+        go("next_failure", "Next failure", "Go to the worst frame of the next listed failure of "
+           "the active run.", partial(e.go, 1), "Shift+N", "next-failure", section=True),
+        go("previous_failure", "Previous failure", "Go to the worst frame of the previous listed "
+           "failure.", partial(e.go, -1), "Shift+P", "previous-failure"),
+        go("loop_failure", "Loop failure", "Play the selected failure in a loop, with a few "
            "frames before and after it.", e.toggle_loop, "Shift+Space", "iterate",
            checked=e.looping),
         track("export_strips", "Export image strips …", "Save the frames of each failure side by "

@@ -9,8 +9,8 @@ import numpy as np
 
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.evaluation.summary import ALL_ARMS, LimbStatistics, limb_statistics
-from stereotrack_core.recording.csv_table import csv_text
 from stereotrack_core.recording.description import Segment
+from stereotrack_core.tables import csv_text
 
 from ...session.judgement import LOST_SHARE, MEASURED_LIMBS, Judgement
 from ...session.runs import RunEntry

@@ -32,7 +32,7 @@ from stereotrack_core.experiments.sweep.table import (
     table_of_cells,
     words_of,
 )
-from stereotrack_core.recording.csv_table import read_csv_table
+from stereotrack_core.tables import read_csv_table
 
 from ...widgets.plots.sweep_plot import SweepPlot
 from ...widgets.style.building import choice, hbox, label, vbox

@@ -11,8 +11,8 @@ import numpy as np
 
 from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.atomic import write_file
-from stereotrack_core.evaluation.episodes.drawing import Shown, best_view, picture_strip
 from stereotrack_core.evaluation.errors import LimbErrors
+from stereotrack_core.evaluation.failure_segments.drawing import Shown, best_view, picture_strip
 from stereotrack_core.evaluation.limb_colours import LIMB_COLOURS
 from stereotrack_core.experiments.benchmark.growth import Timing
 from stereotrack_core.experiments.reproduction.plan import Places, PlannedRun

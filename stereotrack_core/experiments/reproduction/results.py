@@ -39,12 +39,12 @@ from stereotrack_core.experiments.reproduction.thesis import (
 )
 from stereotrack_core.plain_data import check_kind, plain
 from stereotrack_core.reading import decoding, read_json
-from stereotrack_core.recording.csv_table import Table, csv_text, markdown_text, number
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.report.pages import code, embedded
 from stereotrack_core.report.pages import page as drawn_page
 from stereotrack_core.simulation.people import person_named
 from stereotrack_core.simulation.thesis_recordings import FAST, thesis_recordings
+from stereotrack_core.tables import Table, csv_text, markdown_text, number
 from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.versions import versions

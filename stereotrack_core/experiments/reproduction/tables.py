@@ -24,8 +24,8 @@ from stereotrack_core.experiments.reproduction.thesis import (
     TABLE_4_4,
     ThesisTable,
 )
-from stereotrack_core.recording.csv_table import Table
 from stereotrack_core.recording.description import Recording, Segment
+from stereotrack_core.tables import Table
 from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.presets import preset
 

@@ -28,12 +28,12 @@ from stereotrack_core.experiments.sweep.points import (
 from stereotrack_core.interop.first_pose import first_pose
 from stereotrack_core.parameters import Value, parsed_settings
 from stereotrack_core.reading import TABLE_BYTES, read_bytes
-from stereotrack_core.recording.csv_table import read_csv_table
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.detections import OWN_FILE
 from stereotrack_core.recording.folder import calibration_fingerprint, fingerprint
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.recording.selection import frames_within, seeds_of, usable_views, views_of
+from stereotrack_core.tables import read_csv_table
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run_spec import FirstPose, RunSpec
 from stereotrack_core.version import __version__

@@ -21,7 +21,7 @@ from stereotrack_core.interop.records import Journal, read_journal
 from stereotrack_core.plain_data import Kind, check_kind
 from stereotrack_core.project.opening import ProjectLock
 from stereotrack_core.reading import read_json
-from stereotrack_core.recording.csv_table import csv_text, read_csv_table
+from stereotrack_core.tables import csv_text, read_csv_table
 
 JOB_COLUMN = "job"
 """Column of identities: what tells a sweep's table from others."""

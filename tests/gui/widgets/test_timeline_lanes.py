@@ -115,7 +115,7 @@ def test_words_for_a_frame():
     assert heat.value_text(1) == "unknown"
     assert heat.value_text(7) == ""
     assert Lane("a", "#000000", "marks", np.array([Mark.FLAGGED])).value_text(0) == "flagged"
-    bars = Lane("episodes", "#000000", "bars", (Span(3, 5, "arms crossed"),))
+    bars = Lane("failures", "#000000", "bars", (Span(3, 5, "arms crossed"),))
     assert [bars.value_text(k) for k in (2, 3, 5, 6)] == ["", "arms crossed", "arms crossed", ""]
 
 

@@ -27,7 +27,7 @@ def lanes_of(frames):
         for limb in LIMBS
     ]
     spans = tuple(Span(k, k + 5, "arms crossed") for k in range(0, frames, 50))
-    return [*lanes, Lane("episodes", "#CC79A7", "bars", spans)]
+    return [*lanes, Lane("failures", "#CC79A7", "bars", spans)]
 
 
 @pytest.fixture
@@ -207,7 +207,7 @@ class TestLanes:
     def test_tooltip_has_frame_time_and_value(self, timeline):
         y = RULER_HEIGHT + 15 * timeline.lane_height + 5
         text = timeline.tooltip_at(QPointF(at(timeline, 52, y)))
-        assert text == "frame 52   5.20 s\nepisodes: arms crossed"
+        assert text == "frame 52   5.20 s\nfailures: arms crossed"
         y = RULER_HEIGHT + 5
         assert "left_shoulder: clicked" in timeline.tooltip_at(QPointF(at(timeline, 40, y)))
 

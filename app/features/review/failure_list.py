@@ -1,4 +1,4 @@
-"""The episodes of the active run: found when a fact changes, filtered, and as they are listed."""
+"""The failures of the active run: found when a fact changes, filtered, and as they are listed."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from functools import partial
 
 from PySide6.QtCore import QObject, QTimer, Signal, Slot
 
-from stereotrack_core.evaluation.episodes.episode import (
+from stereotrack_core.evaluation.failure_segments.find import Subject, explained, stretches_of
+from stereotrack_core.evaluation.failure_segments.segment import (
     CAUSE_WORDS,
-    Episode,
+    FailureSegment,
     limbs_words,
 )
-from stereotrack_core.evaluation.episodes.find import Subject, explained, stretches_of
-from stereotrack_core.evaluation.episodes.stretches import EpisodeRules
+from stereotrack_core.evaluation.failure_segments.stretches import FailureRules
 from stereotrack_core.recording.description import Recording
 
 from ...services.tasks.task import Task, TaskList
@@ -39,21 +39,21 @@ class Filter:
     found: str = ""
     """Key of ``FOUND_WORDS``."""
 
-    def takes(self, episode: Episode) -> bool:
-        """Whether an episode is listed."""
+    def takes(self, failure: FailureSegment) -> bool:
+        """Whether a failure is listed."""
         return (
-            (not self.limb or self.limb in episode.limbs)
-            and (not self.cause or self.cause == episode.verdict.cause)
-            and (not self.found or self.found == episode.found)
+            (not self.limb or self.limb in failure.limbs)
+            and (not self.cause or self.cause == failure.verdict.cause)
+            and (not self.found or self.found == failure.found)
         )
 
 
-def lanes_of_episodes(episodes: Sequence[Episode]) -> tuple[Lane, ...]:
+def lanes_of_failures(failures: Sequence[FailureSegment]) -> tuple[Lane, ...]:
     """A lane of bars for those found with truth and for those found without."""
     lanes = []
     for found, name in LANE_NAMES.items():
         spans: list[Span] = []
-        for e in sorted((e for e in episodes if e.found == found), key=lambda e: e.first):
+        for e in sorted((e for e in failures if e.found == found), key=lambda e: e.first):
             label = f"{limbs_words(e.limbs)}: {CAUSE_WORDS[e.verdict.cause]}"
             if spans and e.first <= spans[-1].last:
                 # labels of bars that overlap would stand on each other
@@ -71,26 +71,26 @@ _DELAY_MS = 200
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """The episodes that were found."""
+    """The failures that were found."""
 
     subject: Subject | None
     """What the core was asked; None where the run does not say where it comes from."""
-    episodes: tuple[Episode, ...]
+    failures: tuple[FailureSegment, ...]
 
 
-class EpisodePresenter(QObject):
-    """The episodes of the active run, those that are listed, and the one that is chosen.
+class FailurePresenter(QObject):
+    """The failures of the active run, those that are listed, and the one that is chosen.
 
     Parameters
     ----------
     wants_pictures : callable
         Whether causes shall be judged by pictures as well, which takes seconds.
     threshold : callable
-        Error in degrees from which an episode begins.
+        Error in degrees from which a failure begins.
     """
 
     changed = Signal()
-    """Other episodes are known, listed or chosen, or more is known about them."""
+    """Other failures are known, listed or chosen, or more is known about them."""
 
     def __init__(
         self,
@@ -105,8 +105,8 @@ class EpisodePresenter(QObject):
         self._wants_pictures, self._threshold = wants_pictures, threshold
         self._found: PerRun[Found] = PerRun(tasks, "detecting failures")
         self._explained: PerRun[Found] = PerRun(tasks, "classifying causes of failures")
-        self.chosen: Episode | None = None
-        """The episode that is chosen, if it is listed."""
+        self.chosen: FailureSegment | None = None
+        """The failure that is chosen, if it is listed."""
         self.filter = Filter()
         self._told: tuple[Found | None, bool] = None, False
         self._timer = QTimer(self, singleShot=True, interval=_DELAY_MS)
@@ -134,14 +134,14 @@ class EpisodePresenter(QObject):
 
     @property
     def working(self) -> bool:
-        """Whether episodes are being found."""
+        """Whether failures are being found."""
         return self._found.busy or self._explained.busy or self._timer.isActive()
 
     @property
-    def listed(self) -> tuple[Episode, ...]:
-        """Episodes that the filter takes, in their order."""
-        every = self.found.episodes if self.found is not None else ()
-        return tuple(episode for episode in every if self.filter.takes(episode))
+    def listed(self) -> tuple[FailureSegment, ...]:
+        """Failures that the filter takes, in their order."""
+        every = self.found.failures if self.found is not None else ()
+        return tuple(failure for failure in every if self.filter.takes(failure))
 
     # ---- what a person does
 
@@ -152,14 +152,14 @@ class EpisodePresenter(QObject):
             self._keep_choice()
             self.changed.emit()
 
-    def choose(self, episode: Episode | None) -> None:
-        """Choose an episode."""
-        if episode is not self.chosen:
-            self.chosen = episode
+    def choose(self, failure: FailureSegment | None) -> None:
+        """Choose a failure."""
+        if failure is not self.chosen:
+            self.chosen = failure
             self.changed.emit()
 
-    def beside(self, frame: int, direction: int) -> Episode | None:
-        """The listed episode after (1) or before (-1) the chosen one, or else a frame."""
+    def beside(self, frame: int, direction: int) -> FailureSegment | None:
+        """The listed failure after (1) or before (-1) the chosen one, or else a frame."""
         listed = list(self.listed)
         if self.chosen in listed and frame in self.chosen.frames:
             place = listed.index(self.chosen) + direction
@@ -194,11 +194,11 @@ class EpisodePresenter(QObject):
 
     def _explain(self, found: Found | None) -> None:
         """Judge causes by pictures as well, where somebody sees it."""
-        if found is not None and found.subject and found.episodes and self._wants_pictures():
-            self._explained.ask(found, True, partial(_looked_at, found.subject, found.episodes))
+        if found is not None and found.subject and found.failures and self._wants_pictures():
+            self._explained.ask(found, True, partial(_looked_at, found.subject, found.failures))
 
     def _keep_choice(self) -> None:
-        """Choose what has become of the chosen episode."""
+        """Choose what has become of the chosen failure."""
         old = self.chosen
         if old is not None:
             same = [e for e in self.listed if e.found == old.found and e.overlaps(old)]
@@ -211,11 +211,11 @@ def _found(
     run = now.run()
     if run is None:
         return Found(None, ())
-    rules = EpisodeRules().replaced(episode_error=min(max(threshold, 1.0), 180.0))
+    rules = FailureRules().replaced(episode_error=min(max(threshold, 1.0), 180.0))
     reference = truth.trajectory if truth is not None else None
     subject = Subject(run, recording.fps, reference, recording, rules)
     return Found(subject, explained(replace(subject, pictures=False), stretches_of(subject)))
 
 
-def _looked_at(subject: Subject, episodes: tuple[Episode, ...], task: Task) -> Found:
-    return Found(subject, explained(subject, episodes, task.report, task.token.cancelled))
+def _looked_at(subject: Subject, failures: tuple[FailureSegment, ...], task: Task) -> Found:
+    return Found(subject, explained(subject, failures, task.report, task.token.cancelled))

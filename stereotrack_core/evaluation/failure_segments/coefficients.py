@@ -1,4 +1,4 @@
-"""Written by ``tools/fit_episodes.py``: a constant, a slope per sign."""
+"""Written by ``tools/fit_failures.py``: a constant, a slope per sign."""
 
 UPPER_ARM = (
     -2.0406,  # constant

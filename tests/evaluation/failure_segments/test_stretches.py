@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stereotrack_core.evaluation.episodes.episode import limbs_words
-from stereotrack_core.evaluation.episodes.stretches import Stretch, high_stretches, joined
+from stereotrack_core.evaluation.failure_segments.segment import limbs_words
+from stereotrack_core.evaluation.failure_segments.stretches import Stretch, high_stretches, joined
 
 VALUES = st.lists(
     st.one_of(st.just(float("nan")), st.floats(0.0, 10.0)), min_size=1, max_size=60
@@ -68,25 +68,30 @@ def test_a_longer_bridge_never_makes_more_stretches(value, bridge):
     assert len(few) <= len(high_stretches(frame, value, 6.0, 4.0, 1, bridge))
 
 
-STRETCHES = st.lists(
-    st.tuples(st.integers(0, 50), st.integers(0, 10)).map(
-        lambda pair: Stretch(pair[0], pair[0] + pair[1], 50.0 + pair[1], pair[0])
-    ),
-    max_size=3,
-)
+def _apart(pairs):
+    """Stretches of one limb, which never share a frame, from their distances and lengths."""
+    found, first = [], 0
+    for distance, length in pairs:
+        first += distance
+        found.append(Stretch(first, first + length, 50.0 + length, first))
+        first += length + 1
+    return found
+
+
+STRETCHES = st.lists(st.tuples(st.integers(0, 25), st.integers(0, 10)), max_size=3).map(_apart)
 
 
 @given(st.fixed_dictionaries({"left_forearm": STRETCHES, "left_upper_arm": STRETCHES}))
-def test_joined_episodes_hold_every_stretch_and_halves_of_an_arm_do_not_overlap(stretches):
-    episodes = joined(stretches, "truth", "error")
+def test_joined_failures_hold_every_stretch_and_halves_of_an_arm_do_not_overlap(stretches):
+    failures = joined(stretches, "truth", "error")
     for limb, own in stretches.items():
         for stretch in own:
             assert any(
                 limb in e.limbs and e.first <= stretch.first and stretch.last <= e.last
-                for e in episodes
+                for e in failures
             )
-    for i, one in enumerate(episodes):
-        for other in episodes[i + 1 :]:
+    for i, one in enumerate(failures):
+        for other in failures[i + 1 :]:
             if set(one.limbs) != set(other.limbs):
                 assert one.last < other.first or other.last < one.first
 

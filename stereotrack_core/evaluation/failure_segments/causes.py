@@ -1,4 +1,4 @@
-"""The probable cause of an episode from all that speaks for any."""
+"""The probable cause of a failure from all that speaks for any."""
 
 from __future__ import annotations
 
@@ -11,10 +11,16 @@ import numpy as np
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.evaluation.circumstances import limb_ends
-from stereotrack_core.evaluation.episodes.episode import UNCLEAR, Cause, Episode, Evidence, Verdict
-from stereotrack_core.evaluation.episodes.looks import Look
-from stereotrack_core.evaluation.episodes.stretches import turns
 from stereotrack_core.evaluation.errors import points_at
+from stereotrack_core.evaluation.failure_segments.looks import Look
+from stereotrack_core.evaluation.failure_segments.segment import (
+    UNCLEAR,
+    Cause,
+    Evidence,
+    FailureSegment,
+    Verdict,
+)
+from stereotrack_core.evaluation.failure_segments.stretches import turns
 from stereotrack_core.geometry.triangulation import segment_distance
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.tracking.frame import Run
@@ -58,31 +64,31 @@ _STRANGE = 0.25
 """Unexplained fraction over the usual from which there are points of something else."""
 
 
-def told_evidence(episode: Episode, run: Run) -> list[Evidence]:
+def told_evidence(failure: FailureSegment, run: Run) -> list[Evidence]:
     """Evidence from what a run states about views that gave nothing, and about its clouds."""
-    return [*_blind_views(episode, run), *_unexplained(episode, run)]
+    return [*_blind_views(failure, run), *_unexplained(failure, run)]
 
 
-def _blind_views(episode: Episode, run: Run) -> list[Evidence]:
+def _blind_views(failure: FailureSegment, run: Run) -> list[Evidence]:
     """Stretches in which a view gave nothing; ``track`` states them in the meta as ``blind``."""
     found = []
     stated = run.meta.get("blind")
     for row in stated if isinstance(stated, list) else []:
         if not isinstance(row, dict) or not {"view", "first", "end"} <= set(row):
             continue
-        shared = min(int(row["end"]), episode.last + 1) - max(int(row["first"]), episode.first)
-        share = shared / len(episode.frames)
+        shared = min(int(row["end"]), failure.last + 1) - max(int(row["first"]), failure.first)
+        share = shared / len(failure.frames)
         if share > 0.0:
             words = f"view {row['view']} provides no points in {100.0 * share:.0f} % of the frames"
             found.append(Evidence("hole", min(1.0, 1.2 * share), share, "share", words))
     return found
 
 
-def _unexplained(episode: Episode, run: Run) -> list[Evidence]:
-    inside = (run.frame >= episode.first) & (run.frame <= episode.last)
+def _unexplained(failure: FailureSegment, run: Run) -> list[Evidence]:
+    inside = (run.frame >= failure.first) & (run.frame <= failure.last)
     usual = run.unexplained_fraction[~inside & np.isfinite(run.unexplained_fraction)]
     own = run.unexplained_fraction[inside & np.isfinite(run.unexplained_fraction)]
-    if not len(own) or not len(usual) or not set(episode.limbs) & set(LIMBS[2:]):
+    if not len(own) or not len(usual) or not set(failure.limbs) & set(LIMBS[2:]):
         return []
     more = float(np.median(own) - np.median(usual))
     if more < _STRANGE:
@@ -101,13 +107,13 @@ BESIDE_TORSO = 0.18
 """Metres between the axes of a limb and of the torso from which it is close to the torso."""
 
 _BEFORE = 0.3
-"""Seconds before an episode that belong to how it came about."""
+"""Seconds before a failure that belong to how it came about."""
 
 _SLOW, _FAST = 16.0, 40.0
 """Degrees of a limb's turn from frame to frame that say nothing, and everything."""
 
 _FIRST = 0.3
-"""Seconds from the first tracked frame within which an episode is one of the first frames."""
+"""Seconds from the first tracked frame within which a failure is one of the first frames."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,18 +148,18 @@ def whereabouts(run: Run, fps: float, reference: LandmarkTrajectory | None) -> W
     return Whereabouts(run.frame, points, true, fps, begun)
 
 
-def geometry_evidence(episode: Episode, where: Whereabouts) -> list[Evidence]:
-    """Evidence from where the limbs are, in an episode and just before it."""
+def geometry_evidence(failure: FailureSegment, where: Whereabouts) -> list[Evidence]:
+    """Evidence from where the limbs are, in a failure and just before it."""
     lead = round(_BEFORE * where.fps)
-    inside = (where.frame >= episode.first) & (where.frame <= episode.last)
-    limbs = [i for i, limb in enumerate(LIMBS) if limb in episode.limbs]
+    inside = (where.frame >= failure.first) & (where.frame <= failure.last)
+    limbs = [i for i, limb in enumerate(LIMBS) if limb in failure.limbs]
     arms = [i for i in limbs if LIMBS[i] not in {"torso", "head"}]
-    found = _first_frames(episode, where)
+    found = _first_frames(failure, where)
     if arms:
         crossing = _crossing(where, inside, arms)
         found += crossing
         found += _beside_torso(where, inside, arms, crossing[0].strength if crossing else 0.0)
-        early = (where.frame >= episode.first - lead) & (where.frame <= episode.first + 1)
+        early = (where.frame >= failure.first - lead) & (where.frame <= failure.first + 1)
         found += _too_fast(where, early, arms)
     return found
 
@@ -211,11 +217,11 @@ def _too_fast(where: Whereabouts, early: BoolArray, arms: list[int]) -> list[Evi
     return [Evidence("fast", strength, most * where.fps, "deg/s", words)]
 
 
-def _first_frames(episode: Episode, where: Whereabouts) -> list[Evidence]:
-    after = (episode.first - where.begun) / where.fps
+def _first_frames(failure: FailureSegment, where: Whereabouts) -> list[Evidence]:
+    after = (failure.first - where.begun) / where.fps
     if after > _FIRST:
         return []
-    later = max(0, episode.first - where.begun)
+    later = max(0, failure.first - where.begun)
     words = "it starts with the first tracked frame"
     if later:
         words = f"it starts {later} frame{'' if later == 1 else 's'} after the first tracked frame"
@@ -236,12 +242,12 @@ _MISFIT, _WIDE_MISFIT = 0.015, 0.035
 
 
 def look_evidence(
-    episode: Episode, views: Sequence[str], inside: Sequence[Look], usual: Sequence[Look]
+    failure: FailureSegment, views: Sequence[str], inside: Sequence[Look], usual: Sequence[Look]
 ) -> list[Evidence]:
-    """Evidence from looks at frames of an episode, against frames of the run outside of any."""
+    """Evidence from looks at frames of a failure, against frames of the run outside of any."""
     if not inside:
         return []
-    limbs = [LIMBS.index(limb) for limb in episode.limbs]
+    limbs = [LIMBS.index(limb) for limb in failure.limbs]
     found = _holes(views, inside, usual, limbs)
     blind = {e.words.split()[1] for e in found}
     # cameras that do not fit do so whether somebody fails or not

@@ -1,4 +1,4 @@
-"""All episodes of a run, with their probable causes."""
+"""All failures of a run, with their probable causes."""
 
 from __future__ import annotations
 
@@ -8,7 +8,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from stereotrack_core.arrays import IntArray
-from stereotrack_core.evaluation.episodes.causes import (
+from stereotrack_core.evaluation.errors import at_frames, errors_against
+from stereotrack_core.evaluation.failure_segments.causes import (
     Whereabouts,
     geometry_evidence,
     look_evidence,
@@ -16,31 +17,30 @@ from stereotrack_core.evaluation.episodes.causes import (
     verdict_of,
     whereabouts,
 )
-from stereotrack_core.evaluation.episodes.episode import Episode
-from stereotrack_core.evaluation.episodes.looks import Look, Looker
-from stereotrack_core.evaluation.episodes.stretches import (
-    EpisodeRules,
-    episodes_by_error,
-    episodes_by_signs,
+from stereotrack_core.evaluation.failure_segments.looks import Look, Looker
+from stereotrack_core.evaluation.failure_segments.segment import FailureSegment
+from stereotrack_core.evaluation.failure_segments.stretches import (
+    FailureRules,
+    failures_by_error,
+    failures_by_signs,
 )
-from stereotrack_core.evaluation.errors import at_frames, errors_against
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.stored import fps_of_run
 
 _INSIDE, _USUAL = 6, 10
-"""Frames that are looked at in an episode, and outside of any."""
+"""Frames that are looked at in a failure, and outside of any."""
 
 _APART = 0.5
-"""Seconds that a frame outside of any episode is away from all."""
+"""Seconds that a frame outside of any failure is away from all."""
 
 Report = Callable[[float, str], None]
 
 
 @dataclass(frozen=True, eq=False)
 class Subject:
-    """What episodes are looked for in."""
+    """What failures are looked for in."""
 
     run: Run
     fps: float
@@ -49,7 +49,7 @@ class Subject:
     """Taken as truth; without it the run is judged by its own signs alone."""
     recording: Recording | None = None
     """Clouds of some of its frames tell more about causes; without it the run alone does."""
-    rules: EpisodeRules = field(default_factory=EpisodeRules)
+    rules: FailureRules = field(default_factory=FailureRules)
     pictures: bool = True
     """Whether the recording's clouds are made again for causes; it serves for pictures else."""
 
@@ -59,8 +59,8 @@ def failures(
     *,
     recording: Recording | None = None,
     reference: LandmarkTrajectory | None = None,
-    rules: EpisodeRules | None = None,
-) -> tuple[Episode, ...]:
+    rules: FailureRules | None = None,
+) -> tuple[FailureSegment, ...]:
     """The stretches in which a run fails, with their probable causes.
 
     Parameters
@@ -69,7 +69,7 @@ def failures(
         The run's; its images tell more about causes.
     reference : LandmarkTrajectory, optional
         Taken as truth; without it the run is judged by its own signs.
-    rules : EpisodeRules, optional
+    rules : FailureRules, optional
         What counts as a failure.
 
     Examples
@@ -79,15 +79,15 @@ def failures(
     ...     print(failure.first, failure.last, failure.limbs)
     """
     fps = fps_of_run(run) if recording is None else recording.fps
-    return find_episodes(Subject(run, fps, reference, recording, rules or EpisodeRules()))
+    return find_failures(Subject(run, fps, reference, recording, rules or FailureRules()))
 
 
-def find_episodes(
+def find_failures(
     subject: Subject,
     report: Report = lambda _share, _words: None,
     cancelled: Callable[[], bool] = lambda: False,
-) -> tuple[Episode, ...]:
-    """Episodes by error, where there is a reference, and by the run's own signs; with causes.
+) -> tuple[FailureSegment, ...]:
+    """Failures by error, where there is a reference, and by the run's own signs; with causes.
 
     Those found without truth are found and explained without it, whatever there is. Raises
     Cancelled, and InputError where the recording's images cannot be read.
@@ -95,11 +95,11 @@ def find_episodes(
     return explained(subject, stretches_of(subject), report, cancelled)
 
 
-def stretches_of(subject: Subject) -> tuple[Episode, ...]:
-    """The episodes without their causes; a matter of milliseconds."""
+def stretches_of(subject: Subject) -> tuple[FailureSegment, ...]:
+    """The failures without their causes; a matter of milliseconds."""
     if not len(subject.run.frame):
         return ()
-    found = episodes_by_signs(subject.run, subject.fps, subject.rules)
+    found = failures_by_signs(subject.run, subject.fps, subject.rules)
     return tuple(
         sorted(
             (*found, *stretches_by_truth(subject)),
@@ -108,36 +108,36 @@ def stretches_of(subject: Subject) -> tuple[Episode, ...]:
     )
 
 
-def stretches_by_truth(subject: Subject) -> tuple[Episode, ...]:
+def stretches_by_truth(subject: Subject) -> tuple[FailureSegment, ...]:
     """Those of them that the reference tells; none without one."""
     run, reference = subject.run, subject.reference
     if reference is None or not len(run.frame):
         return ()
     errors = errors_against(run.trajectory(), at_frames(reference, run.frame))
-    return episodes_by_error(errors, subject.fps, subject.rules)
+    return failures_by_error(errors, subject.fps, subject.rules)
 
 
 def explained(
     subject: Subject,
-    episodes: Sequence[Episode],
+    failures: Sequence[FailureSegment],
     report: Report = lambda _share, _words: None,
     cancelled: Callable[[], bool] = lambda: False,
-) -> tuple[Episode, ...]:
-    """Episodes with their probable causes.
+) -> tuple[FailureSegment, ...]:
+    """Failures with their probable causes.
 
-    Where there is a recording, clouds are made of at most six frames of each episode and of ten
-    frames outside of all; see :func:`find_episodes` for the parameters.
+    Where there is a recording, clouds are made of at most six frames of each failure and of ten
+    frames outside of all; see :func:`find_failures` for the parameters.
     """
     places = {
         "truth": whereabouts(subject.run, subject.fps, subject.reference),
         "signs": whereabouts(subject.run, subject.fps, None),
     }
-    if subject.recording is None or not subject.pictures or not episodes:
-        return tuple(_judged(subject, e, places[e.found], (), {}, []) for e in episodes)
-    usual_frames = _outside(subject, episodes)
+    if subject.recording is None or not subject.pictures or not failures:
+        return tuple(_judged(subject, e, places[e.found], (), {}, []) for e in failures)
+    usual_frames = _outside(subject, failures)
     with Looker(subject.recording, subject.run) as looker:
         done = 0
-        total = len(usual_frames) + sum(len(_inside(subject, e)) for e in episodes)
+        total = len(usual_frames) + sum(len(_inside(subject, e)) for e in failures)
 
         def look(frames: list[int], where: Whereabouts) -> list[Look]:
             nonlocal done
@@ -157,38 +157,38 @@ def explained(
                 subject, e, places[e.found], looker.view_names, usual,
                 look(_inside(subject, e), places[e.found]),
             )
-            for e in episodes
+            for e in failures
         )  # fmt: skip
 
 
 def _judged(
     subject: Subject,
-    episode: Episode,
+    failure: FailureSegment,
     where: Whereabouts,
     views: Sequence[str],
     usual: dict[str, list[Look]],
     inside: Sequence[Look],
-) -> Episode:
-    evidence = geometry_evidence(episode, where)
+) -> FailureSegment:
+    evidence = geometry_evidence(failure, where)
     if inside:
-        evidence += look_evidence(episode, views, inside, usual[episode.found])
+        evidence += look_evidence(failure, views, inside, usual[failure.found])
     else:
-        evidence += told_evidence(episode, subject.run)
-    return replace(episode, verdict=verdict_of(evidence))
+        evidence += told_evidence(failure, subject.run)
+    return replace(failure, verdict=verdict_of(evidence))
 
 
-def _inside(subject: Subject, episode: Episode) -> list[int]:
+def _inside(subject: Subject, failure: FailureSegment) -> list[int]:
     frame = subject.run.frame
-    return _spread(frame[(frame >= episode.first) & (frame <= episode.last)], _INSIDE)
+    return _spread(frame[(frame >= failure.first) & (frame <= failure.last)], _INSIDE)
 
 
-def _outside(subject: Subject, episodes: Sequence[Episode]) -> list[int]:
-    """Tracked frames, evenly spread, that are not near any episode."""
+def _outside(subject: Subject, failures: Sequence[FailureSegment]) -> list[int]:
+    """Tracked frames, evenly spread, that are not near any failure."""
     apart = round(_APART * subject.fps)
     frame = subject.run.frame[subject.run.tracked]
     free = np.ones(len(frame), dtype=np.bool_)
-    for episode in episodes:
-        free &= (frame < episode.first - apart) | (frame > episode.last + apart)
+    for failure in failures:
+        free &= (frame < failure.first - apart) | (frame > failure.last + apart)
     return _spread(frame[free], _USUAL)
 
 

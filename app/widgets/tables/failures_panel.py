@@ -1,4 +1,4 @@
-"""The list of episodes: filters, a row for each, and what speaks for its cause."""
+"""The list of failures: filters, a row for each, and what speaks for its cause."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ from PySide6.QtWidgets import (
 )
 
 from stereotrack_core.arrays import ImageArray
-from stereotrack_core.evaluation.episodes.episode import (
+from stereotrack_core.evaluation.failure_segments.segment import (
     CAUSE_WORDS,
     FOUND_WORDS,
-    Episode,
+    FailureSegment,
     Verdict,
     limbs_words,
 )
@@ -67,7 +67,7 @@ class EvidenceView(QScrollArea):
         self.setWidget(inside)
 
     def show_words(self, heading: str, verdict: Verdict | None) -> None:
-        """Show what is known of an episode and of its causes; without a verdict none is chosen."""
+        """Show what is known of a failure and of its causes; without a verdict none is chosen."""
         self.heading.setText(heading or _NONE)
         lines = []
         for one in verdict.evidence if verdict is not None else ():
@@ -135,7 +135,7 @@ _WIDEST = ("0000–0000", "", "100 %", "", "Confidence", "Detected by")
 _FOUND_SHORT = {"truth": "error", "signs": "signs"}
 
 
-class EpisodesPanel(QWidget):
+class FailuresPanel(QWidget):
     """Filters above, the rows below, then words and pictures of the one that is chosen."""
 
     chosen = Signal(int)
@@ -157,7 +157,7 @@ class EpisodesPanel(QWidget):
             box.currentIndexChanged.connect(self._on_filter)
         self.words = label("", "muted", margins=(8, 0, 8, 0))
         self._fps = 1.0
-        self.model: TableModel[Episode] = TableModel(_COLUMNS, self._cells)
+        self.model: TableModel[FailureSegment] = TableModel(_COLUMNS, self._cells)
         self.sorted = QSortFilterProxyModel(self)
         self.sorted.setSourceModel(self.model)
         self.sorted.setSortRole(VALUE)
@@ -206,14 +206,16 @@ class EpisodesPanel(QWidget):
                 for key, words in choices.items():
                     box.addItem(words, key)
 
-    def show_rows(self, episodes: Sequence[Episode], fps: float, chosen: int, words: str) -> None:
+    def show_rows(
+        self, failures: Sequence[FailureSegment], fps: float, chosen: int, words: str
+    ) -> None:
         """Show these, one of them `chosen` or -1; `words` are said about all of them."""
         self.words.setText(words)
         self.words.setVisible(bool(words))
-        if (tuple(episodes), fps) != (self.model.rows, self._fps):
+        if (tuple(failures), fps) != (self.model.rows, self._fps):
             self._fps = fps
             with QSignalBlocker(self.tree.selectionModel()):
-                self.model.show(tuple(episodes))
+                self.model.show(tuple(failures))
         self.choose(chosen)
 
     def choose(self, place: int) -> None:
@@ -224,23 +226,23 @@ class EpisodesPanel(QWidget):
             self.tree.scrollTo(index)
         self.tree.viewport().update()
         if index.isValid():
-            episode = self.model.rows[place]
-            self.evidence.show_words(_heading(episode, self._fps), episode.verdict)
+            failure = self.model.rows[place]
+            self.evidence.show_words(_heading(failure, self._fps), failure.verdict)
         else:
             self.evidence.show_words("", None)
 
-    def _cells(self, episode: Episode) -> Sequence[Cell]:
-        tip = f"{_heading(episode, self._fps)} Double-click or press Enter to go there."
-        confidence = episode.verdict.confidence
+    def _cells(self, failure: FailureSegment) -> Sequence[Cell]:
+        tip = f"{_heading(failure, self._fps)} Double-click or press Enter to go there."
+        confidence = failure.verdict.confidence
         sure = f"{100.0 * confidence:.0f} %" if confidence > 0 else ""
-        limb = LIMB_COLOURS[episode.peak_limb]
+        limb = LIMB_COLOURS[failure.peak_limb]
         return (
-            Cell(f"{episode.first}–{episode.last}", tip, value=episode.first),
-            Cell(limbs_words(episode.limbs), tip, swatch=limb),
-            Cell(episode.peak_words, tip, value=episode.peak),
-            Cell(CAUSE_WORDS[episode.verdict.cause], tip),
+            Cell(f"{failure.first}–{failure.last}", tip, value=failure.first),
+            Cell(limbs_words(failure.limbs), tip, swatch=limb),
+            Cell(failure.peak_words, tip, value=failure.peak),
+            Cell(CAUSE_WORDS[failure.verdict.cause], tip),
             Cell(sure, tip, value=confidence),
-            Cell(_FOUND_SHORT[episode.found], tip),
+            Cell(_FOUND_SHORT[failure.found], tip),
         )
 
     # ---- what a person does
@@ -254,11 +256,11 @@ class EpisodesPanel(QWidget):
         return self.sorted.mapToSource(index).row()
 
 
-def _heading(episode: Episode, fps: float) -> str:
-    """All about an episode in a sentence."""
-    chance = "" if episode.measure == "error" else " failure probability"
+def _heading(failure: FailureSegment, fps: float) -> str:
+    """All about a failure in a sentence."""
+    chance = "" if failure.measure == "error" else " failure probability"
     return (
-        f"Frames {episode.first} to {episode.last} ({len(episode.frames) / fps:.1f} s), detected "
-        f"{FOUND_WORDS[episode.found]}: {limbs_words(episode.limbs)}, worst in frame "
-        f"{episode.peak_frame} with {episode.peak_words}{chance}."
+        f"Frames {failure.first} to {failure.last} ({len(failure.frames) / fps:.1f} s), detected "
+        f"{FOUND_WORDS[failure.found]}: {limbs_words(failure.limbs)}, worst in frame "
+        f"{failure.peak_frame} with {failure.peak_words}{chance}."
     )

@@ -1,4 +1,4 @@
-"""Episodes in the window: found by themselves, listed, filtered, jumped to, looped, written."""
+"""Failures in the window: found by themselves, listed, filtered, jumped to, looped, written."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ NONE = Qt.KeyboardModifier.NoModifier
 def reviewing(opened, qtbot):
     """The Review workspace with a run whose arms are lost in frames 1 to 3."""
     opened.context.docks.show_named("review")
-    opened.context.docks.dock("episodes").raise_()
+    opened.context.docks.dock("failures").raise_()
     add_run(opened, "wild", off=0.05, wild=(1, 2, 3))
     settle(opened, qtbot)
     return opened
@@ -33,27 +33,27 @@ def settle(window, qtbot):
 
 
 def rows(window):
-    model = window.features.review.episodes.panel.sorted
+    model = window.features.review.failures.panel.sorted
     columns = range(model.columnCount())
     return [[model.index(row, k).data() for k in columns] for row in range(model.rowCount())]
 
 
-def test_episodes_of_the_active_run_are_listed_and_explained(reviewing):
+def test_failures_of_the_active_run_are_listed_and_explained(reviewing):
     assert [row[0] for row in rows(reviewing)] == ["1–3"]
     assert rows(reviewing)[0][1] == "left arm, right arm"
     assert rows(reviewing)[0][5] == "error"
-    assert "1 failure" in reviewing.features.review.episodes.panel.words.text()
+    assert "1 failure" in reviewing.features.review.failures.panel.words.text()
     lanes = {lane.name: lane for lane in reviewing.context.docks.timeline.lanes}
     assert [(span.first, span.last) for span in lanes["failures"].spans] == [(1, 3)]
 
 
-def test_keys_go_to_the_worst_frame_and_a_loop_stays_in_the_episode(reviewing, qtbot):
+def test_keys_go_to_the_worst_frame_and_a_loop_stays_in_the_failure(reviewing, qtbot):
     assert reviewing.context.session.document.frame == 0
     QTest.keyClick(reviewing, Qt.Key.Key_N, SHIFT)
     settle(reviewing, qtbot)
     assert reviewing.context.session.document.frame in (1, 2, 3)
-    assert not reviewing.features.review.episodes.panel.evidence.picture.shown.isEmpty()
-    assert "Frames 1 to 3" in reviewing.features.review.episodes.panel.evidence.heading.text()
+    assert not reviewing.features.review.failures.panel.evidence.picture.shown.isEmpty()
+    assert "Frames 1 to 3" in reviewing.features.review.failures.panel.evidence.heading.text()
     QTest.keyClick(reviewing, Qt.Key.Key_N, SHIFT)
     assert "There is no listed failure after" in reviewing.statusBar().currentMessage()
 
@@ -70,7 +70,7 @@ def test_keys_go_to_the_worst_frame_and_a_loop_stays_in_the_episode(reviewing, q
 
 
 def test_enter_jumps_and_filters_list_others(reviewing, qtbot):
-    panel = reviewing.features.review.episodes.panel
+    panel = reviewing.features.review.failures.panel
     reviewing.context.session.document.go_to(7)
     panel.tree.setFocus()
     panel.tree.setCurrentIndex(panel.sorted.index(0, 0))
@@ -78,8 +78,8 @@ def test_enter_jumps_and_filters_list_others(reviewing, qtbot):
     assert reviewing.context.session.document.frame in (1, 2, 3)
     panel.limb.setCurrentIndex(panel.limb.findData("torso"))
     assert rows(reviewing) == []
-    assert reviewing.features.review.episodes.presenter.chosen is None
-    assert reviewing.features.review.episodes.none_listed() == "No failure is listed."
+    assert reviewing.features.review.failures.presenter.chosen is None
+    assert reviewing.features.review.failures.none_listed() == "No failure is listed."
     panel.limb.setCurrentIndex(0)
     assert len(rows(reviewing)) == 1
     settle(reviewing, qtbot)
@@ -89,7 +89,7 @@ def test_another_threshold_and_another_run_find_others(reviewing, qtbot):
     reviewing.context.view_state.set_threshold(180.0)
     settle(reviewing, qtbot)
     assert rows(reviewing) == []
-    assert "No failure" in reviewing.features.review.episodes.panel.words.text()
+    assert "No failure" in reviewing.features.review.failures.panel.words.text()
     reviewing.context.view_state.set_threshold(45.0)
     settle(reviewing, qtbot)
     assert len(rows(reviewing)) == 1

@@ -1,31 +1,31 @@
-"""Episodes of runs made of numbers: found with truth and without, and why."""
+"""Failures of runs made of numbers: found with truth and without, and why."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from stereotrack_core.evaluation.episodes.episode import agreement, pooled
-from stereotrack_core.evaluation.episodes.find import Subject, find_episodes
-from stereotrack_core.evaluation.episodes.stretches import EpisodeRules
+from stereotrack_core.evaluation.failure_segments.find import Subject, find_failures
+from stereotrack_core.evaluation.failure_segments.segment import agreement, pooled
+from stereotrack_core.evaluation.failure_segments.stretches import FailureRules
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
-from tests.evaluation.episodes.runs import FPS, made, untracked
+from tests.evaluation.failure_segments.runs import FPS, made, untracked
 
 LOST = 0.97
 
 
-def episodes(run, truth=None, **changes):
-    return find_episodes(Subject(run, FPS, truth, None, EpisodeRules().replaced(**changes)))
+def failures(run, truth=None, **changes):
+    return find_failures(Subject(run, FPS, truth, None, FailureRules().replaced(**changes)))
 
 
-def test_a_limb_far_off_for_long_enough_is_an_episode():
+def test_a_limb_far_off_for_long_enough_is_an_failure():
     run, truth = made(wrong=[("left_forearm", 20, 29, 1.2), ("right_forearm", 40, 41, 1.2)])
-    (episode,) = episodes(run, truth)
-    assert (episode.first, episode.last, episode.limbs) == (20, 29, ("left_forearm",))
-    assert episode.found == "truth"
-    assert episode.peak == pytest.approx(np.degrees(1.2), abs=0.1)
-    assert len(episodes(run, truth, episode_least=0.2)) == 2
-    assert episodes(run, truth, episode_error=80.0) == ()
+    (failure,) = failures(run, truth)
+    assert (failure.first, failure.last, failure.limbs) == (20, 29, ("left_forearm",))
+    assert failure.found == "truth"
+    assert failure.peak == pytest.approx(np.degrees(1.2), abs=0.1)
+    assert len(failures(run, truth, episode_least=0.2)) == 2
+    assert failures(run, truth, episode_error=80.0) == ()
 
 
 def test_what_the_run_takes_for_lost_is_found_without_truth():
@@ -33,20 +33,20 @@ def test_what_the_run_takes_for_lost_is_found_without_truth():
     run, _ = made(
         wrong=[(limb, 15, 30, 1.0) for limb in limbs], lost=[(limb, 15, 30, LOST) for limb in limbs]
     )
-    (episode,) = episodes(run)
-    assert episode.found == "signs"
-    assert episode.limbs == ("right_upper_arm", "right_forearm")
-    assert abs(episode.first - 15) <= 3
-    assert abs(episode.last - 30) <= 3
-    assert 0.5 < episode.peak <= 1.0
+    (failure,) = failures(run)
+    assert failure.found == "signs"
+    assert failure.limbs == ("right_upper_arm", "right_forearm")
+    assert abs(failure.first - 15) <= 3
+    assert abs(failure.last - 30) <= 3
+    assert 0.5 < failure.peak <= 1.0
 
 
-def test_a_quiet_run_has_no_episode():
+def test_a_quiet_run_has_no_failure():
     run, truth = made()
-    assert episodes(run, truth) == ()
-    assert episodes(replace(run, limb_lost=np.full_like(run.limb_lost, np.nan))) == ()
+    assert failures(run, truth) == ()
+    assert failures(replace(run, limb_lost=np.full_like(run.limb_lost, np.nan))) == ()
     empty, _ = made(frames=1)
-    assert episodes(replace(empty, **{n: getattr(empty, n)[:0] for n in _ARRAYS})) == ()
+    assert failures(replace(empty, **{n: getattr(empty, n)[:0] for n in _ARRAYS})) == ()
 
 
 _ARRAYS = (
@@ -55,9 +55,9 @@ _ARRAYS = (
 )  # fmt: skip
 
 
-def test_what_is_not_tracked_is_an_episode_of_all_limbs():
+def test_what_is_not_tracked_is_an_failure_of_all_limbs():
     run, truth = made()
-    found = episodes(untracked(run, 30, 39), truth)
+    found = failures(untracked(run, 30, 39), truth)
     assert [(e.first, e.last, e.found) for e in found] == [(30, 39, "signs"), (30, 39, "truth")]
     assert {"torso", "left_forearm", "right_forearm"} <= set(found[0].limbs)
 
@@ -65,13 +65,13 @@ def test_what_is_not_tracked_is_an_episode_of_all_limbs():
 def test_frames_that_the_run_has_not_are_no_error():
     run, truth = made(frames=40)
     longer = LandmarkTrajectory(np.arange(60), np.tile(truth.points[:1], (60, 1, 1)))
-    assert episodes(run, longer) == ()
+    assert failures(run, longer) == ()
 
 
 def test_signs_never_see_the_truth():
     run, truth = made(wrong=[("left_forearm", 20, 29, 1.2)], lost=[("left_forearm", 20, 29, LOST)])
-    alone = episodes(run)
-    beside = [e for e in episodes(run, truth) if e.found == "signs"]
+    alone = failures(run)
+    beside = [e for e in failures(run, truth) if e.found == "signs"]
     assert list(alone) == beside
 
 
@@ -82,7 +82,7 @@ def test_arms_that_cross_are_the_cause():
     elbows = [LANDMARKS.index(f"{side}_elbow") for side in ("left", "right")]
     points[15:45, elbows] = [[-0.3, 0.3, 1.2], [0.3, 0.3, 1.2]]
     points[15:45, hands] = [[0.1, 0.35, 1.2], [-0.1, 0.35, 1.2]]
-    found = episodes(run, LandmarkTrajectory(truth.frame, points))
+    found = failures(run, LandmarkTrajectory(truth.frame, points))
     crossed = [e for e in found if e.first <= 20 and e.last >= 40]
     assert {e.verdict.cause for e in crossed} == {"crossing"}
     evidence = crossed[0].verdict.evidence[0]
@@ -91,9 +91,9 @@ def test_arms_that_cross_are_the_cause():
     assert 0.3 < crossed[0].verdict.confidence <= 1.0
 
 
-def test_an_episode_of_the_first_frames_is_laid_to_initialisation():
+def test_an_failure_of_the_first_frames_is_laid_to_initialisation():
     run, truth = made(wrong=[("left_forearm", 0, 20, 1.2), ("left_upper_arm", 0, 20, 1.2)])
-    assert episodes(run, truth)[0].verdict.cause == "initialisation"
+    assert failures(run, truth)[0].verdict.cause == "initialisation"
 
 
 def test_a_limb_that_turns_too_fast_is_the_cause():
@@ -102,28 +102,28 @@ def test_a_limb_that_turns_too_fast_is_the_cause():
     elbow, hand = LANDMARKS.index("right_elbow"), LANDMARKS.index("right_hand")
     length = np.linalg.norm(points[0, hand] - points[0, elbow])
     points[29:, hand] = points[29:, elbow] + [0.0, 0.0, length]
-    (episode, *_) = episodes(run, LandmarkTrajectory(truth.frame, points))
-    assert episode.verdict.cause == "fast"
-    assert "per second" in episode.verdict.words
+    (failure, *_) = failures(run, LandmarkTrajectory(truth.frame, points))
+    assert failure.verdict.cause == "fast"
+    assert "per second" in failure.verdict.words
 
 
 def test_a_view_that_gave_nothing_is_the_cause_where_the_run_says_so():
     run, truth = made(wrong=[("left_forearm", 20, 39, 1.2)])
     blind = [{"view": "N", "first": 18, "end": 45, "reason": "dark"}]
-    (episode,) = episodes(replace(run, meta={"blind": blind}), truth)
-    assert episode.verdict.cause == "hole"
-    assert "view N" in episode.verdict.words
+    (failure,) = failures(replace(run, meta={"blind": blind}), truth)
+    assert failure.verdict.cause == "hole"
+    assert "view N" in failure.verdict.words
 
 
-def test_an_arm_that_is_doubted_but_does_not_turn_abruptly_is_no_episode():
+def test_an_arm_that_is_doubted_but_does_not_turn_abruptly_is_no_failure():
     doubted = ("left_forearm", 20, 29, 0.6)
     still, _ = made(lost=[doubted])
     jumped, _ = made(wrong=[("left_forearm", 20, 29, 1.2)], lost=[doubted])
-    assert episodes(still) == ()
-    assert [e.limbs for e in episodes(jumped)] == [("left_forearm",)]
+    assert failures(still) == ()
+    assert [e.limbs for e in failures(jumped)] == [("left_forearm",)]
 
 
-def test_agreement_counts_episodes_that_share_a_frame_and_a_limb():
+def test_agreement_counts_failures_that_share_a_frame_and_a_limb():
     turned, off = 0.7, 1.2
     run, truth = made(
         wrong=[
@@ -133,7 +133,7 @@ def test_agreement_counts_episodes_that_share_a_frame_and_a_limb():
         ],
         lost=[("left_forearm", 12, 24, LOST), ("left_forearm", 42, 52, LOST)],
     )
-    found = episodes(run, truth)
+    found = failures(run, truth)
     by = {how: [e for e in found if e.found == how] for how in ("truth", "signs")}
     counted = agreement(by["truth"], by["signs"])
     assert (counted.true, counted.found, counted.called, counted.right) == (2, 1, 2, 1)
@@ -146,10 +146,10 @@ def test_agreement_counts_episodes_that_share_a_frame_and_a_limb():
     assert pooled([counted, counted]).pairs == 2
 
 
-def test_one_long_episode_finds_several_short_ones_but_makes_one_pair():
+def test_one_long_failure_finds_several_short_ones_but_makes_one_pair():
     short = [("left_forearm", 5, 14, 1.2), ("left_forearm", 30, 39, 1.2)]
     run, truth = made(wrong=short, lost=[("left_forearm", 5, 39, LOST)])
-    found = episodes(run, truth, episode_chance=0.1)
+    found = failures(run, truth, episode_chance=0.1)
     by = {how: [e for e in found if e.found == how] for how in ("truth", "signs")}
     assert (len(by["truth"]), len(by["signs"])) == (2, 1)
     counted = agreement(by["truth"], by["signs"])

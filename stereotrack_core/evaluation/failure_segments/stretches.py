@@ -19,9 +19,9 @@ from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.skeleton import FOREARMS, TORSO, UPPER_ARMS
 from stereotrack_core.evaluation.circumstances import limb_ends
-from stereotrack_core.evaluation.episodes import coefficients
-from stereotrack_core.evaluation.episodes.episode import Episode, Found, Measure
 from stereotrack_core.evaluation.errors import LimbErrors
+from stereotrack_core.evaluation.failure_segments import coefficients
+from stereotrack_core.evaluation.failure_segments.segment import FailureSegment, Found, Measure
 from stereotrack_core.geometry.rotation import angle_between
 from stereotrack_core.parameters import ParameterGroup, parameter
 from stereotrack_core.tracking.failure.features import NEIGHBOUR
@@ -31,7 +31,7 @@ _GROUP = "Failures"
 
 
 @dataclass(frozen=True)
-class EpisodeRules(ParameterGroup):
+class FailureRules(ParameterGroup):
     """From which error, for how long, and what is taken together."""
 
     episode_error: float = parameter(45.0, _GROUP, (1.0, 180.0), unit="deg")(
@@ -112,15 +112,15 @@ def _stretch(frame: IntArray, value: FloatArray, first: int, last: int) -> Stret
 
 _TOGETHER = 0.5
 """Frames that stretches of different arms share, over those of either, from which they are one
-episode."""
+failure."""
 
 
 def joined(
     stretches: Mapping[str, Sequence[Stretch]], found: Found, measure: Measure
-) -> tuple[Episode, ...]:
-    """Episodes of stretches by limb, in the order of their first frames.
+) -> tuple[FailureSegment, ...]:
+    """Failures of stretches by limb, in the order of their first frames.
 
-    Stretches of the two halves of an arm are one episode where they share a frame; those of
+    Stretches of the two halves of an arm are one failure where they share a frame; those of
     other limbs where they are nearly the same: where the frames that both have are at least half
     of those that either has.
     """
@@ -131,11 +131,11 @@ def joined(
     links = np.array(pairs, dtype=np.int64).reshape(-1, 2).T
     graph = coo_array((np.ones(len(pairs)), (links[0], links[1])), shape=(len(every),) * 2)
     count, label = connected_components(graph, directed=False) if every else (0, [])
-    episodes = [
-        _episode([each for each, own in zip(every, label, strict=True) if own == k], found, measure)
+    failures = [
+        _failure([each for each, own in zip(every, label, strict=True) if own == k], found, measure)
         for k in range(count)
     ]
-    return tuple(sorted(episodes, key=lambda e: (e.first, e.last, e.limbs)))
+    return tuple(sorted(failures, key=lambda e: (e.first, e.last, e.limbs)))
 
 
 def _belong(one: tuple[str, Stretch], other: tuple[str, Stretch]) -> bool:
@@ -153,9 +153,11 @@ def _arm(limb: str) -> str | None:
     return side if part in {"upper_arm", "forearm"} else None
 
 
-def _episode(members: Sequence[tuple[str, Stretch]], found: Found, measure: Measure) -> Episode:
+def _failure(
+    members: Sequence[tuple[str, Stretch]], found: Found, measure: Measure
+) -> FailureSegment:
     limb, worst = max(members, key=lambda member: member[1].peak)
-    return Episode(
+    return FailureSegment(
         first=min(stretch.first for _, stretch in members),
         last=max(stretch.last for _, stretch in members),
         limbs=tuple(name for name in LIMBS if any(name == own for own, _ in members)),
@@ -168,7 +170,7 @@ def _episode(members: Sequence[tuple[str, Stretch]], found: Found, measure: Meas
 
 
 def _of_limbs(
-    frame: IntArray, value: FloatArray, levels: tuple[float, float], fps: float, rules: EpisodeRules
+    frame: IntArray, value: FloatArray, levels: tuple[float, float], fps: float, rules: FailureRules
 ) -> dict[str, list[Stretch]]:
     """High stretches of values (F, 6), which begin at a level and end at a share of it."""
     enter, share = levels
@@ -179,15 +181,15 @@ def _of_limbs(
     }
 
 
-def episodes_by_error(
-    errors: LimbErrors, fps: float, rules: EpisodeRules | None = None
-) -> tuple[Episode, ...]:
+def failures_by_error(
+    errors: LimbErrors, fps: float, rules: FailureRules | None = None
+) -> tuple[FailureSegment, ...]:
     """Stretches in which the error of a limb's direction exceeds the threshold long enough.
 
     Frames that are not tracked count with the 90 degrees that they have in `errors`; the head
     has no errors.
     """
-    rules = rules or EpisodeRules()
+    rules = rules or FailureRules()
     degrees = np.degrees([errors.of_limb(limb) for limb in LIMBS])
     levels = rules.episode_error, rules.episode_release
     stretches = _of_limbs(errors.frame, degrees.T, levels, fps, rules)
@@ -213,7 +215,7 @@ _ENDS = 1.0
 """Seconds before and after a frame within which a limb that goes astray turns abruptly."""
 
 
-def episode_signs(run: Run, fps: float, *, said: bool) -> FloatArray:
+def failure_signs(run: Run, fps: float, *, said: bool) -> FloatArray:
     """Signs (F, 6, S) of the limbs in each frame of a run, of those that say it or do not.
 
     All say the more for a failing limb the larger they are. Logarithms of the largest angle that
@@ -277,10 +279,10 @@ _FITTED: Coefficients = MappingProxyType(
 
 
 def lost_chances(run: Run, fps: float, fitted: Coefficients = _FITTED) -> FloatArray:
-    """Probability (F, 6) that each limb is in an episode by its error, by a run's own signs.
+    """Probability (F, 6) that each limb is in a failure by its error, by a run's own signs.
 
-    A logistic regression over :func:`episode_signs`, one for the upper arms and one for the
-    forearms, fitted on simulated recordings alone by ``tools/fit_episodes.py``. It differs from
+    A logistic regression over :func:`failure_signs`, one for the upper arms and one for the
+    forearms, fitted on simulated recordings alone by ``tools/fit_failures.py``. It differs from
     ``Run.limb_lost``, which knows single frames only, by looking at what is before and after, and
     by what it is the probability of: not of a limb that is off in this frame, but of one that is
     in a stretch in which it is. A run that does not say how likely limbs are lost is judged by
@@ -288,7 +290,7 @@ def lost_chances(run: Run, fps: float, fitted: Coefficients = _FITTED) -> FloatA
     elsewhere, which failed too rarely to learn from.
     """
     said = bool(np.isfinite(run.limb_lost[run.tracked]).any())
-    signs = episode_signs(run, fps, said=said)
+    signs = failure_signs(run, fps, said=said)
     result: FloatArray = np.full((len(run.frame), len(LIMBS)), np.nan)
     for half, limbs in ARM_HALVES.items():
         constant, *slopes = fitted[half if said else f"{half}{UNSAID}"]
@@ -298,14 +300,14 @@ def lost_chances(run: Run, fps: float, fitted: Coefficients = _FITTED) -> FloatA
     return result
 
 
-def episodes_by_signs(
-    run: Run, fps: float, rules: EpisodeRules | None = None, fitted: Coefficients | None = None
-) -> tuple[Episode, ...]:
+def failures_by_signs(
+    run: Run, fps: float, rules: FailureRules | None = None, fitted: Coefficients | None = None
+) -> tuple[FailureSegment, ...]:
     """Stretches in which a limb probably fails, by :func:`lost_chances`.
 
-    What is not tracked is an episode of all limbs. `fitted` replaces the coefficients.
+    What is not tracked is a failure of all limbs. `fitted` replaces the coefficients.
     """
-    rules = rules or EpisodeRules()
+    rules = rules or FailureRules()
     chance = lost_chances(run, fps) if fitted is None else lost_chances(run, fps, fitted)
     levels = rules.episode_chance, rules.episode_calm
     stretches = _of_limbs(run.frame, chance, levels, fps, rules)

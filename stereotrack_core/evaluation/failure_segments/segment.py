@@ -1,4 +1,4 @@
-"""What an episode is: a stretch in which limbs fail, and why they probably do."""
+"""What a failure is: a stretch in which limbs fail, and why they probably do."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ class Evidence:
 
 @dataclass(frozen=True)
 class Verdict:
-    """The probable cause of an episode."""
+    """The probable cause of a failure."""
 
     cause: Cause
     confidence: float
@@ -76,7 +76,7 @@ UNCLEAR = Verdict("unclear", 0.0)
 
 
 @dataclass(frozen=True)
-class Episode:
+class FailureSegment:
     """A stretch of frames in which limbs fail."""
 
     first: int
@@ -104,7 +104,7 @@ class Episode:
         """``62°`` or ``93 %``."""
         return f"{self.peak:.0f}°" if self.measure == "error" else f"{100.0 * self.peak:.0f} %"
 
-    def overlaps(self, other: Episode) -> bool:
+    def overlaps(self, other: FailureSegment) -> bool:
         """Whether both share a frame and a limb."""
         together = self.first <= other.last and other.first <= self.last
         return together and not set(self.limbs).isdisjoint(other.limbs)
@@ -124,7 +124,7 @@ def limbs_words(limbs: tuple[str, ...]) -> str:
 
 @dataclass(frozen=True)
 class Agreement:
-    """Counts of episodes."""
+    """Counts of failures."""
 
     true: int = 0
     """Found with truth."""
@@ -157,21 +157,23 @@ class Agreement:
         )
 
 
-def agreement_of(episodes: Iterable[Episode]) -> Agreement:
-    """Compare the episodes of a run that were found by truth with the others."""
-    every = list(episodes)
+def agreement_of(failures: Iterable[FailureSegment]) -> Agreement:
+    """Compare the failures of a run that were found by truth with the others."""
+    every = list(failures)
     return agreement(
         [e for e in every if e.found == "truth"], [e for e in every if e.found == "signs"]
     )
 
 
 def agreement(
-    truth: Sequence[Episode], called: Sequence[Episode], right: Sequence[Episode] | None = None
+    truth: Sequence[FailureSegment],
+    called: Sequence[FailureSegment],
+    right: Sequence[FailureSegment] | None = None,
 ) -> Agreement:
-    """Match episodes: two belong together where they share a frame and a limb.
+    """Match failures: two belong together where they share a frame and a limb.
 
     What is called without truth is `right` where it meets one of those that may be found, which may
-    be more than those that shall be: episodes by a lower threshold.
+    be more than those that shall be: failures by a lower threshold.
     """
     allowed = truth if right is None else right
     overlap = np.array([[one.overlaps(other) for other in called] for one in truth], dtype=np.bool_)

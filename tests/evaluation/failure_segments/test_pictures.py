@@ -6,7 +6,7 @@ import pytest
 
 from stereotrack_core.errors import Cancelled, InputError
 from stereotrack_core.evaluation.circumstances import seen_shares
-from stereotrack_core.evaluation.episodes.drawing import (
+from stereotrack_core.evaluation.failure_segments.drawing import (
     Shown,
     best_view,
     evenly,
@@ -14,15 +14,15 @@ from stereotrack_core.evaluation.episodes.drawing import (
     text_width,
     write,
 )
-from stereotrack_core.evaluation.episodes.export import (
+from stereotrack_core.evaluation.failure_segments.export import (
     before_peak_after,
     film_of,
     strip_of,
 )
-from stereotrack_core.evaluation.episodes.find import Subject, find_episodes
-from stereotrack_core.evaluation.episodes.looks import Looker
+from stereotrack_core.evaluation.failure_segments.find import Subject, find_failures
+from stereotrack_core.evaluation.failure_segments.looks import Looker
 from stereotrack_core.tracking.stored import body_of_run, pose_of_run
-from tests.evaluation.episodes.runs import recorded
+from tests.evaluation.failure_segments.runs import recorded
 
 
 @pytest.fixture(scope="module")
@@ -77,18 +77,18 @@ def test_the_best_view_is_one_that_sees_the_limb(seen):
     assert shares[name] > 0.5
 
 
-def test_a_video_has_all_frames_around_the_episode(seen, tmp_path):
+def test_a_video_has_all_frames_around_the_failure(seen, tmp_path):
     recording, run, truth = seen
     subject = Subject(run, recording.fps, truth, recording, pictures=False)
-    (episode,) = find_episodes(subject)
-    assert before_peak_after(subject, episode)[0] == 1
-    assert before_peak_after(subject, episode)[-1] == 9  # the run ends before there is more
-    assert strip_of(subject, recording, episode, view="N").shape[1] > 200
-    film_of(tmp_path / "one.mp4", subject, recording, [episode])
+    (failure,) = find_failures(subject)
+    assert before_peak_after(subject, failure)[0] == 1
+    assert before_peak_after(subject, failure)[-1] == 9  # the run ends before there is more
+    assert strip_of(subject, recording, failure, view="N").shape[1] > 200
+    film_of(tmp_path / "one.mp4", subject, recording, [failure])
     with av.open(str(tmp_path / "one.mp4")) as video:
         assert sum(1 for _ in video.decode(video=0)) == 11
     with pytest.raises(Cancelled):
-        film_of(tmp_path / "two.mp4", subject, recording, [episode], cancelled=lambda: True)
+        film_of(tmp_path / "two.mp4", subject, recording, [failure], cancelled=lambda: True)
     assert [path.name for path in tmp_path.iterdir()] == ["one.mp4"]
 
 
@@ -128,9 +128,9 @@ def test_a_view_that_goes_dark_is_the_cause(tmp_path):
             file = tmp_path / f"N{kind}" / f"{k:04d}.png"
             empty = tmp_path / f"O{kind}" / f"{k:04d}.png"
             file.write_bytes(_black(empty))
-    (episode,) = find_episodes(Subject(run, recording.fps, truth, recording))
-    assert episode.verdict.cause == "hole"
-    assert "view N" in episode.verdict.words
+    (failure,) = find_failures(Subject(run, recording.fps, truth, recording))
+    assert failure.verdict.cause == "hole"
+    assert "view N" in failure.verdict.words
 
 
 def _black(like):

@@ -1,11 +1,12 @@
-"""Fits the coefficients by which episodes are found without truth, on simulated recordings alone.
+"""Fits the coefficients by which failures are found without truth, on simulated recordings alone.
 
-``python tools/fit_episodes.py FOLDER`` simulates the recordings below into the folder (those that
+``python tools/fit_failures.py FOLDER`` simulates the recordings below into the folder (those that
 are there already are taken as they are), tracks each with several presets and choices of views, so
-that limbs are really lost, and rewrites ``stereotrack_core/evaluation/episodes/coefficients.py``.
-Runs that are in the folder already are taken as they are too. It takes about an hour. The
-recordings are others than those that ``tools/fit_lost_limbs.py`` fits on: what a tracker says of
-the recordings that it was fitted on is better than it is.
+that limbs are really lost, and rewrites
+``stereotrack_core/evaluation/failure_segments/coefficients.py``. Runs that are in the folder
+already are taken as they are too. It takes about an hour. The recordings are others than those that
+``tools/fit_lost_limbs.py`` fits on: what a tracker says of the recordings that it was fitted on is
+better than it is.
 """
 
 from __future__ import annotations
@@ -21,15 +22,15 @@ from logistic import fitted
 
 from stereotrack_core.arrays import BoolArray, FloatArray
 from stereotrack_core.body.limbs import LIMBS
-from stereotrack_core.evaluation.episodes.episode import Episode, agreement, pooled
-from stereotrack_core.evaluation.episodes.find import Subject, stretches_by_truth
-from stereotrack_core.evaluation.episodes.stretches import (
+from stereotrack_core.evaluation.failure_segments.find import Subject, stretches_by_truth
+from stereotrack_core.evaluation.failure_segments.segment import FailureSegment, agreement, pooled
+from stereotrack_core.evaluation.failure_segments.stretches import (
     ARM_HALVES,
     SAID_SIGNS,
     UNSAID,
     UNSAID_SIGNS,
-    episode_signs,
-    episodes_by_signs,
+    failure_signs,
+    failures_by_signs,
 )
 from stereotrack_core.interop.run_npz import read_npz, write_npz
 from stereotrack_core.recording.folder import open_recording
@@ -40,7 +41,7 @@ from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run import track
 from stereotrack_core.tracking.run_spec import RunSpec
 
-WRITTEN = Path(__file__).parents[1] / "stereotrack_core/evaluation/episodes/coefficients.py"
+WRITTEN = Path(__file__).parents[1] / "stereotrack_core/evaluation/failure_segments/coefficients.py"
 SHRINKAGE = 30.0
 """Examples that speak for slopes of 0 in units of the signs' own spread."""
 
@@ -99,17 +100,17 @@ class Example:
     recording : str
     run : Run
     fps : float
-    truth : tuple of Episode
+    truth : tuple of FailureSegment
     said, unsaid : (F, 6, S) float64
         Its signs, of runs that say how likely limbs are lost and of those that do not.
     failing : (F, 6) bool
-        Whether limbs are in episodes by error.
+        Whether limbs are in failures by error.
     """
 
     recording: str
     run: Run
     fps: float
-    truth: tuple[Episode, ...]
+    truth: tuple[FailureSegment, ...]
     said: FloatArray
     unsaid: FloatArray
     failing: BoolArray
@@ -150,14 +151,14 @@ def tracked(folder: Path, place: Path, used: str, views: str, seed: int) -> Run:
 
 
 def example(run: Run, place: Path) -> Example:
-    """A run of a recording with its signs and episodes by error."""
+    """A run of a recording with its signs and failures by error."""
     recording = open_recording(place)
     truth = stretches_by_truth(Subject(run, recording.fps, recording.reference))
     failing = np.zeros((len(run.frame), len(LIMBS)), dtype=np.bool_)
-    for episode in truth:
-        inside = (run.frame >= episode.first) & (run.frame <= episode.last)
-        failing |= inside[:, None] & np.isin(LIMBS, episode.limbs)
-    said, unsaid = (episode_signs(run, recording.fps, said=each) for each in (True, False))
+    for failure in truth:
+        inside = (run.frame >= failure.first) & (run.frame <= failure.last)
+        failing |= inside[:, None] & np.isin(LIMBS, failure.limbs)
+    said, unsaid = (failure_signs(run, recording.fps, said=each) for each in (True, False))
     return Example(place.name, run, recording.fps, truth, said, unsaid, failing)
 
 
@@ -176,13 +177,13 @@ def fitted_by_limb(examples: Sequence[Example]) -> dict[str, FloatArray]:
 
 
 def left_out(examples: Sequence[Example]) -> str:
-    """How well episodes of each recording are found by coefficients fitted on all others."""
+    """How well failures of each recording are found by coefficients fitted on all others."""
     parts = []
     for name in sorted({each.recording for each in examples}):
         fit = fitted_by_limb([each for each in examples if each.recording != name])
         coefficients = {half: slopes.tolist() for half, slopes in fit.items()}
         parts += [
-            agreement(each.truth, episodes_by_signs(each.run, each.fps, None, coefficients))
+            agreement(each.truth, failures_by_signs(each.run, each.fps, None, coefficients))
             for each in examples
             if each.recording == name
         ]
@@ -192,7 +193,7 @@ def left_out(examples: Sequence[Example]) -> str:
 
 def written(coefficients: Mapping[str, FloatArray]) -> str:
     """Text of the module that holds them."""
-    lines = ['"""Written by ``tools/fit_episodes.py``: a constant, a slope per sign."""']
+    lines = ['"""Written by ``tools/fit_failures.py``: a constant, a slope per sign."""']
     for name, values in coefficients.items():
         names = ("constant", *(UNSAID_SIGNS if name.endswith(UNSAID) else SAID_SIGNS))
         rows = [

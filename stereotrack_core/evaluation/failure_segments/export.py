@@ -1,4 +1,4 @@
-"""Episodes as strips of pictures and as a video."""
+"""Failures as strips of pictures and as a video."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import numpy as np
 from stereotrack_core.arrays import ImageArray
 from stereotrack_core.atomic import filling
 from stereotrack_core.errors import Cancelled, InputError
-from stereotrack_core.evaluation.episodes.drawing import (
+from stereotrack_core.evaluation.failure_segments.drawing import (
     WHITE,
     Paper,
     Shown,
@@ -23,15 +23,19 @@ from stereotrack_core.evaluation.episodes.drawing import (
     picture_strip,
     write,
 )
-from stereotrack_core.evaluation.episodes.episode import CAUSE_WORDS, Episode, limbs_words
-from stereotrack_core.evaluation.episodes.find import Report, Subject
+from stereotrack_core.evaluation.failure_segments.find import Report, Subject
+from stereotrack_core.evaluation.failure_segments.segment import (
+    CAUSE_WORDS,
+    FailureSegment,
+    limbs_words,
+)
 from stereotrack_core.recording.description import Recording, View
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.recording.writing import VideoWriter, write_png
 
 _STRIP_FRAMES = 5
 _AROUND = 0.3
-"""Seconds before and after an episode that a video shows as well."""
+"""Seconds before and after a failure that a video shows as well."""
 
 _HEIGHT, _LINE = 400, 34
 _ASPECT = 4.0 / 3.0
@@ -39,74 +43,74 @@ _DARK_PAPER, _INK = (24, 24, 24), (235, 235, 235)
 _CRF = 20
 
 
-def _shown(subject: Subject, recording: Recording, episode: Episode) -> Shown:
-    reference = subject.reference if episode.found == "truth" else None
-    return Shown(recording, subject.run, episode.limbs, reference)
+def _shown(subject: Subject, recording: Recording, failure: FailureSegment) -> Shown:
+    reference = subject.reference if failure.found == "truth" else None
+    return Shown(recording, subject.run, failure.limbs, reference)
 
 
 def strip_of(
     subject: Subject,
     recording: Recording,
-    episode: Episode,
+    failure: FailureSegment,
     *,
     view: str | None = None,
     count: int = _STRIP_FRAMES,
     reader: FrameReader | None = None,
 ) -> ImageArray:
-    """Evenly spread frames of an episode as a strip (H, W, 3) BGR; see :func:`picture_strip`."""
-    frames = evenly(episode.first, episode.last, count)
-    return picture_strip(_shown(subject, recording, episode), frames, view, reader=reader)
+    """Evenly spread frames of a failure as a strip (H, W, 3) BGR; see :func:`picture_strip`."""
+    frames = evenly(failure.first, failure.last, count)
+    return picture_strip(_shown(subject, recording, failure), frames, view, reader=reader)
 
 
 def write_strips(
     folder: Path,
     subject: Subject,
     recording: Recording,
-    episodes: Sequence[Episode],
+    failures: Sequence[FailureSegment],
     *,
     view: str | None = None,
     count: int = _STRIP_FRAMES,
     report: Report = lambda _share, _words: None,
     cancelled: Callable[[], bool] = lambda: False,
 ) -> int:
-    """Write a strip of each episode as PNG into a folder, which is made; returns their number.
+    """Write a strip of each failure as PNG into a folder, which is made; returns their number.
 
     The files are named as ``0144-0183-left-forearm-crossing-truth.png``. Raises InputError where
     not all of them can be written there; then none is, and Cancelled: none is written.
     """
     with filling(folder) as workplace, FrameReader(recording, read_ahead=0) as reader:
-        for i, episode in enumerate(episodes):
+        for i, failure in enumerate(failures):
             if cancelled():
                 raise Cancelled
-            strip = strip_of(subject, recording, episode, view=view, count=count, reader=reader)
-            limbs = limbs_words(episode.limbs).replace(", ", "+").replace(" ", "-")
-            name = f"{limbs}-{episode.verdict.cause}-{episode.found}"
-            write_png(workplace / f"{episode.first:04d}-{episode.last:04d}-{name}.png", strip)
-            report((i + 1) / len(episodes), f"{i + 1} of {len(episodes)}")
-    return len(episodes)
+            strip = strip_of(subject, recording, failure, view=view, count=count, reader=reader)
+            limbs = limbs_words(failure.limbs).replace(", ", "+").replace(" ", "-")
+            name = f"{limbs}-{failure.verdict.cause}-{failure.found}"
+            write_png(workplace / f"{failure.first:04d}-{failure.last:04d}-{name}.png", strip)
+            report((i + 1) / len(failures), f"{i + 1} of {len(failures)}")
+    return len(failures)
 
 
-def before_peak_after(subject: Subject, episode: Episode) -> list[int]:
-    """Frames just before an episode, at its peak and just after it, as far as the run has them."""
+def before_peak_after(subject: Subject, failure: FailureSegment) -> list[int]:
+    """Frames just before a failure, at its peak and just after it, as far as the run has them."""
     around = max(1, round(_AROUND * subject.fps))
     frame = subject.run.frame
-    before = frame[frame <= episode.first - around]
-    after = frame[frame >= episode.last + around]
-    first = int(before[-1]) if len(before) else episode.first
-    last = int(after[0]) if len(after) else episode.last
-    return sorted({first, episode.peak_frame, last})
+    before = frame[frame <= failure.first - around]
+    after = frame[frame >= failure.last + around]
+    first = int(before[-1]) if len(before) else failure.first
+    last = int(after[0]) if len(after) else failure.last
+    return sorted({first, failure.peak_frame, last})
 
 
 def evidence_picture(
     subject: Subject,
     recording: Recording,
-    episode: Episode,
+    failure: FailureSegment,
     *,
     reader: FrameReader | None = None,
     paper: Paper = WHITE,
 ) -> ImageArray:
     """Before, peak and after beside each other (H, W, 3) BGR, in the view that shows it best."""
-    shown, frames = _shown(subject, recording, episode), before_peak_after(subject, episode)
+    shown, frames = _shown(subject, recording, failure), before_peak_after(subject, failure)
     return picture_strip(shown, frames, reader=reader, paper=paper)
 
 
@@ -114,14 +118,14 @@ def film_of(
     path: Path,
     subject: Subject,
     recording: Recording,
-    episodes: Sequence[Episode],
+    failures: Sequence[FailureSegment],
     report: Report = lambda _share, _words: None,
     cancelled: Callable[[], bool] = lambda: False,
 ) -> None:
-    """Write a video of episodes, one after the other, with what is just before and after each.
+    """Write a video of failures, one after the other, with what is just before and after each.
 
     At the recording's own pace; every view is shown with the model's outline, the numbers and, for
-    a single episode, its cause below. One that is not finished is taken away. Raises InputError for
+    a single failure, its cause below. One that is not finished is taken away. Raises InputError for
     no frames, or where the file cannot be written, and Cancelled.
     """
     if path.suffix.lower() != ".mp4":
@@ -129,12 +133,12 @@ def film_of(
             "the name of a video must end in .mp4", where=str(path), remedy="Change the name."
         )
     around = round(_AROUND * subject.fps)
-    wanted = {k for e in episodes for k in range(e.first - around, e.last + around + 1)}
+    wanted = {k for e in failures for k in range(e.first - around, e.last + around + 1)}
     frames = sorted(wanted & set(subject.run.frame.tolist()))
     check_frames(frames)
-    limbs = tuple(dict.fromkeys(limb for episode in episodes for limb in episode.limbs))
-    title = [CAUSE_WORDS[episodes[0].verdict.cause]] if len(episodes) == 1 else []
-    reference = subject.reference if any(e.found == "truth" for e in episodes) else None
+    limbs = tuple(dict.fromkeys(limb for failure in failures for limb in failure.limbs))
+    title = [CAUSE_WORDS[failures[0].verdict.cause]] if len(failures) == 1 else []
+    reference = subject.reference if any(e.found == "truth" for e in failures) else None
     shown = Shown(recording, subject.run, limbs, reference)
     with ExitStack() as opened:
         writer: VideoWriter | None = None

@@ -6,31 +6,31 @@ from collections import Counter
 
 import pytest
 
-from stereotrack_core.evaluation.episodes.find import Subject, find_episodes
-from tests.evaluation.episodes.plants import PLANTS, planted
+from stereotrack_core.evaluation.failure_segments.find import Subject, find_failures
+from tests.evaluation.failure_segments.plants import PLANTS, planted
 
 pytestmark = pytest.mark.slow
 
 _EARLY = 3
-"""Frames by which an episode may begin before what is planted acts."""
+"""Frames by which a failure may begin before what is planted acts."""
 
 
 @pytest.fixture(scope="module")
 def confusion(tmp_path_factory):
-    """Counts of (planted, told) of episodes found with truth that begin while something acts."""
+    """Counts of (planted, told) of failures found with truth that begin while something acts."""
     folder = tmp_path_factory.mktemp("planted")
     told: Counter[tuple[str, str]] = Counter()
     for name, plant in PLANTS.items():
         recording, run = planted(plant, folder / name)
         subject = Subject(run, recording.fps, recording.reference, recording)
-        for episode in find_episodes(subject):
-            if episode.found == "truth" and begins_within(episode, plant.planted):
-                told[plant.cause, episode.verdict.cause] += 1
+        for failure in find_failures(subject):
+            if failure.found == "truth" and begins_within(failure, plant.planted):
+                told[plant.cause, failure.verdict.cause] += 1
     return told
 
 
-def begins_within(episode, frames) -> bool:
-    return frames.start - _EARLY <= episode.first < frames.stop
+def begins_within(failure, frames) -> bool:
+    return frames.start - _EARLY <= failure.first < frames.stop
 
 
 @pytest.mark.timeout(3600)

@@ -1,4 +1,4 @@
-"""The episodes of a run in the window: their panel, pictures, timeline, playback and files."""
+"""The failures of a run in the window: their panel, pictures, timeline, playback and files."""
 
 from __future__ import annotations
 
@@ -10,16 +10,20 @@ from PySide6.QtGui import QColor
 
 from stereotrack_core.arrays import ImageArray
 from stereotrack_core.counting import counted
-from stereotrack_core.evaluation.episodes.drawing import Paper
-from stereotrack_core.evaluation.episodes.episode import (
+from stereotrack_core.evaluation.failure_segments.drawing import Paper
+from stereotrack_core.evaluation.failure_segments.export import (
+    evidence_picture,
+    film_of,
+    write_strips,
+)
+from stereotrack_core.evaluation.failure_segments.find import Subject
+from stereotrack_core.evaluation.failure_segments.segment import (
     CAUSE_WORDS,
     FOUND_WORDS,
-    Episode,
+    FailureSegment,
     agreement_of,
 )
-from stereotrack_core.evaluation.episodes.export import evidence_picture, film_of, write_strips
-from stereotrack_core.evaluation.episodes.find import Subject
-from stereotrack_core.evaluation.episodes.stretches import EpisodeRules
+from stereotrack_core.evaluation.failure_segments.stretches import FailureRules
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.reader import FrameReader
 
@@ -29,16 +33,16 @@ from ...services.tasks.shared import Shared
 from ...services.tasks.task import Task
 from ...session.judgement import MEASURED_LIMBS
 from ...widgets.style.theme import current_theme
-from ...widgets.tables.episodes_panel import EpisodesPanel
-from .episode_list import EpisodePresenter, Filter, Found, lanes_of_episodes
+from ...widgets.tables.failures_panel import FailuresPanel
 from .export_dialog import ExportDialog
+from .failure_list import FailurePresenter, Filter, Found, lanes_of_failures
 
 
 @dataclass(frozen=True, eq=False)
 class _Wanted:
     subject: Subject
     recording: Recording
-    episode: Episode
+    failure: FailureSegment
     reader: Shared[FrameReader]
     paper: Paper
 
@@ -46,7 +50,7 @@ class _Wanted:
 def _drawn(wanted: _Wanted) -> ImageArray:
     with wanted.reader.used() as reader:
         return evidence_picture(
-            wanted.subject, wanted.recording, wanted.episode, reader=reader, paper=wanted.paper
+            wanted.subject, wanted.recording, wanted.failure, reader=reader, paper=wanted.paper
         )
 
 
@@ -56,20 +60,20 @@ def _bgr(colour: str) -> tuple[int, int, int]:
 
 
 _AROUND = 0.3
-"""Seconds before and after an episode that its loop shows as well."""
+"""Seconds before and after a failure that its loop shows as well."""
 
 
-class EpisodeController(QObject):
-    """What the window does with episodes."""
+class FailureController(QObject):
+    """What the window does with failures."""
 
     def __init__(self, context: Context) -> None:
         super().__init__(context.session)
         self._context, self._session = context, context.session
         session = context.session
-        self.panel = EpisodesPanel()
-        context.docks.add("episodes", "Failures", self.panel)
-        self._lanes: tuple[Episode, ...] = ()
-        self.presenter = EpisodePresenter(
+        self.panel = FailuresPanel()
+        context.docks.add("failures", "Failures", self.panel)
+        self._lanes: tuple[FailureSegment, ...] = ()
+        self.presenter = FailurePresenter(
             session, context.tasks, wants_pictures=self.panel.isVisible, threshold=self._threshold
         )
         self._pictures = NewestAsked(_drawn, "draw failures")
@@ -84,7 +88,7 @@ class EpisodeController(QObject):
         show_picture = self.panel.evidence.show_picture
         self._pictures.answered.connect(lambda _asked, pixels: show_picture(pixels))
         self._pictures.failed.connect(self._on_no_picture)
-        context.docks.dock("episodes").visibilityChanged.connect(self._on_seen)
+        context.docks.dock("failures").visibilityChanged.connect(self._on_seen)
         context.view_state.threshold_changed.connect(self.presenter.ask_soon)
         context.docks.workspace_changed.connect(self.show)
         context.session.closed.connect(self._forget_pictures)
@@ -95,12 +99,12 @@ class EpisodeController(QObject):
     # ---- facts
 
     def _subject(self) -> Subject | None:
-        """What the episodes belong to."""
+        """What the failures belong to."""
         found = self.presenter.found
         return found.subject if found is not None else None
 
     def none_listed(self) -> str:
-        """Why there is no episode to do something with."""
+        """Why there is no failure to do something with."""
         if self._session.runs.active is None:
             return "There is no run yet. Run the tracker or open a run."
         if self.presenter.working and self.presenter.found is None:
@@ -108,13 +112,13 @@ class EpisodeController(QObject):
         return "" if self.presenter.listed else "No failure is listed."
 
     def looping(self) -> bool:
-        """Whether an episode is played again and again."""
+        """Whether a failure is played again and again."""
         return self._session.document.loop is not None
 
     # ---- what commands do
 
     def go(self, direction: int) -> None:
-        """Go to the worst frame of the next (1) or previous (-1) listed episode."""
+        """Go to the worst frame of the next (1) or previous (-1) listed failure."""
         found = self.presenter.beside(self._session.document.frame, direction)
         if found is not None:
             self._jump(found)
@@ -123,7 +127,7 @@ class EpisodeController(QObject):
         self._context.notifier.say(f"There is no listed failure {where} this one.", 4000)
 
     def toggle_loop(self) -> None:
-        """Play the chosen episode, or the one at the playhead, again and again; or stop that."""
+        """Play the chosen failure, or the one at the playhead, again and again; or stop that."""
         context, document = self._context, self._session.document
         if document.loop is not None:
             document.set_loop(None)
@@ -147,7 +151,7 @@ class EpisodeController(QObject):
         views = [view.name for view in recording.views]
         dialog = ExportDialog(
             video=video, views=views, listed=len(listed), chosen=self.presenter.chosen is not None,
-            proposed=Path.home() / f"{recording.name}-episodes",
+            proposed=Path.home() / f"{recording.name}-failures",
             parent=self._context.docks.dialog_parent,
         )  # fmt: skip
         dialog.accepted.connect(lambda: self._write(dialog, subject, recording))
@@ -155,16 +159,16 @@ class EpisodeController(QObject):
 
     def _write(self, wanted: ExportDialog, subject: Subject, recording: Recording) -> None:
         one, listed = self.presenter.chosen, self.presenter.listed
-        episodes = (one,) if wanted.which.currentData() and one is not None else listed
+        failures = (one,) if wanted.which.currentData() and one is not None else listed
         video, path, view = wanted.video, wanted.target, wanted.view.currentData() or None
         frames = wanted.count.value()
 
         def work(task: Task) -> str:
             if video:
-                film_of(path, subject, recording, episodes, task.report, task.token.cancelled)
+                film_of(path, subject, recording, failures, task.report, task.token.cancelled)
                 return f"Video saved to {path}."
             count = write_strips(
-                path, subject, recording, episodes, view=view, count=frames,
+                path, subject, recording, failures, view=view, count=frames,
                 report=task.report, cancelled=task.token.cancelled,
             )  # fmt: skip
             return f"{counted(count, 'strip')} saved to {path}."
@@ -195,19 +199,19 @@ class EpisodeController(QObject):
                 self._session.document.set_loop(self._stretch())
         self._context.actions.refresh_soon()
 
-    def _ask_for_picture(self, episode: Episode | None) -> None:
-        """Draw an episode, unless that is drawn; None shows nothing."""
+    def _ask_for_picture(self, failure: FailureSegment | None) -> None:
+        """Draw a failure, unless that is drawn; None shows nothing."""
         reader, subject = self._session.document.reader, self._subject()
         recording = subject.recording if subject is not None else None
-        if subject is None or episode is None or reader is None or recording is None:
+        if subject is None or failure is None or reader is None or recording is None:
             self._pictures.forget()
             self._pictured = None
             self.panel.evidence.show_picture(None)
             return
         theme, before = current_theme(), self._pictured
         paper = Paper(_bgr(theme.base), _bgr(theme.text), _bgr(theme.muted))
-        if before is None or before.episode is not episode or before.paper != paper:
-            self._pictured = _Wanted(subject, recording, episode, reader, paper)
+        if before is None or before.failure is not failure or before.paper != paper:
+            self._pictured = _Wanted(subject, recording, failure, reader, paper)
             self._pictures.ask(self._pictured)
 
     @Slot(object, object)
@@ -224,14 +228,14 @@ class EpisodeController(QObject):
         listed = () if self._context.docks.workspace == "annotate" else self.presenter.listed
         if listed != self._lanes:
             self._lanes = listed
-            self._context.docks.timeline.set_lanes(lanes_of_episodes(listed), "episodes")
+            self._context.docks.timeline.set_lanes(lanes_of_failures(listed), "failures")
 
     def _words(self, found: Found | None) -> str:
         if self._session.runs.active is None:
             return "Run the tracker to see the failures of a run."
         if found is None:
             return "Detecting failures …"
-        every, listed = found.episodes, self.presenter.listed
+        every, listed = found.failures, self.presenter.listed
         if found.subject is None:
             return "The source recording of the run is not known, so failures cannot be detected."
         if not every:
@@ -263,7 +267,7 @@ class EpisodeController(QObject):
         judgement = self._session.judging.of(self._session.runs.active)
         if judgement is not None and judgement.measure == "error":
             return self._context.view_state.threshold
-        return EpisodeRules().episode_error
+        return FailureRules().episode_error
 
     @Slot(bool)
     def _on_seen(self, seen: bool) -> None:
@@ -288,8 +292,8 @@ class EpisodeController(QObject):
     def _on_filtered(self, limb: str, cause: str, found: str) -> None:
         self.presenter.set_filter(Filter(limb, cause, found))
 
-    def _jump(self, episode: Episode) -> None:
-        self.presenter.choose(episode)
+    def _jump(self, failure: FailureSegment) -> None:
+        self.presenter.choose(failure)
         if not self.looping():
             self._session.document.pause()
-        self._session.document.go_to(episode.peak_frame)
+        self._session.document.go_to(failure.peak_frame)

@@ -1,1 +1,0 @@
-"""Episodes: stretches in which a run fails, why it probably does, and pictures of them."""
