@@ -76,7 +76,7 @@ def test_the_body_is_fitted_while_clicking(annotating, qtbot):
     table = annotating.features.annotate.clicking.landmarks.table.model()
     columns = table.columnCount()
     assert all(float(table.index(row, columns - 2).data()) < 10.0 for row in range(9))
-    words = [row.label for row in annotating.features.annotate.clicking.body.model.rows]
+    words = [row[0].text for row in annotating.features.annotate.clicking.body.model.rows]
     assert "left upper arm" in words
     assert "shoulder width" in words
 

@@ -38,10 +38,11 @@ def imported(*folders: str) -> set[str]:
 
 
 def imported_by_name(node: ast.AST) -> str | None:
-    """The module of a call such as ``importlib.import_module("optuna")``."""
+    """The module of a call such as ``extra_library("optuna", ...)``."""
     match node:
         case ast.Call(
-            func=ast.Attribute(attr="import_module" | "importorskip"),
+            func=ast.Attribute(attr="import_module" | "importorskip")
+            | ast.Name(id="extra_library"),
             args=[ast.Constant(value=str(name)), *_],
         ):
             return name

@@ -153,6 +153,7 @@ def test_the_demo_runs_without_a_screen(installed, tmp_path):
     assert (tmp_path / "demo").is_dir()
 
 
+@pytest.mark.slow
 def test_a_foreign_package_called_app_does_no_harm(installed, tmp_path):
     foreign = tmp_path / "foreign" / "app"
     foreign.mkdir(parents=True)

@@ -121,10 +121,9 @@ def test_it_can_be_stopped(qtbot, annotated, work):
 
 def test_the_process_ends_with_the_project(qtbot, work):
     fitted(qtbot, work)
-    process = work._process._process
-    assert process.poll() is None
+    assert work._process.pid is not None
     work.set_project(None, None, 0)
-    assert process.poll() is not None
+    qtbot.waitUntil(lambda: work._process.pid is None)
 
 
 def test_a_landmarks_own_gap_is_not_filled_in(qtbot, annotated, work):
