@@ -50,16 +50,18 @@ def check_meta(meta: Any, where: str, remedy: str) -> None:
     Raises
     ------
     InputError
-        Where it is no table, or a value is of another kind; it names the key.
+        Where it is no table, a value is of another kind, or the body that was tracked cannot be
+        made; it names the key.
     """
     check_kind(meta, _META_KINDS, where, remedy)
-    for name, length in (meta.get("subject") or {}).items():
-        if name in LENGTHS and length is not None and length <= 0:
-            raise InputError(
-                f"a length of {length:g} m is not possible",
-                where=f"{where}, subject.{name}",
-                remedy=remedy,
-            )
+    try:
+        subject_of_meta(meta)
+    except InputError as problem:
+        raise InputError(problem.what, where=f"{where}, {problem.where}", remedy=remedy) from None
+    try:
+        shape_of_meta(meta)
+    except InputError as problem:
+        raise InputError(problem.what, where=f"{where}, body", remedy=remedy) from None
 
 
 def pose_of_run(run: Run, i: int) -> Pose | None:

@@ -155,6 +155,16 @@ def test_impossible_lengths_of_a_stored_body_are_refused(fast_run, length):
         body_of_run(run)
 
 
+def test_a_run_with_a_body_of_another_version_is_refused(fast_run, tmp_path):
+    body = {**fast_run.meta["body"], "waist": 0.3}
+    path = tmp_path / "run.npz"
+    write_run(path, dataclasses.replace(fast_run, meta={**fast_run.meta, "body": body}))
+    with pytest.raises(InputError, match=r"unknown parameter 'waist'") as refused:
+        read_run(path)
+    assert str(path) in refused.value.where
+    assert "--set" not in str(refused.value)
+
+
 def test_poses_of_a_stored_run_reproduce_its_landmarks(recording, fast_run, tmp_path):
     write_run(tmp_path / "run.npz", fast_run)
     stored = read_run(tmp_path / "run.npz")
