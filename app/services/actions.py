@@ -22,49 +22,33 @@ def _always() -> str:
 
 @dataclass(frozen=True)
 class Command:
-    """One thing that the workbench can do.
-
-    Attributes
-    ----------
-    id : str
-        Name under which the shortcut is stored; never changes.
-    menu : str
-        Menu that it stands in, with submenus after a slash.
-    text : str
-        What it is called in menus and the palette.
-    tip : str
-        What it does, in a sentence.
-    run : callable
-        Does it.
-    shortcut : str
-        Key sequence it has unless the person chooses another.
-    icon : str
-        Name of an icon in the resources.
-    why_not : callable
-        Why it cannot be done now, as a sentence; empty where it can.
-    checked : callable or None
-        For commands that switch something: whether it is on.
-    section : bool
-        Whether a separator stands before it in the menu.
-    says : callable or None
-        What it is called now, where that changes: ``Undo: place left elbow``.
-    local : bool
-        Whether its keys count only in a picture, and only while it can be done; there they go
-        before another command of the same keys.
-    """
+    """One thing that the workbench can do."""
 
     id: str
+    """Name under which the shortcut is stored; never changes."""
     menu: str
+    """Menu that it stands in, with submenus after a slash."""
     text: str
+    """What it is called in menus and the palette."""
     tip: str
+    """What it does, in a sentence."""
     run: Callable[[], None]
+    """Does it."""
     shortcut: str = ""
+    """Key sequence it has unless the person chooses another."""
     icon: str = ""
+    """Name of an icon in the resources."""
     why_not: Callable[[], str] = _always
+    """Why it cannot be done now, as a sentence; empty where it can."""
     checked: Callable[[], bool] | None = None
+    """For commands that switch something: whether it is on."""
     section: bool = False
+    """Whether a separator stands before it in the menu."""
     says: Callable[[], str] | None = None
+    """What it is called now, where that changes: ``Undo: place left elbow``."""
     local: bool = False
+    """Whether its keys count only in a picture, and only while it can be done; there they go before
+    another command of the same keys."""
 
     @property
     def place(self) -> str:

@@ -16,43 +16,28 @@ _USUAL_HEIGHT = 960
 
 @dataclass(frozen=True)
 class Workspace:
-    """A named arrangement of panels.
-
-    Attributes
-    ----------
-    name : str
-        As it is stored and given to ``--workspace``.
-    title : str
-    tip : str
-    icon : str
-    side : tuple of tuple of str
-        Panels at the right, from top to bottom; those in one tuple share a place as tabs.
-    bottom : tuple of str or tuple of str
-        Panels over the whole width below the views, from top to bottom; those in one tuple share
-        a place as tabs.
-    side_share : float
-        Width of the panels at the right, as a share of the window.
-    bottom_heights : tuple of int
-        Heights of the panels below.
-    side_heights : tuple of int
-        Relative heights of the panels at the right.
-    tall_side : bool
-        Whether the panels at the right go down to the lower end of the window.
-    why_not : callable
-        Why it has nothing to show now, as a sentence; empty where it has.
-    """
+    """A named arrangement of panels."""
 
     name: str
+    """As it is stored and given to ``--workspace``."""
     title: str
     tip: str
     icon: str
     side: tuple[tuple[str, ...], ...]
+    """Panels at the right, from top to bottom; those in one tuple share a place as tabs."""
     bottom: tuple[str | tuple[str, ...], ...]
+    """Panels over the whole width below the views, from top to bottom; those in
+    one tuple share a place as tabs."""
     side_share: float
+    """Width of the panels at the right, as a share of the window."""
     bottom_heights: tuple[int, ...]
+    """Heights of the panels below."""
     side_heights: tuple[int, ...]
+    """Relative heights of the panels at the right."""
     tall_side: bool = False
+    """Whether the panels at the right go down to the lower end of the window."""
     why_not: Callable[[], str] = field(default=str, compare=False)
+    """Why it has nothing to show now, as a sentence; empty where it has."""
 
 
 def arrange(window: QMainWindow, docks: Mapping[str, QDockWidget], space: Workspace) -> None:

@@ -24,17 +24,11 @@ _TELL_SECONDS = 0.2
 
 @dataclass(frozen=True)
 class Allow:
-    """Go on for so many frames from now; infinity: to the end, 0: hold after the frame in work.
-
-    Attributes
-    ----------
-    frames : float
-    number : int
-        Said again when the tracker is held.
-    """
+    """Go on for so many frames from now; infinity: to the end, 0: hold after the frame in work."""
 
     frames: float
     number: int
+    """Said again when the tracker is held."""
 
 
 @dataclass(frozen=True)
@@ -51,65 +45,42 @@ class Inspect:
 
 @dataclass(frozen=True)
 class Preparing:
-    """How far what comes before the first frame is.
-
-    Attributes
-    ----------
-    stage : str
-        In words.
-    done, count : int
-    """
+    """How far what comes before the first frame is."""
 
     stage: str
+    """In words."""
     done: int
     count: int
+    """How much of the stage is done, and of how much."""
 
 
 @dataclass(frozen=True, eq=False)
 class Prepared:
-    """The first frame can be done now.
-
-    Attributes
-    ----------
-    body : BodyModel
-        That is tracked.
-    origin : Origin
-    """
+    """The first frame can be done now."""
 
     body: BodyModel
+    """That is tracked."""
     origin: Origin
 
 
 @dataclass(frozen=True, eq=False)
 class Tracked:
-    """A frame is done.
-
-    Attributes
-    ----------
-    frame : TrackedFrame
-        Its cloud is without depth images unless they are to be shown.
-    seconds : float
-        Time that has been worked on the run so far, without pauses.
-    """
+    """A frame is done."""
 
     frame: TrackedFrame
+    """Its cloud is without depth images unless they are to be shown."""
     seconds: float
+    """Time that has been worked on the run so far, without pauses."""
 
 
 @dataclass(frozen=True, eq=False)
 class Held:
-    """The tracker waits before a frame, or has done the last one.
-
-    Attributes
-    ----------
-    number : int
-        That of the newest :class:`Allow` that it knows.
-    cloud : Cloud or None
-        Of the frame done last, with its depth images; None where they were sent before.
-    """
+    """The tracker waits before a frame, or has done the last one."""
 
     number: int
+    """That of the newest :class:`Allow` that it knows."""
     cloud: Cloud | None
+    """Of the frame done last, with its depth images; None where they were sent before."""
 
 
 def load(_: Asker) -> None:
@@ -118,23 +89,15 @@ def load(_: Asker) -> None:
 
 @dataclass(frozen=True, eq=False)
 class RunTask:
-    """Tracks the frames of a specification, which is picklable as all that it is made of.
-
-    Attributes
-    ----------
-    recording : Recording
-    spec : RunSpec
-        With its frames.
-    journal : Path or None
-        Where every frame is kept at once.
-    allowed : Allow
-        How far it may go at first.
-    """
+    """Tracks the frames of a specification, which is picklable as all that it is made of."""
 
     recording: Recording
     spec: RunSpec
+    """With its frames."""
     journal: Path | None
+    """Where every frame is kept at once."""
     allowed: Allow
+    """How far it may go at first."""
 
     def __call__(self, asker: Asker) -> None:
         """Do it, until the end or until it is no longer wanted."""

@@ -205,18 +205,12 @@ class Task(Threaded):
 
 @dataclass(frozen=True, eq=False)
 class Processes:
-    """Processes that work for windows, one after the other.
-
-    Attributes
-    ----------
-    run : TaskProcess
-        Tracks the run in progress, which may be held for as long as a person likes.
-    trials : TaskProcess
-        Tracks trials and records what single steps did; keeps the clouds for them.
-    """
+    """Processes that work for windows, one after the other."""
 
     run: TaskProcess = field(default_factory=TaskProcess)
+    """Tracks the run in progress, which may be held for as long as a person likes."""
     trials: TaskProcess = field(default_factory=TaskProcess)
+    """Tracks trials and records what single steps did; keeps the clouds for them."""
 
     def close(self) -> None:
         """End them at once."""

@@ -48,24 +48,16 @@ class CloudKey:
 
 @dataclass(frozen=True)
 class Holdings:
-    """What a store keeps, in itself small; may be told to another process.
-
-    Attributes
-    ----------
-    views : tuple of str
-        That are matched.
-    matched : mapping
-        Frames by view and parameters.
-    measured : mapping
-        From parameters to frames, and to the parameters of fusion that have given a cloud.
-    backgrounds : frozenset
-        Parameters with which the background is known.
-    """
+    """What a store keeps, in itself small; may be told to another process."""
 
     views: tuple[str, ...] = ()
+    """That are matched."""
     matched: Mapping[Hashable, set[int]] = field(default_factory=dict)
+    """Frames by view and parameters."""
     measured: Mapping[Hashable, Mapping[int, frozenset[Hashable]]] = field(default_factory=dict)
+    """From parameters to frames, and to the parameters of fusion that have given a cloud."""
     backgrounds: frozenset[Hashable] = frozenset()
+    """Frozenset. Parameters with which the background is known."""
 
     def work(self, key: CloudKey, stretch: range, *, shape: bool = False) -> str:
         """What a trial over a stretch computes beyond what is kept, in words; not exact.

@@ -24,17 +24,11 @@ _STORE = "clouds"
 
 @dataclass(frozen=True, eq=False)
 class KeptRecording:
-    """A recording whose clouds a process keeps from task to task, until another one comes.
-
-    Attributes
-    ----------
-    recording : Recording
-    key : str
-        What tells it from others, also from itself before it was corrected.
-    """
+    """A recording whose clouds a process keeps from task to task, until another one comes."""
 
     recording: Recording
     key: str = field(default_factory=lambda: uuid4().hex)
+    """What tells it from others, also from itself before it was corrected."""
 
     def store(self, asker: Asker) -> CloudStore:
         """What the process keeps of it."""
@@ -59,37 +53,23 @@ def forget(asker: Asker) -> None:
 
 @dataclass(frozen=True, eq=False)
 class TrialBegun:
-    """A trial, by its place among those of a task, is prepared.
-
-    Attributes
-    ----------
-    place : int
-    body : BodyModel
-        That is tracked.
-    origin : Origin
-    """
+    """A trial, by its place among those of a task, is prepared."""
 
     place: int
     body: BodyModel
+    """That is tracked."""
     origin: Origin
 
 
 @dataclass(frozen=True, eq=False)
 class TrialFrame:
-    """A frame of a trial is done.
-
-    Attributes
-    ----------
-    place : int
-    frame : TrackedFrame
-        Without its cloud.
-    seconds : float
-        Since the trial began.
-    """
+    """A frame of a trial is done."""
 
     place: int
     frame: TrackedFrame
+    """Without its cloud."""
     seconds: float
+    """Since the trial began."""
 
 
 @dataclass(frozen=True, eq=False)
