@@ -17,7 +17,7 @@ ProcessTask: TypeAlias = Callable[[Asker], Any]
 from the :class:`Asker`."""
 
 _LOOK_SECONDS = 0.1
-_NICE = 5
+_NICE = 15
 """Who paints goes first; where nothing is to be painted, nothing is lost."""
 
 
