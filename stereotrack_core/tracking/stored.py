@@ -111,7 +111,7 @@ def subject_of_meta(meta: Mapping[str, Any]) -> Subject | None:
 
 def shape_of_meta(meta: Mapping[str, Any]) -> BodyShape:
     """Shape of the body that was tracked."""
-    return BodyShape().replaced(**meta.get("body", {}))
+    return BodyShape().replaced(**(meta.get("body") or {}))
 
 
 def _joints_of(names: tuple[str, ...]) -> tuple[int, ...]:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from stereotrack_core.body.model import body_model, landmarks
+from stereotrack_core.body.parameters import BodyShape
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.run_file import read_run, write_run
@@ -163,6 +164,12 @@ def test_a_run_with_a_body_of_another_version_is_refused(fast_run, tmp_path):
         read_run(path)
     assert str(path) in refused.value.where
     assert "--set" not in str(refused.value)
+
+
+def test_a_run_may_say_nothing_of_its_body(fast_run, tmp_path):
+    path = tmp_path / "run.npz"
+    write_run(path, dataclasses.replace(fast_run, meta={**fast_run.meta, "body": None}))
+    assert body_of_run(read_run(path)).shape == BodyShape()
 
 
 def test_poses_of_a_stored_run_reproduce_its_landmarks(recording, fast_run, tmp_path):
