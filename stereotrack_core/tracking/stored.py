@@ -43,6 +43,9 @@ _META_KINDS: Mapping[str, Kind] = MappingProxyType(
 )
 """What :meth:`Origin.meta` and whoever adds to it state; other keys may hold anything."""
 
+_MAY_BE_NULL = frozenset({"subject", "first_pose", "detections", "frames", "wall_seconds"})
+"""Keys of these that are stated although nothing is known."""
+
 
 def check_meta(meta: Any, where: str, remedy: str) -> None:
     """Refuse what cannot be the meta of a run.
@@ -54,6 +57,9 @@ def check_meta(meta: Any, where: str, remedy: str) -> None:
         made; it names the key.
     """
     check_kind(meta, _META_KINDS, where, remedy)
+    for key in sorted(_META_KINDS.keys() - _MAY_BE_NULL):
+        if key in meta and meta[key] is None:
+            raise InputError("the value is missing", where=f"{where}, {key}", remedy=remedy)
     try:
         subject_of_meta(meta)
     except InputError as problem:
@@ -111,7 +117,7 @@ def subject_of_meta(meta: Mapping[str, Any]) -> Subject | None:
 
 def shape_of_meta(meta: Mapping[str, Any]) -> BodyShape:
     """Shape of the body that was tracked."""
-    return BodyShape().replaced(**(meta.get("body") or {}))
+    return BodyShape().replaced(**meta.get("body", {}))
 
 
 def _joints_of(names: tuple[str, ...]) -> tuple[int, ...]:

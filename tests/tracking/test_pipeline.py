@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from stereotrack_core.body.model import body_model, landmarks
-from stereotrack_core.body.parameters import BodyShape
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.run_file import read_run, write_run
@@ -166,10 +165,13 @@ def test_a_run_with_a_body_of_another_version_is_refused(fast_run, tmp_path):
     assert "--set" not in str(refused.value)
 
 
-def test_a_run_may_say_nothing_of_its_body(fast_run, tmp_path):
+@pytest.mark.parametrize("key", ["body", "seed", "views", "fps"])
+def test_a_run_that_leaves_a_value_out_is_refused(fast_run, tmp_path, key):
     path = tmp_path / "run.npz"
-    write_run(path, dataclasses.replace(fast_run, meta={**fast_run.meta, "body": None}))
-    assert body_of_run(read_run(path)).shape == BodyShape()
+    write_run(path, dataclasses.replace(fast_run, meta={**fast_run.meta, key: None}))
+    with pytest.raises(InputError, match="the value is missing") as refused:
+        read_run(path)
+    assert refused.value.where == f"{path}, meta, {key}"
 
 
 def test_poses_of_a_stored_run_reproduce_its_landmarks(recording, fast_run, tmp_path):
