@@ -169,12 +169,25 @@ def test_a_run_states_a_value_of_another_kind(samples, tmp_path, key, value, cap
     assert told == f"stereotrack: {refusal.value}"
 
 
-def test_what_older_runs_do_not_state_is_not_missed(samples, tmp_path):
+def _with_own_meta(run, meta):
+    return with_meta(run_bytes(run), lambda _: meta)
+
+
+def test_what_a_run_does_not_state_is_not_missed(samples):
     for key in samples.run.meta:
-        for value in ({}, {key: None}):
-            kept = {name: one for name, one in samples.run.meta.items() if name != key}
-            data = with_meta(run_bytes(samples.run), lambda _, kept=kept, value=value: kept | value)
-            assert run_of_bytes(data, "a run").meta == kept | value
+        kept = {name: one for name, one in samples.run.meta.items() if name != key}
+        assert run_of_bytes(_with_own_meta(samples.run, kept), "a run").meta == kept
+
+
+def test_a_value_left_out_is_refused_unless_it_may_be_unknown(samples):
+    for key in samples.run.meta:
+        meta = {**samples.run.meta, key: None}
+        data = _with_own_meta(samples.run, meta)
+        if key in ("subject", "first_pose", "detections", "frames", "wall_seconds"):
+            assert run_of_bytes(data, "a run").meta == meta
+        else:
+            with pytest.raises(InputError, match=f"{key}: the value is missing"):
+                run_of_bytes(data, "a run")
 
 
 @pytest.mark.parametrize("text", ["{", "[]", "[" * 3000, '{"seed": ' + "9" * 400 + "}", '"x"'])
