@@ -169,6 +169,7 @@ class Session(QObject):
         refused, recording = None, self.document.recording
         if recording is not None:  # the tracker never sees the truth
             self.kept = KeptRecording(dataclasses.replace(recording, reference=None))
+            self._view_state.show_views(recording.views)
         try:
             self.clouds.set_recording(recording)
         except InputError as error:

@@ -1,14 +1,16 @@
-"""What is chosen of what is shown: frames, threshold, limb, overlays, light."""
+"""What is chosen of what is shown: frames, threshold, limb, views, overlays, light."""
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Sequence
 from typing import Any, Literal, TypeAlias
 
 from PySide6.QtCore import QObject, Signal, Slot
 
-from ..widgets.camera.picture import Display, PictureKind
+from stereotrack_core.recording.description import View
+
+from ..widgets.camera.picture import Arrangement, Display, PictureKind, camera_of, kinds_of
 from .pictures import FittedBody, StepDrawing
 
 PointColour: TypeAlias = Literal["view", "limb", "distance"]
@@ -24,6 +26,8 @@ class ViewState(QObject):
     """Another error counts as a failure, in degrees."""
     active_view_changed = Signal(str)
     """Keys act on another view."""
+    wanted_changed = Signal()
+    """Other pictures are wanted: another kind in some view, or the views are arranged anew."""
     display_changed = Signal()
     """Overlays or loupe are others, or another limb is selected."""
     light_changed = Signal()
@@ -41,6 +45,12 @@ class ViewState(QObject):
         """Error above which a limb counts as lost, in degrees."""
         self.active_view = ""
         """Name of the view that keys act on; empty without views."""
+        self.views: dict[str, View] = {}
+        """The recording's views by name."""
+        self.kinds: dict[str, PictureKind] = {}
+        """The kind of picture that each of them shows."""
+        self.arrangement: Arrangement = "grid"
+        """How the views are arranged."""
         self.display = Display()
         """How pictures are displayed."""
         self.lights: dict[str, tuple[float, float]] = {}
@@ -53,8 +63,6 @@ class ViewState(QObject):
         """The body fitted to the clicks, which the scene shows while they are made."""
         self.drawing: StepDrawing | None = None
         """The step inside the frame that is drawn instead of the run."""
-        self.wanted: Callable[[], Mapping[str, PictureKind]] = dict
-        """Which picture each visible view shall show; given by who shows them."""
         self.points_wanted: Callable[[], bool] = lambda: False
         """Whether measured points are shown somewhere."""
 
@@ -74,14 +82,53 @@ class ViewState(QObject):
             self.threshold = degrees
             self.threshold_changed.emit(degrees)
 
-    # ---- pictures
+    # ---- views
+
+    def show_views(self, views: Sequence[View]) -> None:
+        """Show the images of other views; keys act on the first."""
+        self.views = {view.name: view for view in views}
+        self.kinds = {view.name: kinds_of(view)[0] for view in views}
+        self.active_view = next(iter(self.views), "")
+
+    def wanted(self) -> dict[str, PictureKind]:
+        """Which picture each visible view shall show."""
+        alone = self.arrangement == "single" and self.active_view
+        return {self.active_view: self.kinds[self.active_view]} if alone else dict(self.kinds)
+
+    def cameras(self) -> dict[str, str]:
+        """The camera whose image each visible view shall show; empty for computed pictures."""
+        return {name: camera_of(self.views[name], kind) for name, kind in self.wanted().items()}
+
+    @Slot(str, str)
+    def choose_kind(self, kind: PictureKind, view: str = "") -> None:
+        """Show a kind of picture in one view, or without a name in every view that has it."""
+        views = self.views if not view else {view: self.views[view]} if view in self.views else {}
+        chosen = {name: kind for name, each in views.items() if kind in kinds_of(each)}
+        if chosen.items() - self.kinds.items():
+            self.kinds |= chosen
+            self.wanted_changed.emit()
+
+    def arrange(self, arrangement: Arrangement) -> None:
+        """Arrange the views in another way."""
+        self.arrangement = arrangement
+        self.wanted_changed.emit()
 
     @Slot(str)
     def activate(self, view: str) -> None:
         """Let keys act on another view."""
-        if view != self.active_view:
+        if view != self.active_view and view in self.views:
             self.active_view = view
             self.active_view_changed.emit(view)
+            if self.arrangement != "grid":
+                self.wanted_changed.emit()
+
+    def activate_next(self, by: int = 1) -> None:
+        """Let keys act on the view after (or before) the active one."""
+        names = list(self.views)
+        if names:
+            self.activate(names[(names.index(self.active_view) + by) % len(names)])
+
+    # ---- pictures
 
     @property
     def displayed(self) -> Display:
@@ -116,6 +163,7 @@ class ViewState(QObject):
     def begin_anew(self) -> None:
         """Forget what belongs to a recording that is no longer shown."""
         self.lights.clear()
+        self.show_views(())
         self.fit = None
         self.select(None)
         self.change_display(highlighted="")

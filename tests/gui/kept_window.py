@@ -106,10 +106,10 @@ class KeptWindow:
         session.project.close()
         session.document.visit(0)
         window.context.view_state.select(None)
-        views = window.context.docks.views
-        views.set_active(next(iter(views.tiles)))
+        state, views = window.context.view_state, window.context.docks.views
+        state.activate(next(iter(state.views)))
         for name, tile in views.tiles.items():
-            views.show_kind(name, self._state["views"][name][0])
+            state.choose_kind(self._state["views"][name][0], name)
             tile.camera.fit()
             QApplication.sendEvent(tile.camera, QEvent(QEvent.Type.Leave))
         window.context.docks.show_named(self._state["workspace"])
@@ -153,8 +153,9 @@ def state_of(window: MainWindow) -> dict[str, Any]:
         "document": (document.frame, document.frame_count, document.playing, document.loop),
         "views": {
             name: (
-                *(tile.kind, tile.camera.zoom, tile.camera.isVisible(), tile.camera.size()),
-                *(tile.camera.place_of(0.0, 0.0), tile.camera.label.words, view_state.light(name)),
+                *(view_state.kinds[name], tile.camera.zoom, tile.camera.isVisible()),
+                *(tile.camera.size(), tile.camera.place_of(0.0, 0.0)),
+                *(tile.camera.label.words, view_state.light(name)),
             )
             for name, tile in docks.views.tiles.items()
         },

@@ -67,11 +67,11 @@ def test_lanes_and_history_follow_a_click_and_lead_back_to_it(annotating, qtbot)
     annotating.features.annotate.panels.click_requested.emit(0, "S_right", "left_elbow")
     qtbot.waitUntil(annotating.context.tasks.settled, timeout=60_000)
     assert annotating.context.session.document.frame == 0
-    assert annotating.context.docks.views.active == "S"
+    assert annotating.context.view_state.active_view == "S"
     assert annotating.features.annotate.clicking.annotating.choice.landmark == "left_elbow"
     annotating.features.annotate.panels.click_requested.emit(2, "N_left", "head")
     qtbot.waitUntil(annotating.context.tasks.settled, timeout=60_000)
-    assert annotating.context.docks.views.tiles["N"].kind == "left"
+    assert annotating.context.view_state.kinds["N"] == "left"
 
 
 def test_lanes_stay_when_the_recording_is_opened_again(annotating, qtbot):

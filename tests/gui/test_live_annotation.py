@@ -40,20 +40,18 @@ def test_one_click_gives_a_curve_two_a_prediction_that_one_key_accepts(annotatin
     away = np.linalg.norm(curves[0].points - (x, y), axis=1)
     assert away.min() < 8.0, "the curve passes through the landmark"
     assert view(annotating, "S").marks.predictions == ()
-    annotating.context.docks.views.tiles["S"].set_kind("left")
-    annotating.context.docks.views.kinds_changed.emit()
+    annotating.context.view_state.choose_kind("left", "S")
     qtbot.waitUntil(annotating.context.tasks.settled, timeout=60_000)
     recording = annotating.context.session.document.recording
     point = recording.reference.points[0][LANDMARKS.index("left_hand")]
     click(annotating, *recording.cameras["S_left"].project(point), "S")
-    annotating.context.docks.views.tiles["S"].set_kind("image")
-    annotating.context.docks.views.kinds_changed.emit()
+    annotating.context.view_state.choose_kind("image", "S")
     qtbot.waitUntil(annotating.context.tasks.settled, timeout=60_000)
     (prediction,) = [p for p in view(annotating, "S").marks.predictions if p.chosen]
     assert math.hypot(prediction.x - x, prediction.y - y) < 6.0
     assert len(clicks(annotating)) == 2, "a prediction never becomes a click by itself"
     assert np.isfinite(view(annotating, "N").marks.predictions[0].error_px)
-    annotating.context.docks.views.set_active("S")
+    annotating.context.view_state.activate("S")
     key(annotating, Qt.Key.Key_A, name="S")
     found = clicks(annotating)[("S_right", "left_hand")]
     assert found.origin == "accepted"

@@ -22,7 +22,7 @@ def look(window, qtbot):
     window.context.docks.show_named("annotate")
     key(window, Qt.Key.Key_F2)
     window.features.view.light.brightness.setValue(30)
-    window.context.docks.views.set_active("S")
+    window.context.view_state.activate("S")
     window.features.view.light.only_this.setChecked(True)
     window.features.view.light.brightness.setValue(-20)
     window.features.view.light.contrast.setValue(50)
@@ -31,7 +31,7 @@ def look(window, qtbot):
 
 
 def shown(window):
-    kinds = {name: tile.kind for name, tile in window.context.docks.views.tiles.items()}
+    kinds = dict(window.context.view_state.kinds)
     lights = {
         name: window.context.view_state.light(name) for name in window.context.docks.views.tiles
     }

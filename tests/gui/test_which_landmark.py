@@ -119,7 +119,7 @@ def test_the_name_stands_at_the_cursor_before_the_click(four, qtbot):
     QTest.mouseMove(four.windowHandle(), place)
     QApplication.processEvents()
     assert said(four, "N") == "", "gone with the mouse"
-    four.context.docks.views.show_kind("N", "disparity")
+    four.context.view_state.choose_kind("disparity", "N")
     qtbot.waitUntil(four.context.tasks.settled, timeout=60_000)
     point(four, 100.0, 100.0, "N")
     assert said(four, "N") == "", "a computed picture takes no clicks"
@@ -272,10 +272,10 @@ def test_the_one_large_view_does_not_decide_what_is_clicked_in_a_small_one(four,
     annotate_view(four, "N")
     four.context.actions.action("arrange_one-and-more").trigger()
     qtbot.waitUntil(four.context.tasks.settled, timeout=60_000)
-    four.context.docks.views.set_active("N")
+    four.context.view_state.activate("N")
     point(four, 100.0, 100.0, "O")
     assert said(four, "O") == "left shoulder"
-    assert four.context.docks.views.active == "N", "nothing is arranged anew by a move of the mouse"
+    assert four.context.view_state.active_view == "N", "nothing is arranged anew by a mere move"
     key(four, Qt.Key.Key_X, name="O")
     assert clicks(four)[("O_right", "left_shoulder")].visibility == Visibility.OUTSIDE
     assert clicks(four)[("N_right", "left_shoulder")].visibility == Visibility.SEEN

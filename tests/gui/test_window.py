@@ -245,7 +245,7 @@ def test_disparity_and_foreground_are_shown_at_the_same_instant(opened, qtbot):
         press(qtbot, opened, key)
         qtbot.waitUntil(opened.context.tasks.settled, timeout=60_000)
         kinds = {tile.camera.picture.kind for tile in opened.context.docks.views.tiles.values()}
-        assert kinds == {opened.context.docks.views.tiles["N"].kind}
+        assert kinds == {opened.context.view_state.kinds["N"]}
         assert all(
             t.camera.picture.pixels is not None for t in opened.context.docks.views.tiles.values()
         )

@@ -142,14 +142,14 @@ class _AnnotateController(QObject):
     def _on_click_wanted(self, frame: int, camera: str, landmark: str) -> None:
         """Show the frame, make the view active in which to click, and choose the landmark."""
         self._session.document.visit(frame)
-        recording, views = self._session.document.recording, self._context.docks.views
+        recording, state = self._session.document.recording, self._context.view_state
         for view in recording.views if recording is not None else ():
             streams: dict[PictureKind, Stream | None] = {"image": view.image, "left": view.left}
             for kind, stream in streams.items():
                 if stream is not None and stream.camera == camera:
-                    views.show_kind(view.name, kind)
-                    self._context.view_state.activate(view.name)
-                    views.tiles[view.name].camera.setFocus()
+                    state.choose_kind(kind, view.name)
+                    state.activate(view.name)
+                    self._context.docks.views.tiles[view.name].camera.setFocus()
         self._clicking.annotating.choose(landmark)
 
     @Slot()

@@ -12,6 +12,7 @@ from PySide6.QtCore import QElapsedTimer, QObject, QTimer, Slot
 from stereotrack_core.body.mesh import PartMesh
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.project import Project
+from stereotrack_core.recording.description import Recording
 
 from ...context import Context
 from ...services.failures import message_of
@@ -47,7 +48,6 @@ class ViewController(QObject):
         self._scene_timer.timeout.connect(self._show_scene)
         self._scene_waits = QElapsedTimer()
         self._rig_held = False
-        self._state.wanted = self._docks.views.wanted
         self._state.points_wanted = self._points_wanted
         self._connect()
         self._switch_on_as_stored()
@@ -64,12 +64,12 @@ class ViewController(QObject):
         state.light_changed.connect(self._on_display)
         state.scene_changed.connect(self._show_scene_soon)
         state.selection_changed.connect(self._on_selection)
-        docks.views.kinds_changed.connect(session.instant.tell_soon)
+        state.wanted_changed.connect(self._on_wanted)
+        docks.views.kind_chosen.connect(state.choose_kind)
         docks.views.limb_clicked.connect(state.highlight)
-        docks.views.active_changed.connect(state.activate)
+        docks.views.activated.connect(state.activate)
         state.active_view_changed.connect(docks.views.set_active)
         state.active_view_changed.connect(self._show_light)
-        docks.views.arranged.connect(self._context.actions.refresh_soon)
         docks.scene.limb_clicked.connect(state.highlight)
         docks.timeline.frame_requested.connect(session.document.visit)
         docks.timeline.selection_changed.connect(state.select)
@@ -85,18 +85,26 @@ class ViewController(QObject):
     def _show_recording(self) -> None:
         """Show another recording, or none."""
         recording = self._session.document.recording
-        self._docks.views.set_views(recording.views if recording is not None else ())
-        self._state.activate(self._docks.views.active)
+        aspects = _aspects(recording) if recording is not None else {}
+        self._docks.views.set_views(tuple(self._state.views.values()), aspects)
+        self._show_light(self._state.active_view)
         self._docks.scene.begin_anew()
         self._rig_held = False
         self._on_count_changed(self._session.document.frame_count)
 
     @Slot(object)
     def _on_instant(self, instant: Instant) -> None:
-        views = self._docks.views
         overlays = self._state.display.overlays
-        views.show_pictures(pictures_of(instant, views.wanted(), overlays))
+        pictures = pictures_of(instant, self._state.wanted(), overlays)
+        self._docks.views.show_pictures(pictures)
         self._show_scene_soon()
+        self._context.actions.refresh_soon()
+
+    @Slot()
+    def _on_wanted(self) -> None:
+        self._docks.views.show_kinds(self._state.kinds)
+        self._docks.views.arrange(self._state.arrangement)
+        self._session.instant.tell_soon()
         self._context.actions.refresh_soon()
 
     @Slot(int)
@@ -221,10 +229,6 @@ class ViewController(QObject):
         """Whether an overlay is switched on."""
         return name in self._state.display.overlays
 
-    def arranged(self, arrangement: str) -> bool:
-        """Whether the views are arranged this way."""
-        return self._docks.views.arrangement == arrangement
-
     def toggle_loupe(self) -> None:
         """Switch the loupe."""
         self._state.change_display(loupe=not self._state.display.loupe)
@@ -245,8 +249,7 @@ class ViewController(QObject):
 
     def toggle_single(self) -> None:
         """Show the active view alone, or all."""
-        views = self._docks.views
-        views.set_arrangement("grid" if views.arrangement == "single" else "single")
+        self._state.arrange("grid" if self._state.arrangement == "single" else "single")
 
     def zoom(self, factor: float) -> None:
         """Zoom the active view about its middle."""
@@ -260,6 +263,16 @@ class ViewController(QObject):
             self.toggle_keep_person()
         for tile in self._docks.views.tiles.values():
             tile.camera.fit()
+
+
+def _aspects(recording: Recording) -> dict[str, float]:
+    """Width by height of the images of each view as they are shown, upright."""
+    aspects = {}
+    for view in recording.views:
+        camera = recording.reference_camera(view)
+        aspect = camera.width / camera.height
+        aspects[view.name] = 1.0 / aspect if view.display_rotation % 180 == 90 else aspect
+    return aspects
 
 
 _SETTING = "window"
@@ -283,7 +296,7 @@ class ViewMemory(QObject):
         context.session.project.closing.connect(self._on_closing)
         for changed in (
             context.session.document.frame_changed, context.docks.workspace_changed,
-            context.docks.views.kinds_changed, context.view_state.light_changed,
+            context.view_state.wanted_changed, context.view_state.light_changed,
         ):  # fmt: skip
             changed.connect(self._note)
 
@@ -317,7 +330,7 @@ class ViewMemory(QObject):
         self._now = {
             "frame": document.frame,
             "workspace": docks.workspace,
-            "pictures": {name: tile.kind for name, tile in docks.views.tiles.items()},
+            "pictures": dict(state.kinds),
             "light": {
                 _ALL: [state.display.brightness, state.display.contrast],
                 **{name: list(light) for name, light in state.lights.items()},
@@ -340,7 +353,11 @@ class ViewMemory(QObject):
 
     def _show(self, kept: Mapping[str, Any]) -> None:
         """Show what was shown last, but for what was asked for when opening."""
-        document, docks = self._session.document, self._context.docks
+        document, docks, state = (
+            self._session.document,
+            self._context.docks,
+            self._context.view_state,
+        )
         asked, frame = self._session.opening.asked, kept.get("frame")
         if not asked.frame and document.frame == 0 and type(frame) is int:
             document.go_to(frame)
@@ -350,15 +367,15 @@ class ViewMemory(QObject):
             docks.show_workspace(wanted)
         for name, kind in _pairs(kept.get("pictures")):
             if kind in PICTURE_KINDS:
-                docks.views.show_kind(name, kind)
+                state.choose_kind(kind, name)
         self._show_light(dict(_pairs(kept.get("light"))))
 
     def _show_light(self, lights: Mapping[str, Any]) -> None:
-        tiles = self._context.docks.views.tiles
-        for name in (_ALL, *tiles):  # that of all first: it takes away the views' own
+        state = self._context.view_state
+        for name in (_ALL, *state.views):  # that of all first: it takes away the views' own
             light = _light(lights.get(name))
             if light is not None:
-                self._context.view_state.set_light(*light, name)
+                state.set_light(*light, name)
 
 
 def _pairs(stored: Any) -> list[tuple[str, Any]]:

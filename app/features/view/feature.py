@@ -9,11 +9,10 @@ from ...context import Context
 from ...services.actions import Command, Menu
 from ...session.session import Session
 from ...session.view_state import PointColour, ViewState
-from ...widgets.camera.camera_grid import CameraGrid
 from ...widgets.camera.click_marks import CLICK_OVERLAYS
 from ...widgets.camera.display_panel import DisplayPanel
 from ...widgets.camera.overlays import OVERLAYS
-from ...widgets.camera.picture import PICTURE_KINDS, PictureKind
+from ...widgets.camera.picture import PICTURE_KINDS, Arrangement, PictureKind
 from ...widgets.scene.scene_view import SceneBar, SceneView
 from ...widgets.timeline.bars import Transport
 from .controller import ViewController, ViewMemory
@@ -64,27 +63,27 @@ def commands(context: Context, view: ViewController) -> list[Command]:
     """Commands of the menu View."""
     session, docks, state = context.session, context.docks, context.view_state
     return [
-        *_pictures(session, docks.views),
+        *_pictures(session, state),
         *_overlays(session, view),
-        *_arrangements(session, docks.views, view),
+        *_arrangements(session, state, view),
         *_zoom(session, state, view),
         *_light(session, view.light),
         *_scene(session, state, docks.scene, view),
     ]
 
 
-def _pictures(session: Session, views: CameraGrid) -> list[Command]:
+def _pictures(session: Session, state: ViewState) -> list[Command]:
     def why_not(kind: PictureKind) -> str:
         if kind == "image":
             return session.no_recording()
-        stereo = any(tile.view.kind == "stereo" for tile in views.tiles.values())
+        stereo = any(view.kind == "stereo" for view in state.views.values())
         only_stereo = kind in {"left", "disparity"} and not stereo
         return session.no_depth() or ("This recording has no stereo view." if only_stereo else "")
 
     return [
         Command(
             f"show_{kind}", f"{_MENU}/Image", text, _KIND_TIPS[kind],
-            partial(views.set_kind, kind), _KIND_KEYS[kind],
+            partial(state.choose_kind, kind), _KIND_KEYS[kind],
             kind if kind in {"disparity", "foreground"} else "", partial(why_not, kind),
         )
         for kind, text in PICTURE_KINDS.items()
@@ -105,21 +104,24 @@ def _overlays(session: Session, view: ViewController) -> list[Command]:
     ]  # fmt: skip
 
 
-def _arrangements(session: Session, views: CameraGrid, view: ViewController) -> list[Command]:
+def _arrangements(session: Session, state: ViewState, view: ViewController) -> list[Command]:
+    def arranged(arrangement: Arrangement) -> bool:
+        return state.arrangement == arrangement
+
     command = Menu(_MENU, session.no_recording).command
     return [
         command("arrange_grid", "All views", "Show all views at the same size.",
-                partial(views.set_arrangement, "grid"), "G", "grid",
-                checked=partial(view.arranged, "grid")),
+                partial(state.arrange, "grid"), "G", "grid",
+                checked=partial(arranged, "grid")),
         command("arrange_one-and-more", "One large view", "Show the active view large and the "
-                "others small.", partial(views.set_arrangement, "one-and-more"), "Shift+M",
-                "one-and-more", checked=partial(view.arranged, "one-and-more")),
+                "others small.", partial(state.arrange, "one-and-more"), "Shift+M",
+                "one-and-more", checked=partial(arranged, "one-and-more")),
         command("arrange_single", "Single view", "Show only the active view, or all views again.",
-                view.toggle_single, "M", "single", checked=partial(view.arranged, "single")),
+                view.toggle_single, "M", "single", checked=partial(arranged, "single")),
         command("next_view", "Next view", "Make the next view the active one.",
-                partial(views.activate_next, 1), "V"),
+                partial(state.activate_next, 1), "V"),
         command("previous_view", "Previous view", "Make the previous view the active one.",
-                partial(views.activate_next, -1), "Shift+V"),
+                partial(state.activate_next, -1), "Shift+V"),
     ]  # fmt: skip
 
 

@@ -6,10 +6,10 @@ import dataclasses
 import math
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from typing import Literal, TypeAlias
+from typing import TypeAlias
 
-from PySide6.QtCore import Qt, Signal
-from PySide6.QtGui import QKeySequence
+from PySide6.QtCore import Qt, Signal, Slot
+from PySide6.QtGui import QKeySequence, QResizeEvent
 from PySide6.QtWidgets import QFrame, QGridLayout, QWidget
 
 from stereotrack_core.recording.description import View
@@ -17,24 +17,12 @@ from stereotrack_core.recording.description import View
 from ..style.building import choice, hbox, label, vbox
 from .camera_view import CameraView
 from .click_marks import ClickMarks
-from .picture import PICTURE_KINDS, Display, Picture, PictureKind
+from .picture import PICTURE_KINDS, Arrangement, Display, Picture, PictureKind, kinds_of
 
-Arrangement: TypeAlias = Literal["grid", "one-and-more", "single"]
-ARRANGEMENTS: tuple[Arrangement, ...] = ("grid", "one-and-more", "single")
-
-
-_KINDS: Mapping[str, tuple[PictureKind, ...]] = {
-    "stereo": ("image", "left", "disparity", "foreground", "depth"),
-    "depth": ("image", "foreground", "depth"),
-}
-"""Pictures that a kind of view can show; others have their image alone."""
-
-
-def camera_of(view: View, kind: PictureKind) -> str:
-    """Name of the camera whose image a picture is; empty for one that is computed."""
-    if kind == "left" and view.left is not None:
-        return view.left.camera
-    return view.image.camera if kind == "image" else ""
+_Places: TypeAlias = dict[str, tuple[int, int, int, int]]
+"""Row, column, rows and columns of each view that is shown."""
+_HEAD = 26
+"""Pixels above each picture, about."""
 
 
 def _kind_words(view: View, kind: PictureKind) -> str:
@@ -47,7 +35,8 @@ def _kind_words(view: View, kind: PictureKind) -> str:
 class CameraTile(QFrame):
     """One view with its name and the choice of what it shows."""
 
-    kind_chosen = Signal()
+    kind_chosen = Signal(str, str)
+    """The kind of picture that this view, by name, shall show."""
     activated = Signal(str)
 
     def __init__(self, view: View, parent: QWidget) -> None:
@@ -59,7 +48,7 @@ class CameraTile(QFrame):
         font = self._name.font()
         font.setBold(True)
         self._name.setFont(font)
-        kinds = [(kind, _kind_words(view, kind)) for kind in _KINDS.get(view.kind, ("image",))]
+        kinds = [(kind, _kind_words(view, kind)) for kind in kinds_of(view)]
         name, tip = f"Image shown in view {view.name}", "Image shown in this view"
         self._kind = choice(name, kinds, tip)
         self._kind.setFocusPolicy(Qt.FocusPolicy.NoFocus)
@@ -68,20 +57,16 @@ class CameraTile(QFrame):
         head = hbox(self._name, self._kind, (self._note, 1), margins=(8, 2, 4, 2), spacing=8)
         self.setLayout(vbox(head, (self.camera, 1), spacing=0))
         self._kind.setVisible(self._kind.count() > 1)
-        self._kind.activated.connect(self.kind_chosen)
+        self._kind.activated.connect(self._on_kind)
         self.camera.pressed.connect(lambda: self.activated.emit(self.view.name))
 
-    @property
-    def kind(self) -> PictureKind:
-        """What the view shall show."""
-        kind: PictureKind = self._kind.currentData()
-        return kind
+    def show_kind(self, kind: PictureKind) -> None:
+        """Name the kind of picture that is shown."""
+        self._kind.setCurrentIndex(self._kind.findData(kind))
 
-    def set_kind(self, kind: PictureKind) -> None:
-        """Choose what the view shows, where it has that."""
-        place = self._kind.findData(kind)
-        if place >= 0:
-            self._kind.setCurrentIndex(place)
+    @Slot()
+    def _on_kind(self) -> None:
+        self.kind_chosen.emit(self._kind.currentData(), self.view.name)
 
     def set_active(self, active: bool) -> None:
         """Mark the view that keys act on."""
@@ -97,20 +82,18 @@ class CameraTile(QFrame):
 
 
 class CameraGrid(QWidget):
-    """The views of a recording: 2x2, one large and the others small, or one alone."""
+    """The views of a recording, in rows and columns that give their pictures the most room."""
 
-    kinds_changed = Signal()
-    """Another picture is wanted in some view."""
+    kind_chosen = Signal(str, str)
+    """A kind of picture that shall be shown, and the name of the view."""
     hovered = Signal(str)
     """Words about the pixel under the cursor."""
     limb_clicked = Signal(str)
     """A limb was clicked in a view; empty for none."""
-    active_changed = Signal(str)
-    """Name of the view that keys act on."""
+    activated = Signal(str)
+    """Name of the view that keys shall act on."""
     at_hand_changed = Signal(str)
     """Name of the view that a click goes to, and keys about clicks act on."""
-    arranged = Signal()
-    """The arrangement has changed."""
     clicked = Signal(object)
     """What a person did with clicks in a view."""
     refused = Signal(str)
@@ -123,8 +106,9 @@ class CameraGrid(QWidget):
         """Tiles by the name of their view."""
         self.active = self._at_hand = ""
         """Name of the view that keys act on; empty without views."""
-        self.arrangement: Arrangement = "grid"
-        """How the views are arranged."""
+        self._aspects: Mapping[str, float] = {}
+        self._arrangement: Arrangement = "grid"
+        self._places: _Places = {}
         self._display = Display()
         self._lights: Mapping[str, tuple[float, float]] = {}
         self._clicking: tuple[bool, str] = (False, "")
@@ -143,17 +127,17 @@ class CameraGrid(QWidget):
         tile = self.tiles.get(self.active)
         return tile.camera if tile is not None else None
 
-    def set_views(self, views: Sequence[View]) -> None:
-        """Show other views."""
+    def set_views(self, views: Sequence[View], aspects: Mapping[str, float]) -> None:
+        """Show other views; `aspects` are width by height of their upright images, by name."""
         for tile in self.tiles.values():
             self._layout.removeWidget(tile)
             tile.hide()
             tile.deleteLater()
-        self.tiles = {}
+        self.tiles, self._aspects, self._places = {}, aspects, {}
         for view in views:
             tile = CameraTile(view, self)
-            tile.kind_chosen.connect(self.kinds_changed)
-            tile.activated.connect(self.set_active)
+            tile.kind_chosen.connect(self.kind_chosen)
+            tile.activated.connect(self.activated)
             tile.camera.pointed.connect(partial(self._set_at_hand, view.name))
             for signal in ("hovered", "limb_clicked", "clicked", "refused", "space_tapped"):
                 getattr(tile.camera, signal).connect(getattr(self, signal))
@@ -161,17 +145,13 @@ class CameraGrid(QWidget):
             tile.camera.set_clicking(*self._clicking)
             tile.camera.set_keys(self._keys)
             self.tiles[view.name] = tile
-        self.active = self._at_hand = views[0].name if views else ""
-        self._arrange()
-        self.set_active(self.active)
-
-    def wanted(self) -> dict[str, PictureKind]:
-        """What each visible view shall show."""
-        return {name: self.tiles[name].kind for name in self.visible_views()}
+        self.active = self._at_hand = ""
+        if views:
+            self.set_active(views[0].name)
 
     def visible_views(self) -> tuple[str, ...]:
         """Names of the views that the arrangement shows."""
-        if self.arrangement == "single" and self.active:
+        if self._arrangement == "single" and self.active:
             return (self.active,)
         return tuple(self.tiles)
 
@@ -183,18 +163,10 @@ class CameraGrid(QWidget):
                 tile.camera.legend = place == 0  # once is enough
                 tile.show_picture(picture)
 
-    def set_kind(self, kind: PictureKind) -> None:
-        """Show one kind of picture in every view that has it."""
-        for tile in self.tiles.values():
-            tile.set_kind(kind)
-        self.kinds_changed.emit()
-
-    def show_kind(self, view: str, kind: PictureKind) -> None:
-        """Show one kind of picture in one view."""
-        tile = self.tiles.get(view)
-        if tile is not None and tile.kind != kind:
-            tile.set_kind(kind)
-            self.kinds_changed.emit()
+    def show_kinds(self, kinds: Mapping[str, PictureKind]) -> None:
+        """Name the kind of picture that each view shows."""
+        for name, kind in kinds.items():
+            self.tiles[name].show_kind(kind)
 
     def set_display(
         self, display: Display, lights: Mapping[str, tuple[float, float]] | None = None
@@ -211,12 +183,6 @@ class CameraGrid(QWidget):
         return dataclasses.replace(self._display, brightness=light[0], contrast=light[1])
 
     # ---- clicks
-
-    def cameras(self) -> dict[str, str]:
-        """The camera whose image each visible view shall show; empty for computed pictures."""
-        return {
-            name: camera_of(self.tiles[name].view, kind) for name, kind in self.wanted().items()
-        }
 
     def set_marks(self, marks: Mapping[str, ClickMarks]) -> None:
         """Draw clicks by the name of the camera whose image they are of."""
@@ -238,25 +204,19 @@ class CameraGrid(QWidget):
         for tile in self.tiles.values():
             tile.camera.set_keys(find)
 
-    def set_arrangement(self, arrangement: Arrangement) -> None:
+    def arrange(self, arrangement: Arrangement) -> None:
         """Arrange the views in another way."""
-        self.arrangement = arrangement
+        self._arrangement = arrangement
         self._arrange()
-        self.arranged.emit()
-        self.kinds_changed.emit()
 
     def set_active(self, name: str) -> None:
-        """Choose the view that keys act on."""
+        """Mark the view that keys act on."""
         if name not in self.tiles:
             return
-        changed, self.active = name != self.active, name
+        self.active = name
         for tile in self.tiles.values():
             tile.set_active(tile.view.name == name and len(self.tiles) > 1)
-        if changed:
-            if self.arrangement != "grid":
-                self._arrange()
-                self.kinds_changed.emit()
-            self.active_changed.emit(name)
+        self._arrange()
         self._set_at_hand(name)
 
     def _set_at_hand(self, name: str) -> None:
@@ -264,37 +224,63 @@ class CameraGrid(QWidget):
             self._at_hand = name
             self.at_hand_changed.emit(name)
 
-    def activate_next(self, by: int = 1) -> None:
-        """Choose the view after (or before) the active one."""
-        names = list(self.tiles)
-        if names:
-            self.set_active(names[(names.index(self.active) + by) % len(names)])
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._arrange()
 
     def _arrange(self) -> None:
-        for tile in self.tiles.values():
-            self._layout.removeWidget(tile)
-        for line in range(8):
+        """Put the tiles where their pictures get the most room; nothing moves without need."""
+        shown = self.visible_views()
+        places = self._places_of(shown)
+        if places == self._places:
+            return
+        self._places = places
+        for line in range(len(self.tiles) + 1):
             self._layout.setRowStretch(line, 0)
             self._layout.setColumnStretch(line, 0)
-        names = list(self.tiles)
-        shown = self.visible_views()
         for name, tile in self.tiles.items():
+            self._layout.removeWidget(tile)
             tile.setVisible(name in shown)
-        if self.arrangement == "one-and-more" and len(names) > 1:
-            self._arrange_one_and_more(names)
-            return
-        columns = math.ceil(math.sqrt(len(shown))) or 1
-        for place, name in enumerate(shown):
-            row, column = divmod(place, columns)
-            self._layout.addWidget(self.tiles[name], row, column)
+        for name, place in places.items():
+            self._layout.addWidget(self.tiles[name], *place)
+        wide, rows = _shares(places, self._aspects)
+        for column, share in wide.items():
+            self._layout.setColumnStretch(column, round(100 * share))
+        for row in range(rows):
             self._layout.setRowStretch(row, 1)
-            self._layout.setColumnStretch(column, 1)
 
-    def _arrange_one_and_more(self, names: list[str]) -> None:
-        others = [name for name in names if name != self.active]
-        self._layout.addWidget(self.tiles[self.active], 0, 0, len(others), 1)
-        self._layout.setColumnStretch(0, 3)
-        self._layout.setColumnStretch(1, 1)
-        for row, name in enumerate(others):
-            self._layout.addWidget(self.tiles[name], row, 1)
-            self._layout.setRowStretch(row, 1)
+    def _places_of(self, shown: Sequence[str]) -> _Places:
+        large = self.active if self._arrangement == "one-and-more" and len(shown) > 1 else ""
+        offered = [_places(shown, columns, large) for columns in range(1, len(shown) + 1)]
+        width, height = self.width(), self.height()
+        return max(offered, key=lambda one: _covered(one, self._aspects, width, height), default={})
+
+
+def _places(names: Sequence[str], columns: int, large: str) -> _Places:
+    """Views in so many columns; beside a large one, if there is one, which is twice as high."""
+    small = [name for name in names if name != large]
+    rows = max(math.ceil(len(small) / columns), 2 if large else 1)
+    first: _Places = {large: (0, 0, rows, 1)} if large else {}
+    begin = len(first)
+    return first | {
+        name: (place // columns, begin + place % columns, 1, 1) for place, name in enumerate(small)
+    }
+
+
+def _shares(places: _Places, aspects: Mapping[str, float]) -> tuple[dict[int, float], int]:
+    """Widths of the columns in heights of a row, as their pictures have them; number of rows."""
+    wide: dict[int, float] = {}
+    for name, (_, column, rows, _) in places.items():
+        wide[column] = max(wide.get(column, 0.0), rows * aspects[name])
+    return wide, max((row + rows for row, _, rows, _ in places.values()), default=0)
+
+
+def _covered(places: _Places, aspects: Mapping[str, float], width: float, height: float) -> float:
+    """Pixels that are picture when views stand so."""
+    wide, rows = _shares(places, aspects)
+    whole, covered = sum(wide.values()), 0.0
+    for name, (_, column, high, _) in places.items():
+        across = width * wide[column] / whole
+        down = max(height * high / rows - _HEAD, 1.0)
+        covered += min(across, down * aspects[name]) * min(down, across / aspects[name])
+    return covered

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields, is_dataclass, replace
 from typing import Any, Literal, TypeAlias
 
@@ -12,6 +12,7 @@ from PySide6.QtGui import QColor, QImage, QPainter, QTransform
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from stereotrack_core.arrays import ImageArray
+from stereotrack_core.recording.description import View
 
 from .click_marks import CLICK_OVERLAYS
 from .overlays import Overlay
@@ -26,6 +27,28 @@ PICTURE_KINDS: dict[PictureKind, str] = {
     "depth": "Depth",
 }
 """Kinds of pictures with their names; the reference image of a stereo view is the right one."""
+
+_KINDS: Mapping[str, tuple[PictureKind, ...]] = {
+    "stereo": ("image", "left", "disparity", "foreground", "depth"),
+    "depth": ("image", "foreground", "depth"),
+}
+"""Pictures that a kind of view can show; others have their image alone."""
+
+
+def kinds_of(view: View) -> tuple[PictureKind, ...]:
+    """Kinds of pictures that a view can show, the usual one first."""
+    return _KINDS.get(view.kind, ("image",))
+
+
+def camera_of(view: View, kind: PictureKind) -> str:
+    """Name of the camera whose image a picture is; empty for one that is computed."""
+    if kind == "left" and view.left is not None:
+        return view.left.camera
+    return view.image.camera if kind == "image" else ""
+
+
+Arrangement: TypeAlias = Literal["grid", "one-and-more", "single"]
+"""All views alike, the active one large and the others small, or the active one alone."""
 
 
 def _silent(_x: float, _y: float) -> str:

@@ -16,8 +16,8 @@ from stereotrack_core.project.blind_repeats import BlindRepeats
 from ....context import Context
 from ....services.stored import stored_text
 from ....session.pictures import FittedBody
-from ....widgets.camera.camera_grid import camera_of
 from ....widgets.camera.click_marks import ClickAct
+from ....widgets.camera.picture import camera_of
 from ....widgets.forms.message import Message
 from ....widgets.tables.landmarks_panel import LandmarksPanel
 from ....widgets.tables.panels import BodyPanel
@@ -118,8 +118,8 @@ class ClickController(QObject):
         views.refused.connect(self._say)
         views.space_tapped.connect(session.document.toggle_playing)
         views.at_hand_changed.connect(self._on_view_at_hand)
-        views.kinds_changed.connect(self.facts.ask)
-        views.kinds_changed.connect(self.annotating.follow)
+        context.view_state.wanted_changed.connect(self.facts.ask)
+        context.view_state.wanted_changed.connect(self.annotating.follow)
         context.docks.workspace_changed.connect(self._on_workspace)
         session.project.opened.connect(self._on_workspace)
         session.project.closed.connect(self._on_workspace)
@@ -145,15 +145,17 @@ class ClickController(QObject):
 
     def camera_at_hand(self) -> str:
         """The camera whose image the view at hand shows; empty where that takes no clicks."""
-        return self._views.cameras().get(self._views.at_hand, "")
+        return self._context.view_state.cameras().get(self._views.at_hand, "")
 
     def _cameras(self) -> tuple[str, ...]:
-        return tuple(name for name in self._views.cameras().values() if name)
+        return tuple(name for name in self._context.view_state.cameras().values() if name)
 
     def _all_cameras(self) -> tuple[str, ...]:
         """Cameras of all views, also those that are not shown now or show computed pictures."""
-        tiles = self._views.tiles.values()
-        return tuple(camera_of(tile.view, tile.kind) or tile.view.image.camera for tile in tiles)
+        state = self._context.view_state
+        kinds = state.kinds.items()
+        views = [(state.views[name], kind) for name, kind in kinds]
+        return tuple(camera_of(view, kind) or view.image.camera for view, kind in views)
 
     # ---- showing
 
@@ -277,7 +279,7 @@ class ClickController(QObject):
         """Take the click at hand in hand, and let keys go to its view."""
         self.annotating.pick_last()
         held = self.annotating.held()
-        for name, camera in self._views.cameras().items():
+        for name, camera in self._context.view_state.cameras().items():
             if held is not None and camera == held.camera:
                 self._context.view_state.activate(name)
                 self._views.tiles[name].camera.setFocus()
