@@ -6,9 +6,18 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from PySide6.QtCore import QObject, QSettings, Qt, QTimer, Signal, Slot
-from PySide6.QtGui import QAction, QKeySequence
-from PySide6.QtWidgets import QMenu, QMenuBar, QWidget
+from PySide6.QtCore import QEvent, QObject, QSettings, Qt, QTimer, Signal, Slot
+from PySide6.QtGui import QAction, QKeyEvent, QKeySequence
+from PySide6.QtWidgets import (
+    QAbstractSpinBox,
+    QApplication,
+    QLineEdit,
+    QMenu,
+    QMenuBar,
+    QPlainTextEdit,
+    QTextEdit,
+    QWidget,
+)
 
 from ..widgets.style.icons import set_icon
 
@@ -46,9 +55,8 @@ class Command:
     """Whether a separator stands before it in the menu."""
     says: Callable[[], str] | None = None
     """What it is called now, where that changes: ``Undo: place left elbow``."""
-    local: bool = False
-    """Whether its keys count only in a picture, and only while it can be done; there they go before
-    another command of the same keys."""
+    goes_first: bool = False
+    """Whether it takes its keys from another command of the same keys, while it can be done."""
 
     @property
     def place(self) -> str:
@@ -78,6 +86,27 @@ class Menu:
         return Command(name, self.title, text, tip, run, **named)
 
 
+_TEXT_FIELDS = (QLineEdit, QAbstractSpinBox, QTextEdit, QPlainTextEdit)
+_WITH_KEYS = (
+    Qt.KeyboardModifier.ControlModifier
+    | Qt.KeyboardModifier.AltModifier
+    | Qt.KeyboardModifier.MetaModifier
+)
+
+
+class _Typing(QObject):
+    """Keys that are pressed in a text field are for the text, but for those with Ctrl or Alt."""
+
+    def eventFilter(self, _watched: QObject, event: QEvent) -> bool:
+        if event.type() != QEvent.Type.ShortcutOverride or not isinstance(event, QKeyEvent):
+            return False
+        command = bool(event.modifiers() & _WITH_KEYS)
+        if command or Qt.Key.Key_F1 <= event.key() <= Qt.Key.Key_F35:
+            return False
+        event.accept()
+        return True
+
+
 class ActionRegistry(QObject):
     """The commands as actions of a window; says which of them can be done, and why not.
 
@@ -99,6 +128,10 @@ class ActionRegistry(QObject):
         self._actions: dict[str, QAction] = {}
         self._keys: dict[str, QKeySequence] = {}
         self._said: dict[str, tuple[str, str]] = {}
+        self._typing = _Typing(self)
+        app = QApplication.instance()
+        if isinstance(app, QApplication):
+            app.focusChanged.connect(self._on_focus)
         self._soon = QTimer(self, singleShot=True, interval=_REFRESH_MS)
         self._soon.timeout.connect(self._refresh_all)
 
@@ -161,6 +194,11 @@ class ActionRegistry(QObject):
         """Whether what can be done is known as it is now."""
         return not self._soon.isActive()
 
+    @Slot(QWidget, QWidget)
+    def _on_focus(self, _old: QWidget | None, new: QWidget | None) -> None:
+        if isinstance(new, _TEXT_FIELDS):
+            new.installEventFilter(self._typing)
+
     @Slot()
     def _refresh_all(self) -> None:
         self.refresh()
@@ -185,21 +223,14 @@ class ActionRegistry(QObject):
         return self._keys[name].toString(QKeySequence.SequenceFormat.NativeText)
 
     def user_of(self, keys: str, besides: str = "") -> Command | None:
-        """Tell which command has a key sequence already, where both would count."""
+        """Tell which command has a key sequence already, where neither of both goes first."""
         wanted = QKeySequence(keys)
         if wanted.isEmpty():
             return None
-        local = besides in self._commands and self._commands[besides].local
+        first = besides in self._commands and self._commands[besides].goes_first
         for name, used in self._keys.items():
             command = self._commands[name]
-            if name != besides and used == wanted and command.local == local:
-                return command
-        return None
-
-    def local_of(self, keys: QKeySequence) -> Command | None:
-        """The command that these keys mean in a picture now; None where they mean the usual."""
-        for name, command in self._commands.items():
-            if command.local and self._keys[name] == keys and not command.why_not():
+            if name != besides and used == wanted and command.goes_first == first:
                 return command
         return None
 
@@ -237,6 +268,8 @@ class ActionRegistry(QObject):
 
     def _say(self, command: Command, action: QAction, why_not: str, keys: str) -> None:
         action.setEnabled(not why_not)
+        if command.goes_first:
+            self._share_keys(command)
         words = f"{command.tip} Unavailable: {why_not}" if why_not else command.tip
         action.setStatusTip(words)
         action.setToolTip(f"{words}  [{keys}]" if keys else words)
@@ -244,11 +277,20 @@ class ActionRegistry(QObject):
     def _give_keys(self, command: Command, keys: QKeySequence) -> None:
         self._keys[command.id] = keys
         action = self._actions[command.id]
-        if command.local:  # shown in menus all the same
+        if command.goes_first:  # shown in menus all the same
             words = keys.toString(QKeySequence.SequenceFormat.NativeText)
             action.setText(f"{command.text}\t{words}")
-        else:
-            action.setShortcut(keys)
+        action.setShortcut(keys)
+        for one in self._commands.values():
+            if one.goes_first and self._keys.get(one.id) == keys:
+                self._share_keys(one)
+
+    def _share_keys(self, first: Command) -> None:
+        """Give keys that two commands have to the one that can be done now."""
+        keys, takes = self._keys[first.id], self._actions[first.id].isEnabled()
+        for name, used in self._keys.items():
+            if used == keys and name != first.id:
+                self._actions[name].setShortcut(QKeySequence() if takes else keys)
 
     def _run(self, run: Callable[[], None]) -> None:
         run()

@@ -24,6 +24,8 @@ from tests.gui.hands import (
     clicks,
     drag,
     key,
+    point,
+    point_and_click,
     undo_words,
     view,
 )
@@ -151,17 +153,74 @@ def test_arrow_keys_nudge_the_click_in_hand_and_are_one_edit(annotating, qtbot):
     assert back == pytest.approx((x + 0.4, y - 0.9)), "five nudges are one edit"
 
 
+def test_the_last_click_stays_in_hand_whatever_has_the_focus(annotating, qtbot):
+    document, features = annotating.context.session.document, annotating.features.annotate
+    key(annotating, Qt.Key.Key_1)
+    point_and_click(annotating, 200.0, 150.0)
+    assert features.clicking.annotating.choice.landmark == "right_shoulder"
+    point(annotating, 100.0, 100.0, "S")
+    place, clicked = ("N_right", "left_shoulder"), clicks(annotating)
+    x, y = clicked[place].position
+    lists = (
+        *(features.clicking.landmarks.table, features.panels.next_panel.tree),
+        *(features.panels.history_panel.tree, annotating.context.docks.timeline),
+    )
+    for widget in (view(annotating, "S"), *lists):
+        widget.setFocus()
+        for code, by in ((Qt.Key.Key_Right, (0.5, 0.0)), (Qt.Key.Key_Up, (0.0, -0.5))):
+            x, y = x + by[0], y + by[1]
+            QTest.keyClick(widget, code)
+            assert clicks(annotating)[place].position == pytest.approx((x, y), abs=1e-9), widget
+    assert document.frame == 0
+    field = annotating.context.docks.transport.number
+    field.setFocus()
+    for code in (Qt.Key.Key_Right, Qt.Key.Key_3):
+        QTest.keyClick(field, code)
+    assert clicks(annotating)[place].position == pytest.approx((x, y), abs=1e-9), "typing"
+    assert features.clicking.annotating.choice.landmark == "left_shoulder"
+    QTest.keyClick(field, Qt.Key.Key_Up)
+    assert document.frame > 0
+    key(annotating, Qt.Key.Key_Home)
+    qtbot.waitUntil(annotating.context.tasks.settled, timeout=60_000)
+    QTest.keyClick(features.clicking.landmarks.table, Qt.Key.Key_Right)
+    assert document.frame == 1, "another frame, and nothing is in hand"
+    assert clicks(annotating, 0)[place].position == pytest.approx((x, y), abs=1e-9)
+
+
+def test_single_keys_work_whatever_list_has_the_focus(annotating, qtbot):
+    document, features = annotating.context.session.document, annotating.features.annotate
+    annotating_ = features.clicking.annotating
+    for widget in (
+        *(features.clicking.landmarks.table, features.panels.next_panel.tree),
+        *(features.panels.history_panel.tree, annotating.context.docks.timeline),
+    ):
+        point_and_click(annotating, 200.0, 150.0)
+        widget.setFocus()
+        QTest.keyClick(widget, Qt.Key.Key_B)
+        assert annotating_.at_hand().visibility == Visibility.GUESSED, widget
+        QTest.keyClick(widget, Qt.Key.Key_Delete)
+        assert clicks(annotating) == {}, widget
+        QTest.keyClick(widget, Qt.Key.Key_5)
+        assert annotating_.choice.landmark == "left_hand", widget
+        QTest.keyClick(widget, Qt.Key.Key_Escape)
+        QTest.keyClick(widget, Qt.Key.Key_PageDown)
+        assert annotating_.choice.landmark == "right_hand", widget
+        QTest.keyClick(widget, Qt.Key.Key_Right)
+        assert document.frame == 1, widget
+        QTest.keyClick(widget, Qt.Key.Key_Comma)
+        assert document.frame == 0, widget
+        qtbot.waitUntil(annotating.context.tasks.settled, timeout=60_000)
+        key(annotating, Qt.Key.Key_1)
+
+
 def test_frame_stepping_keeps_its_keys(annotating, qtbot):
     key(annotating, Qt.Key.Key_1)
     click(annotating, 200.0, 150.0)
+    before = clicks(annotating)[("N_right", "left_shoulder")].position
     key(annotating, Qt.Key.Key_Right)
-    assert annotating.context.session.document.frame == 1, (
-        "nothing is in hand after placing with going on"
-    )
-    key(annotating, Qt.Key.Key_Left)
-    qtbot.waitUntil(annotating.context.tasks.settled, timeout=60_000)
-    key(annotating, Qt.Key.Key_1)
-    key(annotating, Qt.Key.Key_E)
+    assert annotating.context.session.document.frame == 0, "the click that was placed is in hand"
+    after = clicks(annotating)[("N_right", "left_shoulder")].position
+    assert after[0] == pytest.approx(before[0] + 0.5)
     key(annotating, Qt.Key.Key_Period)
     assert annotating.context.session.document.frame == 1, "and full stop steps even then"
     key(annotating, Qt.Key.Key_Comma)
@@ -170,7 +229,8 @@ def test_frame_stepping_keeps_its_keys(annotating, qtbot):
     key(annotating, Qt.Key.Key_Escape)
     key(annotating, Qt.Key.Key_Right)
     assert annotating.context.session.document.frame == 1
-    assert annotating.context.session.project.project.history.entries()[0].words.startswith("place")
+    words = [one.words for one in annotating.context.session.project.project.history.entries()]
+    assert [one.split()[0] for one in words] == ["move", "place"], "nothing else was edited"
 
 
 def test_del_clears_here_and_shift_del_everywhere(annotating):

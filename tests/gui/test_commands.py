@@ -52,7 +52,7 @@ def test_no_two_commands_share_a_shortcut(window):
     for command in book.commands:
         keys = book.shortcut(command.id)
         if keys:
-            where = (command.local, keys)
+            where = (command.goes_first, keys)
             assert where not in used, f"{command.id} and {used.get(where)} are both on {keys}"
             used[where] = command.id
 

@@ -9,6 +9,7 @@ from PySide6.QtWidgets import QApplication
 
 from stereotrack_core.annotation.click import ClickKey, Visibility
 from stereotrack_core.annotation.landmark_set import NINE
+from stereotrack_core.project.marks import SetKeyframes
 from tests.gui.hands import (
     CTRL,
     LEFT,
@@ -49,18 +50,53 @@ def positions(window):
 
 
 def test_a_frame_of_four_views_needs_36_clicks_and_no_key(four, qtbot):
-    for frame, order in ((0, "NOSW"), (1, "WSNO")):
-        four.context.session.document.go_to(frame)
+    document, project = four.context.session.document, four.context.session.project.project
+    wanted = {0: {}, 1: {}}
+    for name in "NOSW":
+        wanted[0] |= annotate_view(four, name)
+    assert document.frame == 0
+    assert len(project.history.entries()) == 36, "a click, an edit"
+    key(four, Qt.Key.Key_Z, CTRL, "W")
+    assert said(four, "W") == "right hip", "what was taken back is the next one again"
+    four.context.actions.action("advance_frame").trigger()
+    wanted[0] |= annotate_view(four, "W", ["right_hip"])
+    for place, name in enumerate("WSNO"):
+        assert document.frame == 1
         qtbot.waitUntil(four.context.tasks.settled, timeout=60_000)
-        wanted = {}
-        for name in order:
-            wanted |= annotate_view(four, name)
-        found = positions(four)
+        assert place or said(four, "W") == "left shoulder", "without a move of the mouse"
+        wanted[1] |= annotate_view(four, name)
+    assert document.frame == 2
+    for frame, places in wanted.items():
+        found = clicks(four, frame)
         assert len(found) == 36
-        for place, pixel in wanted.items():
-            assert found[place] == pytest.approx(pixel, abs=1e-9), place
-    assert four.context.session.project.project.clicks.count() == 72
-    assert len(four.context.session.project.project.history.entries()) == 72, "a click, an edit"
+        for place, pixel in places.items():
+            assert found[place].position == pytest.approx(pixel, abs=1e-9), place
+    assert project.clicks.count() == 72
+    qtbot.waitUntil(four.context.tasks.settled, timeout=60_000)
+    key(four, Qt.Key.Key_Z, CTRL, "O")
+    qtbot.waitUntil(four.context.tasks.settled, timeout=60_000)
+    assert document.frame == 1
+    assert said(four, "O") == "right hip", "also in the frame before"
+    key(four, Qt.Key.Key_X, name="O")
+    assert document.frame == 2, "what is marked as outside is done as well"
+    four.context.actions.action("advance_frame").trigger()
+
+
+def test_one_landmark_goes_through_the_keyframes(four, qtbot):
+    document, project = four.context.session.document, four.context.session.project.project
+    project.apply(SetKeyframes((0, 2)))
+    for name in ("advance_none", "advance_frame"):
+        four.context.actions.action(name).trigger()
+    for frame in (0, 2):
+        assert document.frame == frame
+        qtbot.waitUntil(four.context.tasks.settled, timeout=60_000)
+        for name in VIEWS:
+            point_and_click(four, 100.0, 100.0, name)
+    assert "no keyframe follows" in four.statusBar().currentMessage()
+    point_and_click(four, 140.0, 140.0, "N")
+    assert document.frame == 2, "a click that is moved finishes nothing"
+    assert len(clicks(four, 0)) == len(clicks(four, 2)) == 4
+    four.context.actions.action("advance_frame").trigger()
 
 
 def test_views_in_any_order_with_flags_and_an_undo_in_between(four):

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import TypeAlias
 
 from PySide6.QtCore import Qt, Signal, Slot
-from PySide6.QtGui import QKeySequence, QResizeEvent
+from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QFrame, QGridLayout, QWidget
 
 from stereotrack_core.recording.description import View
@@ -112,7 +112,6 @@ class CameraGrid(QWidget):
         self._display = Display()
         self._lights: Mapping[str, tuple[float, float]] = {}
         self._clicking: tuple[bool, str] = (False, "")
-        self._keys: Callable[[QKeySequence], Callable[[], None] | None] = lambda _keys: None
         self._layout = QGridLayout(self)
         self._layout.setContentsMargins(0, 0, 0, 0)
         self._layout.setSpacing(3)
@@ -143,7 +142,6 @@ class CameraGrid(QWidget):
                 getattr(tile.camera, signal).connect(getattr(self, signal))
             tile.camera.set_display(self._display_of(view.name))
             tile.camera.set_clicking(*self._clicking)
-            tile.camera.set_keys(self._keys)
             self.tiles[view.name] = tile
         self.active = self._at_hand = ""
         if views:
@@ -197,12 +195,6 @@ class CameraGrid(QWidget):
         self._clicking = (clicking, why_not)
         for tile in self.tiles.values():
             tile.camera.set_clicking(clicking, why_not)
-
-    def set_keys(self, find: Callable[[QKeySequence], Callable[[], None] | None]) -> None:
-        """Ask `find` what keys mean in a view before the window's shortcuts are asked."""
-        self._keys = find
-        for tile in self.tiles.values():
-            tile.camera.set_keys(find)
 
     def arrange(self, arrangement: Arrangement) -> None:
         """Arrange the views in another way."""

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
-from PySide6.QtCore import QEvent, QKeyCombination, QPointF, QRectF, Qt, Signal
+from PySide6.QtCore import QEvent, QPointF, QRectF, Qt, Signal
 from PySide6.QtGui import (
     QColor,
     QEnterEvent,
     QFocusEvent,
     QKeyEvent,
-    QKeySequence,
     QMouseEvent,
     QPainter,
     QPaintEvent,
@@ -66,7 +63,6 @@ class CameraView(PictureView):
         self._hand = ClickHand(self)
         self.label = CursorLabel(self)
         self._space: bool | None = None
-        self._keys: Callable[[QKeySequence], Callable[[], None] | None] | None = None
         self.painted_frame = -1
         self.legend = True
         self.setMouseTracking(True)
@@ -115,10 +111,6 @@ class CameraView(PictureView):
         if self.picture is not None and not self.picture.camera:
             return _COMPUTED
         return self._why_no_clicks
-
-    def set_keys(self, find: Callable[[QKeySequence], Callable[[], None] | None]) -> None:
-        """Ask `find` what keys mean in a picture before the window's shortcuts are asked."""
-        self._keys = find
 
     def paintEvent(self, _event: QPaintEvent) -> None:
         theme = current_theme()
@@ -257,7 +249,7 @@ class CameraView(PictureView):
         if (
             event.type() == QEvent.Type.ShortcutOverride
             and isinstance(event, QKeyEvent)
-            and (self._is_space(event) or self._meaning(event) is not None)
+            and self._is_space(event)
         ):
             event.accept()
             return True
@@ -269,11 +261,7 @@ class CameraView(PictureView):
                 self._space = False
                 self._show_cursor()
             return
-        act = self._meaning(event)
-        if act is not None:
-            act()
-        else:
-            super().keyPressEvent(event)
+        super().keyPressEvent(event)
 
     def keyReleaseEvent(self, event: QKeyEvent) -> None:
         if event.key() == Qt.Key.Key_Space and self._space is not None:
@@ -293,12 +281,6 @@ class CameraView(PictureView):
     def _is_space(self, event: QKeyEvent) -> bool:
         plain = event.modifiers() == Qt.KeyboardModifier.NoModifier
         return self._clicking and plain and event.key() == Qt.Key.Key_Space
-
-    def _meaning(self, event: QKeyEvent) -> Callable[[], None] | None:
-        if self._keys is None:
-            return None
-        modifiers = event.modifiers() & ~Qt.KeyboardModifier.KeypadModifier
-        return self._keys(QKeySequence(QKeyCombination(modifiers, Qt.Key(event.key()))))
 
     def _show_cursor(self) -> None:
         """The cursor and what is written beside it say what the left button would do."""

@@ -147,16 +147,16 @@ def _nudging(annotate: ClickController) -> list[Command]:
     def not_held() -> str:
         held = annotating.held() is not None
         return annotate.why_no_annotating() or (
-            "" if held else "No click is selected. Click on one, or press E."
+            "" if held else "No click is in hand. Click on one, or press E."
         )
 
     command = Menu(f"{_MENU}/Nudge", not_held).command
     nudges = [
         command(
             f"nudge_{way}{'_' if name else ''}{name}", f"Move by {words} {way}",
-            f"Move the selected click by {words} {way}.",
+            f"Move the last click, or the selected one, by {words} {way}.",
             partial(annotate.nudge, x * step, y * step), f"{modifier}{way.capitalize()}",
-            section=way == "left", local=True,
+            section=way == "left", goes_first=True,
         )
         for name, (step, words, modifier) in _STEPS.items()
         for way, (x, y) in _WAYS.items()
@@ -166,7 +166,7 @@ def _nudging(annotate: ClickController) -> list[Command]:
                 "landmark, to move it with the arrow keys.", annotate.pick_last, "E", "clicks",
                 why_not=partial(_no_click, annotate)),
         command("let_go", "Deselect click", "Let the arrow keys step through frames again.",
-                annotating.let_go, "Esc", local=True),
+                annotating.let_go, "Esc", goes_first=True),
         *nudges,
     ]  # fmt: skip
 
@@ -189,6 +189,10 @@ def _switches(session: Session, annotate: ClickController) -> list[Command]:
     ]  # fmt: skip
     return [
         *choices,
+        after("advance_frame", "Go to the next frame", "When every landmark has a click in all "
+              "visible views, show the next keyframe that is not done, or the next frame where no "
+              "keyframes are set.", annotate.toggle_going_on,
+              checked=lambda: annotate.annotating.goes_on, section=True),
         Menu(_MENU, no_depth).command(
             "fit_depth", "Fit to clicks and depth", "Fit the body to the measured points as well "
             "as to the clicks, where the recording has depth.", annotate.toggle_depth, "Shift+D",

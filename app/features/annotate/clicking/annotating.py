@@ -70,6 +70,8 @@ class Annotating(QObject):
         self._untold: set[str] | None = None
         self._reading = (0, False)
         self.advance: Advance = "landmark"
+        self.goes_on = False
+        """Whether another frame is shown when this one is clicked in all views."""
         self.choice = Choice(NINE.names[0])
         document.frame_changed.connect(self._on_frame)
         project.changed.connect(self._on_changed)
@@ -128,9 +130,10 @@ class Annotating(QObject):
         return self.click_here()
 
     def held(self) -> ClickKey | None:
-        """The click that arrow keys move."""
+        """The click that arrow keys move: the last one, until the frame changes or it is let go."""
         touched = self.choice.touched
-        return touched if self.choice.held and touched in self.clicks() else None
+        click = self.clicks().get(touched) if touched is not None else None
+        return click.key if click is not None and click.position is not None else None
 
     # ---- choosing
 
@@ -164,7 +167,7 @@ class Annotating(QObject):
     def pick(self, key: ClickKey) -> None:
         """Take a click in hand: keys act on it, arrow keys move it."""
         if key in self.clicks():
-            self._choose(Choice(key.landmark, key, held=True))
+            self._choose(Choice(key.landmark, key, picked=True))
 
     def pick_last(self) -> None:
         """Take the click in hand that keys act on anyway."""
@@ -173,7 +176,7 @@ class Annotating(QObject):
             self.pick(click.key)
 
     def let_go(self) -> None:
-        """Hold no click any more."""
+        """Let arrow keys step through frames again."""
         with self._as_one():
             self._choose(Choice(self.choice.landmark))
             self._follow()
@@ -198,10 +201,13 @@ class Annotating(QObject):
 
     def _follow(self) -> None:
         camera = self._camera()
-        if self.held() is None and camera:
+        if not self._is_picked() and camera:
             landmark = landmark_at_hand(self.choice, self.advance, self._annotated(), camera)
             if landmark is not None:
                 self._choose(replace(self.choice, landmark=landmark))
+
+    def _is_picked(self) -> bool:
+        return self.choice.picked and self.choice.touched in self.clicks()
 
     def _choose(self, choice: Choice) -> None:
         self._nudged = None
@@ -231,7 +237,7 @@ class Annotating(QObject):
             # the same click again changes nothing, and is as good
             same = before is not None and before.says_the_same(click)
             if self._edit(place(click)) or same:
-                self._advance_from(click.key)
+                self._advance_from(click.key, new=before is None)
 
     def _click_of(self, key: ClickKey) -> Click | None:
         """A click, also of a frame that is about to give way to another one."""
@@ -279,8 +285,8 @@ class Annotating(QObject):
     def mark(self, visibility: Visibility) -> None:
         """Say how the click that keys act on is seen.
 
-        What is outside the image is what the next click would place, unless a click is in hand:
-        the one that was placed last was in the image.
+        What is outside the image is what the next click would place, unless the person has picked
+        a click: the one that was placed last was in the image.
         """
         with self._as_one():
             if visibility != Visibility.OUTSIDE:
@@ -288,7 +294,7 @@ class Annotating(QObject):
                 if click is not None:
                     self._edit(MarkClicks((click.key,), visibility=visibility))
                 return
-            key = self.held()
+            key = self.choice.touched if self._is_picked() else None
             if key is None:
                 landmark = self.next_in(self._camera())
                 if landmark is None:
@@ -320,7 +326,7 @@ class Annotating(QObject):
         with self._as_one():
             free = tuple(one for one in predictions if one.key not in self.clicks())
             if free and self._edit(AcceptPredictions(free, even_deleted=len(free) == 1)):
-                self._advance_from(free[-1].key)
+                self._advance_from(free[-1].key, new=True)
 
     def swap(self, found: Swap) -> None:
         """Exchange two landmarks in the cameras where they were mixed up; one edit."""
@@ -360,17 +366,36 @@ class Annotating(QObject):
         edit = BlindRepeat(ROUND, edit) if self.blind() else edit
         return self._project.apply(edit, continues=continues) is not None
 
-    def _advance_from(self, key: ClickKey) -> None:
-        """Choose what comes after a click that was placed."""
-        stays = self.advance == "none"
-        self._choose(Choice(key.landmark, key, held=stays))
-        following = landmark_at_hand(self.choice, self.advance, self._annotated(), key.camera)
+    def _advance_from(self, key: ClickKey, *, new: bool = False) -> None:
+        """Choose what comes after a click that was placed; another frame after a `new` one."""
+        stays, annotated = self.advance == "none", self._annotated()
+        self._choose(Choice(key.landmark, key, picked=stays))
+        if (
+            new and self.goes_on and not self.blind()
+            and annotated.complete((key.landmark,) if stays else self._set.names)
+        ):  # fmt: skip
+            self._go_on()
+            return
+        following = landmark_at_hand(self.choice, self.advance, annotated, key.camera)
         if following is not None:
             self._choose(replace(self.choice, landmark=following))
         elif self.advance == "landmark":
             self.said.emit("Every landmark has a click in this view.")
         else:
             self.said.emit("Every landmark has a click in every view.")
+
+    def _go_on(self) -> None:
+        """Show the next keyframe that is not done; the next frame where none are set."""
+        project, frame = self._project.project, self._document.frame
+        keyframes = project.marks.keyframes() if project is not None else ()
+        wanted = [one.frame for one in keyframes if not one.done]
+        following = wanted if keyframes else range(self._document.frame_count)
+        after = next((one for one in following if one > frame), None)
+        if after is None:
+            kind = "keyframe" if keyframes else "frame"
+            self.said.emit(f"All is clicked in this frame, and no {kind} follows.")
+        else:
+            self._document.visit(after)
 
     # ---- following
 

@@ -20,7 +20,7 @@ ADVANCES: dict[Advance, tuple[str, str]] = {
     ),
     "none": (
         "Stay on the landmark",
-        "Keep the landmark selected. The arrow keys move the click just placed.",
+        "Keep the landmark selected, to click it in frame after frame.",
     ),
 }
 """What happens to the choice after a click was placed, as a title and a sentence."""
@@ -33,9 +33,9 @@ class Choice:
     landmark: str
     """The landmark that keys act on, and clicks as far as :func:`next_landmark` says."""
     touched: ClickKey | None = None
-    """The click that was placed, picked or moved last, until another landmark is chosen."""
-    held: bool = False
-    """Whether arrow keys move it."""
+    """The click in hand: placed, picked or moved last, until another landmark is chosen."""
+    picked: bool = False
+    """The person has picked it, so that keys stay with its landmark wherever the mouse goes."""
     asked: bool = False
     """The person has chosen the landmark: the next click places it, clicked already or not."""
     again: ClickKey | None = None
@@ -57,6 +57,10 @@ class Annotated:
     def missing(self, landmark: str, cameras: Sequence[str]) -> bool:
         """Whether some of these images have no click of a landmark."""
         return any(ClickKey(self.frame, camera, landmark) not in self.clicks for camera in cameras)
+
+    def complete(self, landmarks: Sequence[str]) -> bool:
+        """Whether all images have clicks of these landmarks."""
+        return not any(self.missing(landmark, self.cameras) for landmark in landmarks)
 
 
 def landmark_at_hand(choice: Choice, advance: Advance, known: Annotated, camera: str) -> str | None:

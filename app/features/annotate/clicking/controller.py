@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 
 from PySide6.QtCore import QObject, Slot
-from PySide6.QtGui import QKeySequence
 from PySide6.QtWidgets import QInputDialog
 
 from stereotrack_core.annotation.click import Prediction, Visibility
@@ -80,6 +79,7 @@ _KNOWN_BEFORE = frozenset({"outline", "shading", "wire", "reference", "correspon
 """Overlays that would tell in a blind reading what is known already."""
 
 _ADVANCE = "annotate/advance"
+_GOES_ON = "annotate/goes_on"
 _DEPTH = "annotate/depth"
 
 
@@ -106,9 +106,9 @@ class ClickController(QObject):
         self._offers = SwapOffers(self.annotating.swap)
         stored = stored_text(context.settings, _ADVANCE)
         self.annotating.advance = next((name for name in ADVANCES if name == stored), "landmark")
+        self.annotating.goes_on = bool(context.settings.value(_GOES_ON, False, type=bool))
         self.facts.use_depth = bool(context.settings.value(_DEPTH, True, type=bool))
         self.body.with_depth.setChecked(self.facts.use_depth)
-        self._views.set_keys(self._meaning)
         self._connect()
         context.tasks.watch(self.facts.settled)
 
@@ -254,6 +254,11 @@ class ClickController(QObject):
         self.annotating.set_advance(name)
         self._context.settings.setValue(_ADVANCE, name)
 
+    def toggle_going_on(self) -> None:
+        """Go on to another frame when one is clicked, or stay; and keep that for next time."""
+        self.annotating.goes_on = not self.annotating.goes_on
+        self._context.settings.setValue(_GOES_ON, self.annotating.goes_on)
+
     def ask_sigma(self) -> None:
         """Let the person say how sure the click at hand is."""
         click = self.annotating.at_hand()
@@ -306,10 +311,6 @@ class ClickController(QObject):
         self.facts.use_depth = wanted
         self._context.settings.setValue(_DEPTH, wanted)
         self.facts.ask()
-
-    def _meaning(self, keys: QKeySequence) -> Callable[[], None] | None:
-        command = self._context.actions.local_of(keys)
-        return self._context.actions.action(command.id).trigger if command is not None else None
 
     @Slot(str)
     def _say(self, words: str) -> None:
