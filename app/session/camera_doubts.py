@@ -66,9 +66,7 @@ class CameraDoubts(QObject):
 
     def doubtful(self) -> tuple[str, ...]:
         """Names of the cameras that may be wrong."""
-        if self.now is None:
-            return ()
-        return (self.now.camera,) if self.now.camera else self.now.others
+        return () if self.now is None else self.now.doubtful
 
     def findings(self) -> tuple[Finding, ...]:
         """What is known as a finding."""

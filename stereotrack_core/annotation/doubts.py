@@ -266,8 +266,7 @@ def own_mistakes(
     keys = tuple(flagged)
     if found is None or not keys:
         return keys
-    bad = (found.camera,) if found.camera else found.others
-    sound = {name: camera for name, camera in cameras.items() if name not in bad}
+    sound = {name: camera for name, camera in cameras.items() if name not in found.doubtful}
     limit = max(_FAR * USUAL_SIGMA, LEAST_RATIO * float(np.nan_to_num(found.agreement_px)))
     wanted = {(key.frame, key.landmark) for key in keys}
     together: dict[tuple[int, str], list[Click]] = {place: [] for place in wanted}

@@ -47,6 +47,7 @@ class Suggestion:
     click_there: bool = False  # whether there is a click already that should be looked at again
     over_frames_deg: float = 0.0
     """The same summed up over the frames around that profit; suggestions are ranked by it."""
+    clear: bool = True  # the landmark is visible, and the camera agrees with the others
 
     @property
     def key(self) -> ClickKey:
@@ -149,12 +150,12 @@ class NextClicks:
         usual = list(sigma.values()) if isinstance(sigma, Mapping) else [sigma]
         self._sigma = float(np.median(usual or [USUAL_SIGMA]))
         self.gains = ClickGains(cameras, landmark_set, fit, known, sigma=sigma)
-        self._doubts = doubts_of(fit, cameras, self._sigma)
-        if self._doubts:
-            # to click again where a camera is wrong would help nobody
-            doubtful = doubtful_camera(known, cameras, landmark_set)
-            kept = own_mistakes(self._doubts, doubtful, known, cameras)
-            self._doubts = {key: self._doubts[key] for key in kept}
+        doubtful = doubtful_camera(known, cameras, landmark_set)
+        self._unsound = () if doubtful is None else doubtful.doubtful
+        # to click again where a camera is wrong would help nobody
+        doubts = doubts_of(fit, cameras, self._sigma)
+        kept = own_mistakes(doubts, doubtful, known, cameras)
+        self._doubts = {key: doubts[key] for key in kept}
         suspicious = {key.frame for key in self._doubts}
         self._swaps = swaps_of(known, cameras, landmark_set, suspicious, self._sigma)
         self._apart_deg = None if run is None else disagreement_deg(fit, run)
@@ -174,12 +175,13 @@ class NextClicks:
     def best(self, wish: Wish | None = None) -> tuple[Suggestion, ...]:
         """The places where a click helps most, best first.
 
-        Of one landmark in neighbouring frames only the best place is told: a click there changes
-        what the others gain.
+        Landmarks that would have to be guessed, and views of a camera that contradicts the others,
+        come behind all others: such a click helps less than is expected of it. Of one landmark in
+        neighbouring frames only the best place is told: a click there changes what the others gain.
         """
         wish = Wish() if wish is None else wish
         found = [*self._unknown(wish), *self._doubted(wish), *self._new(wish)]
-        found.sort(key=lambda one: (-one.over_frames_deg, one.key))
+        found.sort(key=lambda one: (not one.clear, -one.over_frames_deg, one.key))
         return tuple(_apart(found, wish.count))
 
     def _new(self, wish: Wish) -> Iterator[Suggestion]:
@@ -187,8 +189,11 @@ class NextClicks:
         gain = self._weighed()
         total = over_frames(gain, self.gains.clicked(), REACH)
         total[(gain <= 0) | ~self._wanted(wish)[:, None, None]] = 0.0
+        clear = ~self.gains.hidden & ~np.isin(self.gains.names, self._unsound)[:, None]
+        first = np.where(clear, total.max(initial=0.0), 0.0)
         for _ in range(wish.count):
-            row, camera, landmark = (int(i) for i in np.unravel_index(total.argmax(), total.shape))
+            best = (total + np.where(total > 0, first, 0.0)).argmax()
+            row, camera, landmark = (int(i) for i in np.unravel_index(best, total.shape))
             value = float(total[row, camera, landmark])
             if value <= 0:
                 return
@@ -199,6 +204,7 @@ class NextClicks:
                 float(self.gains.gain[row, camera, landmark]),
                 self._reason(row, camera, landmark),
                 over_frames_deg=value,
+                clear=bool(clear[row, camera, landmark]),
             )
             total[max(0, row - _APART) : row + _APART + 1, :, landmark] = 0.0
 
@@ -249,7 +255,8 @@ class NextClicks:
             if wish.frames is None or frame in wish.frames:
                 reason = f"no information on {counted(len(part), 'frame')}"
                 gain = _UNKNOWN_DEG * len(SCORED)
-                place = (frame, self.gains.names[0], self._set.names[0])
+                sound = [name for name in self.gains.names if name not in self._unsound]
+                place = (frame, (sound or self.gains.names)[0], self._set.names[0])
                 yield Suggestion(*place, gain, reason, over_frames_deg=gain * len(part))
 
     def _reason(self, row: int, camera: int, landmark: int) -> str:
@@ -257,6 +264,10 @@ class NextClicks:
         axis = int(np.argmax(self.gains.by_axis(row, camera, landmark)))
         sigma = float(self.gains.sigma_deg[row, axis])
         said = []
+        if self.gains.names[camera] in self._unsound:
+            said.append("the view disagrees with the others")
+        if self.gains.hidden[row, camera, landmark]:
+            said.append("occluded, position must be estimated")
         excess = self._excess()[row]
         if excess.max() > 0 and self._apart_deg is not None:
             worst = int(np.argmax(excess))
@@ -272,8 +283,6 @@ class NextClicks:
         seen_by = int((self.gains.state[row, :, landmark] == Place.CLICKED).sum())
         if seen_by == 1:
             said.append("clicked in one camera only")
-        if self.gains.hidden[row, camera, landmark]:
-            said.append("occluded, position must be estimated")
         return ", ".join(said)
 
     def _gap(self, row: int, landmark: int) -> int:

@@ -69,6 +69,11 @@ class Disagreement:
     """By how many frames it shows everything later than the others, where that explains more than a
     displacement does; NaN else."""
 
+    @property
+    def doubtful(self) -> tuple[str, ...]:
+        """Names of the cameras that may be wrong."""
+        return (self.camera,) if self.camera else self.others
+
 
 @dataclass(frozen=True, eq=False)
 class _Rest:
@@ -105,7 +110,7 @@ def disagreeing_camera(
     if found is None or mirror is None:
         return found
     for v, camera in enumerate(cameras):
-        if camera.name in ((found.camera,) if found.camera else found.others):
+        if camera.name in found.doubtful:
             exchanged = pixels.copy()
             exchanged[v] = pixels[v][:, list(mirror)]
             after, before = (

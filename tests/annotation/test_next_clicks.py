@@ -156,7 +156,36 @@ def test_clicks_of_a_camera_that_is_wrong_itself_are_not_to_be_clicked_again():
         mistakes=dict.fromkeys(keys, 0.9),
     )
     found = NextClicks(RIG, NINE, fit, clicks).best(Wish(500))
-    assert not [one for one in found if "mistake" in one.reason]
+    assert not [one for one in found if "outlier" in one.reason]
+    assert {one.camera for one in found if one.clear} == {"N", "O", "W"}
+    assert "S" not in {one.camera for one in found}, "where others see the landmark as well"
+
+
+def test_what_would_be_guessed_or_is_seen_by_a_wrong_camera_comes_last():
+    points = bodies(20)
+    clicks = [
+        replace(one, position=(one.position[0] + 40.0, one.position[1]))
+        if one.camera == "S"
+        else one
+        for one in clicked_every(points, 5)
+    ]
+    outside = [
+        Click(frame, camera, "left_hand", None, Visibility.OUTSIDE)
+        for frame in range(20)
+        for camera in "NOW"
+        if frame % 5
+    ]
+    ranking = NextClicks(RIG, NINE, fit_of(points, range(0, 20, 5)), clicks + outside)
+    gains, found = ranking.gains, ranking.best(Wish(500))
+    for one in found:
+        place = one.frame, gains.names.index(one.camera), NINE.names.index(one.landmark)
+        assert one.clear == (one.camera != "S" and not gains.hidden[place])
+    order = [(not one.clear, -one.over_frames_deg) for one in found]
+    assert order == sorted(order)
+    last = [one for one in found if not one.clear]
+    assert {(one.camera, one.landmark) for one in last} == {("S", "left_hand")}
+    assert all(one.reason.startswith("the view disagrees with the others") for one in last)
+    assert last[0].over_frames_deg > min(one.over_frames_deg for one in found if one.clear)
 
 
 def test_swapped_sides_are_told():

@@ -10,12 +10,14 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, Qt
-from PySide6.QtWidgets import QInputDialog
+from PySide6.QtWidgets import QApplication, QInputDialog
 
 from app.widgets.timeline.lanes import Mark
 from stereotrack_core.annotation.click import ClickKey
+from stereotrack_core.annotation.next_clicks import Suggestion, good_enough
 from stereotrack_core.project.clicks import PlaceClicks, SwapLandmarks
 from stereotrack_core.project.project import Project
 from tests.gui.hands import LEFT, annotate_all, click, click_truth, clicks, key, view
@@ -72,6 +74,25 @@ def test_lanes_and_history_follow_a_click_and_lead_back_to_it(annotating, qtbot)
     annotating.features.annotate.panels.click_requested.emit(2, "N_left", "head")
     qtbot.waitUntil(annotating.context.tasks.settled, timeout=60_000)
     assert annotating.context.view_state.kinds["N"] == "left"
+
+
+def test_suggested_clicks_show_ten_rows_and_their_key_says_what_is_missing(annotating, qtbot):
+    panel, docks = annotating.features.annotate.panels.next_panel, annotating.context.docks
+    key(annotating, Qt.Key.Key_J)
+    assert "Click at least three landmarks first" in annotating.statusBar().currentMessage()
+    rows = [
+        Suggestion(k, "N_right", "right_shoulder", 1.0, "left upper arm uncertain (8.2 deg)")
+        for k in range(40)
+    ]
+    docks.dock("next").raise_()
+    panel.show_ranking(rows, good_enough(np.full((40, 6), 9.0), 3.0), {}, {"N_right": "N"})
+    QApplication.processEvents()
+    assert panel.model.cell(0, 1).text == "N"
+    seen = panel.tree.viewport().rect()
+    shown = [k for k in range(40) if seen.contains(panel.tree.visualRect(panel.model.index(k, 3)))]
+    assert len(shown) >= 10
+    docks.dock("body").raise_()
+    panel.show_ranking((), None, {})
 
 
 def test_lanes_stay_when_the_recording_is_opened_again(annotating, qtbot):

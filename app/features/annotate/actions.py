@@ -59,14 +59,12 @@ def add_commands(
 
 
 def _going(p: AnnotationPanels) -> list[Command]:
-    def nothing_next() -> str:
-        return p.no_project() or ("" if p.next_panel.model.rowCount() else NO_FIT)
-
     command = Menu(_MENU, p.no_project).command
     return [
         command("annotate-next", "Go to best suggested click", "Go to the frame, view and "
-                "landmark where a click is expected to reduce the uncertainty most.",
-                p.next_panel.go_to_next, "J", "next", why_not=nothing_next, section=True),
+                "landmark where a click is expected to reduce the uncertainty most. The recording "
+                "is fitted first where that is missing.", p.next_panel.go_to_next, "J", "next",
+                section=True),
         command("annotate-next-flagged", "Next flagged frame", "Go to the next frame with a flag.",
                 p.go_to_flagged, "Ctrl+J", "next-failure"),
         command("annotate-previous-flagged", "Previous flagged frame", "Go to the previous frame "

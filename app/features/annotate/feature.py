@@ -51,7 +51,8 @@ def register(context: Context) -> Annotate:
             bottom=("timeline",),
             side_share=0.26,
             bottom_heights=(230,),
-            side_heights=(11, 10),
+            side_heights=(10, 14),
+            tall_side=True,
             why_not=context.session.no_recording,
         )
     )

@@ -100,7 +100,8 @@ class AnnotationPanels(QObject):
         self.next_panel.visit_requested.connect(self.click_requested)
         self.next_panel.wanted_changed.connect(self.next.set_wanted)
         self.next_panel.limited.connect(self._on_limited)
-        self.next_panel.fit_requested.connect(self.reference.fit)
+        self.next_panel.fit_requested.connect(self._on_fit_wanted)
+        self.next_panel.nothing_left.connect(lambda: self.said.emit("No click is suggested here."))
         self.next.ranked.connect(self._on_ranked)
         self.reference.shown.connect(self._on_reference)
         self.reference.residuals_changed.connect(self._on_residuals)
@@ -163,7 +164,7 @@ class AnnotationPanels(QObject):
 
     def set_frame(self, frame: int) -> None:
         """Another frame is shown."""
-        self.frame = frame
+        self.frame, self.next_panel.awaited = frame, False
         if self.timeline.selection is None:
             self._show_selection()
 
@@ -227,6 +228,8 @@ class AnnotationPanels(QObject):
             self._show_lanes()
         self.reference.follow(changed)
         self.next.follow(changed)
+        if "click" in changed.tables:
+            self.next_panel.awaited = False  # who goes on clicking stays where they are
         if "repeat_click" in changed.tables:
             self._tell_repeat()
         if changed.how == "done" and _a_keyframe_is_done(changed) and self.repeats is not None:
@@ -309,6 +312,19 @@ class AnnotationPanels(QObject):
 
     # ---- fit, following, what is next
 
+    @Slot()
+    def _on_fit_wanted(self) -> None:
+        """Fit, as suggestions need it; or say why there can be none."""
+        if self.reference.fitting:
+            self.said.emit("Suggested clicks come when the fit that is running is done.")
+        elif self.reference.why_not() or self.project is None:
+            self.said.emit(self.reference.why_not())
+        elif not self.project.clicks.count():
+            self.said.emit("Suggested clicks need a fit. Click at least three landmarks first.")
+        else:
+            self.said.emit("Fitting the body to all clicks to find where one helps most …")
+            self.reference.fit()
+
     @Slot(object)
     def _on_reference(self, now: ShownReference | None) -> None:
         self._dress_lanes(now)
@@ -340,10 +356,11 @@ class AnnotationPanels(QObject):
         colours: Mapping[str, str] = {}
         if self.lanes is not None:
             colours = {one.name: one.colour for one in self.lanes.landmark_set.landmarks}
+        names = self.recording.camera_names() if self.recording is not None else {}
         if ranking is None:
             self.next_panel.show_ranking((), None, colours)
         else:
-            self.next_panel.show_ranking(ranking.suggestions, ranking.sign, colours)
+            self.next_panel.show_ranking(ranking.suggestions, ranking.sign, colours, names)
 
     # ---- blind repeats
 

@@ -20,16 +20,16 @@ _COLUMNS = (
     Column("View"),
     Column("Landmark"),
     Column(
-        "Gain [°]", "Expected reduction of the angular uncertainty of this frame's limbs", RIGHT
-    ),
-    Column(
-        "All [°]",
-        "Expected reduction over all frames that benefit; the list is sorted by this",
+        "Gain [°]",
+        "Expected reduction of the angular uncertainty of the limbs, over all frames that benefit. "
+        "The list is sorted by this; occluded landmarks and views that disagree with the others "
+        "come last.",
         RIGHT,
     ),
     Column("Reason"),
 )
-_WIDEST = ("Frame", "W_right", "right shoulder", "Gain [°]", "All [°] ")
+_WIDEST = ("Frame", "W_right", "right shoulder", "Gain [°]")
+_REASON = len(_COLUMNS) - 1
 _NARROW = 460
 _KEPT = 1000
 
@@ -41,6 +41,8 @@ class SuggestionModel(TableModel[Suggestion]):
         super().__init__(_COLUMNS, self._look)
         self.colours: Mapping[str, str] = {}
         """Of the landmarks."""
+        self.views: Mapping[str, str] = {}
+        """How people call the cameras."""
         self.visited: set[ClickKey] = set()
 
     def first_unvisited(self) -> int | None:
@@ -64,14 +66,13 @@ class SuggestionModel(TableModel[Suggestion]):
             f"{one.reason}\nExpected gain of a click here: {one.gain_deg:.2f}° in this frame, "
             f"{one.over_frames_deg:.1f}° over all frames."
         )
-        colour = "muted" if one.key in self.visited else ""
+        colour = "muted" if one.key in self.visited or not one.clear else ""
         doubt = colour or ("warning" if one.click_there else "")
         swatch = self.colours.get(one.landmark, "#808080")
         return (
             Cell(str(one.frame), tip, colour),
-            Cell(one.camera, tip, colour),
+            Cell(self.views.get(one.camera, one.camera), tip, colour),
             Cell(one.landmark.replace("_", " "), tip, colour, swatch),
-            Cell(f"{one.gain_deg:.2f}", tip, colour),
             Cell(f"{one.over_frames_deg:.1f}", tip, colour),
             Cell(f"check: {one.reason}" if one.click_there else one.reason, tip, doubt),
         )
@@ -88,6 +89,8 @@ class NextPanel(Dressed):
     """Look only at the selected frames."""
     fit_requested = Signal()
     """The body shall be fitted to the whole recording."""
+    nothing_left = Signal()
+    """No click is suggested that one could go to."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -109,7 +112,7 @@ class NextPanel(Dressed):
         self.tree.setModel(self.model)
         self.tree.setItemDelegate(RowDelegate(self.tree))
         width = self.fontMetrics().horizontalAdvance
-        swatches = (0, 0, 16, 0, 0)
+        swatches = (0, 0, 16, 0)
         widths = [width(text) + 20 + s for text, s in zip(_WIDEST, swatches, strict=True)]
         dress_list(self.tree, "Suggested clicks", widths)
         self.tree.header().setStretchLastSection(True)
@@ -118,6 +121,8 @@ class NextPanel(Dressed):
         self.tree.selectionModel().currentRowChanged.connect(self._show_reason)
         self._lay_out()
         self._sign: StopSign | None = None
+        self.awaited = False
+        """Whether to go to the best place as soon as one is known."""
         self._doubted = False
         self.show_ranking((), None, {})
 
@@ -141,7 +146,11 @@ class NextPanel(Dressed):
             self.wanted.setValue(degrees)
 
     def show_ranking(
-        self, rows: Sequence[Suggestion], sign: StopSign | None, colours: Mapping[str, str]
+        self,
+        rows: Sequence[Suggestion],
+        sign: StopSign | None,
+        colours: Mapping[str, str],
+        views: Mapping[str, str] | None = None,
     ) -> None:
         """Show what to click next; without a stop sign nothing is fitted yet."""
         self._sign = sign
@@ -150,7 +159,7 @@ class NextPanel(Dressed):
         self.tree.setVisible(sign is not None)
         current = self.tree.currentIndex()
         key = self.model.rows[current.row()].key if current.isValid() else None
-        self.model.colours = colours
+        self.model.colours, self.model.views = colours, views or {}
         self.model.show(rows)
         places = (place for place, one in enumerate(rows[:_KEPT]) if one.key == key)
         self.tree.setCurrentIndex(self.model.index(next(places, -1), 0))
@@ -164,28 +173,34 @@ class NextPanel(Dressed):
                 words += ", once the outlying clicks are corrected"
             self.sign.setText(f"{words[:1].upper()}{words[1:]}.")
             self._dress()
+            if self.awaited and rows:
+                self.go_to_next()
 
     @Slot()
     def go_to_next(self) -> None:
-        """Go to the best place that nobody went to yet."""
+        """Go to the best place that nobody went to yet; where none is known, fit to find one."""
         row = self.model.first_unvisited()
+        self.awaited = row is None
         if row is not None:
             self._go_to(row)
+        elif self._sign is None:
+            self.fit_requested.emit()
+        else:
+            self.nothing_left.emit()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
         # what is left out is said below the list
-        for hidden in (4, 5):
-            self.tree.setColumnHidden(hidden, self.width() < _NARROW)
+        self.tree.setColumnHidden(_REASON, self.width() < _NARROW)
 
     @Slot()
     def _show_reason(self) -> None:
         """Write the reason of the chosen row, or of the best one, where there is room for it."""
         row = max(self.tree.currentIndex().row(), 0)
         if row < self.model.rowCount():
-            one = self.model.rows[row]
-            place = f"{one.frame}, {one.landmark.replace('_', ' ')} in {one.camera}"
-            self.reason.setText(f"{place}: {self.model.cell(row, 5).text}.")
+            cells = (self.model.cell(row, column).text for column in range(len(_COLUMNS)))
+            frame, view, landmark, _, reason = cells
+            self.reason.setText(f"{frame}, {landmark} in {view}: {reason}.")
 
     def _dress(self) -> None:
         if self._sign is None:
