@@ -91,13 +91,13 @@ class _Cone:
 
 def body_cones(proportions: Proportions, parameters: BodyParameters) -> Cones:
     """The 11 cones of the thesis, and four for the legs if the parameters ask for them."""
-    rows = [*_trunk(proportions, parameters), *_arms(proportions, parameters)]
-    if parameters.legs:
-        rows += _legs(proportions, parameters)
-    margins = BodyShape.of(parameters)
+    shape = BodyShape.of(parameters)
+    rows = [*_trunk(proportions, shape), *_arms(proportions, shape)]
+    if shape.legs:
+        rows += _legs(proportions, shape)
     outline = np.zeros((len(rows), 2))
     for row, pair in zip(outline, CONTOUR_NAMES, strict=False):
-        row[:] = [getattr(margins, name) for name in pair]
+        row[:] = [getattr(shape, name) for name in pair]
     sizes = ("r1", "r2", "height", "flatness", "round_base", "round_end")
     return Cones(
         part=np.array([row.part for row in rows], dtype=np.int64),
@@ -116,7 +116,7 @@ def _turned_to(axis: FloatArray) -> FloatArray:
     return np.stack([x, np.cross(z, x), z], axis=1)
 
 
-def _trunk(p: Proportions, b: BodyParameters) -> list[_Cone]:
+def _trunk(p: Proportions, b: BodyShape) -> list[_Cone]:
     k, top, below = p.scale, p.torso_length, 0.05
     length = top + below
     lean = b.torso_forward_high - b.torso_forward_low
@@ -132,7 +132,7 @@ def _trunk(p: Proportions, b: BodyParameters) -> list[_Cone]:
     return [main, *_shoulders(p, b), *_head(p, b)]
 
 
-def _shoulders(p: Proportions, b: BodyParameters) -> list[_Cone]:
+def _shoulders(p: Proportions, b: BodyShape) -> list[_Cone]:
     k = p.scale * b.shoulder_radius_factor
     reach, rise = 0.5 * p.shoulder_width - 0.03, p.torso_length + b.shoulder_rise
     rows, joints = [], skeleton(p).joints
@@ -146,7 +146,7 @@ def _shoulders(p: Proportions, b: BodyParameters) -> list[_Cone]:
     return rows
 
 
-def _head(p: Proportions, b: BodyParameters) -> list[_Cone]:
+def _head(p: Proportions, b: BodyShape) -> list[_Cone]:
     height, k = 0.135 * p.scale, p.scale * b.head_radius_factor
     middle = p.shoulder_to_head + b.head_rise
     neck, widest = (0.0, b.head_forward, middle - height), (0.0, b.head_forward, middle)
@@ -156,7 +156,7 @@ def _head(p: Proportions, b: BodyParameters) -> list[_Cone]:
     ]
 
 
-def _arms(p: Proportions, b: BodyParameters) -> list[_Cone]:
+def _arms(p: Proportions, b: BodyShape) -> list[_Cone]:
     k = p.scale * b.arm_radius_factor
     rows = [_Cone(part, 0.058 * k, 0.045 * k, p.upper_arm_length) for part in UPPER_ARMS]
     for part in FOREARMS:
@@ -166,7 +166,7 @@ def _arms(p: Proportions, b: BodyParameters) -> list[_Cone]:
     return rows
 
 
-def _legs(p: Proportions, b: BodyParameters) -> list[_Cone]:
+def _legs(p: Proportions, b: BodyShape) -> list[_Cone]:
     k = p.scale * b.leg_radius_factor
     # A leg hangs with its y axis to the back.
     front = (0.0, -b.leg_forward, 0.0)
@@ -183,7 +183,7 @@ class BodyModel:
 
     skeleton: Skeleton
     cones: Cones
-    shape: BodyParameters
+    shape: BodyShape
     """What the cones were made of, with the lengths."""
 
     def frames(self, pose: Pose) -> PartFrames:
@@ -218,7 +218,7 @@ class PlacedCones:
 
 def body_model(proportions: Proportions, parameters: BodyParameters | None = None) -> BodyModel:
     """Body with these proportions, or with average ones where the parameters say so."""
-    shape = BodyParameters() if parameters is None else parameters
+    shape = BodyShape() if parameters is None else BodyShape.of(parameters)
     lengths = AVERAGE if shape.proportions == "average" else proportions
     return BodyModel(skeleton(lengths), body_cones(lengths, shape), shape)
 

@@ -41,6 +41,27 @@ class BodyParameters(ParameterGroup):
     torso_forward_high: float = parameter(0.015, _GROUP, (-0.2, 0.2), unit="m", thesis=0.0)(
         "Forward offset of the torso centre at the shoulders."
     )
+    head_forward: float = parameter(0.015, _GROUP, (-0.2, 0.2), unit="m", thesis=0.0)(
+        "Forward offset of the head centre at the neck."
+    )
+    arm_radius_factor: float = parameter(1.0, _GROUP, (0.3, 3.0))(
+        "Scale of the radii of arms and hands."
+    )
+
+
+def _margin(what: str) -> float:
+    text = f"Distance of the contour from the surface, outwards: {what}."
+    margin: float = parameter(-0.008, "Body contour", (-0.1, 0.1), unit="m")(text)
+    return margin
+
+
+@dataclass(frozen=True)
+class BodyShape(BodyParameters):
+    """Shape of one person: also what nobody sets, as it is fitted to the first frames.
+
+    The margins say how far contours in the images lie off the surface of the clouds.
+    """
+
     shoulder_rise: float = parameter(0.0, _GROUP, (-0.2, 0.2), unit="m")(
         "Height of the shoulder cones above the shoulder joints."
     )
@@ -54,28 +75,7 @@ class BodyParameters(ParameterGroup):
     leg_forward: float = parameter(0.015, _GROUP, (-0.2, 0.2), unit="m")(
         "Forward offset of the leg centre at hips and knees."
     )
-    head_forward: float = parameter(0.015, _GROUP, (-0.2, 0.2), unit="m", thesis=0.0)(
-        "Forward offset of the head centre at the neck."
-    )
-    arm_radius_factor: float = parameter(1.0, _GROUP, (0.3, 3.0))(
-        "Scale of the radii of arms and hands."
-    )
     leg_radius_factor: float = parameter(1.0, _GROUP, (0.3, 3.0))("Scale of the leg radii.")
-
-
-def _margin(what: str) -> float:
-    text = f"Distance of the contour from the surface, outwards: {what}."
-    margin: float = parameter(-0.008, "Body contour", (-0.1, 0.1), unit="m")(text)
-    return margin
-
-
-@dataclass(frozen=True)
-class BodyShape(BodyParameters):
-    """Shape of one person: also how far contours in the images lie off the surface of the clouds.
-
-    These margins are not set by anybody: they are fitted, with the surface, to the first frames.
-    """
-
     contour_torso_side: float = _margin("torso, lateral")
     contour_torso_front: float = _margin("torso, front and back")
     contour_shoulder_top: float = _margin("shoulders, top")
@@ -90,7 +90,7 @@ class BodyShape(BodyParameters):
 
     @staticmethod
     def of(parameters: BodyParameters) -> BodyShape:
-        """The shape that parameters state, with average margins where they know none."""
+        """The shape that parameters state, average where they say nothing."""
         if isinstance(parameters, BodyShape):
             return parameters
         return BodyShape().replaced(**parameters.values())

@@ -34,6 +34,10 @@ OnPart: TypeAlias = Callable[[int, int], None]
 """Is told how many parts of how many are done."""
 
 
+_BACKGROUND_FRAMES = 40
+"""Frames, spread over the recording, from which the background is learned in advance."""
+
+
 class Pictures(Protocol):
     """Where images come from; see :class:`FrameReader`."""
 
@@ -171,7 +175,7 @@ class DepthChain:
     def _learn_from_frames(
         self, chains: Sequence[ViewChain], reader: Pictures, frames: range, on_image: OnPart
     ) -> None:
-        most = min(self.parameters.background_samples, len(frames))
+        most = min(_BACKGROUND_FRAMES, len(frames))
         sampled = [frames[i] for i in np.unique(np.linspace(0, len(frames) - 1, most).astype(int))]
         sets = [reader.frame_set(k) for k in sampled]
         seen = [[s.views[c.name] for s in sets if c.name in s.views] for c in chains]

@@ -89,10 +89,6 @@ class DepthParameters(ParameterGroup):
     background_percentile: float = parameter(5.0, _BACKGROUND, (0.0, 100.0), unit="%")(
         "Percentile of a pixel's disparities used as background."
     )
-    background_samples: int = parameter(40, _BACKGROUND, (1, 1000))(
-        "Number of frames, spread over the recording, from which the background is learned in "
-        "advance."
-    )
     background_doubt: bool = parameter(True, _BACKGROUND, thesis=False)(
         "Use the silhouette (difference from the background image) as evidence: background "
         "disparities inside it are discarded."

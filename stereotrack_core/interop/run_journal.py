@@ -204,7 +204,7 @@ def _record_of(frame: TrackedFrame, seconds: float) -> Record:
         "limb_lost": estimate.limb_lost,
     }
     if prior is not None:
-        arrays |= {"movement": prior.movement, "prior_P": prior.P, "carried": prior.carried}
+        arrays |= {"prior_P": prior.P, "carried": prior.carried}
     return Record(_FRAME, facts, arrays)
 
 
@@ -212,10 +212,10 @@ def _frame_of(record: Record) -> TrackedFrame:
     facts, arrays = record.facts, record.arrays
     unexplained, residual, innovation, contradicted = _shaped(arrays["signs"], 4).tolist()
     prior = None
-    if "movement" in arrays:
+    if "prior_P" in arrays:
         n = len(arrays["x"])
         carried = np.asarray(arrays["carried"], dtype=np.bool_).reshape(n)
-        prior = Prior(_shaped(arrays["movement"], n), _shaped(arrays["prior_P"], n, n), carried)
+        prior = Prior(_shaped(arrays["prior_P"], n, n), carried)
     estimate = Estimate(
         tracked=bool(facts["tracked"]),
         reason=str(facts["reason"]),

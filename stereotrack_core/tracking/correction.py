@@ -15,14 +15,7 @@ from stereotrack_core.body.model import BodyModel
 from stereotrack_core.body.pose import PartFrames, Pose
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.filtering.correction import normalised
-from stereotrack_core.filtering.linearisation import (
-    Information,
-    information,
-    linearised,
-    posterior,
-    unwhitened,
-)
-from stereotrack_core.filtering.sigma_points import SigmaWeights
+from stereotrack_core.filtering.linearisation import Information, information, posterior
 from stereotrack_core.tracking.state import Belief, Setup
 
 _STEP_LIMIT = 0.5
@@ -75,26 +68,15 @@ def solved(
 
 @dataclass(frozen=True, eq=False)
 class Line:
-    """A residual, linearised at one pose: z - z_hat = D' w + e, with dx = L w."""
+    """A residual, linearised at one pose: z - z_hat = H dx + e."""
 
     residual: Residual
     nu: FloatArray
     """(m,). Innovation z - z_hat."""
-    D: FloatArray
-    """(n, m). Transposed Jacobian."""
+    H: FloatArray
+    """(m, n). Jacobian by the error state."""
     R: FloatArray
-    """(m,). Variances of e, with the linearisation's own error."""
-    L: FloatArray | None = None
-    """(n, n). Lower root of the covariance whose sigma points were used; None stands for the
-    identity."""
-
-    @property
-    def H(self) -> FloatArray:  # noqa: N802
-        """Jacobian (m, n) by the error state."""
-        if self.L is None:
-            return self.D.T
-        result: FloatArray = scipy.linalg.solve_triangular(self.L, self.D, lower=True, trans="T").T
-        return result
+    """(m,). Variances of e."""
 
 
 def linearise(
@@ -107,7 +89,7 @@ def linearise(
         Line(
             residual,
             residual.measured - residual.predicted(stacked)[0],
-            residual.jacobian(frames, columns).T,
+            residual.jacobian(frames, columns),
             residual.variance,
         )
         for residual in residuals
@@ -115,37 +97,12 @@ def linearise(
     ]
 
 
-def linearise_by_sigma_points(
-    residuals: tuple[Residual, ...],
-    body: BodyModel,
-    at: Belief,
-    weights: SigmaWeights,
-    joints: tuple[int, ...],
-) -> list[Line]:
-    """Linearise all residuals by the same sigma points of the posterior (docs/method.md 4.4).
-
-    The linearisation's own error is added to the noise; without it P is too confident.
-    """
-    L: FloatArray = scipy.linalg.cholesky(at.P, lower=True)
-    root = weights.spread * L.T
-    dX = np.concatenate([np.zeros((1, len(L))), root, -root])
-    frames = body.frames(displaced(at.pose, dX, joints))
-    lines = []
-    for residual in residuals:
-        if len(residual.variance):
-            line = linearised(residual.predicted(frames), weights, about="centre")
-            nu, R = residual.measured - line.mean, residual.variance + line.spread
-            lines.append(Line(residual, nu, line.D, R, L))
-    return lines
-
-
 def information_of(lines: Sequence[Line], n: int) -> Information:
     """What lines say together about an error state of n numbers."""
     total = Information(np.zeros((n, n)), np.zeros(n))
     for line in lines:
-        total += information(line.D, line.nu, line.R)
-    L = lines[0].L if lines else None
-    return total if L is None else unwhitened(total, L)
+        total += information(line.H.T, line.nu, line.R)
+    return total
 
 
 def gathered(

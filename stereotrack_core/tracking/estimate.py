@@ -52,8 +52,6 @@ class Correspondences:
 class Prior:
     """What a frame's correction began from, seen from the frame before."""
 
-    movement: FloatArray
-    """(n,). Displacement from the last frame's pose that was expected."""
     P: FloatArray
     """(n, n). Covariance that was really used, as far as it was widened."""
     carried: BoolArray

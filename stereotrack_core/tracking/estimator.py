@@ -16,13 +16,12 @@ from stereotrack_core.tracking.correction import (
     Sensor,
     information_of,
     linearise,
-    linearise_by_sigma_points,
     solved,
 )
 from stereotrack_core.tracking.correspondences import DataToModel
 from stereotrack_core.tracking.estimate import Memory
 from stereotrack_core.tracking.parameters import TrackingParameters
-from stereotrack_core.tracking.residuals.keypoints import DetectionObservation, detections_in
+from stereotrack_core.tracking.residuals.keypoints import DetectionObservation
 from stereotrack_core.tracking.residuals.limits import limit_residuals
 from stereotrack_core.tracking.residuals.silhouette import SilhouetteObservation, edge_maps
 from stereotrack_core.tracking.residuals.surface import (
@@ -69,11 +68,7 @@ class Measurements:
         """
         setup = self.setup
         residuals = (surface, *self.beside(at.pose), *self.limits(at.pose))
-        if setup.parameters.linearisation == "sigma_points":
-            weights, joints = setup.weights, setup.joints
-            lines = linearise_by_sigma_points(residuals, setup.body, at, weights, joints)
-        else:
-            lines = linearise(residuals, setup.body, at.pose, setup.columns)
+        lines = linearise(residuals, setup.body, at.pose, setup.columns)
         found = information_of(lines, setup.columns.n)
         after, dx = solved(setup.joints, prior, at.pose, found)
         if self.trace is not None:
@@ -96,7 +91,9 @@ class Measurements:
 def sensors_for(p: TrackingParameters) -> tuple[Sensor, ...]:
     """The sensors that the parameters ask for, beside the cloud's points."""
     sensors: list[Sensor] = [
-        lambda cloud: DetectionObservation(detections_in(cloud, p.detect), p.detection_gate)
+        lambda cloud: DetectionObservation(
+            tuple(d for d in cloud.detections if d.time == cloud.frame), p.detection_gate
+        )
     ]
     if p.measure_silhouettes:
         sensors.append(lambda cloud: SilhouetteObservation(edge_maps(cloud), p.silhouette_sigma))
@@ -107,8 +104,6 @@ def sensors_for(p: TrackingParameters) -> tuple[Sensor, ...]:
 class Prediction(Belief):
     """A frame's prediction from the frame before."""
 
-    movement: FloatArray
-    """(n,). Displacement from the last frame's pose that was expected."""
     gone: float
     """Frames that have gone by."""
     learned: FloatArray | None = None

@@ -90,25 +90,21 @@ class PoseFilter:
         found = self.estimator.estimate(measured, predicted)
         if measured.unexplained_fraction(found.pose) > p.max_unexplained_fraction:
             return self.lost(before, cloud, "the cloud does not match the body")
-        pose, movement = orthonormal(found.pose), before.movement
-        if predicted.gone:
-            movement = difference(pose, before.pose, self.setup.joints) / predicted.gone
-        self.state = State(pose, found.P, movement, cloud.frame)
+        self.state = State(orthonormal(found.pose), found.P, cloud.frame)
         return self._judged(cloud, predicted, found, perf_counter() - begun)
 
     def predicted(self, cloud: Cloud) -> Prediction:
-        """Repeat the last movement, damped; detections on the way to the frame correct it."""
+        """Predict that the body stays; detections on the way to the frame correct it."""
         setup, state = self.setup, self.state
         since = cloud.frame - 1.0 if state.time is None else state.time
         gone = elapsed(since, cloud.frame)
-        movement = gone * setup.parameters.velocity * state.movement
         due = [d for d in cloud.detections if since < d.time < cloud.frame]
         if not (self._listens and due):
-            found = setup.moved(state, state.movement, since, cloud.frame)
-            return Prediction(found.pose, found.P, movement, gone)
+            found = setup.predicted(state, since, cloud.frame)
+            return Prediction(found.pose, found.P, gone)
         found = predicted_by_detections(setup, state, since, cloud.frame, due)
         unheard = state.P + gone * setup.Q
-        return Prediction(found.pose, found.P, movement, gone, unheard - found.P)
+        return Prediction(found.pose, found.P, gone, unheard - found.P)
 
     def measured(self, cloud: Cloud, trace: StepRecorder | None = None) -> Measurements:
         """Take from a cloud what poses are measured by."""
@@ -122,7 +118,6 @@ class PoseFilter:
         time: float | None = None,
         *,
         P: FloatArray | None = None,
-        movement: FloatArray | None = None,
     ) -> None:
         """Begin from a pose that is roughly right.
 
@@ -133,14 +128,10 @@ class PoseFilter:
         P : (n, n) float64, optional
             Its covariance, used where it is one of this filter's error state; that of a first
             pose where not given.
-        movement : (n,) float64, optional
-            By which it has moved in a frame.
         """
         state = self.setup.first_state(pose, time)
         if P is not None and P.shape == state.P.shape:
             state = dataclasses.replace(state, P=P.copy())
-        if movement is not None:
-            state = dataclasses.replace(state, movement=movement)
         self.resume(state)
         self.anew = True
 
@@ -152,7 +143,7 @@ class PoseFilter:
     def lost(self, before: State, cloud: Cloud, reason: str) -> Estimate:
         """State a frame in which nothing could be measured; the body is expected to stay."""
         P = before.P + elapsed(before.time, cloud.frame) * self.setup.Q
-        self.resume(State(before.pose, P, np.zeros_like(before.movement), cloud.frame))
+        self.resume(State(before.pose, P, cloud.frame))
         x = state_of_pose(before.pose, self.setup.joints)
         return Estimate(False, reason, before.pose, x, P)
 
@@ -162,7 +153,6 @@ class PoseFilter:
             "position": self.state.pose.position,
             "rotations": self.state.pose.rotations,
             "P": self.state.P,
-            "movement": self.state.movement,
             "time": time_array(self.state.time),
             "anew": np.array(self.anew),
             **self.estimator.memory(),
@@ -172,7 +162,7 @@ class PoseFilter:
     def recall(self, memory: Memory) -> None:
         """Go on as the filter would whose memory this is."""
         pose = Pose(memory["position"], memory["rotations"])
-        self.resume(State(pose, memory["P"], memory["movement"], time_in(memory["time"])))
+        self.resume(State(pose, memory["P"], time_in(memory["time"])))
         self.anew = bool(memory["anew"])
         self.estimator.recall(memory)
         self.correspondences.recall(memory)
@@ -183,7 +173,7 @@ class PoseFilter:
         """State the pose with the signs by which it can be judged."""
         setup, state, surface = self.setup, self.state, found.surface
         P0 = found.P0 if predicted.learned is None else found.P0 + predicted.learned
-        prior = None if self.anew else Prior(predicted.movement, P0, found.carried)
+        prior = None if self.anew else Prior(P0, found.carried)
         self.anew = False
         dX = sigma_deviations(state.P, setup.weights)
         weight = surface.weight
@@ -201,7 +191,8 @@ class PoseFilter:
             prior=prior,
         )
         spread = displaced(state.pose, dX, setup.joints)
-        return judged(estimate, cloud, setup, spread, predicted.gone * state.movement)
+        movement = difference(state.pose, self.origin.pose, setup.joints)
+        return judged(estimate, cloud, setup, spread, movement)
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from stereotrack_core.body.manifold import difference
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.depth.cloud import Cloud
@@ -50,7 +49,6 @@ def beginning_at(
     tracker: Tracker,
     cloud: Cloud,
     before: Estimate | None = None,
-    earlier: Estimate | None = None,
     here: Estimate | None = None,
 ) -> str:
     """Put a new tracker where a run was before a frame; where none was, the person is looked for.
@@ -61,8 +59,8 @@ def beginning_at(
         A new one.
     cloud : Cloud
         Of the frame.
-    before, earlier, here : Estimate or None
-        What the run says of the frame before, of the one before that, and of the frame itself.
+    before, here : Estimate or None
+        What the run says of the frame before, and of the frame itself.
 
     Returns
     -------
@@ -74,10 +72,7 @@ def beginning_at(
         if isinstance(tracker, ThesisTracker):
             tracker.start(before.pose, P=P)
             return STORED.format(besides=_DRAWN)
-        movement = None
-        if earlier is not None and earlier.tracked:
-            movement = difference(before.pose, earlier.pose, tracker.setup.joints)
-        tracker.start(before.pose, P=P, movement=movement)
+        tracker.start(before.pose, P=P)
         return STORED.format(besides=_LEARNED)
     if here is not None and here.tracked:
         tracker.start(here.pose)

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray
-from stereotrack_core.body.parameters import BodyParameters
+from stereotrack_core.body.parameters import BodyShape
 from stereotrack_core.body.proportions import AVERAGE, AVERAGE_HEIGHT, Proportions
 from stereotrack_core.body.skeleton import FOREARMS, UPPER_ARMS
 from stereotrack_core.depth.cloud import Cloud
@@ -165,7 +165,7 @@ def _spread(frames: Sequence[_Candidate], count: int) -> list[_Candidate]:
 
 def estimated_lengths(
     expected: Proportions,
-    shape: BodyParameters,
+    shape: BodyShape,
     seen: Sequence[SeenPose],
     parameters: TrackingParameters,
     joints: tuple[int, ...],
@@ -176,7 +176,7 @@ def estimated_lengths(
     ----------
     expected : Proportions
         The start; the fit is held to it by how much people differ, in height and apart from it.
-    shape : BodyParameters
+    shape : BodyShape
         The surface to start from.
     joints : tuple of int
         Joints of the state.

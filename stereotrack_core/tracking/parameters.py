@@ -9,7 +9,6 @@ from stereotrack_core.parameters import ParameterGroup, parameter
 
 _METHOD, _NOISE, _DATA = "Method", "Noise", "Measurements"
 _LIMITS, _SILHOUETTES, _SEARCH = "Limits and collisions", "Silhouettes", "Arm search"
-_COLOURS, _DETECTIONS = "Colours", "Keypoints"
 
 
 @dataclass(frozen=True)
@@ -36,19 +35,9 @@ class TrackingParameters(ParameterGroup):
         "Estimator for data-to-model correspondences: the tracker's own iterated correction, or "
         "one of the baselines."
     )
-    linearisation: str = parameter("derivatives", _METHOD, choices=("derivatives", "sigma_points"))(
-        "Linearisation of data-to-model correspondences: by derivatives, or by sigma points of "
-        "the posterior, which is several times slower."
-    )
     iterations: int = parameter(6, _METHOD, (1, 50), thesis=4, fast=3)("Corrections per frame set.")
     ut_alpha: float = parameter(0.1, _METHOD, (1e-4, 2.0))(
         "Spread of the sigma points; small values keep them close to the mean."
-    )
-    ut_beta: float = parameter(2.0, _METHOD, (0.0, None))(
-        "Second parameter of the scaled unscented transform."
-    )
-    ut_kappa: float = parameter(0.0, _METHOD, (0.0, None))(
-        "Third parameter of the scaled unscented transform."
     )
     sigma_position: float = parameter(0.03, _NOISE, (0.001, 2.0), unit="m", thesis=0.1)(
         "Expected movement of the body between two frame sets at 10 Hz."
@@ -68,9 +57,6 @@ class TrackingParameters(ParameterGroup):
     prior_inflation_above: float = parameter(1.5, _NOISE, (0.5, 100.0))(
         "Prior inflation: the prior is widened if the data move the body by more than this many "
         "of its standard deviations."
-    )
-    velocity: float = parameter(0.0, _NOISE, (0.0, 1.0), thesis=0.0)(
-        "Share of the last frame's movement that is expected to continue."
     )
     sampling: str = parameter("random", _DATA, choices=("random", "regular"), thesis="random")(
         "Method of sampling model points from the cones."
@@ -145,24 +131,18 @@ class TrackingParameters(ParameterGroup):
     picture_cost: float = parameter(1000.0, _SEARCH, (0.0, 100000.0), unit="1/m^2", fast=0.0)(
         "Render-and-compare cost per square metre in which a view does not show the rendered pose."
     )
-    colour_weight: float = parameter(0.06, _COLOURS, (0.0, 1.0), unit="m", thesis=0.0, fast=0.0)(
+    colour_weight: float = parameter(0.06, "Colours", (0.0, 1.0), unit="m", thesis=0.0, fast=0.0)(
         "Distance added between a point and a part for each standard deviation by which its "
         "colour differs from the part's colours; 0 disables colours. No effect on grey images."
     )
-    detect: str = parameter(
-        "none", _DETECTIONS, choices=("none", "extremities", "skin"), thesis="none"
-    )(
-        "Detect head and hands in every frame: as the ends of the cloud, or as skin in colour "
-        "images."
-    )
-    detection_gate: float = parameter(0.3, _DETECTIONS, (0.01, 5.0), unit="m")(
+    detection_gate: float = parameter(0.3, "Keypoints", (0.01, 5.0), unit="m")(
         "A keypoint farther than this from every plausible position is rejected."
     )
 
     @property
     def wants_colour(self) -> bool:
         """Whether anything looks at colours, so that they have to be read."""
-        return self.colour_weight > 0.0 or self.detect == "skin"
+        return self.colour_weight > 0.0
 
 
 @dataclass(frozen=True)

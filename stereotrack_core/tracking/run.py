@@ -289,7 +289,7 @@ class Pipeline:
         found = shape_in(self._initialiser(), clouds, self.first_pose, *told)
         if found is not None:
             self._track(body_model(self.body.skeleton.proportions, found))
-        return BodyShape.of(self.body.shape)
+        return self.body.shape
 
     def _first_clouds(self, frames: range) -> list[Cloud]:
         """The first clouds that show somebody; all that are made on the way are kept."""
@@ -347,7 +347,7 @@ class Pipeline:
             fingerprint=fingerprint(self.recording),
             spec=spec,
             state_names=self.tracker.state_names,
-            shape=BodyShape.of(self.body.shape),
+            shape=self.body.shape,
             given=self._given,
             made=self._made_at,
             resumed_at=() if self._begun is None else self._begun.resumed_at,

@@ -17,7 +17,7 @@ import scipy.linalg
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.manifold import displaced
 from stereotrack_core.body.model import CONTOUR_NAMES, BodyModel, body_model, placed_cones
-from stereotrack_core.body.parameters import BodyParameters, BodyShape
+from stereotrack_core.body.parameters import BodyShape
 from stereotrack_core.body.pose import REST, PartFrames, Pose
 from stereotrack_core.body.proportions import Proportions
 from stereotrack_core.body.skeleton import CLAVICLES, TORSO, UPPER_ARMS
@@ -71,7 +71,7 @@ class FreeBody:
 
     proportions: Proportions
     """What lengths are expected to be."""
-    shape: BodyParameters
+    shape: BodyShape
     """What the surface is expected to be."""
     lengths: tuple[str, ...] = ()
     surface: tuple[str, ...] = tuple(_SHAPE_SIGMAS)
@@ -94,12 +94,12 @@ class FreeBody:
         covariance[:k, :k] += _HEIGHT_SIGMA**2
         return np.linalg.inv(covariance)
 
-    def parts(self, theta: FloatArray) -> tuple[Proportions, BodyParameters]:
+    def parts(self, theta: FloatArray) -> tuple[Proportions, BodyShape]:
         """Lengths and surface for values (k,) of the free numbers."""
         k = len(self.lengths)
         ratios = dict(zip(self.lengths, np.exp(theta[:k]), strict=True))
         lengths = {name: float(r * getattr(self.proportions, name)) for name, r in ratios.items()}
-        rows = {row.name: row for row in BodyParameters.rows()}
+        rows = {row.name: row for row in BodyShape.rows()}
         values = {
             name: float(np.clip(value, rows[name].minimum, rows[name].maximum))
             for name, value in zip(self.surface, theta[k:], strict=True)
@@ -294,7 +294,7 @@ def fitted_outline(body: BodyModel, seen: Sequence[tuple[Pose, tuple[EdgeMap, ..
     Both sides of a limb are in the pictures, so a pose that is a little wrong shifts one side as
     far out as the other side in, and the margins come out right.
     """
-    shape = BodyShape.of(body.shape)
+    shape = body.shape
     names = list(dict.fromkeys(name for pair in CONTOUR_NAMES for name in pair))
     start = np.array([float(shape.values()[name]) for name in names])
     A, e = _rows(body, names, seen)

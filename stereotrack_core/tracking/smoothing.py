@@ -153,8 +153,7 @@ def _backwards(estimates: list[Estimate], state: ErrorState, setup: Setup) -> li
 
 def _one_back(filtered: Estimate, prior: Prior, after: Estimate, state: ErrorState) -> Estimate:
     """Smooth a frame by the smoothed frame after it."""
-    predicted = state.displaced(filtered, prior.movement)
-    ahead = state.difference(after, predicted)
+    ahead = state.difference(after, filtered)
     carried = prior.carried & state.continuous(ahead)
     gain, P = backward_step(filtered.P, prior.P, carried, after.P)
     return replace(state.displaced(filtered, gain @ ahead), P=P)
@@ -169,7 +168,7 @@ def _stayed(
     """
     if prior.carried.all():
         return prior, after
-    behind = state.difference(state.displaced(filtered, prior.movement), after)
+    behind = state.difference(filtered, after)
     squared = behind**2 / np.diagonal(prior.P)
     anew = np.zeros(len(behind), dtype=np.bool_)
     for arm in _ARMS:
@@ -199,12 +198,12 @@ def _bridge(found: list[Estimate], first: int, k: int, state: ErrorState, setup:
     if not np.all(state.continuous(moved)):
         return
     noise = _inflated(Q, moved, before.P + steps * Q, setup.parameters.prior_inflation_above)
-    nothing, everything = np.zeros(len(Q)), np.ones(len(Q), dtype=np.bool_)
+    everything = np.ones(len(Q), dtype=np.bool_)
     if found[k].prior is None:
         found[k] = _joined(found[k], before, before.P + steps * noise, state)
     for i in reversed(range(steps)):
         waiting = replace(before, P=before.P + i * noise)
-        prior = Prior(nothing, before.P + (i + 1) * noise, everything)
+        prior = Prior(before.P + (i + 1) * noise, everything)
         back = _one_back(waiting, prior, found[first + i + 1], state)
         found[first + i] = back if i == 0 else _as_bridge(back)
 

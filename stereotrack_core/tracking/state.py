@@ -9,7 +9,7 @@ import numpy as np
 
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.angles import THESIS_JOINTS
-from stereotrack_core.body.manifold import Columns, columns_of, displaced
+from stereotrack_core.body.manifold import Columns, columns_of
 from stereotrack_core.body.model import BodyModel
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.skeleton import CLAVICLES
@@ -25,6 +25,9 @@ _ARM = np.radians(40.0) ** 2
 _START = np.array([0.1, 0.1, 0.1, *np.radians([20.0, 20.0, 20.0])]) ** 2
 """Variances of joints, and of position and rotation, of a first pose."""
 
+
+_UT_BETA, _UT_KAPPA = 2.0, 0.0
+"""Of the scaled unscented transform: for a normal distribution, and as the thesis leaves it."""
 
 _STATED_AT = 10.0
 """Frame sets per second for which the parameters state the standard deviations."""
@@ -56,8 +59,6 @@ class Belief:
 class State(Belief):
     """What a tracker carries from frame to frame."""
 
-    movement: FloatArray
-    """(n,). By which the pose has moved in a frame."""
     time: float | None
     """Frame that the pose belongs to; None: the one before the next cloud's."""
 
@@ -91,8 +92,7 @@ class Setup:
     @cached_property
     def weights(self) -> SigmaWeights:
         """Spread and weights of the error state's sigma points."""
-        p = self.parameters
-        return scaled_weights(self.columns.n, p.ut_alpha, p.ut_beta, p.ut_kappa)
+        return scaled_weights(self.columns.n, self.parameters.ut_alpha, _UT_BETA, _UT_KAPPA)
 
     @cached_property
     def Q(self) -> FloatArray:  # noqa: N802
@@ -111,18 +111,11 @@ class Setup:
         girdle = GIRDLE_REST**2
         turns = [girdle if joint in CLAVICLES else _ARM for joint in self.joints]
         P = np.diag(np.concatenate([_START, np.repeat(turns, 2)]))
-        return State(pose, P, np.zeros(len(P)), time)
+        return State(pose, P, time)
 
-    def moved(self, belief: Belief, movement: FloatArray, since: float, time: float) -> Belief:
-        """Predict a damped repetition of a frame's movement (n,), less certain with the time.
-
-        Where no time goes by, nothing is predicted.
-        """
-        gone = elapsed(since, time)
-        if not gone:
-            return belief
-        expected = gone * self.parameters.velocity * movement
-        return Belief(displaced(belief.pose, expected, self.joints), belief.P + gone * self.Q)
+    def predicted(self, belief: Belief, since: float, time: float) -> Belief:
+        """Predict that the body stays where it is, less certain with the time."""
+        return Belief(belief.pose, belief.P + elapsed(since, time) * self.Q)
 
 
 def elapsed(since: float | None, time: float) -> float:

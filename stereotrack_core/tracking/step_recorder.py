@@ -157,7 +157,6 @@ class StepRecorder:
         R = own[0].R if own else np.empty(0)
         P_xz = at.P @ H.T
         dX = sigma_deviations(at.P, setup.weights)
-        used = setup.parameters.linearisation == "sigma_points"
         from_prior = difference(prior.pose, at.pose, setup.joints)
         self._add(
             Correction(
@@ -165,7 +164,7 @@ class StepRecorder:
                 iteration=1,
                 prior=prior,
                 before=at,
-                sigma_points=SigmaPoints(dX, displaced(at.pose, dX, setup.joints), used),
+                sigma_points=SigmaPoints(dX, displaced(at.pose, dX, setup.joints)),
                 points=replace(surface.pairs(), residual=own[0].nu, sigma=np.sqrt(own[0].R))
                 if own
                 else surface.pairs(),

@@ -29,15 +29,14 @@ REASONS: tuple[str, ...] = (
 
 @dataclass(frozen=True, eq=False)
 class SigmaPoints:
-    """Poses that stand for a belief, (2.12) to (2.14)."""
+    """Poses that stand for a belief, (2.12) to (2.14); of a tracker that works with derivatives an
+    illustration of it.
+    """
 
     deviations: FloatArray
     """(2n + 1, n). From the mean; the first is zero."""
     poses: Pose
     """Stacked (2n + 1)."""
-    used: bool
-    """False where the tracker works with derivatives: the same points are then only an illustration
-    of the belief."""
 
 
 @dataclass(frozen=True, eq=False)

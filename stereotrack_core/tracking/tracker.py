@@ -116,10 +116,9 @@ class PersonTracker:
         time: float | None = None,
         *,
         P: FloatArray | None = None,
-        movement: FloatArray | None = None,
     ) -> None:
         """Begin from a pose that is roughly right; see :meth:`PoseFilter.start`."""
-        self.leader.start(pose, time, P=P, movement=movement)
+        self.leader.start(pose, time, P=P)
         self._present = True
         self._age, self._unchanged = 0, _SETTLED
         self._cost = self._doubt = 0.0

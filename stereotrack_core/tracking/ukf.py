@@ -74,7 +74,6 @@ class ThesisTracker:
         self.P = self.Q = setup.Q
         self.x = np.zeros(len(self.Q))
         self._rng = np.random.default_rng(setup.seed)
-        self._movement = np.zeros(len(self.Q))
         self._time: float | None = None
         self._anew = True
 
@@ -101,7 +100,7 @@ class ThesisTracker:
         self.predict(cloud.frame)
         if trace is not None:
             trace.predicted(before, self.belief)
-        prior = None if self._anew else Prior(np.zeros_like(x), self.P, np.ones(len(x), np.bool_))
+        prior = None if self._anew else Prior(self.P, np.ones(len(x), np.bool_))
         if len(cloud.points) < p.least_points:
             return self.lost(f"the cloud has only {len(cloud.points)} points")
         tree = cKDTree(cloud.points, balanced_tree=False, compact_nodes=False)
@@ -115,11 +114,11 @@ class ThesisTracker:
                 return self.lost("every model point coincides with its measured point")
             innovations.append(self.correct(pairs, trace))
         self.avoid_collisions(trace)
-        self._anew, self._movement = False, _angles_wrapped(self.x - x)
+        self._anew = False
         seconds = {"track": time.perf_counter() - begun}
         found = self._found(pairs, innovations[0], prior, seconds)
         spread = pose_of_state(self.x + sigma_deviations(self.P, self.setup.weights), THESIS_JOINTS)
-        return judged(found, cloud, self.setup, spread, self._movement)
+        return judged(found, cloud, self.setup, spread, _angles_wrapped(self.x - x))
 
     def predict(self, time: float) -> None:
         """Predict that the body stays where it is, with more uncertainty (3.2.1)."""
@@ -159,7 +158,7 @@ class ThesisTracker:
         self.x = self.x + corrected.dx
         self.P = corrected.P
         if trace is not None:
-            sigma_points = SigmaPoints(dX, X, used=True)
+            sigma_points = SigmaPoints(dX, X)
             trace.unscented(before, self.belief, corrected.dx, pairs, sigma_points, dY, nu, R)
         return normalised(nu, P_zz + R)
 
@@ -182,7 +181,6 @@ class ThesisTracker:
         return {
             "x": self.x,
             "P": self.P,
-            "movement": self._movement,
             "time": time_array(self._time),
             "anew": np.array(self._anew),
             "random": np.frombuffer(drawn.encode(), dtype=np.uint8),
@@ -191,7 +189,7 @@ class ThesisTracker:
     def recall(self, memory: Memory) -> None:
         """Go on as the tracker would whose memory this is."""
         self.x, self.P, self._time = memory["x"], memory["P"], time_in(memory["time"])
-        self._movement, self._anew = memory["movement"], bool(memory["anew"])
+        self._anew = bool(memory["anew"])
         self._rng.bit_generator.state = json.loads(memory["random"].tobytes())
 
     def _found(

@@ -110,7 +110,7 @@ def recall(tracker: Tracker, memory: Memory) -> None:
     """
     own = tracker.memory()
     foreign = [n for n in own if n not in memory or np.ndim(own[n]) != np.ndim(memory[n])]
-    foreign += [n for n in ("P", "movement") if n in own and own[n].shape != memory[n].shape]
+    foreign += [n for n in own if n == "P" and own[n].shape != memory[n].shape]
     try:
         if not foreign:
             tracker.recall(memory)

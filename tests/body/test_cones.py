@@ -7,7 +7,7 @@ import pytest
 
 from stereotrack_core.body.angles import pose_of_state
 from stereotrack_core.body.model import body_cones, body_model, landmarks, placed_cones
-from stereotrack_core.body.parameters import BodyParameters
+from stereotrack_core.body.parameters import BodyParameters, BodyShape
 from stereotrack_core.body.pose import t_pose
 from stereotrack_core.body.proportions import AVERAGE, Proportions
 from stereotrack_core.body.skeleton import CLAVICLES, PARTS
@@ -92,7 +92,7 @@ def test_shoulder_cones_end_at_the_shoulders(legless):
 
 def test_the_head_is_widest_around_its_landmark():
     shift = {"head_forward": 0.03, "head_rise": 0.02}
-    body = body_model(AVERAGE, BodyParameters(**shift))
+    body = body_model(AVERAGE, BodyShape(**shift))
     pose = t_pose(np.zeros(3))
     placed = placed_cones(body, body.frames(pose))
     lower, upper = np.flatnonzero(body.cones.part == PARTS.index("head"))
@@ -120,7 +120,7 @@ def test_cones_grow_with_the_proportions():
     [("arm_radius_factor", 1.5, (2, 3, 4, 5)), ("leg_radius_factor", 0.8, (6, 7, 8, 9))],
 )
 def test_radius_factors_act_on_their_parts_alone(name, value, parts):
-    plain, changed = (body_cones(AVERAGE, BodyParameters(**v)) for v in ({}, {name: value}))
+    plain, changed = (body_cones(AVERAGE, BodyShape(**v)) for v in ({}, {name: value}))
     factor = np.where(np.isin(plain.part, parts), value, 1.0)
     np.testing.assert_allclose(changed.r1, factor * plain.r1)
     np.testing.assert_allclose(changed.r2, factor * plain.r2)

@@ -130,7 +130,7 @@ def made_unfinished(path: Path, run: Run) -> None:
         estimate = Estimate(
             True, "", Pose(poses.position[i], poses.rotations[i]), run.x[i], run.P[i], 0.1, 0.01,
             1.0, limb_sigma_deg=run.limb_sigma_deg[i], limb_lost=run.limb_lost[i],
-            prior=Prior(np.zeros(n), run.P[i], np.ones(n, dtype=bool)),
+            prior=Prior(run.P[i], np.ones(n, dtype=bool)),
         )  # fmt: skip
         cloud = cloudless(i, {"N": "dark"}, {"O": PointCounts(9, 8, 7, 6, 5, (0.0, 1.0, 2.0))})
         frame = TrackedFrame(i, estimate, run.landmarks[i], cloud, {"match": 0.1})

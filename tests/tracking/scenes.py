@@ -74,6 +74,20 @@ def surface_points(body, pose, count, rng, noise=0.0):
     return kept + noise * rng.normal(size=kept.shape)
 
 
+def numerical_information(residuals, body, pose, joints):
+    """What residuals say of a pose, by differences of what they predict."""
+    n, step, total = 6 + 2 * len(joints), 1e-6, 0.0
+    for residual in residuals:
+        delta = step * np.concatenate([np.zeros((1, n)), np.eye(n), -np.eye(n)])
+        predicted = residual.predicted(body.frames(displaced(pose, delta, joints)))
+        H = (predicted[1 : n + 1] - predicted[n + 1 :]).T / (2 * step)
+        weighed = H.T / residual.variance
+        found = np.column_stack([weighed @ H, weighed @ (residual.measured - predicted[0])])
+        total = total + found
+    total = np.broadcast_to(total, (n, n + 1))
+    return total[:, :n], total[:, n]
+
+
 def cloud_of(points, frame=0) -> Cloud:
     """Cloud without the images it came from."""
     n = len(points)

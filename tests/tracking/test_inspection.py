@@ -49,7 +49,7 @@ def test_a_first_frame_begins_with_its_own_pose():
     here = Estimate(True, "", *state_of(tracker))
     lost = Estimate(False, "nobody", *state_of(tracker))
     new = new_tracker("fast", tracker)
-    words = beginning_at(new, cloud, lost, None, here)
+    words = beginning_at(new, cloud, lost, here)
     assert words == FIRST
     np.testing.assert_array_equal(new.pose.position, here.pose.position)
 

@@ -55,7 +55,7 @@ def test_lengths_of_a_tall_person_come_out_of_their_surface(rng):
         )
         for pose in poses(8)
     ]
-    found = estimated_lengths(AVERAGE, BodyParameters(), seen, TrackingParameters(), ALL_JOINTS)
+    found = estimated_lengths(AVERAGE, body.shape, seen, TrackingParameters(), ALL_JOINTS)
     before, after = off(AVERAGE, TALL), off(found.proportions, TALL)
     for name in ARMS:
         assert abs(after[name]) < 0.4 * abs(before[name]), (name, before[name], after[name])

@@ -15,7 +15,6 @@ THESIS = {
     "sigma_position": 0.1,
     "sigma_rotation": 20.0,
     "sigma_joint": 40.0,
-    "velocity": 0.0,
     "clearance": 0.15,
     "proportions": "individual",
     "legs": False,

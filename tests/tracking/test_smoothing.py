@@ -164,7 +164,7 @@ def _two_frames(tracker, jump, carried):
     turned = np.zeros(n)
     turned[0], turned[ARM] = 0.05, jump
     later = displaced(POSES["t"], turned, tracker.setup.joints)
-    prior = Prior(nothing, P + tracker.setup.Q, carried)
+    prior = Prior(P + tracker.setup.Q, carried)
     estimates = [
         Estimate(True, "", POSES["t"], nothing, P),
         Estimate(True, "", later, nothing, P, prior=prior),

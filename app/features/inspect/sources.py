@@ -85,10 +85,10 @@ def run_question(
     """About a run that has been there, or about a frame that no run knows."""
     kept, process = session.kept, session.processes.trials
     assert kept is not None  # noqa: S101 - there are no frames without
-    seen = (entry.at(k) if entry is not None else None for k in (frame - 1, frame - 2, frame))
-    before, earlier, here = (one.estimate if one is not None else None for one in seen)
+    seen = (entry.at(k) if entry is not None else None for k in (frame - 1, frame))
+    before, here = (one.estimate if one is not None else None for one in seen)
     make = _maker(kept.recording, entry, settings)
-    task = RecordStep(kept, frame, settings.depth, make, (before, earlier, here))
+    task = RecordStep(kept, frame, settings.depth, make, before, here)
     smoothed = entry is not None and entry.stored is not None and entry.stored.meta.get("smoothed")
 
     def work() -> RecordedStep:

@@ -84,8 +84,7 @@ _THESIS: dict[StepKind, tuple[str, str, str]] = {
 _MANIFOLD: dict[StepKind, tuple[str, str, str]] = {
     "predict": (
         "Predict",
-        "The body is predicted to stay, or to repeat part of its last movement. The uncertainty "
-        "grows by the process noise Q.",
+        "The body is predicted to stay. The uncertainty grows by the process noise Q.",
         "Section 3.2.1, figure 3.8; rotation states are small rotation vectors, free of "
         "singularities",
     ),
@@ -105,8 +104,8 @@ _MANIFOLD: dict[StepKind, tuple[str, str, str]] = {
     ),
     "sigma": (
         "Sigma points",
-        "Poses that represent the estimate and its uncertainty (thin outlines). This tracker uses "
-        "them to linearise around the pose at the start of the iteration.",
+        "Poses that represent the estimate and its uncertainty (thin outlines). This tracker "
+        "linearises by derivatives; the poses only illustrate its uncertainty.",
         "Equations (2.12) to (2.14), figure 3.9",
     ),
     "cross": (*_THESIS["cross"][:2], "Equation (2.11), P_xz = P Hᵀ; figure 3.14"),
@@ -129,10 +128,6 @@ _MANIFOLD: dict[StepKind, tuple[str, str, str]] = {
     ),
     "result": _THESIS["result"],
 }
-_PICTURED = (
-    "Poses that represent the estimate and its uncertainty (thin outlines). This tracker "
-    "linearises by derivatives; the poses only illustrate its uncertainty."
-)
 _IN_ITERATION: tuple[StepKind, ...] = ("points", "pairs", "sigma", "cross", "correct")
 
 
@@ -143,9 +138,7 @@ def steps_of(trace: StepTrace) -> tuple[Step, ...]:
     for index, correction in enumerate(trace.corrections):
         heading = _heading_of(correction)
         for kind in _IN_ITERATION:
-            steps.append(
-                _step(kind, texts, heading, index, pictured=not correction.sigma_points.used)
-            )
+            steps.append(_step(kind, texts, heading, index))
             heading = ""
     if trace.measured:
         steps.append(_step("pairs", texts, "Estimate"))
@@ -184,10 +177,6 @@ def _step(
     texts: dict[StepKind, tuple[str, str, str]],
     heading: str = "",
     correction: int = -1,
-    *,
-    pictured: bool = False,
 ) -> Step:
     title, words, source = texts[kind]
-    if kind == "sigma" and pictured:
-        words = _PICTURED
     return Step(kind, title, words, source, heading, correction)

@@ -25,7 +25,7 @@ from stereotrack_core.annotation.fit.stretch import (
 from stereotrack_core.annotation.landmark_set import NINE, LandmarkSet
 from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.body.model import BodyModel, body_model
-from stereotrack_core.body.parameters import BodyParameters
+from stereotrack_core.body.parameters import BodyShape
 from stereotrack_core.body.pose import Pose, hanging_pose, rotation_towards
 from stereotrack_core.body.proportions import Proportions
 from stereotrack_core.body.skeleton import FOREARMS, HEAD, PARENTS, TORSO, UPPER_ARMS
@@ -155,8 +155,8 @@ def _clicked_shape(
     poses: Sequence[Pose],
     known: IntArray,
     proportions: Proportions,
-    shape: BodyParameters,
-) -> BodyParameters:
+    shape: BodyShape,
+) -> BodyShape:
     """Surface and outline of the person; the given one where too few frames show them."""
     if len(known) < _FEWEST:
         return shape
@@ -172,7 +172,7 @@ def _clicked_shape(
     return fitted_shape(body_model(proportions, shape), seen, parameters, joints)
 
 
-CLICKED_SHAPE = BodyParameters(girdle=False)
+CLICKED_SHAPE = BodyShape(girdle=False)
 """Surface to begin with. Clicks shift the joints of the shoulders themselves, which says more."""
 
 
@@ -187,7 +187,7 @@ class FitContext:
     cameras: Mapping[str, Camera]
     asked: LandmarkSet
     body: BodyModel
-    shape: BodyParameters | None
+    shape: BodyShape | None
     settings: FitSettings
     fps: float
     views: Mapping[str, str] = field(default_factory=dict)
@@ -224,7 +224,7 @@ class FitContext:
         if cloud is None or not s.use_depth:
             return FrameData(clicks)
         if isinstance(cloud, Cloud):
-            cloud = measured_depth(cloud, s.depth_points, silhouettes=s.use_silhouettes)
+            cloud = measured_depth(cloud, silhouettes=s.use_silhouettes)
         return FrameData(clicks, cloud)
 
     def shaped(

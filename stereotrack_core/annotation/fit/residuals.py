@@ -203,13 +203,15 @@ class Judgement:
         return np.maximum(1.0 - self.mistake, _LEAST_WEIGHT)
 
 
+_MISTAKE_SPREAD = 70.0  # pixels per axis; standard deviation of gross mistakes
+
+
 def judged(
     residual: FloatArray,
     spread: FloatArray,
     sigma: FloatArray,
     weight: FloatArray,
     share: float,
-    mistake_spread: float,
 ) -> Judgement:
     """Judge clicks by all but themselves.
 
@@ -220,8 +222,7 @@ def judged(
         say
     sigma, weight : (M,); of right clicks, pixels per axis; and with which they took part: their
         variance was sigma^2 / weight
-    share, mistake_spread : expected share of gross mistakes, and their standard deviation, pixels
-        per axis
+    share : expected share of gross mistakes
     """
     if not len(residual):
         return Judgement(np.zeros(0), np.zeros(0), np.zeros(0))
@@ -233,7 +234,7 @@ def judged(
     alone = np.einsum("mij,mj->mi", without, residual)
     expected = without @ spread
     right = 0.5 * (expected + np.swapaxes(expected, 1, 2)) + sigma[:, None, None] ** 2 * eye
-    wrong = right + mistake_spread**2 * eye
+    wrong = right + _MISTAKE_SPREAD**2 * eye
     surprise = np.einsum("mi,mi->m", alone, np.linalg.solve(right, alone[..., None])[..., 0])
     log_right = _log_normal(alone, right) + np.log1p(-share)
     log_wrong = _log_normal(alone, wrong) + np.log(max(share, 1e-12))
@@ -241,35 +242,31 @@ def judged(
     return Judgement(mistake, leverage, surprise)
 
 
-def mixture_cost(
-    residual: FloatArray, sigma: FloatArray, share: float, mistake_spread: float
-) -> FloatArray:
+def mixture_cost(residual: FloatArray, sigma: FloatArray, share: float) -> FloatArray:
     """What residuals (M, 2) in pixels cost (M,): -2 log of how probable they are, 0 for none.
 
     Clicks here are what :func:`judged` says of them, right ones or gross mistakes.
     """
-    right, wrong = _mixture(residual, sigma, share, mistake_spread)
+    right, wrong = _mixture(residual, sigma, share)
     return -2.0 * np.logaddexp(right, wrong)
 
 
-def mixture_weight(
-    residual: FloatArray, sigma: FloatArray, share: float, mistake_spread: float
-) -> FloatArray:
+def mixture_weight(residual: FloatArray, sigma: FloatArray, share: float) -> FloatArray:
     """Weights (M,) on 1 / sigma^2 under which a least-squares step lowers the mixture's cost.
 
     A wrong click still pulls, as weakly as its spread is wide, so that none is lost for ever.
     """
-    right, wrong = _mixture(residual, sigma, share, mistake_spread)
+    right, wrong = _mixture(residual, sigma, share)
     mistake = np.exp(wrong - np.logaddexp(right, wrong))
-    return 1.0 - mistake + mistake * sigma**2 / (sigma**2 + mistake_spread**2)
+    return 1.0 - mistake + mistake * sigma**2 / (sigma**2 + _MISTAKE_SPREAD**2)
 
 
 def _mixture(
-    residual: FloatArray, sigma: FloatArray, share: float, mistake_spread: float
+    residual: FloatArray, sigma: FloatArray, share: float
 ) -> tuple[FloatArray, FloatArray]:
     """Logarithms (M,) of how probable residuals are of right and of wrong clicks."""
     squared = (residual**2).sum(axis=1)
-    wide = sigma**2 + mistake_spread**2
+    wide = sigma**2 + _MISTAKE_SPREAD**2
     right = np.log1p(-share) - 0.5 * squared / sigma**2
     wrong = np.log(max(share, 1e-12)) - 0.5 * squared / wide + np.log(sigma**2 / wide)
     return right, wrong

@@ -200,6 +200,16 @@ def slipped(frames: PartFrames, slips: FloatArray) -> PartFrames:
     return PartFrames(rotations, origins)
 
 
+_SHIFTS_LAST, _SPEEDS_LAST = 2.0, 0.3
+"""Seconds over which shifts of landmarks, and velocities, are correlated."""
+
+_SURFACE_LASTS, _TRUNK_LASTS = 3.0, 20.0
+"""Seconds over which the surface bias of a limb, and of the trunk, is correlated."""
+
+_TAIL = 1.5
+"""Degrees of freedom of the movement's t-distribution: few, so that there may be both still phases
+and sudden movements."""
+
 _UNEVEN = 0.3  # part of the usual speed by which a step differs from what the speed says
 _SLOWEST = 0.02  # least factor on the movement's variances
 
@@ -216,10 +226,10 @@ class Movement:
         n, of_pose = freedom.columns.n, freedom.of_pose
         self.size = n + of_pose
         kept = np.ones(self.size)
-        kept[freedom.of_offsets] = _kept(fps, settings.shift_time)
-        kept[freedom.of_slips] = _kept(fps, settings.surface_time)
-        kept[freedom.of_slips][:6] = _kept(fps, settings.trunk_time)
-        kept[n:] = _kept(fps, settings.speed_time)
+        kept[freedom.of_offsets] = _kept(fps, _SHIFTS_LAST)
+        kept[freedom.of_slips] = _kept(fps, _SURFACE_LASTS)
+        kept[freedom.of_slips][:6] = _kept(fps, _TRUNK_LASTS)
+        kept[n:] = _kept(fps, _SPEEDS_LAST)
         self.F = np.diag(kept)
         self.F[np.arange(of_pose), n + np.arange(of_pose)] = 1.0
         speed = pose_sigmas(
@@ -230,7 +240,6 @@ class Movement:
         )
         self.noise = self.sigma**2 * (1.0 - kept**2)
         self.noise[:of_pose] = (_UNEVEN * speed / fps) ** 2
-        self._tail = settings.speed_tail
 
     def walk(
         self,
@@ -282,7 +291,7 @@ class Movement:
         for first, end in zip(starts, [*starts[1:], of_pose], strict=True):
             own = 2 * (end - first)
             total = squared[:, first:end].sum(axis=1) * 2
-            factors[:, first:end] = ((self._tail + total) / (self._tail + own))[:, None]
+            factors[:, first:end] = ((_TAIL + total) / (_TAIL + own))[:, None]
         return np.maximum(factors, _SLOWEST)
 
 
@@ -295,17 +304,24 @@ def pose_sigmas(
     return sigma
 
 
+_LANDMARK_SHIFT, _HEAD_SHIFT = 0.006, 0.02
+"""Metres; standard deviations of landmarks that are no joints from their place on the body, and of
+those of the head, which annotators place differently."""
+
+_SURFACE_TURN, _TRUNK_SHIFT = np.radians(4.0), 0.025
+"""Radians and metres; standard deviations of the rotation of a limb's measured surface, and of the
+offset of the trunk's."""
+
+
 def shift_sigmas(freedom: Freedom, settings: FitSettings) -> FloatArray:
     """Usual sizes of landmarks' shifts and of slips."""
-    shifts = np.where(
-        freedom.shifts_joint, settings.sigma_joint_shift, settings.sigma_landmark_shift
-    )
-    shifts[freedom.parts == HEAD] = settings.sigma_head_shift
+    shifts = np.where(freedom.shifts_joint, settings.sigma_joint_shift, _LANDMARK_SHIFT)
+    shifts[freedom.parts == HEAD] = _HEAD_SHIFT
     slips = np.tile(
-        np.repeat([settings.sigma_surface_shift, np.radians(settings.sigma_surface_turn)], 3),
+        np.repeat([settings.sigma_surface_shift, _SURFACE_TURN], 3),
         len(LIMBS) if freedom.with_depth else 0,
     )
-    slips[:3] = settings.sigma_trunk_shift
+    slips[:3] = _TRUNK_SHIFT
     return np.concatenate([np.repeat(shifts, 3), slips])
 
 

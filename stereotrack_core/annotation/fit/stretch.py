@@ -46,6 +46,7 @@ from stereotrack_core.tracking.residuals.surface import (
 )
 
 _FARTHEST = 1.0e4  # pixels and metres beyond what half precision must hold
+_POINTS = 1000  # of a cloud that are kept
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,15 +65,15 @@ class MeasuredDepth:
         )
 
 
-def measured_depth(cloud: Cloud, wanted: int, *, silhouettes: bool) -> MeasuredDepth:
+def measured_depth(cloud: Cloud, *, silhouettes: bool) -> MeasuredDepth:
     """Keep of a cloud what the fit needs: points, drawn evenly, the same for the same frame.
 
     Edges, for outlines, are kept in half precision, which is enough near an edge.
     """
     points = cloud.points
-    if len(points) > wanted:
+    if len(points) > _POINTS:
         rng = np.random.default_rng(cloud.frame)
-        points = points[np.sort(rng.choice(len(points), wanted, replace=False))]
+        points = points[np.sort(rng.choice(len(points), _POINTS, replace=False))]
     maps = edge_maps(cloud) if silhouettes else ()
     nothing = np.empty((0, 0), dtype=np.float32)
     halves = tuple(
@@ -109,9 +110,7 @@ def recorded_depth(
 
             def depth_of(frame: int) -> MeasuredDepth:
                 cloud = chain.process(reader.frame_set(frame))
-                return measured_depth(
-                    cloud, settings.depth_points, silhouettes=settings.use_silhouettes
-                )
+                return measured_depth(cloud, silhouettes=settings.use_silhouettes)
 
             yield depth_of
         finally:
@@ -121,6 +120,9 @@ def recorded_depth(
 _LEAST_SIGMAS = (20.0, 12.0, 6.0)
 """Pixels that clicks are taken to scatter at least in the first rounds, before gross mistakes
 are known."""
+
+_INDEPENDENT_POINTS, _INDEPENDENT_CONTOURS = 60.0, 52.0
+"""Effective sample sizes of the measured points, and of all contours, of a frame."""
 
 _WIDE_ROUNDS = 2  # rounds in which measured points are let in from far
 _LEGS_LOOSER = 3.0  # factor on the standard deviation of points of the legs
@@ -253,7 +255,7 @@ class Stretch:
         p = self._limits
         scale = p.first_loss_scale if i < _WIDE_ROUNDS else p.loss_scale
         trust = Trust(
-            p.max_correspondence_distance, scale, p.sigma_measurement, self.settings.depth_effective
+            p.max_correspondence_distance, scale, p.sigma_measurement, _INDEPENDENT_POINTS
         )
         row = surface_residual(points, body, off, trust)
         # legs are there to take their data; their cones are too rough to say where the hips are
@@ -265,7 +267,7 @@ class Stretch:
     ) -> list[SlippingSurface]:
         """Measure the body's outlines against the edges of the person."""
         seen = SilhouetteObservation(
-            depth.edges(), self._limits.silhouette_sigma, self.settings.silhouette_effective
+            depth.edges(), self._limits.silhouette_sigma, _INDEPENDENT_CONTOURS
         ).residuals(body, pose)
         return [SlippingSurface(row, self.freedom, off) for row in seen]
 
@@ -273,7 +275,7 @@ class Stretch:
         """Weigh the clicks of a frame by where a state puts their landmarks."""
         s, row = self.settings, self.click_residual(clicks, state, np.ones(2 * len(clicks)))
         residual = row.missed(self.freedom.body_at(state.offsets).frames(state.pose))
-        weight = mixture_weight(residual, clicks.sigma, s.mistake_share, s.mistake_spread)
+        weight = mixture_weight(residual, clicks.sigma, s.mistake_share)
         return replace(_all_right(clicks), mistake=1.0 - weight)
 
     def judge(
@@ -288,7 +290,7 @@ class Stretch:
         J = row.jacobian(frames, self.freedom.columns).reshape(len(clicks), 2, -1)
         residual = row.missed(frames)
         spread = J @ P @ np.swapaxes(J, 1, 2)
-        return judged(residual, spread, sigma, old.weight, s.mistake_share, s.mistake_spread)
+        return judged(residual, spread, sigma, old.weight, s.mistake_share)
 
 
 def depth_cost(stretch: Stretch, points: FloatArray, pose: Pose) -> float:
@@ -299,7 +301,7 @@ def depth_cost(stretch: Stretch, points: FloatArray, pose: Pose) -> float:
     distance = surface_distances(points, stretch.freedom.body, pose)
     squared = np.minimum(distance, 1.0) ** 2
     limited = squared / (1.0 + squared / p.loss_scale**2) / p.sigma_measurement**2
-    return stretch.settings.depth_effective * float(limited.mean())
+    return _INDEPENDENT_POINTS * float(limited.mean())
 
 
 def _without_twists(poses: Sequence[Pose]) -> list[Pose]:

@@ -37,14 +37,8 @@ class FailureRules(ParameterGroup):
     episode_error: float = parameter(45.0, _GROUP, (1.0, 180.0), unit="deg")(
         "Error of a limb's direction at which a failure begins."
     )
-    episode_release: float = parameter(0.75, _GROUP, (0.1, 1.0))(
-        "Fraction of that error below which it ends."
-    )
     episode_chance: float = parameter(0.55, _GROUP, (0.01, 0.99))(
         "Failure probability of a limb at which a failure begins, if there is no reference."
-    )
-    episode_calm: float = parameter(0.5, _GROUP, (0.1, 1.0))(
-        "Fraction of that probability below which it ends."
     )
     episode_least: float = parameter(0.3, _GROUP, (0.0, 60.0), unit="s")(
         "Minimum duration of a failure."
@@ -109,6 +103,9 @@ def _stretch(frame: IntArray, value: FloatArray, first: int, last: int) -> Stret
     peak = first + int(np.nanargmax(value[first : last + 1]))
     return Stretch(int(frame[first]), int(frame[last]), float(value[peak]), int(frame[peak]))
 
+
+_ENDS_BELOW_ERROR, _ENDS_BELOW_CHANCE = 0.75, 0.5
+"""Fraction of the error, and of the probability, at which a failure begins below which it ends."""
 
 _TOGETHER = 0.5
 """Frames that stretches of different arms share, over those of either, from which they are one
@@ -191,7 +188,7 @@ def failures_by_error(
     """
     rules = rules or FailureRules()
     degrees = np.degrees([errors.of_limb(limb) for limb in LIMBS])
-    levels = rules.episode_error, rules.episode_release
+    levels = rules.episode_error, _ENDS_BELOW_ERROR
     stretches = _of_limbs(errors.frame, degrees.T, levels, fps, rules)
     return joined(stretches, "truth", "error")
 
@@ -309,7 +306,7 @@ def failures_by_signs(
     """
     rules = rules or FailureRules()
     chance = lost_chances(run, fps) if fitted is None else lost_chances(run, fps, fitted)
-    levels = rules.episode_chance, rules.episode_calm
+    levels = rules.episode_chance, _ENDS_BELOW_CHANCE
     stretches = _of_limbs(run.frame, chance, levels, fps, rules)
     return joined(stretches, "signs", "chance")
 

@@ -170,14 +170,14 @@ def limb_features(
 
 
 def unexpected(movement: FloatArray, prior: Prior | None, joints: tuple[int, ...]) -> FloatArray:
-    """Movement (6,) of each limb that was not expected, over its standard deviation.
+    """Movement (6,) of each limb over the standard deviation that was expected of it.
 
     `movement` (n,) is that of the error state since the frame before; 0 without a prior.
     """
     result = np.zeros(len(LIMBS))
     if prior is None:
         return result
-    squared = (movement - prior.movement) ** 2 / np.diagonal(prior.P)
+    squared = movement**2 / np.diagonal(prior.P)
     result[TORSO] = np.sqrt(squared[3:6].mean())
     for joint, value in zip(joints, squared[6:].reshape(-1, 2).mean(axis=1), strict=True):
         if joint < len(LIMBS):

@@ -19,12 +19,10 @@ from stereotrack_core.body.manifold import Columns, point_jacobian
 from stereotrack_core.body.model import BodyModel
 from stereotrack_core.body.pose import PartFrames, Pose, orthonormal
 from stereotrack_core.body.skeleton import HEAD, LEFT_FOREARM, RIGHT_FOREARM
-from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.recording import detections as kinds
 from stereotrack_core.recording.detections import Detection
 from stereotrack_core.tracking.correction import gathered, solved
-from stereotrack_core.tracking.residuals.keypoint_detectors import extremities, skin_detections
 from stereotrack_core.tracking.state import Belief, Setup, State
 
 _PARTS_OF = {
@@ -189,20 +187,6 @@ def _pixel_gradients(camera: Camera, world: FloatArray) -> FloatArray:
     return result
 
 
-def detections_in(cloud: Cloud, detect: str) -> tuple[Detection, ...]:
-    """Detections that came with a frame, and those that the parameter `detect` asks for.
-
-    Those that came before the frame's instant correct its prediction, see
-    :func:`predicted_by_detections`.
-    """
-    found = tuple(d for d in cloud.detections if d.time == cloud.frame)
-    if detect == "extremities":
-        found += extremities(cloud.points, cloud.frame)
-    elif detect == "skin":
-        found += skin_detections(cloud)
-    return found
-
-
 def predicted_by_detections(
     setup: Setup, state: State, since: float, time: float, due: Sequence[Detection]
 ) -> Belief:
@@ -212,9 +196,9 @@ def predicted_by_detections(
     """
     belief: Belief = state
     for detection in sorted(due, key=lambda each: each.time):
-        belief = setup.moved(belief, state.movement, since, detection.time)
+        belief = setup.predicted(belief, since, detection.time)
         belief, since = corrected_by(detection, setup, belief), detection.time
-    return setup.moved(belief, state.movement, since, time)
+    return setup.predicted(belief, since, time)
 
 
 def corrected_by(detection: Detection, setup: Setup, prior: Belief) -> Belief:

@@ -120,8 +120,9 @@ class RecordStep:
     frame: int
     depth: DepthParameters
     make: Callable[[], Tracker]
-    around: tuple[Estimate | None, Estimate | None, Estimate | None]
-    """Of the frame before, of the one before that, and of the frame itself."""
+    before: Estimate | None
+    here: Estimate | None
+    """`before` and `here`: what the run says of the frame before, and of the frame itself."""
 
     def __call__(self, asker: Asker) -> RecordedStep:
         """Do it in the process."""
@@ -129,5 +130,5 @@ class RecordStep:
         key = CloudKey(self.depth, range(store.reader.frame_count))
         cloud, _ = store.clouds(key, cancelled=asker.cancelled).take(self.frame)
         tracker = self.make()
-        words = beginning_at(tracker, cloud, *self.around)
+        words = beginning_at(tracker, cloud, self.before, self.here)
         return RecordedStep(traced_step(tracker, cloud), cloud, words)

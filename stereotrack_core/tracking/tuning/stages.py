@@ -35,7 +35,6 @@ _OF_DEPTH: Mapping[str, Stage] = MappingProxyType(
             "background_rate",
             "background_validity_rate",
             "background_percentile",
-            "background_samples",
         ),
         Stage.BACKGROUND,
     )

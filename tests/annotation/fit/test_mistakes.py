@@ -29,7 +29,7 @@ def test_surprise_is_that_of_a_fit_without_the_click(seed):
     sigma, weight = rng.uniform(1, 5, 4), rng.uniform(0.2, 1, 4)
     pixels = rng.normal(0, 4, (4, 2))
     residual, spread = fitted_line(pixels, sigma, weight, 50.0)
-    found = judged(residual, spread, sigma, weight, 0.03, 70.0)
+    found = judged(residual, spread, sigma, weight, 0.03)
     for i in range(4):
         rest = np.delete(np.arange(4), i)
         away, P = fitted_line(pixels[rest], sigma[rest], weight[rest], 50.0)
@@ -43,7 +43,7 @@ def test_leverages_count_the_unknowns(seed):
     rng = np.random.default_rng(seed)
     sigma, weight = rng.uniform(1, 5, 5), np.ones(5)
     residual, spread = fitted_line(rng.normal(0, 3, (5, 2)), sigma, weight, 1e6)
-    found = judged(residual, spread, sigma, weight, 0.03, 70.0)
+    found = judged(residual, spread, sigma, weight, 0.03)
     np.testing.assert_allclose(found.leverage.sum(), 1.0, rtol=1e-6)  # times two, for x and y
 
 
@@ -51,20 +51,20 @@ def test_what_is_far_off_is_a_mistake_and_what_is_near_is_not():
     pixels = np.array([[0.0, 0.5], [1.0, -1.0], [-1.0, 0.0], [40.0, 10.0]])
     sigma, weight = np.full(4, 2.0), np.array([1.0, 1.0, 1.0, 1e-3])
     residual, spread = fitted_line(pixels, sigma, weight, 200.0)
-    found = judged(residual, spread, sigma, weight, 0.03, 70.0)
+    found = judged(residual, spread, sigma, weight, 0.03)
     assert found.mistake[3] > 0.99
     assert (found.mistake[:3] < 0.05).all()
 
 
 def test_a_click_that_nothing_else_knows_about_is_not_accused():
     residual, spread = fitted_line(np.array([[30.0, 0.0]]), np.array([2.0]), np.ones(1), 500.0)
-    found = judged(residual, spread, np.array([2.0]), np.ones(1), 0.03, 70.0)
+    found = judged(residual, spread, np.array([2.0]), np.ones(1), 0.03)
     assert found.mistake[0] < 0.05
     assert found.leverage[0] > 0.99
 
 
 def test_no_clicks_give_no_judgement():
-    found = judged(np.zeros((0, 2)), np.zeros((0, 2, 2)), np.zeros(0), np.zeros(0), 0.03, 70.0)
+    found = judged(np.zeros((0, 2)), np.zeros((0, 2, 2)), np.zeros(0), np.zeros(0), 0.03)
     assert len(found.weight) == 0
 
 
@@ -72,9 +72,9 @@ def test_no_clicks_give_no_judgement():
 def test_the_weight_is_the_slope_of_what_a_residual_costs(size, sigma, share):
     at = np.array([[size, 0.0]])
     sigmas, step = np.array([sigma]), np.array([[1e-4 * size, 0.0]])
-    above, below = (mixture_cost(at + d, sigmas, share, 70.0)[0] for d in (step, -step))
+    above, below = (mixture_cost(at + d, sigmas, share)[0] for d in (step, -step))
     slope = (above - below) / (2.0 * step[0, 0])
-    weight = mixture_weight(at, sigmas, share, 70.0)[0]
+    weight = mixture_weight(at, sigmas, share)[0]
     assert 0.0 < weight <= 1.0
     np.testing.assert_allclose(slope, 2.0 * weight * size / sigma**2, rtol=1e-3, atol=1e-9)
 

@@ -41,7 +41,7 @@ def make(name, seed=0, **changes):
 def given(tracker, data):
     """The prediction from the tracker's pose, and measurements of some data alone."""
     state, leader = tracker.leader.state, tracker.leader
-    predicted = Prediction(state.pose, state.P, state.movement, 1.0)
+    predicted = Prediction(state.pose, state.P, 1.0)
     measured = Measurements(tracker.setup, cloud_of(data), data, leader.correspondences)
     return measured, predicted
 

@@ -92,11 +92,10 @@ def test_nothing_is_said_where_nobody_is_seen(rng):
 
 def test_jumps_are_stated_in_standard_deviations():
     n = 6 + 2 * len(ALL_JOINTS)
-    expected, P = np.full(n, 0.1), np.eye(n) * 0.2**2
-    movement = expected.copy()
+    P, movement = np.eye(n) * 0.2**2, np.zeros(n)
     first = 6 + 2 * ALL_JOINTS.index(FOREARMS[0])
     movement[first : first + 2] += [0.6, -0.6]
-    prior = Prior(expected, P, np.ones(n, dtype=bool))
+    prior = Prior(P, np.ones(n, dtype=bool))
     found = unexpected(movement, prior, ALL_JOINTS)
     assert found[FOREARMS[0]] == pytest.approx(3.0)
     assert np.delete(found, FOREARMS[0]) == pytest.approx(np.zeros(5), abs=1e-12)

@@ -121,7 +121,7 @@ def test_turning_round_predicts_nothing_and_hears_nothing_again():
     assert np.trace(heard) < np.trace(predicted)
     assert state.time == 8
     assert pose is state.pose
-    assert predicted is state.P
+    np.testing.assert_array_equal(predicted, state.P)
 
 
 @pytest.mark.parametrize("kind", ["deaf", "listening", "thesis"])
@@ -134,18 +134,6 @@ def test_a_gap_between_frames_and_the_way_back_have_the_noise_of_their_time(kind
         after = tracker.step(cloud_of(NOBODY, frame)).P
         np.testing.assert_allclose(after - before, gone * tracker.setup.Q, atol=1e-12)
         before = after
-
-
-def test_a_movement_is_that_of_one_frame_and_expected_for_all_that_go_by():
-    tracker = filter_of(velocity=0.5)
-    tracker.start(TRUE)
-    for frame, place in ((0, 0.0), (2, 0.1), (4, 0.2)):
-        before = tracker.state
-        found = tracker.step(cloud_of(POINTS + [place, 0.0, 0.0], frame))
-    assert before.movement[0] > 0.04
-    np.testing.assert_allclose(found.prior.movement, 2 * 0.5 * before.movement)
-    moved = found.pose.position - before.pose.position
-    np.testing.assert_allclose(2 * tracker.state.movement[:3], moved, atol=1e-9)
 
 
 @pytest.mark.parametrize("points", [NOBODY, DUST], ids=["nobody", "dust"])

@@ -10,7 +10,7 @@ from stereotrack_core.errors import Cancelled
 from stereotrack_core.tracking.tuning.clouds import CloudKey
 from tests.tracking.tuning.test_stages import other_value
 
-USUAL = DepthParameters().replaced(background_samples=3)
+USUAL = DepthParameters()
 STRETCH = range(3)
 QUICK = ("least_focal", "low_pass")
 
@@ -61,9 +61,7 @@ def test_after_any_change_kept_clouds_are_those_that_are_made_anew(
     before = USUAL.replaced(background_empty_scene=empty_scene)
     key = CloudKey(before, STRETCH)
     store.clouds(key, STRETCH).take(1)
-    after = before.replaced(
-        **{row.name: other_value(row) if row.name != "background_samples" else 2}
-    )
+    after = before.replaced(**{row.name: other_value(row)})
     if row.name == "background_empty_scene":
         after = before.replaced(background_empty_scene=not empty_scene)
     changed = CloudKey(after, STRETCH)
