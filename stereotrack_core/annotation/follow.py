@@ -9,17 +9,22 @@ found near by, it decides.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+import warnings
+from collections import defaultdict
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import chain
 
 import cv2
 import numpy as np
 
-from stereotrack_core.annotation.click import Click
+from stereotrack_core.annotation.click import USUAL_SIGMA, Click, Prediction, sigma_of
 from stereotrack_core.arrays import FloatArray, ImageArray, IntArray
 from stereotrack_core.errors import InputError
 from stereotrack_core.recording.reader import FrameReader
+
+FOLLOWING = "following"
+"""Source of followed points."""
 
 _CRITERIA = (cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_COUNT, 40, 1e-3)
 _LEAST_TEXTURE = 1e-4
@@ -203,6 +208,73 @@ def _followed(steps: list[_Step], reliable: int, reason: str, scale: float) -> F
     )
 
 
+_APART = 6.0  # pixels at 480 lines between the nine points that stand for one
+_UNCERTAIN, _ASTRAY, _UNLIKE_NEIGHBOURS = 3.0, 0.1, 2.0
+"""Pixels at 480 lines by which a followed group may be off; share of the way; and pixels where none
+of the group finds the way back."""
+
+
+def follow_points(
+    images: Iterable[ImageArray | None],
+    starts: FloatArray,
+    *,
+    cancelled: Callable[[], bool] | None = None,
+) -> tuple[FloatArray, FloatArray]:
+    """Follow pixels (n, 2) of the first picture to the last one.
+
+    Nine points around each are followed, and the median of how those moved that find the way back
+    counts: where a joint hides under plain skin, what is around it moves along.
+
+    Returns the pixels (n, 2), and their standard deviations (n,) per axis; NaN where they were
+    lost, and everywhere where a picture is missing or it was cancelled.
+    """
+    lost = np.full(starts.shape, np.nan), np.full(len(starts), np.nan)
+    pictures = iter(images)
+    before = next(pictures, None)
+    if before is None:
+        return lost
+    scale = max(1.0, min(before.shape[:2]) / _LINES)
+    around = _APART * scale * np.array([(x, y) for x in (-1, 0, 1) for y in (-1, 0, 1)])
+    points = (starts[:, None] + around).reshape(-1, 2)
+    back = np.zeros(len(points))
+    for picture in pictures:
+        if picture is None or (cancelled is not None and cancelled()):
+            return lost
+        found = _flow(before, picture, points, scale)
+        missed = np.linalg.norm(_flow(picture, before, found, scale) - points, axis=1)
+        back = np.fmax(back, np.where(np.isnan(missed), np.inf, missed))
+        before, points = picture, found
+    kept = (back <= _BACK * scale).reshape(len(starts), -1)
+    ends = np.where(kept[..., None], points.reshape(len(starts), -1, 2) - around, np.nan)
+    return _middle(starts, ends, scale)
+
+
+def _middle(starts: FloatArray, ends: FloatArray, scale: float) -> tuple[FloatArray, FloatArray]:
+    """Where groups (n, 9, 2) have come to (n, 2), and the standard deviations (n,)."""
+    known = np.isfinite(ends[..., 0])
+    with warnings.catch_warnings(action="ignore", category=RuntimeWarning):  # a whole group is lost
+        middle = np.nanmedian(ends, axis=1)
+        apart = np.nanmedian(np.abs(ends - middle[:, None]).sum(axis=-1), axis=1)
+    own = apart / np.sqrt(np.maximum(known.sum(axis=1), 1))
+    spread = own + _UNLIKE_NEIGHBOURS * scale * (1.0 - known.mean(axis=1))
+    way = np.linalg.norm(middle - starts, axis=1)
+    return middle, np.hypot(np.hypot(_UNCERTAIN * scale, _ASTRAY * way), spread)
+
+
+def _flow(one: ImageArray, two: ImageArray, points: FloatArray, scale: float) -> FloatArray:
+    """Where points (m, 2) of one picture are in another; NaN where they are not found."""
+    known = np.isfinite(points).all(axis=1)
+    found = np.full(points.shape, np.nan)
+    if known.any():
+        at = points[known].astype(np.float32).reshape(-1, 1, 2)
+        window = (round(_WINDOW * scale) | 1,) * 2
+        ends, status, _ = cv2.calcOpticalFlowPyrLK(
+            one, two, at, at.copy(), winSize=window, maxLevel=_LEVELS, criteria=_CRITERIA
+        )
+        found[known] = np.where(status.reshape(-1, 1), ends.reshape(-1, 2), np.nan)
+    return found
+
+
 @dataclass(frozen=True, eq=False)
 class FollowedClick:
     """A click followed through frames (F,), which descend where it was followed backward."""
@@ -269,3 +341,35 @@ def pictures_of(
         if picture is not None and picture.ndim == 3:
             picture = np.asarray(cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY), dtype=np.uint8)
         yield picture
+
+
+def follow_clicks(
+    reader: FrameReader,
+    clicks: Iterable[Click],
+    frame: int,
+    *,
+    sigma: Mapping[str, float] | float = USUAL_SIGMA,
+    cancelled: Callable[[], bool] | None = None,
+) -> tuple[Prediction, ...]:
+    """Follow clicks of other frames to one frame, through all frames in between.
+
+    Those in cameras that the reader does not show, and those that were lost, are left out.
+    """
+    groups: dict[tuple[str, int], list[Click]] = defaultdict(list)
+    shown = {stream.camera for view in reader.views for stream in view.streams().values()}
+    for click in clicks:
+        if click.position is not None and click.camera in shown:
+            groups[click.camera, click.frame].append(click)
+    found = []
+    for (camera, start), own in groups.items():
+        if abs(frame - start) > _MOST_FRAMES:
+            continue
+        way = range(start, frame + 1) if frame > start else range(start, frame - 1, -1)
+        places = np.array([click.position for click in own], dtype=np.float64)
+        ends, spreads = follow_points(pictures_of(reader, camera, way), places, cancelled=cancelled)
+        for click, end, spread in zip(own, ends.tolist(), spreads.tolist(), strict=True):
+            if np.isfinite(spread):
+                total = float(np.hypot(spread, sigma_of(click, sigma)))
+                key = (frame, camera, click.landmark)
+                found.append(Prediction(*key, FOLLOWING, (end[0], end[1]), total))
+    return tuple(found)

@@ -18,7 +18,7 @@ import numpy as np
 from stereotrack_core.annotation.click import USUAL_SIGMA, Click, ClickKey, Prediction, sigma_of
 from stereotrack_core.annotation.epipolar import in_image
 from stereotrack_core.annotation.fit.results import GAP, TrajectoryFit
-from stereotrack_core.annotation.follow import FollowedClick, follow_click
+from stereotrack_core.annotation.follow import FOLLOWING, FollowedClick, follow_click
 from stereotrack_core.annotation.landmark_set import NINE, LandmarkSet
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 from stereotrack_core.body.limbs import LIMBS
@@ -32,7 +32,7 @@ from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.tracking.frame import Run
 
-FIT, NEIGHBOURS, FOLLOWING = "fit", "neighbours", "following"
+FIT, NEIGHBOURS = "fit", "neighbours"
 
 _LIMB_LENGTH = 0.3  # metres by which the end of a limb moves when it turns by one radian
 _BENT = 0.15

@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 from stereotrack_core.annotation.click import Click
+from stereotrack_core.annotation.follow import FOLLOWING
 from stereotrack_core.errors import Cancelled, InputError
 from stereotrack_core.project.clicks import PlaceClicks
-from stereotrack_core.project.prefilling import FOLLOWING, accept_predictions, follow_selection
+from stereotrack_core.project.prefilling import accept_predictions, follow_selection
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.selection import Selection
 from stereotrack_core.recording.description import Recording, Stream, View

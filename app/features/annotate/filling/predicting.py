@@ -8,10 +8,10 @@ from typing import Literal, TypeAlias
 
 from PySide6.QtCore import QObject, Signal, Slot
 
+from stereotrack_core.annotation.follow import FOLLOWING
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.prefilling import (
     FIT,
-    FOLLOWING,
     NEIGHBOURS,
     Filling,
     accept_predictions,

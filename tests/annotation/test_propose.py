@@ -1,0 +1,154 @@
+"""Proposals save clicks: nobody clicks what is where it was expected, or what one click moves."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from stereotrack_core import open_recording
+from stereotrack_core.annotation.click import Click, ClickKey, Visibility
+from stereotrack_core.annotation.landmark_set import NINE
+from stereotrack_core.annotation.propose import PROPOSED, ProposalQuestion, Proposer
+from stereotrack_core.recording.reader import FrameReader
+from stereotrack_core.simulation.make import SceneOptions, simulate
+from tests.annotation.scenes import bodies, cameras, clicks_of
+from tests.annotation.scripted_annotator import annotate, seen_by
+
+RIG = cameras()
+FPS = 10.0
+
+
+def question(frame, around, clicks=(), *, rig=RIG, motion=None, followed=()):
+    return ProposalQuestion(
+        frame, tuple(clicks), tuple(around), tuple(followed), rig, NINE.names, FPS, {}, motion or {}
+    )
+
+
+def proposed(*what, **how):
+    return {one.key: one for one in Proposer()(question(*what, **how)).predictions}
+
+
+def pixels(points, rig=RIG):
+    return {
+        ClickKey(frame, camera.name, name): camera.project(place)
+        for frame, landmarks in enumerate(points)
+        for camera in rig.values()
+        for name, place in zip(NINE.names, landmarks, strict=True)
+    }
+
+
+def off_px(found, truth):
+    return np.array([np.hypot(*(one.position - truth[key])) for key, one in found.items()])
+
+
+def test_a_steady_motion_goes_on():
+    points = bodies(1) + np.arange(6)[:, None, None] * np.array([0.02, 0.01, 0.0])
+    clicks = clicks_of(points, RIG)
+    found = proposed(5, [one for one in clicks if one.frame < 5])
+    assert len(found) == 36
+    assert {one.source for one in found.values()} == {PROPOSED}
+    assert off_px(found, pixels(points)).max() < 1.5
+    last = {key: pixels(points)[4, *key[1:]] for key in found}
+    assert off_px(found, last).max() > 2.5, "it has moved meanwhile"
+
+
+def test_nothing_is_proposed_where_nothing_is_known():
+    clicks = clicks_of(bodies(2), RIG)
+    assert proposed(0, ()) == {}
+    assert proposed(1, [clicks[0]]) == {}, "one click of a landmark says nothing about depth"
+
+
+def test_what_is_clicked_or_outside_is_not_proposed():
+    points = bodies(3)
+    clicks = clicks_of(points, RIG)
+    own = [one for one in clicks if one.frame == 2][:3]
+    own.append(Click(2, "W", "head", None, Visibility.OUTSIDE))
+    found = proposed(2, [one for one in clicks if one.frame < 2], own)
+    assert len(found) == 32
+    assert not {one.key for one in own} & set(found)
+
+
+def test_a_click_moves_its_landmark_in_the_other_images():
+    points = bodies(6)
+    hand = NINE.names.index("left_hand")
+    points[5, hand] += np.array([0.10, -0.06, 0.12])  # what nobody could expect
+    truth, clicks = pixels(points), clicks_of(points, RIG)
+    before = [one for one in clicks if one.frame < 5]
+    own = [one for one in clicks if one.frame == 5 and one.landmark == "left_hand"]
+
+    def hands(*given):
+        found = proposed(5, before, given)
+        return off_px({k: one for k, one in found.items() if k.landmark == "left_hand"}, truth)
+
+    assert hands().min() > 8.0
+    assert np.median(hands(own[0])) < 0.5 * np.median(hands())
+    assert hands(own[0], own[1]).max() < 2.0, "two images fix it in all"
+
+
+def test_a_camera_that_is_off_is_proposed_where_it_shows_the_landmark():
+    points = bodies(8)
+    truth = pixels(points)
+    for key in truth:
+        if key.camera == "S":
+            truth[key] = truth[key] + np.array([30.0, 18.0])
+    seen = seen_by(truth, sigma=1.0, seed=4)
+    clicks = [Click(*key, place) for key, place in seen.items()]
+    found = proposed(7, [one for one in clicks if one.frame < 7])
+    in_s = {key: one for key, one in found.items() if key.camera == "S"}
+    assert np.median(off_px(in_s, truth)) < 6.0
+    own = [one for one in clicks if one.frame == 7 and one.camera in "NO"]
+    found = proposed(7, [one for one in clicks if one.frame < 7], own)
+    assert off_px(found, truth).max() < 6.0, "the others are corrected by what is clicked"
+
+
+def test_the_next_clicked_frame_helps_too():
+    points = bodies(9)
+    truth, clicks = pixels(points), clicks_of(points, RIG)
+    forward = proposed(6, [one for one in clicks if one.frame <= 4])
+    both = proposed(6, [one for one in clicks if one.frame <= 4 or one.frame == 8])
+    backward = proposed(6, [one for one in clicks if one.frame == 8])
+    assert np.median(off_px(both, truth)) < 0.7 * np.median(off_px(forward, truth))
+    assert set(backward) == set(both)
+
+
+def test_a_run_tells_how_the_landmarks_move_not_where_they_are():
+    points = bodies(9)
+    truth, clicks = pixels(points), clicks_of(points, RIG)
+    run = {frame: place + np.array([0.05, -0.03, 0.04]) for frame, place in enumerate(points)}
+    before = [one for one in clicks if one.frame <= 4]
+    alone, told = proposed(8, before), proposed(8, before, motion=run)
+    assert np.median(off_px(told, truth)) < 1.0 < 3.0 < np.median(off_px(alone, truth))
+
+
+def test_the_certainty_is_about_right():
+    points = bodies(12, seed=2)
+    truth, clicks = pixels(points), clicks_of(points, RIG, sigma=1.0)
+    ratios = []
+    for frame in range(6, 12):
+        found = proposed(frame, [one for one in clicks if one.frame < frame])
+        spread = np.array([one.sigma for one in found.values()])
+        ratios += list(off_px(found, truth) / spread)
+    assert 0.2 < np.median(ratios) < 2.5
+
+
+@pytest.fixture(scope="module")
+def clip(tmp_path_factory):
+    """Somebody who moves, rendered in two small views."""
+    folder = tmp_path_factory.mktemp("clip") / "clip"
+    options = SceneOptions(width=320, height=240, focal=200.0, t_pose_first=False)
+    simulate(folder, person="P2", motion="travolta", frames=8, views="NO", seed=3, options=options)
+    return open_recording(folder)
+
+
+def test_following_the_images_saves_more_clicks_than_the_motion_alone(clip):
+    rig = {view.image.camera: clip.cameras[view.image.camera] for view in clip.views}
+    points = clip.reference.points
+    seen = seen_by(pixels(points, rig), sigma=0.5, seed=1)
+    with FrameReader(clip, colour=False) as reader:
+        followed = annotate(seen, rig, clip.fps, reader=reader)
+    alone = annotate(seen, rig, clip.fps)
+    assert followed.clicked[0] == 18, "the first frame is clicked whole"
+    assert 2 * sum(followed.clicked[1:]) < 18 * len(followed.clicked[1:])
+    assert sum(followed.clicked) <= sum(alone.clicked)
+    accepted = [one for one in followed.clicks if one.origin == "accepted"]
+    assert all(np.hypot(*np.subtract(one.position, seen[one.key])) <= 3.0 for one in accepted)
