@@ -9,6 +9,7 @@ from stereotrack_core.errors import InputError
 
 from ..widgets.camera.camera_grid import CameraGrid
 from ..widgets.forms.message import Message
+from ..widgets.redraw import RedrawQueue
 from ..widgets.scene.scene_view import SceneView
 from ..widgets.timeline.bars import Transport
 from ..widgets.timeline.timeline_view import TimelineView
@@ -39,6 +40,8 @@ class Docks(QObject):
     transport : Transport
     middle : QStackedWidget
         The views, or what is there while nothing is open.
+    redraw : RedrawQueue
+        What is to be drawn again.
 
     Signals
     -------
@@ -61,7 +64,8 @@ class Docks(QObject):
         self._workspaces: dict[str, Workspace] = {}
         self._shown: Workspace | None = None
         self._room: _Room | None = None
-        self.views, self.scene = CameraGrid(), SceneView()
+        self.redraw = RedrawQueue(self)
+        self.views, self.scene = CameraGrid(self.redraw), SceneView()
         self.timeline, self.transport = TimelineView(), Transport()
         self.middle = QStackedWidget()
         self.middle.addWidget(self.views)

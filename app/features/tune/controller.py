@@ -85,10 +85,10 @@ class TuneController(QObject):
         for presenter in (self.trials, self.series):
             presenter.changed.connect(context.actions.refresh_soon)
         session.track.settings_changed.connect(self._on_settings)
-        session.judging.judged.connect(self.show)
+        session.judging.judged.connect(lambda: docks.redraw.soon(self.show))
         session.runs.active_changed.connect(self.show_settings)
-        for changed in (selected, session.document.frame_changed):
-            changed.connect(self.show_progress)
+        selected.connect(self.show_progress)
+        session.document.frame_changed.connect(lambda: docks.redraw.soon(self.show_progress))
         docks.workspace_changed.connect(self._on_workspace)
         docks.dock("trials").visibilityChanged.connect(self.show)
         session.leaving.connect(self.stop)
