@@ -22,7 +22,6 @@ from tests.gui.kept_window import (
     PATIENCE_MS,
     KeptWindow,
     close_window,
-    open_recording,
     show_window,
 )
 
@@ -94,9 +93,9 @@ def processes(qapp):
     made.close()
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def kept(processes, tmp_path_factory):
-    """The window that the tests of a file share."""
+    """The window that tests share."""
     kept = KeptWindow(tmp_path_factory.mktemp("kept"), processes)
     yield kept
     kept.close()
@@ -115,16 +114,15 @@ def window(qtbot, settings, failures, processes, kept):
 
 @pytest.fixture
 def shared_window(qtbot, failures, kept, tmp_path):
-    """Function that shows a recording with an empty project in the window of this file."""
+    """Function that shows a recording with an empty project in the window that tests share."""
     yield lambda recording, workspace: kept.take(qtbot, recording, workspace, tmp_path / "projects")
     assert not failures, [message.sentence() for message in failures]
 
 
 @pytest.fixture
-def opened(window, qtbot, small_recording):
-    """A new window with the small recording open and painted."""
-    open_recording(window, qtbot, small_recording)
-    return window
+def opened(shared_window, small_recording):
+    """The window with the small recording open and painted, and an empty project."""
+    return shared_window(small_recording, "")
 
 
 @pytest.fixture
