@@ -22,10 +22,13 @@ from tests.gui.kept_window import (
     PATIENCE_MS,
     KeptWindow,
     close_window,
+    open_recording,
     show_window,
 )
 
 FRAMES = 8
+FOLDER = Path(__file__).parent
+KEPT = pytest.StashKey[KeptWindow]()
 
 
 def patient(wait: Callable) -> Callable:
@@ -94,11 +97,19 @@ def processes(qapp):
 
 
 @pytest.fixture(scope="session")
-def kept(processes, tmp_path_factory):
+def kept(request, processes, tmp_path_factory):
     """The window that tests share."""
-    kept = KeptWindow(tmp_path_factory.mktemp("kept"), processes)
+    kept = request.session.stash[KEPT] = KeptWindow(tmp_path_factory.mktemp("kept"), processes)
     yield kept
     kept.close()
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_runtest_teardown(item, nextitem):
+    """Close the window that tests share where others follow, whose garbage would be kept too."""
+    kept = item.session.stash.get(KEPT, None)
+    if kept is not None and not (nextitem and nextitem.path.is_relative_to(FOLDER)):
+        kept.close()
 
 
 @pytest.fixture
@@ -123,6 +134,13 @@ def shared_window(qtbot, failures, kept, tmp_path):
 def opened(shared_window, small_recording):
     """The window with the small recording open and painted, and an empty project."""
     return shared_window(small_recording, "")
+
+
+@pytest.fixture
+def newly_opened(window, qtbot, small_recording):
+    """The same in a window of its own, in which nothing was ever arranged in another way."""
+    open_recording(window, qtbot, small_recording)
+    return window
 
 
 @pytest.fixture

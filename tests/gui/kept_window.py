@@ -12,6 +12,7 @@ from PySide6.QtCore import QEvent, QSettings
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
+from app.services.tasks.garbage import GarbageTimer
 from app.services.tasks.task import Processes
 from app.shell.main_window import MainWindow
 from app.widgets.style.theme import apply_theme
@@ -26,8 +27,9 @@ _PROJECTS = "projects_folder"
 def show_window(qtbot: QtBot, settings: QSettings, processes: Processes) -> MainWindow:
     """A window on the screen, and the active one."""
     apply_theme(QApplication.instance(), "dark")
-    gc.disable()
+    garbage = GarbageTimer()
     made = window_with(settings, processes)
+    garbage.setParent(made)
     made.resize(1366, 768)
     with qtbot.waitExposed(made):
         made.show()
@@ -117,7 +119,8 @@ class KeptWindow:
         window.messages.clear()
         qtbot.waitUntil(window.context.tasks.settled)
         _put_back_choices(window, first.state)
-        if self._key[0] == key[0] and session.document.recording is not None:
+        document = session.document
+        if self._key[0] == key[0] and document.recording is not None and not document.corrections:
             _with_another_project(window, qtbot, first, projects)
         else:
             session.document.close()
@@ -150,7 +153,8 @@ def _put_back_choices(window: MainWindow, state: dict[str, Any]) -> None:
     tune.parameters.search.clear()
     tune.trials.live, display = state["live"], state["shown"][0]
     view_state.set_light(display.brightness, display.contrast)
-    view_state.begin_anew()
+    view_state.select(None)
+    view_state.show_fit(None)
     view_state.change_display(**{f.name: getattr(display, f.name) for f in fields(display)})
     view_state.set_threshold(state["shown"][3])
     view_state.colour_points(state["shown"][5])
@@ -174,9 +178,7 @@ def _put_back_choice(window: MainWindow, state: dict[str, Any]) -> None:
     annotating.let_go()
 
 
-def _with_another_project(
-    window: MainWindow, qtbot: QtBot, first: _First, projects: Path
-) -> None:
+def _with_another_project(window: MainWindow, qtbot: QtBot, first: _First, projects: Path) -> None:
     """Go on with the recording that is open, and an empty project."""
     session, docks = window.context.session, window.context.docks
     session.leaving.emit()  # what works on the runs stops
@@ -187,7 +189,7 @@ def _with_another_project(
     docks.timeline.set_visible_range(*first.state["timeline"])
     if docks.workspace != first.state["workspace"]:
         docks.show_named(first.state["workspace"])
-    if {name: docks.is_shown(name) for name in docks.titles()} != first.state["panels"]:
+    if panels_of(window) != first.state["panels"]:
         docks.reset()
     settings = window.context.settings
     settings.clear()
@@ -201,6 +203,12 @@ def _with_another_project(
 def stored_in(settings: QSettings) -> dict[str, Any]:
     """Everything that the settings hold but where projects lie."""
     return {name: settings.value(name) for name in settings.allKeys() if name != _PROJECTS}
+
+
+def panels_of(window: MainWindow) -> dict[str, tuple[bool, bool]]:
+    """Which panels are there, and which of them are not behind another one."""
+    every = ((name, window.context.docks.dock(name)) for name in window.context.docks.titles())
+    return {name: (dock.isHidden(), dock.isVisible()) for name, dock in every}
 
 
 def state_of(window: MainWindow) -> dict[str, Any]:
@@ -218,7 +226,7 @@ def state_of(window: MainWindow) -> dict[str, Any]:
             for action in [context.actions.action(command.id)]
         },
         "workspace": docks.workspace,
-        "panels": {name: docks.is_shown(name) for name in docks.titles()},
+        "panels": panels_of(window),
         "size": window.size(),
         "document": (document.frame, document.frame_count, document.playing, document.loop),
         "views": {
