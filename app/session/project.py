@@ -66,7 +66,7 @@ class ProjectPresenter(QObject):
         self.makes = True
         self._edited.connect(self._on_edited)
         document.corrections_finder = self._finder
-        document.opened.connect(self._on_recording_opened)
+        document.opened.connect(self.follow_recording)
         document.closed.connect(self.close)
 
     # ---- facts
@@ -250,7 +250,8 @@ class ProjectPresenter(QObject):
         self.recording_missing.emit(opened.project.path)
 
     @Slot()
-    def _on_recording_opened(self) -> None:
+    def follow_recording(self) -> None:
+        """Take the project that waits for the open recording, or open or make its own."""
         recording = self._document.recording
         if recording is None:
             return

@@ -15,13 +15,24 @@ from stereotrack_core.experiments.reproduction.plan import Group, Places, Planne
 from stereotrack_core.experiments.reproduction.runs import missing_runs
 from stereotrack_core.interop.run_npz import read_npz
 from stereotrack_core.recording.folder import fingerprint, open_recording
+from stereotrack_core.simulation.make import simulate
+from stereotrack_core.simulation.rig import SceneOptions
 from stereotrack_core.worker_processes import Lost
 
 
+@pytest.fixture(scope="module")
+def brief(tmp_path_factory):
+    """Two frames."""
+    small = SceneOptions().replaced(width=320, height=240, focal=200.0)
+    folder = tmp_path_factory.mktemp("cli") / "brief"
+    simulate(folder, person="P2", motion="t-pose", frames=2, views="NS", options=small)
+    return folder
+
+
 @pytest.fixture
-def job(recording, tmp_path):
+def job(brief, tmp_path):
     """A recording and two groups of runs, to be tracked by two processes."""
-    opened = open_recording(recording)
+    opened = open_recording(brief)
     groups = [Group(opened.name, (PlannedRun("fast", seed=seed),)) for seed in (0, 1)]
     return Places(tmp_path / "ö made"), opened, groups
 

@@ -27,6 +27,8 @@ from tests.gui.kept_window import (
 )
 
 FRAMES = 8
+FOLDER = Path(__file__).parent
+KEPT = pytest.StashKey[KeptWindow]()
 
 
 def patient(wait: Callable) -> Callable:
@@ -94,12 +96,20 @@ def processes(qapp):
     made.close()
 
 
-@pytest.fixture(scope="module")
-def kept(processes, tmp_path_factory):
-    """The window that the tests of a file share."""
-    kept = KeptWindow(tmp_path_factory.mktemp("kept"), processes)
+@pytest.fixture(scope="session")
+def kept(request, processes, tmp_path_factory):
+    """The window that tests share."""
+    kept = request.session.stash[KEPT] = KeptWindow(tmp_path_factory.mktemp("kept"), processes)
     yield kept
     kept.close()
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_runtest_teardown(item, nextitem):
+    """Close the window that tests share where others follow, whose garbage would be kept too."""
+    kept = item.session.stash.get(KEPT, None)
+    if kept is not None and not (nextitem and nextitem.path.is_relative_to(FOLDER)):
+        kept.close()
 
 
 @pytest.fixture
@@ -115,14 +125,20 @@ def window(qtbot, settings, failures, processes, kept):
 
 @pytest.fixture
 def shared_window(qtbot, failures, kept, tmp_path):
-    """Function that shows a recording with an empty project in the window of this file."""
+    """Function that shows a recording with an empty project in the window that tests share."""
     yield lambda recording, workspace: kept.take(qtbot, recording, workspace, tmp_path / "projects")
     assert not failures, [message.sentence() for message in failures]
 
 
 @pytest.fixture
-def opened(window, qtbot, small_recording):
-    """A new window with the small recording open and painted."""
+def opened(shared_window, small_recording):
+    """The window with the small recording open and painted, and an empty project."""
+    return shared_window(small_recording, "")
+
+
+@pytest.fixture
+def newly_opened(window, qtbot, small_recording):
+    """The same in a window of its own, in which nothing was ever arranged in another way."""
     open_recording(window, qtbot, small_recording)
     return window
 

@@ -9,6 +9,7 @@ from PySide6.QtWidgets import QApplication, QDialog, QFileDialog
 
 from app.services.actions import ActionRegistry
 from app.shell.command_lists import CommandPalette, ShortcutEditor, match_rank
+from stereotrack_core.tracking.presets import preset
 
 pytestmark = pytest.mark.window
 
@@ -57,7 +58,8 @@ def test_no_two_commands_share_a_shortcut(window):
             used[where] = command.id
 
 
-def test_a_shortcut_is_changed_kept_and_never_stolen(opened, qtbot, settings):
+def test_a_shortcut_is_changed_kept_and_never_stolen(newly_opened, qtbot, settings):
+    opened = newly_opened
     editor = ShortcutEditor(opened.context.actions, opened)
     qtbot.addWidget(editor)
     editor.choose("next")
@@ -95,6 +97,8 @@ NEED_CLICKS = {
 """Commands that say in a message what has to be clicked first."""
 
 
+LESS = {"fit_shape": False, "search_proposals": 60, "data_points": 300}
+
 NOT_HERE = {"quit", "demo", "close", "projects_beside", "repeat_run"}
 """Commands that would end the test, leave something beside the recording of others, or answer
 with a message when the test may be over."""
@@ -105,7 +109,7 @@ def trigger_everything(window, qtbot, besides=()):
     done = []
     for command in window.context.actions.commands:
         action = window.context.actions.action(command.id)
-        window.context.actions.refresh()
+        window.context.actions.refresh(command.menu)
         if command.id in {*NOT_HERE, *NEED_CLICKS, *besides} or not action.isEnabled():
             continue
         action.trigger()
@@ -124,8 +128,11 @@ def test_every_command_in_every_state(window, qtbot, failures, small_recording, 
     qtbot.waitUntil(lambda: window.context.session.document.frame_set is not None, timeout=30_000)
     qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
     tracking = {"run", "step", "iterate", "run_here", "run_selection"}
+    window.context.session.track.choose("accurate", preset("accurate").replaced(**LESS))
     quiet = trigger_everything(window, qtbot, besides=tracking)
     assert len(quiet) > 50
+    window.context.session.track.choose("accurate", preset("accurate").replaced(**LESS))
+    window.context.session.tracker.choose_first_pose("tpose")
     window.context.actions.action("step").trigger()
     qtbot.waitUntil(
         lambda: (

@@ -51,7 +51,7 @@ def whole(small_recording, tmp_path_factory):
 
 def opened_without_harm(window, qtbot, path) -> str:
     """What the window says of it; it is used, closed, and nothing unforeseen happens."""
-    window.context.session.project._document.close()
+    window.context.session.document.close()
     window.messages.clear()
     told = []
     window.context.session.project.message.connect(told.append)
@@ -108,6 +108,6 @@ def test_a_hundred_spoilt_projects_in_one_window(window, qtbot, whole, monkeypat
         path = whole.with_name(f"spoilt-{seed}.stereotrack")
         spoil(whole, path, seed)
         opened_without_harm(window, qtbot, path)
-        window.context.session.project._document.close()
+        window.context.session.document.close()
         for one in path.parent.glob("*spoilt*"):
             one.unlink()

@@ -28,31 +28,31 @@ def look(window, qtbot):
 
 
 @pytest.fixture
-def with_run(opened, qtbot):
+def with_run(newly_opened, qtbot):
     """The window with a run of two frames by the thesis's tracker."""
-    recording, settings = opened.context.session.document.recording, preset("thesis")
-    opened.context.session.track.settings = settings
-    opened.context.session.clouds.set_parameters(settings.depth)
+    recording, settings = newly_opened.context.session.document.recording, preset("thesis")
+    newly_opened.context.session.track.settings = settings
+    newly_opened.context.session.clouds.set_parameters(settings.depth)
     body = body_model(proportions_of(recording.subject), settings.body)
     cameras = cameras_of(recording, usable_views(recording, None))
     frames, tracker = {}, tracker_for(body, settings, cameras, recording.fps, 0)
     for frame in (FRAME - 1, FRAME):
-        opened.context.session.clouds.ask(frame)
+        newly_opened.context.session.clouds.ask(frame)
         qtbot.waitUntil(
-            lambda frame=frame: opened.context.session.clouds.cloud(frame) is not None,
+            lambda frame=frame: newly_opened.context.session.clouds.cloud(frame) is not None,
             timeout=60_000,
         )
-        cloud = opened.context.session.clouds.cloud(frame)
+        cloud = newly_opened.context.session.clouds.cloud(frame)
         if not frames:
             beginning_at(tracker, cloud)
         estimate = tracker.step(cloud)
         frames[frame] = TrackedFrame(frame, estimate, np.full((9, 3), np.nan), cloud, {})
-    opened.context.session.runs.add(
+    newly_opened.context.session.runs.add(
         RunEntry("stored", "thesis", settings, body, range(1, 3), frames)
     )
-    opened.context.session.document.go_to(FRAME)
-    qtbot.waitUntil(opened.context.tasks.settled, timeout=60_000)
-    return opened
+    newly_opened.context.session.document.go_to(FRAME)
+    qtbot.waitUntil(newly_opened.context.tasks.settled, timeout=60_000)
+    return newly_opened
 
 
 def test_keys_go_through_the_steps_and_each_is_shown(with_run, qtbot, tmp_path):

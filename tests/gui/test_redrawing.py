@@ -144,6 +144,7 @@ def test_a_trial_draws_its_curves_and_its_model_and_no_lanes(tuning, qtbot, monk
     judging.judged.connect(note)
     typed(tuning, "sigma_joint", "25")
     settle(tuning, qtbot)
+    judging.judged.disconnect(note)
     taken = drawings.taken()
     assert len(seen[-1].frame) == 8
     assert taken == {"curves": len(seen), "pictures": 1}, "in the frame that is shown"

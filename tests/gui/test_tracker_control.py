@@ -13,12 +13,28 @@ import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
+from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run import track
 from stereotrack_core.tracking.run_spec import RunSpec
 from tests.gui.hands import Paintings
 
 pytestmark = pytest.mark.window
+LESS = {"fit_shape": False, "search_proposals": 60, "data_points": 300}
 unix = pytest.mark.skipif(sys.platform == "win32", reason="there are no such signals")
+
+
+@pytest.fixture
+def opened(opened):
+    """The window, with settings that take little time."""
+    opened.context.session.track.choose("accurate", preset("accurate").replaced(**LESS))
+    opened.context.session.tracker.choose_first_pose("tpose")
+    return opened
+
+
+def choose_usual(window):
+    """Find the first pose, and track, as in a new window."""
+    window.context.session.track.choose("accurate", preset("accurate"))
+    window.context.session.tracker.choose_first_pose("auto")
 
 
 @contextmanager
@@ -45,6 +61,7 @@ def tracked(window) -> int:
 
 
 def test_a_run_draws_while_it_works_and_ends_with_curves(opened, qtbot):
+    choose_usual(opened)
     seen = []
     opened.context.session.track.advanced.connect(lambda frame: seen.append(frame.frame))
     QTest.keyClick(opened, Qt.Key.Key_F8)
@@ -76,7 +93,7 @@ def test_the_window_s_run_is_the_command_line_s(opened, qtbot):
     by_window = opened.context.session.runs.active.run()
     by_core = track(
         opened.context.session.document.recording,
-        RunSpec(opened.context.session.track.settings, preset="accurate"),
+        RunSpec(opened.context.session.track.settings, preset="accurate", init="tpose"),
     )
     np.testing.assert_array_equal(by_window.landmarks, by_core.landmarks)
     np.testing.assert_array_equal(by_window.P, by_core.P)
@@ -87,6 +104,8 @@ def test_the_window_s_run_is_the_command_line_s(opened, qtbot):
 
 
 def test_the_first_pose_is_found_without_help_or_taken_for_a_t_pose(opened, qtbot):
+    choose_usual(opened)
+    opened.context.actions.refresh()
     assert opened.context.actions.action("first_pose_auto").isChecked()
     trigger(opened, "first_pose_tpose")
     opened.context.actions.refresh()
@@ -158,6 +177,7 @@ def test_a_process_that_is_killed_leaves_what_was_tracked_and_a_sentence(opened,
 
 @unix
 def test_a_run_is_stopped_while_it_is_prepared_and_the_next_one_begins(opened, qtbot):
+    choose_usual(opened)
     session = opened.context.session
     trigger(opened, "run")
     qtbot.waitUntil(lambda: "%" in session.track.preparing_words())

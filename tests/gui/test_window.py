@@ -15,12 +15,6 @@ from app.widgets.camera.camera_view import CameraView
 pytestmark = pytest.mark.window
 
 
-@pytest.fixture
-def opened(shared_window, small_recording):
-    """The small recording in the window that the tests of this file share."""
-    return shared_window(small_recording, "")
-
-
 def shown(window) -> set[int]:
     """Frames that the views have."""
     return {tile.camera.picture.frame for tile in window.context.docks.views.tiles.values()}

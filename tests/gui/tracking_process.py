@@ -43,12 +43,12 @@ def track(recording: Path, folder: Path, frames: int) -> None:
             and not window.context.session.project.why_no_edit()
         ),
     )
-    window.context.session.track.choose("fast", preset("fast"))
+    window.context.session.track.choose("fast", preset("fast").replaced(fit_shape=False))
     opened, count = (
         window.context.session.document.recording,
         window.context.session.document.frame_count,
     )
-    entry = window.context.session.track.begin(opened, range(count), "auto", allowed=frames)
+    entry = window.context.session.track.begin(opened, range(count), "tpose", allowed=frames)
     until(app, lambda: len(entry.frames) == frames)
     sys.stdout.write("held\n")
     sys.stdout.flush()

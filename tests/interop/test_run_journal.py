@@ -121,8 +121,15 @@ def test_descriptions_that_make_no_sense_are_refused(facts, tmp_path):
 # ---- going on
 
 
+LESS = {
+    "accurate": {"data_points": 300, "search_proposals": 60},
+    "thesis": {"model_points": 40},
+    "annealed": {},
+}
+
+
 def settings(name):
-    changes = {"search_arms": False, "data_points": 400} if name == "fast" else {}
+    changes = {"data_points": 400, "search_arms": False} if name == "fast" else LESS[name]
     return preset(name).replaced(pixel_step=1, speckle_size=0, **changes)
 
 

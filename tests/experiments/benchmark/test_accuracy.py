@@ -26,7 +26,13 @@ from tests.tracking.recordings import write_depth_recording
 from tests.tracking.scenes import pose_with_arms
 
 FRAMES, MISSING = 6, 5
-SMALL = {"pixel_step": 1, "speckle_size": 0, "search_arms": False, "data_points": 300}
+SMALL = {
+    "pixel_step": 1,
+    "speckle_size": 0,
+    "search_arms": False,
+    "data_points": 300,
+    "fit_shape": False,
+}
 
 
 def pose(k):
@@ -45,7 +51,7 @@ ALL = {
 
 
 def scored(recording, names, seeds, frames, **options):
-    specs = {name: RunSpec(ALL[name], frames=frames) for name in names}
+    specs = {name: RunSpec(ALL[name], frames=frames, init="tpose") for name in names}
     return accuracy(recording, specs, seeds, **options)
 
 
@@ -66,7 +72,7 @@ def test_scores_are_those_of_runs_alone(recording, scores):
         (name, seed) for name in ("one", "deeper", "other") for seed in (0, 3)
     ]
     for score in scores:
-        run = track(recording, RunSpec(ALL[score.contestant], seed=score.seed))
+        run = track(recording, RunSpec(ALL[score.contestant], init="tpose", seed=score.seed))
         summary = evaluate(run, recording.reference)
         assert set(score.values) == set(MEASURES)
         for name in ("torso_position", "torso_long", "torso_cross", "upper_arms", "forearms"):
@@ -105,7 +111,7 @@ def test_no_tracker_sees_the_reference(recording):
     )
     misled = dataclasses.replace(recording, reference=wrong)
     found = scored(misled, ("one",), (0,), range(3))[0]
-    run = track(recording, RunSpec(ALL["one"], frames=range(3)))
+    run = track(recording, RunSpec(ALL["one"], init="tpose", frames=range(3)))
     truth = LandmarkTrajectory(wrong.frame[:3], wrong.points[:3])
     summary = evaluate(run, truth)
     assert found.values["upper_arms"] == summary.measure("upper_arms").statistics.mean

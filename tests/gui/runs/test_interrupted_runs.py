@@ -74,8 +74,10 @@ def test_it_is_found_kept_and_said_once(killed, window, qtbot, small_recording):
     assert (kept.name, kept.facts.frames, kept.facts.asked) == (NAME, HELD, (0, FRAMES))
     assert [entry.name for entry in window.context.session.runs.entries] == [NAME]
     done = iter(range(1, FRAMES))
-    settings, recording = preset("fast"), window.context.session.document.recording
-    alone = track(recording, RunSpec(settings, preset="fast"), cancelled=lambda: next(done) == HELD)
+    settings = preset("fast").replaced(fit_shape=False)
+    recording = window.context.session.document.recording
+    spec = RunSpec(settings, preset="fast", init="tpose")
+    alone = track(recording, spec, cancelled=lambda: next(done) == HELD)
     run = load_run(window.context.session.project.project.runs, NAME)
     np.testing.assert_array_equal(run.x, alone.x)
     assert unfinished_runs(killed) == ()
@@ -86,7 +88,8 @@ def test_it_is_found_kept_and_said_once(killed, window, qtbot, small_recording):
 
 def test_a_run_that_ends_leaves_no_file(window, qtbot, small_recording):
     opened(window, qtbot, small_recording)
-    window.context.session.track.choose("fast", preset("fast"))
+    window.context.session.track.choose("fast", preset("fast").replaced(fit_shape=False))
+    window.context.session.tracker.choose_first_pose("tpose")
     place = place_for_run(window.context.session.project.path)
     window.context.view_state.select(range(2))
     window.context.session.tracker.run_selection()

@@ -43,6 +43,12 @@ def finished(window, name, off=0.05, **changes) -> RunEntry:
     return entry
 
 
+def track_quickly(window):
+    settings = preset("fast").replaced(iterations=2, fit_shape=False)
+    window.context.session.track.choose("fast", settings)
+    window.context.session.tracker.choose_first_pose("tpose")
+
+
 def settle(window, qtbot):
     qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
 
@@ -200,10 +206,7 @@ def test_a_run_that_ends_when_the_window_closes_is_kept(tracking, qtbot):
 
 def test_a_run_in_progress_ends_with_its_recording_and_is_kept(tracking, qtbot):
     """Whatever opens another recording: its frames would be followed and its clouds be kept."""
-    tracking.context.session.track.preset, tracking.context.session.track.settings = (
-        "fast",
-        preset("fast").replaced(iterations=2),
-    )
+    track_quickly(tracking)
     tracking.context.session.tracker.step()
     qtbot.waitUntil(
         lambda: (
@@ -293,10 +296,7 @@ def test_details_say_what_two_runs_were_made_with_differently(tracking, qtbot):
 def test_a_run_is_repeated_and_said_to_be_equal(tracking, qtbot):
     said = []
     tracking.context.notifier.shown.connect(said.append)
-    tracking.context.session.track.preset, tracking.context.session.track.settings = (
-        "fast",
-        preset("fast").replaced(iterations=2),
-    )
+    track_quickly(tracking)
     tracking.context.view_state.select(range(1, 3))
     tracking.context.session.tracker.run_selection()
     qtbot.waitUntil(lambda: tracking.context.session.track.entry is None, timeout=60_000)
