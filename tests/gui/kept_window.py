@@ -27,9 +27,8 @@ _PROJECTS = "projects_folder"
 def show_window(qtbot: QtBot, settings: QSettings, processes: Processes) -> MainWindow:
     """A window on the screen, and the active one."""
     apply_theme(QApplication.instance(), "dark")
-    garbage = GarbageTimer()
+    gc.disable()
     made = window_with(settings, processes)
-    garbage.setParent(made)
     made.resize(1366, 768)
     with qtbot.waitExposed(made):
         made.show()
@@ -98,6 +97,7 @@ class KeptWindow:
         settings = QSettings(str(self._folder / f"{self._made}.ini"), QSettings.Format.IniFormat)
         _begin(settings, workspace, projects)
         window = self._window = show_window(qtbot, settings, self._processes)
+        GarbageTimer(window)  # it may be there for long
         open_recording(window, qtbot, recording)
         self._key = key
         self._first[key] = _First(stored_in(settings), state_of(window))
