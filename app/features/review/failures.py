@@ -28,7 +28,7 @@ from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.reader import FrameReader
 
 from ...context import Context
-from ...services.tasks.newest import NewestAsked
+from ...services.tasks.newest import LatestOnly
 from ...services.tasks.shared import Shared
 from ...services.tasks.task import Task
 from ...session.judgement import MEASURED_LIMBS
@@ -76,7 +76,7 @@ class FailureController(QObject):
         self.presenter = FailurePresenter(
             session, context.tasks, wants_pictures=self.panel.isVisible, threshold=self._threshold
         )
-        self._pictures = NewestAsked(_drawn, "draw failures")
+        self._pictures = LatestOnly(_drawn, "draw failures")
         self._pictured: _Wanted | None = None
         causes = {str(cause): words for cause, words in CAUSE_WORDS.items()}
         found = {str(how): words for how, words in FOUND_WORDS.items()}
@@ -85,8 +85,7 @@ class FailureController(QObject):
         self.panel.activated.connect(self._on_activated)
         self.panel.filtered.connect(self._on_filtered)
         self.presenter.changed.connect(self.show)
-        show_picture = self.panel.evidence.show_picture
-        self._pictures.answered.connect(lambda _asked, pixels: show_picture(pixels))
+        self._pictures.answered.connect(self._on_picture)
         self._pictures.failed.connect(self._on_no_picture)
         context.docks.dock("failures").visibilityChanged.connect(self._on_seen)
         context.view_state.threshold_changed.connect(self.presenter.ask_soon)
@@ -204,7 +203,6 @@ class FailureController(QObject):
         reader, subject = self._session.document.reader, self._subject()
         recording = subject.recording if subject is not None else None
         if subject is None or failure is None or reader is None or recording is None:
-            self._pictures.forget()
             self._pictured = None
             self.panel.evidence.show_picture(None)
             return
@@ -215,9 +213,15 @@ class FailureController(QObject):
             self._pictures.ask(self._pictured)
 
     @Slot(object, object)
-    def _on_no_picture(self, _wanted: _Wanted, error: Exception) -> None:
-        self.panel.evidence.show_picture(None)
-        self._context.notifier.error(error)
+    def _on_picture(self, wanted: _Wanted, pixels: ImageArray) -> None:
+        if wanted is self._pictured:
+            self.panel.evidence.show_picture(pixels)
+
+    @Slot(object, object)
+    def _on_no_picture(self, wanted: _Wanted, error: Exception) -> None:
+        if wanted is self._pictured:
+            self.panel.evidence.show_picture(None)
+            self._context.notifier.error(error)
 
     @Slot()
     def _forget_pictures(self) -> None:
