@@ -16,7 +16,7 @@ from stereotrack_core.evaluation.failure_segments.export import (
     film_of,
     write_strips,
 )
-from stereotrack_core.evaluation.failure_segments.find import Subject
+from stereotrack_core.evaluation.failure_segments.find import FailureSearch
 from stereotrack_core.evaluation.failure_segments.segment import (
     CAUSE_WORDS,
     FOUND_WORDS,
@@ -40,7 +40,7 @@ from .failure_list import FailurePresenter, Filter, Found, lanes_of_failures
 
 @dataclass(frozen=True, eq=False)
 class _Wanted:
-    subject: Subject
+    search: FailureSearch
     recording: Recording
     failure: FailureSegment
     reader: Shared[FrameReader]
@@ -50,7 +50,7 @@ class _Wanted:
 def _drawn(wanted: _Wanted) -> ImageArray:
     with wanted.reader.used() as reader:
         return evidence_picture(
-            wanted.subject, wanted.recording, wanted.failure, reader=reader, paper=wanted.paper
+            wanted.search, wanted.recording, wanted.failure, reader=reader, paper=wanted.paper
         )
 
 
@@ -97,10 +97,10 @@ class FailureController(QObject):
 
     # ---- facts
 
-    def _subject(self) -> Subject | None:
+    def _search(self) -> FailureSearch | None:
         """What the failures belong to."""
         found = self.presenter.found
-        return found.subject if found is not None else None
+        return found.search if found is not None else None
 
     def none_listed(self) -> str:
         """Why there is no failure to do something with."""
@@ -143,9 +143,9 @@ class FailureController(QObject):
 
     def export(self, *, video: bool) -> None:
         """Ask what to write, and write it in the background."""
-        subject, recording = self._subject(), self._session.document.recording
+        search, recording = self._search(), self._session.document.recording
         listed = self.presenter.listed
-        if subject is None or recording is None or not listed:
+        if search is None or recording is None or not listed:
             return
         views = [view.name for view in recording.views]
         dialog = ExportDialog(
@@ -153,10 +153,10 @@ class FailureController(QObject):
             proposed=Path.home() / f"{recording.name}-failures",
             parent=self._context.docks.dialog_parent,
         )  # fmt: skip
-        dialog.accepted.connect(lambda: self._write(dialog, subject, recording))
+        dialog.accepted.connect(lambda: self._write(dialog, search, recording))
         dialog.open()
 
-    def _write(self, wanted: ExportDialog, subject: Subject, recording: Recording) -> None:
+    def _write(self, wanted: ExportDialog, search: FailureSearch, recording: Recording) -> None:
         one, listed = self.presenter.chosen, self.presenter.listed
         failures = (one,) if wanted.which.currentData() and one is not None else listed
         video, path, view = wanted.video, wanted.target, wanted.view.currentData() or None
@@ -164,10 +164,10 @@ class FailureController(QObject):
 
         def work(task: Task) -> str:
             if video:
-                film_of(path, subject, recording, failures, task.report, task.token.cancelled)
+                film_of(path, search, recording, failures, task.report, task.token.cancelled)
                 return f"Video saved to {path}."
             count = write_strips(
-                path, subject, recording, failures, view=view, count=frames,
+                path, search, recording, failures, view=view, count=frames,
                 report=task.report, cancelled=task.token.cancelled,
             )  # fmt: skip
             return f"{counted(count, 'strip')} saved to {path}."
@@ -200,16 +200,16 @@ class FailureController(QObject):
 
     def _ask_for_picture(self, failure: FailureSegment | None) -> None:
         """Draw a failure, unless that is drawn; None shows nothing."""
-        reader, subject = self._session.document.reader, self._subject()
-        recording = subject.recording if subject is not None else None
-        if subject is None or failure is None or reader is None or recording is None:
+        reader, search = self._session.document.reader, self._search()
+        recording = search.recording if search is not None else None
+        if search is None or failure is None or reader is None or recording is None:
             self._pictured = None
             self.panel.evidence.show_picture(None)
             return
         theme, before = current_theme(), self._pictured
         paper = Paper(_bgr(theme.base), _bgr(theme.text), _bgr(theme.muted))
         if before is None or before.failure is not failure or before.paper != paper:
-            self._pictured = _Wanted(subject, recording, failure, reader, paper)
+            self._pictured = _Wanted(search, recording, failure, reader, paper)
             self._pictures.ask(self._pictured)
 
     @Slot(object, object)
@@ -240,7 +240,7 @@ class FailureController(QObject):
         if found is None:
             return "Detecting failures …"
         every, listed = found.failures, self.presenter.listed
-        if found.subject is None:
+        if found.search is None:
             return "The source recording of the run is not known, so failures cannot be detected."
         if not every:
             return "No failure was detected."
@@ -249,7 +249,7 @@ class FailureController(QObject):
             if len(listed) < len(every)
             else (f"{len(every)} failure{'s' if len(every) != 1 else ''}")
         )
-        if found.subject.reference is not None:
+        if found.search.reference is not None:
             words += f"; {agreement_of(every).words}"
         if self.presenter.looking:
             words += "; images are being analysed for causes"
