@@ -275,7 +275,7 @@ class Stretch:
         """Weigh the clicks of a frame by where a state puts their landmarks."""
         s, row = self.settings, self.click_residual(clicks, state, np.ones(2 * len(clicks)))
         residual = row.missed(self.freedom.body_at(state.offsets).frames(state.pose))
-        weight = mixture_weight(residual, clicks.sigma, s.mistake_share)
+        weight = mixture_weight(residual, clicks.sigma, s.outlier_share)
         return replace(_all_right(clicks), mistake=1.0 - weight)
 
     def judge(
@@ -290,7 +290,7 @@ class Stretch:
         J = row.jacobian(frames, self.freedom.columns).reshape(len(clicks), 2, -1)
         residual = row.missed(frames)
         spread = J @ P @ np.swapaxes(J, 1, 2)
-        return judged(residual, spread, sigma, old.weight, s.mistake_share)
+        return judged(residual, spread, sigma, old.weight, s.outlier_share)
 
 
 def depth_cost(stretch: Stretch, points: FloatArray, pose: Pose) -> float:
