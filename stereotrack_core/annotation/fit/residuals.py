@@ -136,15 +136,15 @@ def _pixels(clicks: Clicks, normalised: FloatArray) -> FloatArray:
 
 
 @dataclass(frozen=True, eq=False)
-class SlippingSurface:
-    """Distances of measured points, or outlines, from a surface that slips against its limbs.
+class BiasedSurface:
+    """Distances of measured points, or outlines, from a surface that is off its limbs by a bias.
 
-    The points were paired at the slipped frames.
+    The points were paired at the frames with their bias.
     """
 
     surface: SurfaceResidual
     freedom: Freedom
-    slipped: PartFrames
+    biased: PartFrames
 
     @property
     def measured(self) -> FloatArray:
@@ -164,11 +164,11 @@ class SlippingSurface:
         """Derivatives (m, n) of the closest points on their directions."""
         s = self.surface
         J = self.freedom.jacobian(s.point, s.direction, s.part, frames)
-        first = self.freedom.of_slips.start
+        first = self.freedom.of_biases.start
         for limb in range(len(LIMBS)):
             a, b = np.searchsorted(s.part, [limb, limb + 1])
             if a < b:
-                along = s.direction[a:b] @ self.slipped.rotations[limb]
+                along = s.direction[a:b] @ self.biased.rotations[limb]
                 turn = np.cross(s.point_in_part[a:b], along)
                 at = first + 6 * limb
                 J[a:b, at : at + 3], J[a:b, at + 3 : at + 6] = along, turn
