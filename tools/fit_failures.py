@@ -22,7 +22,7 @@ from logistic import fitted
 
 from stereotrack_core.arrays import BoolArray, FloatArray
 from stereotrack_core.body.limbs import LIMBS
-from stereotrack_core.evaluation.failure_segments.find import Subject, stretches_by_truth
+from stereotrack_core.evaluation.failure_segments.find import FailureSearch, stretches_by_truth
 from stereotrack_core.evaluation.failure_segments.segment import FailureSegment, agreement, pooled
 from stereotrack_core.evaluation.failure_segments.stretches import (
     ARM_HALVES,
@@ -153,7 +153,7 @@ def tracked(folder: Path, place: Path, used: str, views: str, seed: int) -> Run:
 def example(run: Run, place: Path) -> Example:
     """A run of a recording with its signs and failures by error."""
     recording = open_recording(place)
-    truth = stretches_by_truth(Subject(run, recording.fps, recording.reference))
+    truth = stretches_by_truth(FailureSearch(run, recording.fps, recording.reference))
     failing = np.zeros((len(run.frame), len(LIMBS)), dtype=np.bool_)
     for failure in truth:
         inside = (run.frame >= failure.first) & (run.frame <= failure.last)

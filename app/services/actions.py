@@ -112,12 +112,10 @@ class ActionRegistry(QObject):
 
     Signals
     -------
-    shortcuts_changed : ()
     refreshed : ()
         What can be done now has been found out again.
     """
 
-    shortcuts_changed = Signal()
     refreshed = Signal()
 
     def __init__(self, window: QWidget, settings: QSettings, redraw: RedrawQueue) -> None:
@@ -201,7 +199,6 @@ class ActionRegistry(QObject):
             self._settings.setValue(f"{_SHORTCUTS}/{name}", keys)
         self._give_keys(command, QKeySequence(keys))
         self.refresh()
-        self.shortcuts_changed.emit()
 
     def shortcut(self, name: str) -> str:
         """Key sequence of a command, as it is stored."""

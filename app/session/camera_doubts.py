@@ -20,7 +20,7 @@ from stereotrack_core.geometry.camera_agreement import CameraResidual, Disagreem
 from stereotrack_core.project.history import Changed
 from stereotrack_core.project.project import Project
 
-from ..services.tasks.newest import NewestAsked
+from ..services.tasks.newest import LatestOnly
 from .document import DocumentPresenter
 from .project import ProjectPresenter
 
@@ -51,7 +51,7 @@ class CameraDoubts(QObject):
         """The camera that contradicts the others."""
         self.residuals: tuple[CameraResidual, ...] = ()
         """How far the clicks of each camera lie from the points that the cameras agree on."""
-        self._worker = NewestAsked(_answer, "compare the cameras")
+        self._worker = LatestOnly(_answer, "compare the cameras")
         self._worker.answered.connect(lambda _question, found: self._take(*found))
         self._worker.failed.connect(lambda _question, error: self.failed.emit(error))
         self._pause = QTimer(self, singleShot=True, interval=_PAUSE_MS)

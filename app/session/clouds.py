@@ -15,7 +15,7 @@ from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.tracking.tuning.clouds import CloudKey, CloudStore, KeptClouds
 
 from ..services.failures import message_of
-from ..services.tasks.newest import NewestWins
+from ..services.tasks.newest import LatestOnly
 from ..services.tasks.shared import Shared
 
 _KEPT = 12
@@ -68,7 +68,7 @@ class CloudPresenter(QObject):
         self.reader: Shared[FrameReader] | None = None
         """Reader of the images in grey, as the tracker sees them."""
         self._store: Shared[CloudStore] | None = None
-        self._worker: NewestWins | None = None
+        self._worker: LatestOnly | None = None
         self.parameters = DepthParameters()
         """How points are measured."""
         self._clouds: OrderedDict[tuple[DepthParameters, int], Cloud] = OrderedDict()
@@ -92,7 +92,7 @@ class CloudPresenter(QObject):
             reader = FrameReader(recording, views=names, colour=False)
             self.reader = Shared(reader, reader.close)
             self._store = _store_of(recording, self.reader)
-            self._worker = NewestWins(_Measuring(self._store), "measure points")
+            self._worker = LatestOnly(_Measuring(self._store), "measure points")
             self._worker.answered.connect(self._on_measured)
             self._worker.failed.connect(self._on_failed)
 
@@ -143,7 +143,7 @@ class CloudPresenter(QObject):
 
     def settled(self) -> bool:
         """Whether nothing is being made."""
-        return self._worker is None or self._worker.idle()
+        return self._worker is None or self._worker.settled()
 
     @Slot(object, object)
     def _on_measured(self, question: tuple[DepthParameters, int], cloud: Cloud) -> None:

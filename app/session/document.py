@@ -18,7 +18,7 @@ from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.reader import FrameReader, FrameSet
 
 from ..services.failures import message_of
-from ..services.tasks.newest import NewestWins
+from ..services.tasks.newest import LatestOnly
 from ..services.tasks.shared import Shared
 from ..services.tasks.task import Task, TaskList
 from ..widgets.forms.message import Message
@@ -98,7 +98,7 @@ class DocumentPresenter(QObject):
         self.frame = 0
         """The frame that shall be shown."""
         self._frame_set: FrameSet | None = None
-        self._reading: NewestWins | None = None
+        self._reading: LatestOnly | None = None
         self._opening: Task | None = None
         self._start_frame = 0
         self.corrections_finder: Callable[[], FindCorrections] = lambda: lambda _folder: None
@@ -254,7 +254,7 @@ class DocumentPresenter(QObject):
         self.close()
         self._opened = opened
         self.reader = Shared(opened.reader, opened.reader.close)
-        self._reading = NewestWins(partial(_frame_set, self.reader), "frames read")
+        self._reading = LatestOnly(partial(_frame_set, self.reader), "frames read")
         self._reading.answered.connect(self._on_frame_read)
         self._reading.failed.connect(self._on_frame_failed)
         self.frame_count, final = opened.reader.frame_count_so_far()
@@ -313,7 +313,7 @@ class DocumentPresenter(QObject):
     def _on_play(self) -> None:
         if self._opened is None:
             return
-        if self.frame_set is None and self._reading is not None and not self._reading.idle():
+        if self.frame_set is None and self._reading is not None and not self._reading.settled():
             return  # the picture before is not there yet; time goes on all the same
         due = self._played_from + int(self._clock.elapsed() * self._opened.recording.fps / 1000.0)
         if self.loop is not None and (due >= self.loop.stop or due < self.loop.start):

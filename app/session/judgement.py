@@ -19,7 +19,7 @@ from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 from stereotrack_core.tracking.frame import TrackedFrame
 
 from ..services.failures import message_of
-from ..services.tasks.newest import NewestAsked
+from ..services.tasks.newest import LatestOnly
 from ..widgets.style.limb_colours import limb_words
 from .document import DocumentPresenter
 from .runs import RunEntry, RunList
@@ -323,7 +323,7 @@ class JudgementPresenter(QObject):
         self._recorded: Truth | None = None
         self._project: Truth | None = None
         self._told: Truth | None = None
-        self._worker = NewestAsked(_answer, "judge runs")
+        self._worker = LatestOnly(_answer, "judge runs")
         self._worker.answered.connect(self._on_answered)
         self._worker.failed.connect(self._on_failed)
         self._timer = QTimer(self, singleShot=True)

@@ -24,7 +24,7 @@ from stereotrack_core.cli.sources import recording_of_run, say_if_unfinished
 from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
 from stereotrack_core.evaluation.failure_segments.export import film_of, write_strips
-from stereotrack_core.evaluation.failure_segments.find import Subject, find_failures
+from stereotrack_core.evaluation.failure_segments.find import FailureSearch, find_failures
 from stereotrack_core.evaluation.failure_segments.segment import (
     CAUSE_WORDS,
     Agreement,
@@ -73,18 +73,18 @@ _INCOMPLETE = "The output is incomplete."
 def run(args: Namespace) -> int:
     """Find, print, and write what is asked for."""
     _check(args)
-    subject = _subject(args)
+    search = _search(args)
     with watched("Detecting failures", "Nothing was written.") as (report, stopped):
-        every = find_failures(subject, report, stopped)
+        every = find_failures(search, report, stopped)
     chosen = _chosen(every, args)
-    agreed = agreement_of(every) if subject.reference is not None else None
+    agreed = agreement_of(every) if search.reference is not None else None
     if args.json:
-        put_json(_facts(args, subject, chosen, agreed))
+        put_json(_facts(args, search, chosen, agreed))
     elif chosen:
-        put_table(_table(args, subject, chosen, agreed))
+        put_table(_table(args, search, chosen, agreed))
     else:
         put(f"{_heading(args, 0, agreed)}.")
-    _export(args, subject, chosen)
+    _export(args, search, chosen)
     return OK
 
 
@@ -110,7 +110,7 @@ def _check(args: Namespace) -> None:
         check_output(args.video)
 
 
-def _subject(args: Namespace) -> Subject:
+def _search(args: Namespace) -> FailureSearch:
     rules = FailureRules().replaced(**parsed_settings(args.changes))
     stored = read_run(args.run_file)
     say_if_unfinished(args.run_file, stored)
@@ -133,7 +133,7 @@ def _subject(args: Namespace) -> Subject:
             remedy=f"The recording has: {', '.join(views)}.",
         )
     fps = recording.fps if recording is not None else fps_of_run(stored)
-    return Subject(stored, fps, reference, recording, rules, pictures=not args.no_pictures)
+    return FailureSearch(stored, fps, reference, recording, rules, pictures=not args.no_pictures)
 
 
 def _chosen(every: Sequence[FailureSegment], args: Namespace) -> list[FailureSegment]:
@@ -147,12 +147,15 @@ def _chosen(every: Sequence[FailureSegment], args: Namespace) -> list[FailureSeg
 
 
 def _facts(
-    args: Namespace, subject: Subject, chosen: Sequence[FailureSegment], agreed: Agreement | None
+    args: Namespace,
+    search: FailureSearch,
+    chosen: Sequence[FailureSegment],
+    agreed: Agreement | None,
 ) -> dict[str, Any]:
     facts: dict[str, Any] = {
         "run": args.run_file,
-        "fps": subject.fps,
-        "rules": subject.rules.values(),
+        "fps": search.fps,
+        "rules": search.rules.values(),
         "episodes": chosen,
     }
     if agreed is not None:
@@ -164,12 +167,15 @@ def _facts(
 
 
 def _table(
-    args: Namespace, subject: Subject, chosen: Sequence[FailureSegment], agreed: Agreement | None
+    args: Namespace,
+    search: FailureSearch,
+    chosen: Sequence[FailureSegment],
+    agreed: Agreement | None,
 ) -> Table:
     rows = [
         (
             f"{e.first}-{e.last}",
-            f"{e.first / subject.fps:.1f}-{(e.last + 1) / subject.fps:.1f}",
+            f"{e.first / search.fps:.1f}-{(e.last + 1) / search.fps:.1f}",
             limbs_words(e.limbs),
             e.found,
             e.peak_words,
@@ -194,8 +200,8 @@ def _heading(args: Namespace, count: int, agreed: Agreement | None) -> str:
     return f"{heading}; {agreed.words}"
 
 
-def _export(args: Namespace, subject: Subject, chosen: Sequence[FailureSegment]) -> None:
-    recording = subject.recording
+def _export(args: Namespace, search: FailureSearch, chosen: Sequence[FailureSegment]) -> None:
+    recording = search.recording
     if recording is None or (args.strips is None and args.video is None):
         return
     if not chosen:
@@ -204,11 +210,11 @@ def _export(args: Namespace, subject: Subject, chosen: Sequence[FailureSegment])
     if args.strips is not None:
         with watched("Rendering image strips", _INCOMPLETE) as (report, stopped):
             count = write_strips(
-                args.strips, subject, recording, chosen, view=args.view, report=report,
+                args.strips, search, recording, chosen, view=args.view, report=report,
                 cancelled=stopped,
             )  # fmt: skip
         say(f"{counted(count, 'strip')} written to {args.strips}.")
     if args.video is not None:
         with watched("Rendering video", _INCOMPLETE) as (report, stopped):
-            film_of(args.video, subject, recording, chosen, report, stopped)
+            film_of(args.video, search, recording, chosen, report, stopped)
         say(f"Video written to {args.video}.")

@@ -13,8 +13,7 @@ from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.errors import Cancelled, Finding, InputError
 from stereotrack_core.evaluation.accuracy import Accuracy, accuracy_of
 from stereotrack_core.evaluation.failure_segments.export import strip_of
-from stereotrack_core.evaluation.failure_segments.find import Subject as Searched
-from stereotrack_core.evaluation.failure_segments.find import find_failures
+from stereotrack_core.evaluation.failure_segments.find import FailureSearch, find_failures
 from stereotrack_core.evaluation.failure_segments.segment import FailureSegment
 from stereotrack_core.evaluation.joint_angles.motion import (
     StretchMotion,
@@ -166,7 +165,7 @@ def _accuracy(source: Source, segments: Sequence[Segment]) -> Accuracy | None:
 def _failures(
     source: Source, on_progress: Progress, cancelled: Callable[[], bool]
 ) -> tuple[ShownFailure, ...]:
-    searched = Searched(source.run, source.fps, source.reference, source.recording)
+    searched = FailureSearch(source.run, source.fps, source.reference, source.recording)
     found = find_failures(
         searched, lambda share, words: on_progress(0.05 + 0.55 * share, words), cancelled
     )

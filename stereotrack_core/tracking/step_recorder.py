@@ -87,8 +87,6 @@ class StepRecorder:
 
     def _begin(self) -> None:
         self._corrections: list[Correction] = []
-        self._refinements: list[tuple[Correction, ...]] = []
-        self._refining: list[Correction] = []
         self._measured: list[Correspondences] = []
         self._proposals: list[Proposals] = []
         self._tried: list[tuple[Pose, Pose]] = []
@@ -114,7 +112,6 @@ class StepRecorder:
             after=Belief(estimate.pose, estimate.P),
             corrections=tuple(self._corrections),
             estimate=estimate,
-            refinements=tuple(self._refinements),
             measured=tuple(self._measured) if not self._corrections else (),
             search=self._search,
             jump=self._jump,
@@ -152,6 +149,9 @@ class StepRecorder:
         lines: Sequence[Line],
     ) -> None:
         """A prior was corrected by (n,), by residuals that were linearised at a pose."""
+        if self._searching is not None:
+            self._lap("arm search")
+            return
         setup, own = self._setup, [line for line in lines if line.residual is surface]
         H = own[0].H if own else np.empty((0, len(dx)))
         R = own[0].R if own else np.empty(0)
@@ -178,12 +178,11 @@ class StepRecorder:
                 after=after,
             )
         )
-        self._lap("arm search" if self._searching else "correct")
+        self._lap("correct")
 
     def searching(self, search: ArmSearch, evidence: Evidence, expected: Pose) -> None:
         """Other places for the arms are about to be looked for."""
         self._searching = search, evidence, expected
-        self._refining = []
         self._lap("arm search")
 
     def proposed(
@@ -202,8 +201,6 @@ class StepRecorder:
         """A pair of places for the arms was refined."""
         self._lap("arm search")
         self._tried.append((proposed, pose))
-        self._refinements.append(tuple(self._refining))
-        self._refining = []
 
     def searched(self, followed: Pose, best: Pose) -> None:
         """The search has decided."""
@@ -292,9 +289,7 @@ class StepRecorder:
         self._mark = now
 
     def _stage_of(self, prior: Belief) -> str:
-        """Stage of a correction: of the search, of the prediction, or of a wider prior."""
-        if self._searching is not None:
-            return "refine"
+        """Stage of a correction: of the prediction, or of a wider prior."""
         if prior is self._predicted:
             return "follow"
         if _INFLATED not in self._notes:
@@ -302,9 +297,8 @@ class StepRecorder:
         return "again"
 
     def _add(self, correction: Correction) -> None:
-        into = self._corrections if self._searching is None else self._refining
-        count = 1 + sum(each.stage == correction.stage for each in into)
-        into.append(replace(correction, iteration=count))
+        count = 1 + sum(each.stage == correction.stage for each in self._corrections)
+        self._corrections.append(replace(correction, iteration=count))
 
     def _too_far(self, surface: SurfaceResidual) -> Unused:
         """Data of the last correspondences that no part of the body was near."""

@@ -74,7 +74,7 @@ class Correction:
     """One iteration."""
 
     stage: str
-    """One of "follow", "again" (from a wider prior) or "refine" (a pair of places for the arms)."""
+    """One of "follow" and "again" (from a wider prior)."""
     iteration: int
     """From 1 on, within the stage."""
     prior: Belief
@@ -181,8 +181,6 @@ class StepTrace:
     """In their order, without those that refine pairs of places for the arms."""
     estimate: Estimate
     """What the tracker said about the frame."""
-    refinements: tuple[tuple[Correction, ...], ...] = ()
-    """Those, pair by pair."""
     measured: tuple[Correspondences, ...] = ()
     """Pairs of points of trackers that do not correct by them; first and last."""
     search: Search | None = None

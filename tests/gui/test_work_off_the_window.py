@@ -6,7 +6,7 @@ import weakref
 import pytest
 from PySide6.QtCore import QCoreApplication
 
-from app.services.tasks.newest import NewestWins
+from app.services.tasks.newest import LatestOnly
 from app.services.tasks.shared import Shared
 from app.services.tasks.task import TaskList, wait_for_threads
 from stereotrack_core.errors import Cancelled, InputError
@@ -76,14 +76,15 @@ def test_a_task_that_outlives_its_list_ends_in_the_window_s_thread(qtbot):
 
 def test_what_answers_and_is_closed_meanwhile_ends_in_the_window_s_thread(qtbot):
     held, told = Held(), []
-    newest = NewestWins(held, "something asked")
+    newest = LatestOnly(held, "something asked")
     newest.answered.connect(lambda *what: told.append(what))
     newest.ask("first")
-    thread, where = newest._thread, destroyed_in(newest)
+    worker = newest._worker
+    thread, where = worker._thread, destroyed_in(worker)
     assert held.begun.wait(PATIENCE_S)
     newest.close()
     assert thread.is_alive(), "closing waits for nothing"
-    del newest
+    del newest, worker
     held.go.set()
     thread.join(PATIENCE_S)
     qtbot.waitUntil(lambda: where != [], timeout=10_000)
@@ -93,11 +94,12 @@ def test_what_answers_and_is_closed_meanwhile_ends_in_the_window_s_thread(qtbot)
 
 def test_an_answer_that_is_on_its_way_when_it_is_closed_is_told_to_nobody(qtbot):
     told = []
-    newest = NewestWins(lambda question: question, "something quick")
+    newest = LatestOnly(lambda question: question, "something quick")
     newest.answered.connect(lambda *what: told.append(what))
     newest.ask("first")
-    thread = newest._thread
-    while not newest.idle():
+    thread = newest._worker._thread
+    worker = newest._worker
+    while worker._waiting or worker._busy_with is not None:
         thread.join(0.001)  # no event is delivered meanwhile
     newest.close()
     thread.join(PATIENCE_S)
@@ -107,9 +109,9 @@ def test_an_answer_that_is_on_its_way_when_it_is_closed_is_told_to_nobody(qtbot)
 
 def test_the_program_waits_for_its_threads_but_not_for_ever(qtbot):
     held = Held()
-    newest = NewestWins(held, "something asked")
+    newest = LatestOnly(held, "something asked")
     newest.ask("first")
-    thread = newest._thread
+    thread = newest._worker._thread
     assert held.begun.wait(PATIENCE_S)
     newest.close()
     wait_for_threads(0.0)

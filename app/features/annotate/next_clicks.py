@@ -23,7 +23,7 @@ from stereotrack_core.project.project import Project
 from stereotrack_core.project.selection import gaps_of
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 
-from ...services.tasks.newest import NewestWins
+from ...services.tasks.newest import LatestOnly
 
 WANTED_DEG = 3.0
 """Angle by which limbs may be off where nobody has said otherwise."""
@@ -120,7 +120,7 @@ class NextPresenter(QObject):
         self._wish = Wish(count=_MOST)
         self.wanted_deg = WANTED_DEG
         """Angle by which limbs may be off."""
-        self._worker: NewestWins | None = None
+        self._worker: LatestOnly | None = None
         self._ranker: _Ranker | None = None
         self._asked = self._told = 0
 
@@ -180,7 +180,7 @@ class NextPresenter(QObject):
             return
         if self._ranker is None or self._worker is None:
             self._ranker = _Ranker(self._project, self._cameras)
-            self._worker = NewestWins(self._ranker, "rank clicks")
+            self._worker = LatestOnly(self._ranker, "rank clicks")
             self._worker.answered.connect(self._on_ranked)
             self._worker.failed.connect(self._on_failed)
         order = _Order(self._fit, self._run, self._wish, self.wanted_deg)

@@ -12,7 +12,7 @@ from stereotrack_core.interop.trace_file import TRACE_SUFFIXES, write_trace
 
 from ...context import Context
 from ...services.actions import ActionRegistry
-from ...services.tasks.newest import NewestWins
+from ...services.tasks.newest import LatestOnly
 from ...session.pictures import StepDrawing
 from ...session.tracking import LiveRun
 from ...widgets.plots.inside_panel import InsidePanel, StepName
@@ -54,7 +54,9 @@ class InspectController(QObject):
         self.index = 0
         self._asked: Question | None = None
         self._drawing: StepDrawing | None = None
-        self._worker: NewestWins | None = None
+        self._worker = LatestOnly(answer, "record step trace")
+        self._worker.answered.connect(self._on_answered)
+        self._worker.failed.connect(self._on_failed)
         self._soon = QTimer(self, singleShot=True, interval=_SOON_MS)
         self._soon.timeout.connect(self._ask)
         for changed in (
@@ -184,9 +186,7 @@ class InspectController(QObject):
     def close(self) -> None:
         """Forget everything and end the thread."""
         self.inspects, self.known, self._drawing, self._asked = False, None, None, None
-        if self._worker is not None:
-            self._worker.close()
-            self._worker = None
+        self._worker.close()
 
     # ---- asking
 
@@ -222,10 +222,6 @@ class InspectController(QObject):
         if question is None:
             return
         self._asked = question
-        if self._worker is None:
-            self._worker = NewestWins(answer, "record step trace")
-            self._worker.answered.connect(self._on_answered)
-            self._worker.failed.connect(self._on_failed)
         self._worker.ask(question)
         self._show(self.known, self.index)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 from pathlib import Path
 
-from PySide6.QtCore import QObject, Signal, Slot
+from PySide6.QtCore import QObject, Slot
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.run_file import read_run, write_run
@@ -23,9 +23,6 @@ _RUN_FILTER = "Complete run (*.npz);;Landmarks (*.csv);;OpenSim (*.trc);;C3D (*.
 
 class FileController(QObject):
     """Everything between the window and the file system."""
-
-    saved = Signal(object)
-    """A run was written."""
 
     def __init__(self, context: Context) -> None:
         super().__init__(context.session)
@@ -153,4 +150,3 @@ class FileController(QObject):
         if self._context.notifier.attempt(lambda: write_run(path, run)):
             entry.path = path
             self._context.notifier.say(f"Run saved to {path}.", 6000)
-            self.saved.emit(path)

@@ -8,7 +8,7 @@ from functools import partial
 
 from PySide6.QtCore import QObject, QTimer, Signal, Slot
 
-from stereotrack_core.evaluation.failure_segments.find import Subject, explained, stretches_of
+from stereotrack_core.evaluation.failure_segments.find import FailureSearch, explained, stretches_of
 from stereotrack_core.evaluation.failure_segments.segment import (
     CAUSE_WORDS,
     FailureSegment,
@@ -73,7 +73,7 @@ _DELAY_MS = 200
 class Found:
     """The failures that were found."""
 
-    subject: Subject | None
+    search: FailureSearch | None
     """What the core was asked; None where the run does not say where it comes from."""
     failures: tuple[FailureSegment, ...]
 
@@ -194,8 +194,8 @@ class FailurePresenter(QObject):
 
     def _explain(self, found: Found | None) -> None:
         """Judge causes by pictures as well, where somebody sees it."""
-        if found is not None and found.subject and found.failures and self._wants_pictures():
-            self._explained.ask(found, True, partial(_looked_at, found.subject, found.failures))
+        if found is not None and found.search and found.failures and self._wants_pictures():
+            self._explained.ask(found, True, partial(_looked_at, found.search, found.failures))
 
     def _keep_choice(self) -> None:
         """Choose what has become of the chosen failure."""
@@ -213,9 +213,9 @@ def _found(
         return Found(None, ())
     rules = FailureRules().replaced(episode_error=min(max(threshold, 1.0), 180.0))
     reference = truth.trajectory if truth is not None else None
-    subject = Subject(run, recording.fps, reference, recording, rules)
-    return Found(subject, explained(replace(subject, pictures=False), stretches_of(subject)))
+    search = FailureSearch(run, recording.fps, reference, recording, rules)
+    return Found(search, explained(replace(search, pictures=False), stretches_of(search)))
 
 
-def _looked_at(subject: Subject, failures: tuple[FailureSegment, ...], task: Task) -> Found:
-    return Found(subject, explained(subject, failures, task.report, task.token.cancelled))
+def _looked_at(search: FailureSearch, failures: tuple[FailureSegment, ...], task: Task) -> Found:
+    return Found(search, explained(search, failures, task.report, task.token.cancelled))

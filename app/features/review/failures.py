@@ -16,7 +16,7 @@ from stereotrack_core.evaluation.failure_segments.export import (
     film_of,
     write_strips,
 )
-from stereotrack_core.evaluation.failure_segments.find import Subject
+from stereotrack_core.evaluation.failure_segments.find import FailureSearch
 from stereotrack_core.evaluation.failure_segments.segment import (
     CAUSE_WORDS,
     FOUND_WORDS,
@@ -28,7 +28,7 @@ from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.reader import FrameReader
 
 from ...context import Context
-from ...services.tasks.newest import NewestAsked
+from ...services.tasks.newest import LatestOnly
 from ...services.tasks.shared import Shared
 from ...services.tasks.task import Task
 from ...session.judgement import MEASURED_LIMBS
@@ -40,7 +40,7 @@ from .failure_list import FailurePresenter, Filter, Found, lanes_of_failures
 
 @dataclass(frozen=True, eq=False)
 class _Wanted:
-    subject: Subject
+    search: FailureSearch
     recording: Recording
     failure: FailureSegment
     reader: Shared[FrameReader]
@@ -50,7 +50,7 @@ class _Wanted:
 def _drawn(wanted: _Wanted) -> ImageArray:
     with wanted.reader.used() as reader:
         return evidence_picture(
-            wanted.subject, wanted.recording, wanted.failure, reader=reader, paper=wanted.paper
+            wanted.search, wanted.recording, wanted.failure, reader=reader, paper=wanted.paper
         )
 
 
@@ -76,7 +76,7 @@ class FailureController(QObject):
         self.presenter = FailurePresenter(
             session, context.tasks, wants_pictures=self.panel.isVisible, threshold=self._threshold
         )
-        self._pictures = NewestAsked(_drawn, "draw failures")
+        self._pictures = LatestOnly(_drawn, "draw failures")
         self._pictured: _Wanted | None = None
         causes = {str(cause): words for cause, words in CAUSE_WORDS.items()}
         found = {str(how): words for how, words in FOUND_WORDS.items()}
@@ -85,8 +85,7 @@ class FailureController(QObject):
         self.panel.activated.connect(self._on_activated)
         self.panel.filtered.connect(self._on_filtered)
         self.presenter.changed.connect(self.show)
-        show_picture = self.panel.evidence.show_picture
-        self._pictures.answered.connect(lambda _asked, pixels: show_picture(pixels))
+        self._pictures.answered.connect(self._on_picture)
         self._pictures.failed.connect(self._on_no_picture)
         context.docks.dock("failures").visibilityChanged.connect(self._on_seen)
         context.view_state.threshold_changed.connect(self.presenter.ask_soon)
@@ -98,10 +97,10 @@ class FailureController(QObject):
 
     # ---- facts
 
-    def _subject(self) -> Subject | None:
+    def _search(self) -> FailureSearch | None:
         """What the failures belong to."""
         found = self.presenter.found
-        return found.subject if found is not None else None
+        return found.search if found is not None else None
 
     def none_listed(self) -> str:
         """Why there is no failure to do something with."""
@@ -144,9 +143,9 @@ class FailureController(QObject):
 
     def export(self, *, video: bool) -> None:
         """Ask what to write, and write it in the background."""
-        subject, recording = self._subject(), self._session.document.recording
+        search, recording = self._search(), self._session.document.recording
         listed = self.presenter.listed
-        if subject is None or recording is None or not listed:
+        if search is None or recording is None or not listed:
             return
         views = [view.name for view in recording.views]
         dialog = ExportDialog(
@@ -154,10 +153,10 @@ class FailureController(QObject):
             proposed=Path.home() / f"{recording.name}-failures",
             parent=self._context.docks.dialog_parent,
         )  # fmt: skip
-        dialog.accepted.connect(lambda: self._write(dialog, subject, recording))
+        dialog.accepted.connect(lambda: self._write(dialog, search, recording))
         dialog.open()
 
-    def _write(self, wanted: ExportDialog, subject: Subject, recording: Recording) -> None:
+    def _write(self, wanted: ExportDialog, search: FailureSearch, recording: Recording) -> None:
         one, listed = self.presenter.chosen, self.presenter.listed
         failures = (one,) if wanted.which.currentData() and one is not None else listed
         video, path, view = wanted.video, wanted.target, wanted.view.currentData() or None
@@ -165,10 +164,10 @@ class FailureController(QObject):
 
         def work(task: Task) -> str:
             if video:
-                film_of(path, subject, recording, failures, task.report, task.token.cancelled)
+                film_of(path, search, recording, failures, task.report, task.token.cancelled)
                 return f"Video saved to {path}."
             count = write_strips(
-                path, subject, recording, failures, view=view, count=frames,
+                path, search, recording, failures, view=view, count=frames,
                 report=task.report, cancelled=task.token.cancelled,
             )  # fmt: skip
             return f"{counted(count, 'strip')} saved to {path}."
@@ -201,23 +200,28 @@ class FailureController(QObject):
 
     def _ask_for_picture(self, failure: FailureSegment | None) -> None:
         """Draw a failure, unless that is drawn; None shows nothing."""
-        reader, subject = self._session.document.reader, self._subject()
-        recording = subject.recording if subject is not None else None
-        if subject is None or failure is None or reader is None or recording is None:
-            self._pictures.forget()
+        reader, search = self._session.document.reader, self._search()
+        recording = search.recording if search is not None else None
+        if search is None or failure is None or reader is None or recording is None:
             self._pictured = None
             self.panel.evidence.show_picture(None)
             return
         theme, before = current_theme(), self._pictured
         paper = Paper(_bgr(theme.base), _bgr(theme.text), _bgr(theme.muted))
         if before is None or before.failure is not failure or before.paper != paper:
-            self._pictured = _Wanted(subject, recording, failure, reader, paper)
+            self._pictured = _Wanted(search, recording, failure, reader, paper)
             self._pictures.ask(self._pictured)
 
     @Slot(object, object)
-    def _on_no_picture(self, _wanted: _Wanted, error: Exception) -> None:
-        self.panel.evidence.show_picture(None)
-        self._context.notifier.error(error)
+    def _on_picture(self, wanted: _Wanted, pixels: ImageArray) -> None:
+        if wanted is self._pictured:
+            self.panel.evidence.show_picture(pixels)
+
+    @Slot(object, object)
+    def _on_no_picture(self, wanted: _Wanted, error: Exception) -> None:
+        if wanted is self._pictured:
+            self.panel.evidence.show_picture(None)
+            self._context.notifier.error(error)
 
     @Slot()
     def _forget_pictures(self) -> None:
@@ -236,7 +240,7 @@ class FailureController(QObject):
         if found is None:
             return "Detecting failures …"
         every, listed = found.failures, self.presenter.listed
-        if found.subject is None:
+        if found.search is None:
             return "The source recording of the run is not known, so failures cannot be detected."
         if not every:
             return "No failure was detected."
@@ -245,7 +249,7 @@ class FailureController(QObject):
             if len(listed) < len(every)
             else (f"{len(every)} failure{'s' if len(every) != 1 else ''}")
         )
-        if found.subject.reference is not None:
+        if found.search.reference is not None:
             words += f"; {agreement_of(every).words}"
         if self.presenter.looking:
             words += "; images are being analysed for causes"

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Hashable
-from functools import partial
 from typing import Any, Generic, Protocol, TypeVar
 
 from PySide6.QtCore import QObject, Qt, Signal, Slot
@@ -12,30 +11,14 @@ from PySide6.QtCore import QObject, Qt, Signal, Slot
 from .task import Threaded
 
 
-class NewestWins(Threaded):
-    """Answers questions in a thread of its own; only the newest waiting one is kept.
+class _Worker(Threaded):
+    """The thread of :class:`LatestOnly`."""
 
-    Parameters
-    ----------
-    answer : callable
-        From a question to its answer; called in the worker's thread.
-    name : str
-        Name of the thread.
-
-    Signals
-    -------
-    answered : question, answer
-    failed : question, Exception
-        Both are sent in the thread that made the worker, and neither once it is closed.
-    """
-
-    answered = Signal(object, object)
-    failed = Signal(object, object)
-    _over = Signal(bool, object, object)
+    over = Signal(bool, object, object)
+    """Whether a question has an answer, the question, and the answer or why there is none."""
 
     def __init__(self, answer: Callable[[Any], Any], name: str) -> None:
         super().__init__(self._run, name)
-        self._over.connect(self._tell, Qt.ConnectionType.QueuedConnection)
         self._answer = answer
         self._condition = threading.Condition()
         self._waiting: list[Hashable] = []
@@ -44,7 +27,7 @@ class NewestWins(Threaded):
         self._begin()
 
     def ask(self, question: Hashable) -> None:
-        """Ask; overtakes a question that waits. Asking twice for the same is asking once."""
+        """Ask; overtakes a question that waits."""
         with self._condition:
             if self._busy_with == question:
                 self._waiting = []
@@ -52,13 +35,8 @@ class NewestWins(Threaded):
             self._waiting = [question]
             self._condition.notify()
 
-    def idle(self) -> bool:
-        """Whether nothing is being answered and nothing waits."""
-        with self._condition:
-            return self._busy_with is None and not self._waiting
-
     def close(self) -> None:
-        """Forget what waits, and end; returns at once, and tells nobody what is still answered."""
+        """Forget what waits, and end; returns at once."""
         with self._condition:
             self._closed = True
             self._waiting = []
@@ -83,18 +61,16 @@ class NewestWins(Threaded):
         try:
             result = self._answer(question)
         except Exception as error:  # noqa: BLE001 - handed to the window, which shows it
-            self._over.emit(False, question, error)
+            self.over.emit(False, question, error)
         else:
-            self._over.emit(True, question, result)
-
-    @Slot(bool, object, object)
-    def _tell(self, well: bool, question: Hashable, what: object) -> None:
-        if not self._closed:
-            (self.answered if well else self.failed).emit(question, what)
+            self.over.emit(True, question, result)
 
 
-class NewestAsked(QObject):
-    """Asks in a thread of its own, begun when it is needed; tells what the newest question gave.
+class LatestOnly(QObject):
+    """Answers questions in a thread of its own, begun when it is needed; only the newest waits.
+
+    A question that is overtaken while it is being answered is answered all the same. Asking twice
+    for the same is asking once.
 
     Parameters
     ----------
@@ -105,44 +81,44 @@ class NewestAsked(QObject):
     """
 
     answered = Signal(object, object)
-    """The newest question and its answer."""
+    """A question and its answer."""
     failed = Signal(object, object)
-    """The newest question and why it has no answer."""
+    """A question and why it has no answer."""
 
     def __init__(self, answer: Callable[[Any], Any], name: str) -> None:
         super().__init__()
         self._answer, self._name = answer, name
         self._asked: Hashable | None = None
-        self._worker: NewestWins | None = None
+        self._worker: _Worker | None = None
 
     def settled(self) -> bool:
-        """Whether nothing is still to be answered."""
+        """Whether the newest question is answered."""
         return self._asked is None
 
     def ask(self, question: Hashable) -> None:
-        """Ask; what was asked before is not answered any more."""
+        """Ask; a question that waits is not answered any more."""
         if self._worker is None:
-            self._worker = NewestWins(self._answer, self._name)
-            self._worker.answered.connect(partial(self._tell, self.answered))
-            self._worker.failed.connect(partial(self._tell, self.failed))
+            self._worker = _Worker(self._answer, self._name)
+            self._worker.over.connect(self._tell, Qt.ConnectionType.QueuedConnection)
         self._asked = question
         self._worker.ask(question)
 
-    def forget(self) -> None:
-        """Want no answer any more."""
-        self._asked = None
-
     def close(self) -> None:
-        """End the thread; the next question begins another one."""
+        """Forget what was asked, and end the thread; returns at once. The next question begins
+        another one.
+        """
         self._asked = None
         if self._worker is not None:
             self._worker.close()
             self._worker = None
 
-    def _tell(self, signal: Any, question: Hashable, what: object) -> None:
-        if question is self._asked:
+    @Slot(bool, object, object)
+    def _tell(self, well: bool, question: Hashable, what: object) -> None:
+        if self._worker is None or self.sender() is not self._worker:
+            return  # it was closed when the answer was on its way
+        if question == self._asked:
             self._asked = None
-            signal.emit(question, what)
+        (self.answered if well else self.failed).emit(question, what)
 
 
 class Question(Hashable, Protocol):
@@ -192,10 +168,12 @@ class NewestAnswer(QObject, Generic[A]):
         self, question: Callable[[], Question | None], answer: Callable[[Any], A], name: str
     ) -> None:
         super().__init__()
-        self._question, self._answer, self._name = question, answer, name
+        self._question = question
         self._asked: Question | None = None
         self._known: A | None = None
-        self._worker: NewestWins | None = None
+        self._worker = LatestOnly(answer, name)
+        self._worker.answered.connect(self._on_answered)
+        self._worker.failed.connect(self._on_failed)
 
     def at(self, frame: int) -> A | None:
         """The answer about a frame, be it to the question before the newest; None without one."""
@@ -216,18 +194,12 @@ class NewestAnswer(QObject, Generic[A]):
                 self._known = None
                 self.changed.emit()
             return
-        if self._worker is None:
-            self._worker = NewestWins(self._answer, self._name)
-            self._worker.answered.connect(self._on_answered)
-            self._worker.failed.connect(self._on_failed)
         self._worker.ask(self._asked)
 
     def close(self) -> None:
         """Forget everything, also what is still to be answered; the next question begins anew."""
         self._asked = self._known = None
-        if self._worker is not None:
-            self._worker.close()
-            self._worker = None
+        self._worker.close()
 
     @Slot(object, object)
     def _on_answered(self, question: Question, answer: A) -> None:

@@ -61,9 +61,8 @@ class Theme:
     """Lines of the reference, which differ by style from what was tracked."""
     gap_small: int = 4
     gap: int = 8
-    gap_large: int = 16
     radius: int = 4
-    """`gap_small`, `gap`, `gap_large` and `radius`: distances between and inside widgets."""
+    """`gap_small`, `gap` and `radius`: distances between and inside widgets."""
 
     @property
     def is_dark(self) -> bool:

@@ -86,7 +86,7 @@ class Descent:
     ) -> None:
         self.expected = expected
         self._freedom, self._clicks = freedom, clicks
-        self._mistake_share = settings.mistake_share
+        self._outlier_share = settings.outlier_share
         self._prior = np.concatenate([expected.sigma, shift_sigmas(freedom, settings)]) ** -2.0
 
     def descend(
@@ -128,9 +128,9 @@ class Descent:
         columns = self._freedom.columns
         J = here.clicks.jacobian(here.frames, columns)
         J = J.reshape(len(self._clicks), 2, columns.n)
-        weight = mixture_weight(here.residual, sigma, self._mistake_share)
+        weight = mixture_weight(here.residual, sigma, self._outlier_share)
         spread = J @ P @ np.swapaxes(J, 1, 2)
-        return judged(here.residual, spread, sigma, weight, self._mistake_share), P
+        return judged(here.residual, spread, sigma, weight, self._outlier_share), P
 
     def _seen(self, state: FitState, sigma: FloatArray, *, limited: bool = True) -> _Seen:
         f = self._freedom
@@ -143,7 +143,7 @@ class Descent:
         away = f.pose_difference(self.expected.pose, state.pose)
         expected = np.concatenate([away, -state.offsets.ravel()])
         cost = float(self._prior @ expected**2) + float(
-            mixture_cost(residual, sigma, self._mistake_share).sum()
+            mixture_cost(residual, sigma, self._outlier_share).sum()
         )
         stacked = PartFrames(frames.rotations[None], frames.origins[None])
         for row in limits:
@@ -155,7 +155,7 @@ class Descent:
         """Normal equations at a state; the clicks weighed as the mixture sees them there."""
         columns, frames = self._freedom.columns, here.frames
         A, b = np.diag(self._prior), self._prior * here.expected
-        weight = mixture_weight(here.residual, sigma, self._mistake_share)
+        weight = mixture_weight(here.residual, sigma, self._outlier_share)
         variance = np.repeat(sigma**2 / weight, 2)
         told = information(here.clicks.jacobian(frames, columns).T, here.residual.ravel(), variance)
         A, b = A + told.A, b + told.b

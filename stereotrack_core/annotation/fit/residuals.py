@@ -1,4 +1,4 @@
-"""Clicks and measured points as residuals of the fit's state, and which clicks are mistakes.
+"""Clicks and measured points as residuals of the fit's state, and which clicks are outliers.
 
 A click is either right, with its sigma, or means something else, with a spread of many pixels.
 It is judged by where everything but itself expects the landmark; judged by the fit that it took
@@ -136,15 +136,15 @@ def _pixels(clicks: Clicks, normalised: FloatArray) -> FloatArray:
 
 
 @dataclass(frozen=True, eq=False)
-class SlippingSurface:
-    """Distances of measured points, or outlines, from a surface that slips against its limbs.
+class BiasedSurface:
+    """Distances of measured points, or outlines, from a surface that is off its limbs by a bias.
 
-    The points were paired at the slipped frames.
+    The points were paired at the frames with their bias.
     """
 
     surface: SurfaceResidual
     freedom: Freedom
-    slipped: PartFrames
+    biased: PartFrames
 
     @property
     def measured(self) -> FloatArray:
@@ -164,11 +164,11 @@ class SlippingSurface:
         """Derivatives (m, n) of the closest points on their directions."""
         s = self.surface
         J = self.freedom.jacobian(s.point, s.direction, s.part, frames)
-        first = self.freedom.of_slips.start
+        first = self.freedom.of_biases.start
         for limb in range(len(LIMBS)):
             a, b = np.searchsorted(s.part, [limb, limb + 1])
             if a < b:
-                along = s.direction[a:b] @ self.slipped.rotations[limb]
+                along = s.direction[a:b] @ self.biased.rotations[limb]
                 turn = np.cross(s.point_in_part[a:b], along)
                 at = first + 6 * limb
                 J[a:b, at : at + 3], J[a:b, at + 3 : at + 6] = along, turn
@@ -189,7 +189,7 @@ _ENOUGH = 6  # clicks whose scatter can be told
 class Judgement:
     """What the rest says about each of M clicks."""
 
-    mistake: FloatArray  # (M,); probability of a gross mistake
+    mistake: FloatArray  # (M,); probability of an outlier
     leverage: FloatArray
     """(M,); share (0 to 1) that the click has in where the fit puts its landmark in this
     picture."""
@@ -203,7 +203,7 @@ class Judgement:
         return np.maximum(1.0 - self.mistake, _LEAST_WEIGHT)
 
 
-_MISTAKE_SPREAD = 70.0  # pixels per axis; standard deviation of gross mistakes
+_OUTLIER_SPREAD = 70.0  # pixels per axis; standard deviation of outliers
 
 
 def judged(
@@ -222,7 +222,7 @@ def judged(
         say
     sigma, weight : (M,); of right clicks, pixels per axis; and with which they took part: their
         variance was sigma^2 / weight
-    share : expected share of gross mistakes
+    share : expected share of outliers
     """
     if not len(residual):
         return Judgement(np.zeros(0), np.zeros(0), np.zeros(0))
@@ -234,7 +234,7 @@ def judged(
     alone = np.einsum("mij,mj->mi", without, residual)
     expected = without @ spread
     right = 0.5 * (expected + np.swapaxes(expected, 1, 2)) + sigma[:, None, None] ** 2 * eye
-    wrong = right + _MISTAKE_SPREAD**2 * eye
+    wrong = right + _OUTLIER_SPREAD**2 * eye
     surprise = np.einsum("mi,mi->m", alone, np.linalg.solve(right, alone[..., None])[..., 0])
     log_right = _log_normal(alone, right) + np.log1p(-share)
     log_wrong = _log_normal(alone, wrong) + np.log(max(share, 1e-12))
@@ -245,7 +245,7 @@ def judged(
 def mixture_cost(residual: FloatArray, sigma: FloatArray, share: float) -> FloatArray:
     """What residuals (M, 2) in pixels cost (M,): -2 log of how probable they are, 0 for none.
 
-    Clicks here are what :func:`judged` says of them, right ones or gross mistakes.
+    Clicks here are what :func:`judged` says of them, right ones or outliers.
     """
     right, wrong = _mixture(residual, sigma, share)
     return -2.0 * np.logaddexp(right, wrong)
@@ -258,7 +258,7 @@ def mixture_weight(residual: FloatArray, sigma: FloatArray, share: float) -> Flo
     """
     right, wrong = _mixture(residual, sigma, share)
     mistake = np.exp(wrong - np.logaddexp(right, wrong))
-    return 1.0 - mistake + mistake * sigma**2 / (sigma**2 + _MISTAKE_SPREAD**2)
+    return 1.0 - mistake + mistake * sigma**2 / (sigma**2 + _OUTLIER_SPREAD**2)
 
 
 def _mixture(
@@ -266,7 +266,7 @@ def _mixture(
 ) -> tuple[FloatArray, FloatArray]:
     """Logarithms (M,) of how probable residuals are of right and of wrong clicks."""
     squared = (residual**2).sum(axis=1)
-    wide = sigma**2 + _MISTAKE_SPREAD**2
+    wide = sigma**2 + _OUTLIER_SPREAD**2
     right = np.log1p(-share) - 0.5 * squared / sigma**2
     wrong = np.log(max(share, 1e-12)) - 0.5 * squared / wide + np.log(sigma**2 / wide)
     return right, wrong
@@ -276,7 +276,7 @@ def scatter(judgement: Judgement) -> float:
     """By which factor clicks scatter more than they were taken to; 1 where too few can tell.
 
     From the upper quartile of what the others say of each click, over those that the others say
-    something of, so that gross mistakes do not count.
+    something of, so that outliers do not count.
     """
     told = judgement.surprise[judgement.leverage < _TOLD_BY_OTHERS]
     if len(told) < _ENOUGH:

@@ -16,7 +16,7 @@ class FitSettings(ParameterGroup):
     use_depth: bool = parameter(True, _DEPTH)(
         "Use the measured points where the recording has depth."
     )
-    mistake_share: float = parameter(0.03, _CLICKS, (0.0, 0.5))(
+    outlier_share: float = parameter(0.03, _CLICKS, (0.0, 0.5))(
         "Expected share of outliers among the clicks."
     )
     sigma_joint_shift: float = parameter(0.006, _BODY, (0.0001, 0.2), unit="m")(

@@ -43,19 +43,19 @@ _ARMS_AND_HEAD = (*THESIS_JOINTS, HEAD)  # joints that landmarks can tell; legs 
 class FitState:
     """A pose and the shifts around it: of landmarks (L, 3) in metres, and of surfaces (6, 6).
 
-    Slips are metres and radians in each limb's frame; without depth there are no rows.
+    Biases are metres and radians in each limb's frame; without depth there are no rows.
     """
 
     pose: Pose
     offsets: FloatArray
-    slips: FloatArray
+    biases: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
 class Freedom:
     """Which number of the error state moves what, for a body with the subject's own lengths.
 
-    With depth, legs and the slips of the surface are in the state.
+    With depth, legs and the surface biases are in the state.
     """
 
     landmark_set: LandmarkSet
@@ -78,15 +78,15 @@ class Freedom:
         return slice(self.of_pose, self.of_pose + 3 * len(self.landmark_set.landmarks))
 
     @cached_property
-    def of_slips(self) -> slice:
-        """Columns of the surface's slips."""
+    def of_biases(self) -> slice:
+        """Columns of the surface biases."""
         first = self.of_offsets.stop
         return slice(first, first + (6 * len(LIMBS) if self.with_depth else 0))
 
     @cached_property
     def columns(self) -> Columns:
         """Columns as residuals of the tracker know them, with room for the rest."""
-        return Columns(self.of_slips.stop, columns_of(self.joints).first)
+        return Columns(self.of_biases.stop, columns_of(self.joints).first)
 
     @cached_property
     def parts(self) -> IntArray:
@@ -123,8 +123,8 @@ class Freedom:
 
     def still(self, pose: Pose) -> FitState:
         """A state at this pose without shifts."""
-        slips = len(LIMBS) if self.with_depth else 0
-        return FitState(pose, np.zeros((len(self.parts), 3)), np.zeros((slips, 6)))
+        biases = len(LIMBS) if self.with_depth else 0
+        return FitState(pose, np.zeros((len(self.parts), 3)), np.zeros((biases, 6)))
 
     def displaced(self, state: FitState, delta: FloatArray) -> FitState:
         """Displace a state by an error state (n,)."""
@@ -132,7 +132,7 @@ class Freedom:
         return FitState(
             pose,
             state.offsets + delta[self.of_offsets].reshape(-1, 3),
-            state.slips + delta[self.of_slips].reshape(-1, 6),
+            state.biases + delta[self.of_biases].reshape(-1, 6),
         )
 
     def pose_difference(self, to: Pose, origin: Pose) -> FloatArray:
@@ -191,12 +191,12 @@ class Freedom:
         return J.reshape(count, 3, -1)
 
 
-def slipped(frames: PartFrames, slips: FloatArray) -> PartFrames:
+def biased(frames: PartFrames, biases: FloatArray) -> PartFrames:
     """Frames of the parts as the measured surface shows them."""
     rotations, origins = frames.rotations.copy(), frames.origins.copy()
-    limbs = len(slips)
-    origins[:limbs] += np.einsum("lij,lj->li", rotations[:limbs], slips[:, :3])
-    rotations[:limbs] = rotations[:limbs] @ rotation_from_vector(slips[:, 3:])
+    limbs = len(biases)
+    origins[:limbs] += np.einsum("lij,lj->li", rotations[:limbs], biases[:, :3])
+    rotations[:limbs] = rotations[:limbs] @ rotation_from_vector(biases[:, 3:])
     return PartFrames(rotations, origins)
 
 
@@ -218,7 +218,7 @@ class Movement:
     """The state with its speeds from frame to frame.
 
     The numbers are those of the error state, then the speeds of the pose's numbers per frame:
-    x_k+1 = x_k + v_k, v_k+1 = rho v_k, and shifts and slips fade towards nothing.
+    x_k+1 = x_k + v_k, v_k+1 = rho v_k, and shifts and biases fade towards nothing.
     """
 
     def __init__(self, freedom: Freedom, settings: FitSettings, fps: float) -> None:
@@ -227,8 +227,8 @@ class Movement:
         self.size = n + of_pose
         kept = np.ones(self.size)
         kept[freedom.of_offsets] = _kept(fps, _SHIFTS_LAST)
-        kept[freedom.of_slips] = _kept(fps, _SURFACE_LASTS)
-        kept[freedom.of_slips][:6] = _kept(fps, _TRUNK_LASTS)
+        kept[freedom.of_biases] = _kept(fps, _SURFACE_LASTS)
+        kept[freedom.of_biases][:6] = _kept(fps, _TRUNK_LASTS)
         kept[n:] = _kept(fps, _SPEEDS_LAST)
         self.F = np.diag(kept)
         self.F[np.arange(of_pose), n + np.arange(of_pose)] = 1.0
@@ -259,7 +259,7 @@ class Movement:
         nothing = np.zeros(f.of_pose)
         at = np.array(
             [
-                np.concatenate([nothing, state.offsets.ravel(), state.slips.ravel(), speed])
+                np.concatenate([nothing, state.offsets.ravel(), state.biases.ravel(), speed])
                 for state, speed in zip(states, speeds, strict=True)
             ]
         )
@@ -314,15 +314,15 @@ offset of the trunk's."""
 
 
 def shift_sigmas(freedom: Freedom, settings: FitSettings) -> FloatArray:
-    """Usual sizes of landmarks' shifts and of slips."""
+    """Usual sizes of landmarks' shifts and of surface biases."""
     shifts = np.where(freedom.shifts_joint, settings.sigma_joint_shift, _LANDMARK_SHIFT)
     shifts[freedom.parts == HEAD] = _HEAD_SHIFT
-    slips = np.tile(
+    biases = np.tile(
         np.repeat([settings.sigma_surface_shift, _SURFACE_TURN], 3),
         len(LIMBS) if freedom.with_depth else 0,
     )
-    slips[:3] = _TRUNK_SHIFT
-    return np.concatenate([np.repeat(shifts, 3), slips])
+    biases[:3] = _TRUNK_SHIFT
+    return np.concatenate([np.repeat(shifts, 3), biases])
 
 
 def _kept(fps: float, seconds: float) -> float:

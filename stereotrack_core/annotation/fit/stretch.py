@@ -13,15 +13,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stereotrack_core.annotation.fit.residuals import (
+    BiasedSurface,
     ClickResidual,
     Clicks,
     Judgement,
-    SlippingSurface,
     judged,
     mixture_weight,
 )
 from stereotrack_core.annotation.fit.settings import FitSettings
-from stereotrack_core.annotation.fit.state import FitState, Freedom, Movement, shift_sigmas, slipped
+from stereotrack_core.annotation.fit.state import FitState, Freedom, Movement, biased, shift_sigmas
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.model import BodyModel
@@ -212,7 +212,7 @@ class Stretch:
         P, state = np.diag(1.0 / prior), begin
         weighed = judgement = self.weighed(frame.clicks, begin)
         for i in rounds:
-            shifts = np.concatenate([state.offsets.ravel(), state.slips.ravel()])
+            shifts = np.concatenate([state.offsets.ravel(), state.biases.ravel()])
             away = np.concatenate([f.pose_difference(usual, state.pose), -shifts])
             measured = self.information(frame, state, weighed, i)
             step, P = posterior(np.diag(prior), away, measured)
@@ -232,7 +232,7 @@ class Stretch:
             variance = self.sigmas(frame.clicks, i) ** 2 / judgement.weight
             rows.append(self.click_residual(frame.clicks, state, np.repeat(variance, 2)))
         if f.with_depth and frame.depth is not None and len(frame.depth.points):
-            off = slipped(body.frames(state.pose), state.slips)
+            off = biased(body.frames(state.pose), state.biases)
             rows.append(self.surface(frame.depth.points, body, off, i))
             rows += self.outlines(frame.depth, body, state.pose, off)
         return gathered(tuple(rows), body, state.pose, f.columns)
@@ -250,8 +250,8 @@ class Stretch:
 
     def surface(
         self, points: FloatArray, body: BodyModel, off: PartFrames, i: int
-    ) -> SlippingSurface:
-        """Pair measured points with the surface, which has slipped `off` its parts."""
+    ) -> BiasedSurface:
+        """Pair measured points with the surface, which is `off` its parts by their bias."""
         p = self._limits
         scale = p.first_loss_scale if i < _WIDE_ROUNDS else p.loss_scale
         trust = Trust(
@@ -260,22 +260,22 @@ class Stretch:
         row = surface_residual(points, body, off, trust)
         # legs are there to take their data; their cones are too rough to say where the hips are
         loose = np.where(row.part < len(LIMBS), 1.0, _LEGS_LOOSER**2)
-        return SlippingSurface(replace(row, variance=row.variance * loose), self.freedom, off)
+        return BiasedSurface(replace(row, variance=row.variance * loose), self.freedom, off)
 
     def outlines(
         self, depth: MeasuredDepth, body: BodyModel, pose: Pose, off: PartFrames
-    ) -> list[SlippingSurface]:
+    ) -> list[BiasedSurface]:
         """Measure the body's outlines against the edges of the person."""
         seen = SilhouetteObservation(
             depth.edges(), self._limits.silhouette_sigma, _INDEPENDENT_CONTOURS
         ).residuals(body, pose)
-        return [SlippingSurface(row, self.freedom, off) for row in seen]
+        return [BiasedSurface(row, self.freedom, off) for row in seen]
 
     def weighed(self, clicks: Clicks, state: FitState) -> Judgement:
         """Weigh the clicks of a frame by where a state puts their landmarks."""
         s, row = self.settings, self.click_residual(clicks, state, np.ones(2 * len(clicks)))
         residual = row.missed(self.freedom.body_at(state.offsets).frames(state.pose))
-        weight = mixture_weight(residual, clicks.sigma, s.mistake_share)
+        weight = mixture_weight(residual, clicks.sigma, s.outlier_share)
         return replace(_all_right(clicks), mistake=1.0 - weight)
 
     def judge(
@@ -290,7 +290,7 @@ class Stretch:
         J = row.jacobian(frames, self.freedom.columns).reshape(len(clicks), 2, -1)
         residual = row.missed(frames)
         spread = J @ P @ np.swapaxes(J, 1, 2)
-        return judged(residual, spread, sigma, old.weight, s.mistake_share)
+        return judged(residual, spread, sigma, old.weight, s.outlier_share)
 
 
 def depth_cost(stretch: Stretch, points: FloatArray, pose: Pose) -> float:

@@ -23,7 +23,7 @@ from stereotrack_core.evaluation.failure_segments.drawing import (
     picture_strip,
     write,
 )
-from stereotrack_core.evaluation.failure_segments.find import Report, Subject
+from stereotrack_core.evaluation.failure_segments.find import FailureSearch, Report
 from stereotrack_core.evaluation.failure_segments.segment import (
     CAUSE_WORDS,
     FailureSegment,
@@ -43,13 +43,13 @@ _DARK_PAPER, _INK = (24, 24, 24), (235, 235, 235)
 _CRF = 20
 
 
-def _shown(subject: Subject, recording: Recording, failure: FailureSegment) -> Shown:
-    reference = subject.reference if failure.found == "truth" else None
-    return Shown(recording, subject.run, failure.limbs, reference)
+def _shown(search: FailureSearch, recording: Recording, failure: FailureSegment) -> Shown:
+    reference = search.reference if failure.found == "truth" else None
+    return Shown(recording, search.run, failure.limbs, reference)
 
 
 def strip_of(
-    subject: Subject,
+    search: FailureSearch,
     recording: Recording,
     failure: FailureSegment,
     *,
@@ -59,12 +59,12 @@ def strip_of(
 ) -> ImageArray:
     """Evenly spread frames of a failure as a strip (H, W, 3) BGR; see :func:`picture_strip`."""
     frames = evenly(failure.first, failure.last, count)
-    return picture_strip(_shown(subject, recording, failure), frames, view, reader=reader)
+    return picture_strip(_shown(search, recording, failure), frames, view, reader=reader)
 
 
 def write_strips(
     folder: Path,
-    subject: Subject,
+    search: FailureSearch,
     recording: Recording,
     failures: Sequence[FailureSegment],
     *,
@@ -82,7 +82,7 @@ def write_strips(
         for i, failure in enumerate(failures):
             if cancelled():
                 raise Cancelled
-            strip = strip_of(subject, recording, failure, view=view, count=count, reader=reader)
+            strip = strip_of(search, recording, failure, view=view, count=count, reader=reader)
             limbs = limbs_words(failure.limbs).replace(", ", "+").replace(" ", "-")
             name = f"{limbs}-{failure.verdict.cause}-{failure.found}"
             write_png(workplace / f"{failure.first:04d}-{failure.last:04d}-{name}.png", strip)
@@ -90,10 +90,10 @@ def write_strips(
     return len(failures)
 
 
-def before_peak_after(subject: Subject, failure: FailureSegment) -> list[int]:
+def before_peak_after(search: FailureSearch, failure: FailureSegment) -> list[int]:
     """Frames just before a failure, at its peak and just after it, as far as the run has them."""
-    around = max(1, round(_AROUND * subject.fps))
-    frame = subject.run.frame
+    around = max(1, round(_AROUND * search.fps))
+    frame = search.run.frame
     before = frame[frame <= failure.first - around]
     after = frame[frame >= failure.last + around]
     first = int(before[-1]) if len(before) else failure.first
@@ -102,7 +102,7 @@ def before_peak_after(subject: Subject, failure: FailureSegment) -> list[int]:
 
 
 def evidence_picture(
-    subject: Subject,
+    search: FailureSearch,
     recording: Recording,
     failure: FailureSegment,
     *,
@@ -110,13 +110,13 @@ def evidence_picture(
     paper: Paper = WHITE,
 ) -> ImageArray:
     """Before, peak and after beside each other (H, W, 3) BGR, in the view that shows it best."""
-    shown, frames = _shown(subject, recording, failure), before_peak_after(subject, failure)
+    shown, frames = _shown(search, recording, failure), before_peak_after(search, failure)
     return picture_strip(shown, frames, reader=reader, paper=paper)
 
 
 def film_of(
     path: Path,
-    subject: Subject,
+    search: FailureSearch,
     recording: Recording,
     failures: Sequence[FailureSegment],
     report: Report = lambda _share, _words: None,
@@ -132,14 +132,14 @@ def film_of(
         raise InputError(
             "the name of a video must end in .mp4", where=str(path), remedy="Change the name."
         )
-    around = round(_AROUND * subject.fps)
+    around = round(_AROUND * search.fps)
     wanted = {k for e in failures for k in range(e.first - around, e.last + around + 1)}
-    frames = sorted(wanted & set(subject.run.frame.tolist()))
+    frames = sorted(wanted & set(search.run.frame.tolist()))
     check_frames(frames)
     limbs = tuple(dict.fromkeys(limb for failure in failures for limb in failure.limbs))
     title = [CAUSE_WORDS[failures[0].verdict.cause]] if len(failures) == 1 else []
-    reference = subject.reference if any(e.found == "truth" for e in failures) else None
-    shown = Shown(recording, subject.run, limbs, reference)
+    reference = search.reference if any(e.found == "truth" for e in failures) else None
+    shown = Shown(recording, search.run, limbs, reference)
     with ExitStack() as opened:
         writer: VideoWriter | None = None
         for i, picture in enumerate(_pictures(shown, frames, title, opened)):

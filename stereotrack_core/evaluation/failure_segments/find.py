@@ -39,7 +39,7 @@ Report = Callable[[float, str], None]
 
 
 @dataclass(frozen=True, eq=False)
-class Subject:
+class FailureSearch:
     """What failures are looked for in."""
 
     run: Run
@@ -79,11 +79,11 @@ def failures(
     ...     print(failure.first, failure.last, failure.limbs)
     """
     fps = fps_of_run(run) if recording is None else recording.fps
-    return find_failures(Subject(run, fps, reference, recording, rules or FailureRules()))
+    return find_failures(FailureSearch(run, fps, reference, recording, rules or FailureRules()))
 
 
 def find_failures(
-    subject: Subject,
+    search: FailureSearch,
     report: Report = lambda _share, _words: None,
     cancelled: Callable[[], bool] = lambda: False,
 ) -> tuple[FailureSegment, ...]:
@@ -92,33 +92,33 @@ def find_failures(
     Those found without truth are found and explained without it, whatever there is. Raises
     Cancelled, and InputError where the recording's images cannot be read.
     """
-    return explained(subject, stretches_of(subject), report, cancelled)
+    return explained(search, stretches_of(search), report, cancelled)
 
 
-def stretches_of(subject: Subject) -> tuple[FailureSegment, ...]:
+def stretches_of(search: FailureSearch) -> tuple[FailureSegment, ...]:
     """The failures without their causes; a matter of milliseconds."""
-    if not len(subject.run.frame):
+    if not len(search.run.frame):
         return ()
-    found = failures_by_signs(subject.run, subject.fps, subject.rules)
+    found = failures_by_signs(search.run, search.fps, search.rules)
     return tuple(
         sorted(
-            (*found, *stretches_by_truth(subject)),
+            (*found, *stretches_by_truth(search)),
             key=lambda e: (e.first, e.last, e.found, e.limbs),
         )
     )
 
 
-def stretches_by_truth(subject: Subject) -> tuple[FailureSegment, ...]:
+def stretches_by_truth(search: FailureSearch) -> tuple[FailureSegment, ...]:
     """Those of them that the reference tells; none without one."""
-    run, reference = subject.run, subject.reference
+    run, reference = search.run, search.reference
     if reference is None or not len(run.frame):
         return ()
     errors = errors_against(run.trajectory(), at_frames(reference, run.frame))
-    return failures_by_error(errors, subject.fps, subject.rules)
+    return failures_by_error(errors, search.fps, search.rules)
 
 
 def explained(
-    subject: Subject,
+    search: FailureSearch,
     failures: Sequence[FailureSegment],
     report: Report = lambda _share, _words: None,
     cancelled: Callable[[], bool] = lambda: False,
@@ -129,15 +129,15 @@ def explained(
     frames outside of all; see :func:`find_failures` for the parameters.
     """
     places = {
-        "truth": whereabouts(subject.run, subject.fps, subject.reference),
-        "signs": whereabouts(subject.run, subject.fps, None),
+        "truth": whereabouts(search.run, search.fps, search.reference),
+        "signs": whereabouts(search.run, search.fps, None),
     }
-    if subject.recording is None or not subject.pictures or not failures:
-        return tuple(_judged(subject, e, places[e.found], (), {}, []) for e in failures)
-    usual_frames = _outside(subject, failures)
-    with Looker(subject.recording, subject.run) as looker:
+    if search.recording is None or not search.pictures or not failures:
+        return tuple(_judged(search, e, places[e.found], (), {}, []) for e in failures)
+    usual_frames = _outside(search, failures)
+    with Looker(search.recording, search.run) as looker:
         done = 0
-        total = len(usual_frames) + sum(len(_inside(subject, e)) for e in failures)
+        total = len(usual_frames) + sum(len(_inside(search, e)) for e in failures)
 
         def look(frames: list[int], where: Whereabouts) -> list[Look]:
             nonlocal done
@@ -154,15 +154,15 @@ def explained(
         usual["truth"] = usual["signs"]
         return tuple(
             _judged(
-                subject, e, places[e.found], looker.view_names, usual,
-                look(_inside(subject, e), places[e.found]),
+                search, e, places[e.found], looker.view_names, usual,
+                look(_inside(search, e), places[e.found]),
             )
             for e in failures
         )  # fmt: skip
 
 
 def _judged(
-    subject: Subject,
+    search: FailureSearch,
     failure: FailureSegment,
     where: Whereabouts,
     views: Sequence[str],
@@ -173,19 +173,19 @@ def _judged(
     if inside:
         evidence += look_evidence(failure, views, inside, usual[failure.found])
     else:
-        evidence += told_evidence(failure, subject.run)
+        evidence += told_evidence(failure, search.run)
     return replace(failure, verdict=verdict_of(evidence))
 
 
-def _inside(subject: Subject, failure: FailureSegment) -> list[int]:
-    frame = subject.run.frame
+def _inside(search: FailureSearch, failure: FailureSegment) -> list[int]:
+    frame = search.run.frame
     return _spread(frame[(frame >= failure.first) & (frame <= failure.last)], _INSIDE)
 
 
-def _outside(subject: Subject, failures: Sequence[FailureSegment]) -> list[int]:
+def _outside(search: FailureSearch, failures: Sequence[FailureSegment]) -> list[int]:
     """Tracked frames, evenly spread, that are not near any failure."""
-    apart = round(_APART * subject.fps)
-    frame = subject.run.frame[subject.run.tracked]
+    apart = round(_APART * search.fps)
+    frame = search.run.frame[search.run.tracked]
     free = np.ones(len(frame), dtype=np.bool_)
     for failure in failures:
         free &= (frame < failure.first - apart) | (frame > failure.last + apart)

@@ -50,7 +50,9 @@ def cost_of_points(
     ``pixel_step`` is otherwise.
     """
     dense = settings.replaced(pixel_step=1, fit_shape=False)
-    clouds = _clouds(recording, dense, views, frames)
+    least = settings.tracking.least_points
+    found = _first_clouds(recording, dense, views, frames)
+    clouds = [cloud for cloud in found if len(cloud.points) >= least]
     most = min((len(cloud.points) for cloud in clouds), default=0)
     costs = []
     for size in sizes:
@@ -126,28 +128,10 @@ def _processor_ms(
     return 1000.0 * median(spent[1:] or spent)
 
 
-def _clouds(
-    recording: Recording, settings: Settings, views: Sequence[str] | None, frames: int
-) -> list[Cloud]:
-    with Pipeline(recording, RunSpec(settings, views=views)) as pipeline:
-        wanted = range(min(frames, pipeline.reader.frame_count))
-        found = [frame.cloud for frame in pipeline.frames(wanted)]
-    least = settings.tracking.least_points
-    return [cloud for cloud in found if len(cloud.points) >= least]
-
-
 _MODEL_POINTS = (24, 40, 64, 120, 240, 480, 960)
 _DATA_POINTS = (200, 400, 800, 1600, 3200)
 _STEREO = ("rectify", "match", "subpixel")
 _SEGMENTATION = ("background", "patches", "points", "outliers", "colours")
-
-
-@dataclass(frozen=True)
-class StepCost:
-    """Processor time of one correction of a frame with so many points."""
-
-    points: int
-    milliseconds: float
 
 
 @dataclass(frozen=True)
@@ -164,12 +148,12 @@ class Timing:
     """`stereo_ms_per_view` and `segmentation_ms`: time of the stages before it: matching for each
     view; background, outliers and all else that makes the cloud of matched pictures, for all views
     together. Wall time."""
-    costs: tuple[StepCost, ...]
+    costs: tuple[Cost, ...]
     """The tracker's step by number of points: model points for ``thesis``, data for others."""
 
     def exponent(self) -> float:
         """Exponent e of time ~ points^e over the measured range; NaN for a single size."""
-        sizes = [cost.points for cost in self.costs]
+        sizes = [cost.size for cost in self.costs]
         return exponent(sizes, [cost.milliseconds for cost in self.costs])
 
 
@@ -188,7 +172,7 @@ def timing(
     key = "model_points" if samples else "data_points"
     usual = int(settings.values()[key])
     blind = dataclasses.replace(recording, reference=None)
-    clouds = _first_clouds(blind, settings, frames)
+    clouds = _first_clouds(blind, settings, None, frames)
     most = min((len(cloud.points) for cloud in clouds), default=0)
     wanted = sorted({usual, *(_MODEL_POINTS if samples else _DATA_POINTS)})
     sizes = [size for size in wanted if samples or size <= most or size == usual]
@@ -197,19 +181,21 @@ def timing(
     costs = []
     for size in sizes:
         own = settings.replaced(**{key: size, "fit_shape": False})
-        costs.append(StepCost(size, step_milliseconds(blind, own, clouds, judging=False)))
+        costs.append(Cost(size, step_milliseconds(blind, own, clouds, judging=False)))
     return Timing(
         preset=name,
         usual_points=usual,
-        filter_ms=next(cost.milliseconds for cost in costs if cost.points == usual),
+        filter_ms=next(cost.milliseconds for cost in costs if cost.size == usual),
         stereo_ms_per_view=_stage_ms(clouds, _STEREO) / max(1, len(clouds[0].view_names)),
         segmentation_ms=_stage_ms(clouds, _SEGMENTATION),
         costs=tuple(costs),
     )
 
 
-def _first_clouds(recording: Recording, settings: Settings, frames: int) -> list[Cloud]:
-    with Pipeline(recording, RunSpec(settings, init="tpose")) as pipeline:
+def _first_clouds(
+    recording: Recording, settings: Settings, views: Sequence[str] | None, frames: int
+) -> list[Cloud]:
+    with Pipeline(recording, RunSpec(settings, views=views, init="tpose")) as pipeline:
         count = min(frames, pipeline.reader.frame_count)
         pipeline.chain.learn_background(pipeline.reader, range(count))
         return [read_cloud(pipeline.chain, pipeline.reader, frame)[0] for frame in range(count)]

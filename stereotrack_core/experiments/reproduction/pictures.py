@@ -143,7 +143,7 @@ def timing_curve(timings: Sequence[Timing]) -> bytes:
     ax = axes[0]
     styles = zip(("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#8c8c8c"), "os^Dv", strict=True)
     for timed, (colour, sign) in zip(timings, styles, strict=False):
-        sizes = [cost.points for cost in timed.costs]
+        sizes = [cost.size for cost in timed.costs]
         times = [cost.milliseconds for cost in timed.costs]
         ax.plot(sizes, times, color=colour, marker=sign, label=f"{timed.preset}, this machine")
     ax.plot(

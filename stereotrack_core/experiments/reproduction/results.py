@@ -14,7 +14,7 @@ from pathlib import Path
 
 from stereotrack_core.atomic import write_file
 from stereotrack_core.errors import InputError
-from stereotrack_core.experiments.benchmark.growth import StepCost, Timing, timing
+from stereotrack_core.experiments.benchmark.growth import Cost, Timing, timing
 from stereotrack_core.experiments.reproduction.pictures import (
     MotionPictures,
     motion_pictures,
@@ -121,7 +121,7 @@ def _timings(
 
 def kept_timings(path: Path) -> dict[str, Timing]:
     """Times by preset that were measured before; none where the file is damaged."""
-    cost = dict.fromkeys(("points", "milliseconds"), float)
+    cost = dict.fromkeys(("size", "milliseconds"), float)
     stages = dict.fromkeys(("filter_ms", "stereo_ms_per_view", "segmentation_ms"), float)
     kind = {str: {"preset": str, "usual_points": int, **stages, "costs": [cost]}}
     try:
@@ -129,7 +129,7 @@ def kept_timings(path: Path) -> dict[str, Timing]:
         check_kind(kept, kind, str(path), "Omit the file.")
         with decoding(path, "timings are missing", "Omit the file."):
             return {
-                name: Timing(**{**one, "costs": tuple(StepCost(**each) for each in one["costs"])})
+                name: Timing(**{**one, "costs": tuple(Cost(**each) for each in one["costs"])})
                 for name, one in kept.items()
             }
     except InputError:
@@ -183,7 +183,7 @@ def _write_tables(places: Places, results: Results) -> None:
     if results.timings:
         columns = ["preset", "points", "milliseconds"]
         costs: list[list[str | float | int]] = [
-            [timed.preset, cost.points, cost.milliseconds]
+            [timed.preset, cost.size, cost.milliseconds]
             for timed in results.timings
             for cost in timed.costs
         ]

@@ -20,5 +20,5 @@ def test_the_page_lists_all_parameters():
 
 
 def test_values_outside_their_range_are_refused():
-    with pytest.raises(InputError, match="mistake_share"):
-        FitSettings(mistake_share=0.9)
+    with pytest.raises(InputError, match="outlier_share"):
+        FitSettings(outlier_share=0.9)

@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stereotrack_core.annotation.fit.state import FitState, Freedom, slipped
+from stereotrack_core.annotation.fit.state import FitState, Freedom, biased
 from stereotrack_core.annotation.landmark_set import NINE, Landmark, LandmarkSet
 from stereotrack_core.body.skeleton import LEFT_FOREARM, LEFT_UPPER_ARM
 from tests.annotation.fit.scenes import BODY, pose
@@ -46,7 +46,7 @@ def test_a_shifted_joint_takes_the_parts_beyond_along():
     still = freedom.still(pose(0))
     shift = np.zeros((9, 3))
     shift[NINE.names.index("left_shoulder")] = [0.0, 0.0, 0.02]
-    moved = freedom.places(FitState(still.pose, shift, still.slips)) - freedom.places(still)
+    moved = freedom.places(FitState(still.pose, shift, still.biases)) - freedom.places(still)
     arm = [NINE.names.index(f"left_{name}") for name in ("shoulder", "elbow", "hand")]
     np.testing.assert_allclose(np.linalg.norm(moved[arm], axis=1), 0.02)
     np.testing.assert_array_equal(np.delete(moved, arm, axis=0), 0.0)
@@ -77,13 +77,13 @@ def test_of_two_landmarks_at_one_joint_the_first_shifts_it():
     assert abs(J[twin.names.index("inner_elbow"), :, own : own + 3]).max() > 0.5
 
 
-def test_the_surface_slips_in_its_limb_s_frame():
+def test_the_surface_is_off_in_its_limb_s_frame():
     freedom = Freedom(NINE, BODY, with_depth=True)
     frames = BODY.frames(pose(0))
-    slips = np.zeros((6, 6))
-    slips[LEFT_FOREARM, 2] = 0.03
-    off = slipped(frames, slips)
+    biases = np.zeros((6, 6))
+    biases[LEFT_FOREARM, 2] = 0.03
+    off = biased(frames, biases)
     along = off.origins[LEFT_FOREARM] - frames.origins[LEFT_FOREARM]
     np.testing.assert_allclose(along, 0.03 * frames.rotations[LEFT_FOREARM, :, 2], atol=1e-12)
     np.testing.assert_array_equal(off.rotations, frames.rotations)
-    assert freedom.of_slips.stop - freedom.of_slips.start == 36
+    assert freedom.of_biases.stop - freedom.of_biases.start == 36

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stereotrack_core.evaluation.failure_segments.find import Subject, find_failures
+from stereotrack_core.evaluation.failure_segments.find import FailureSearch, find_failures
 from stereotrack_core.evaluation.failure_segments.segment import agreement, pooled
 from stereotrack_core.evaluation.failure_segments.stretches import FailureRules
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
@@ -15,7 +15,7 @@ LOST = 0.97
 
 
 def failures(run, truth=None, **changes):
-    return find_failures(Subject(run, FPS, truth, None, FailureRules().replaced(**changes)))
+    return find_failures(FailureSearch(run, FPS, truth, None, FailureRules().replaced(**changes)))
 
 
 def test_a_limb_far_off_for_long_enough_is_an_failure():

@@ -19,7 +19,7 @@ from stereotrack_core.evaluation.failure_segments.export import (
     film_of,
     strip_of,
 )
-from stereotrack_core.evaluation.failure_segments.find import Subject, find_failures
+from stereotrack_core.evaluation.failure_segments.find import FailureSearch, find_failures
 from stereotrack_core.evaluation.failure_segments.looks import Looker
 from stereotrack_core.tracking.stored import body_of_run, pose_of_run
 from tests.evaluation.failure_segments.runs import recorded
@@ -65,7 +65,7 @@ def test_wrong_wishes_are_refused(seen, tmp_path):
     with pytest.raises(InputError, match="no view 'Q'"):
         picture_strip(Shown(recording, run), [1], "Q")
     with pytest.raises(InputError, match="must end in"):
-        film_of(tmp_path / "film.avi", Subject(run, 10.0), recording, ())
+        film_of(tmp_path / "film.avi", FailureSearch(run, 10.0), recording, ())
 
 
 def test_the_best_view_is_one_that_sees_the_limb(seen):
@@ -79,16 +79,16 @@ def test_the_best_view_is_one_that_sees_the_limb(seen):
 
 def test_a_video_has_all_frames_around_the_failure(seen, tmp_path):
     recording, run, truth = seen
-    subject = Subject(run, recording.fps, truth, recording, pictures=False)
-    (failure,) = find_failures(subject)
-    assert before_peak_after(subject, failure)[0] == 1
-    assert before_peak_after(subject, failure)[-1] == 9  # the run ends before there is more
-    assert strip_of(subject, recording, failure, view="N").shape[1] > 200
-    film_of(tmp_path / "one.mp4", subject, recording, [failure])
+    search = FailureSearch(run, recording.fps, truth, recording, pictures=False)
+    (failure,) = find_failures(search)
+    assert before_peak_after(search, failure)[0] == 1
+    assert before_peak_after(search, failure)[-1] == 9  # the run ends before there is more
+    assert strip_of(search, recording, failure, view="N").shape[1] > 200
+    film_of(tmp_path / "one.mp4", search, recording, [failure])
     with av.open(str(tmp_path / "one.mp4")) as video:
         assert sum(1 for _ in video.decode(video=0)) == 11
     with pytest.raises(Cancelled):
-        film_of(tmp_path / "two.mp4", subject, recording, [failure], cancelled=lambda: True)
+        film_of(tmp_path / "two.mp4", search, recording, [failure], cancelled=lambda: True)
     assert [path.name for path in tmp_path.iterdir()] == ["one.mp4"]
 
 
@@ -128,7 +128,7 @@ def test_a_view_that_goes_dark_is_the_cause(tmp_path):
             file = tmp_path / f"N{kind}" / f"{k:04d}.png"
             empty = tmp_path / f"O{kind}" / f"{k:04d}.png"
             file.write_bytes(_black(empty))
-    (failure,) = find_failures(Subject(run, recording.fps, truth, recording))
+    (failure,) = find_failures(FailureSearch(run, recording.fps, truth, recording))
     assert failure.verdict.cause == "hole"
     assert "view N" in failure.verdict.words
 

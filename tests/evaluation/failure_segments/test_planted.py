@@ -6,7 +6,7 @@ from collections import Counter
 
 import pytest
 
-from stereotrack_core.evaluation.failure_segments.find import Subject, find_failures
+from stereotrack_core.evaluation.failure_segments.find import FailureSearch, find_failures
 from tests.evaluation.failure_segments.plants import PLANTS, planted
 
 pytestmark = pytest.mark.slow
@@ -22,8 +22,8 @@ def confusion(tmp_path_factory):
     told: Counter[tuple[str, str]] = Counter()
     for name, plant in PLANTS.items():
         recording, run = planted(plant, folder / name)
-        subject = Subject(run, recording.fps, recording.reference, recording)
-        for failure in find_failures(subject):
+        search = FailureSearch(run, recording.fps, recording.reference, recording)
+        for failure in find_failures(search):
             if failure.found == "truth" and begins_within(failure, plant.planted):
                 told[plant.cause, failure.verdict.cause] += 1
     return told

@@ -117,7 +117,7 @@ def test_a_ranking_that_comes_too_late_is_not_gone_on_with_in_another_project(
     monkeypatch.setattr(next_clicks, "NextClicks", Slow)
     presenter.set_fit(fit_between(make, [0, 39]))
     assert begun.wait(300)
-    late = presenter._worker._thread
+    late = presenter._worker._worker._thread
     presenter.set_project(project, make.CAMERAS)
     ranking_after(qtbot, presenter, lambda: presenter.set_fit(fit_between(make, [0, 39])))
     go.set()
