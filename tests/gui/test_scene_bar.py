@@ -8,6 +8,7 @@ from PySide6.QtWidgets import QToolButton
 
 from app.features.view.feature import SCENE_LAYERS
 from app.widgets.scene.content import LAYERS
+from tests.gui.made_runs import add_run
 
 pytestmark = pytest.mark.window
 
@@ -35,6 +36,27 @@ def test_every_layer_has_a_button_that_switches_it(opened, qtbot):
         assert button.isChecked() != before
     assert not opened.context.docks.scene.layer_visible("cloud")
     assert opened.context.docks.scene.layer_visible("ellipsoids")
+
+
+def test_the_scene_says_what_the_colours_of_its_points_mean(opened, qtbot):
+    opened.context.docks.show_named("track")
+    qtbot.waitUntil(opened.context.tasks.settled, timeout=60_000)
+    add_run(opened, "good", off=0.05)
+    scene, views = opened.context.docks.scene, tuple(opened.context.docks.views.tiles)
+    colours = {action.objectName(): action for action in menus(opened)["Point colours"].actions()}
+    for name, title, words in (
+        ("points_limb", "Points by nearest limb:", "left forearm"),
+        ("points_distance", "Points by distance to the model:", "100 mm and more"),
+        ("points_view", "Points by view:", views[-1]),
+    ):
+        colours[name].trigger()
+        qtbot.waitUntil(opened.context.tasks.settled, timeout=60_000)
+        legend = scene.content.point_legend
+        assert legend.title == title
+        told = dict(legend.entries)
+        assert words in told
+        drawn = {tuple(colour) for colour in scene.content.cloud_colours.tolist()}
+        assert name == "points_distance" or drawn <= set(told.values())
 
 
 def test_standard_views_are_in_a_menu_and_stay_when_the_scene_grows(opened, qtbot):

@@ -42,7 +42,10 @@ SCENE_LAYERS = {
     "model": ("model", "the model", ""),
     "reference": ("reference", "the reference", ""),
     "cameras": ("camera", "the cameras", ""),
-    "floor": ("grid", "the floor", ""),
+    "floor": (
+        "grid", "the floor", "Show or hide the floor with metres along its edges, and the axes: "
+        "x points east, y north and z up.",
+    ),
     "ellipsoids": (
         "ellipsoid", "the uncertainty of hands and elbows", "Show or hide the two-sigma ellipsoids "
         "of hand and elbow positions in the scene, as estimated by the tracker.",

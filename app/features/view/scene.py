@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import cv2
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.spatial import cKDTree
 
 from stereotrack_core.arrays import FloatArray, ImageArray
@@ -22,8 +23,8 @@ from stereotrack_core.tracking.frame import TrackedFrame
 from ...session.pictures import Instant
 from ...session.runs import RunEntry
 from ...session.view_state import PointColour
-from ...widgets.scene.content import Ellipsoid, GhostBody, SceneContent
-from ...widgets.style.limb_colours import LANDMARK_LIMBS, limb_rgb
+from ...widgets.scene.content import Ellipsoid, GhostBody, PointLegend, SceneContent
+from ...widgets.style.limb_colours import LANDMARK_LIMBS, limb_rgb, limb_words
 
 POINT_COLOURS: dict[PointColour, str] = {
     "view": "Points by view",
@@ -51,17 +52,17 @@ def scene_of(
 ) -> SceneContent:
     """Cloud, model, reference and cameras with their images, for a dark or light background."""
     cloud = instant.cloud
-    points = cloud.points if cloud is not None else np.empty((0, 3))
-    colours = (
-        point_colours(cloud, meshes, colour, dark=dark)
-        if cloud is not None
-        else np.empty((0, 3), np.uint8)
-    )
+    points, colours, legend = np.empty((0, 3)), np.empty((0, 3), np.uint8), None
+    if cloud is not None:
+        points = cloud.points
+        colours = point_colours(cloud, meshes, colour, dark=dark)
+        legend = point_legend(cloud, meshes, colour, dark=dark)
     recording = instant.recording
     cameras = tuple(recording.reference_camera(view) for view in recording.views)
     return SceneContent(
         cloud_points=points,
         cloud_colours=colours,
+        point_legend=legend,
         meshes=tuple(meshes),
         reference=instant.reference,
         cameras=cameras,
@@ -86,6 +87,35 @@ def point_colours(
     if colour == "limb":
         by_limb = np.array([limb_rgb(name) for name in LIMBS], dtype=np.uint8)
         return by_limb[limb]
+    return _by_distance(distance)
+
+
+def point_legend(
+    cloud: Cloud, meshes: Sequence[PartMesh], colour: PointColour, *, dark: bool = True
+) -> PointLegend:
+    """What :func:`point_colours` mean."""
+    if colour == "view" or not meshes:
+        palette = _VIEW_COLOURS if dark else _VIEW_COLOURS_ON_LIGHT
+        colours = palette[np.arange(len(cloud.view_names)) % len(palette)]
+        return _legend("Points by view:", cloud.view_names, colours)
+    if colour == "limb":
+        names = [limb_words(limb) for limb in LIMBS]
+        return _legend("Points by nearest limb:", names, [limb_rgb(limb) for limb in LIMBS])
+    metres = np.linspace(0.0, _FULL_DISTANCE, 5)
+    words = [f"{1000.0 * one:.0f}" for one in metres[:-1]]
+    words.append(f"{1000.0 * _FULL_DISTANCE:.0f} mm and more")
+    return _legend("Points by distance to the model:", words, _by_distance(metres))
+
+
+def _legend(title: str, names: Sequence[str], colours: ArrayLike) -> PointLegend:
+    rows = np.asarray(colours).tolist()
+    return PointLegend(
+        title, tuple((n, (r, g, b)) for n, (r, g, b) in zip(names, rows, strict=True))
+    )
+
+
+def _by_distance(distance: FloatArray) -> ImageArray:
+    """Colours (N, 3) of distances in metres."""
     share = np.clip(distance / _FULL_DISTANCE, 0.0, 1.0)
     grey = (255.0 * share).astype(np.uint8)[:, None]
     mapped = cv2.applyColorMap(grey, cv2.COLORMAP_VIRIDIS)[:, 0, ::-1]

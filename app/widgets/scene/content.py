@@ -18,6 +18,21 @@ LAYERS: tuple[str, ...] = ("cloud", "model", "reference", "cameras", "ellipsoids
 """Parts of the scene that can be switched one by one."""
 
 
+FLOOR_HALF = 3.0
+"""Metres from the origin to the edges of the floor."""
+NORTH_TIP = FLOOR_HALF + 0.5
+"""Metres from the origin to the tip of the arrow to the north."""
+
+
+@dataclass(frozen=True)
+class PointLegend:
+    """What the colours of the measured points mean."""
+
+    title: str
+    entries: tuple[tuple[str, tuple[int, int, int]], ...]
+    """Words with red, green and blue, 0 to 255."""
+
+
 @dataclass(frozen=True, eq=False)
 class Ellipsoid:
     """Where a limb's end is to be found, by the tracker's own covariance."""
@@ -55,6 +70,7 @@ class SceneContent:
     """(N, 3) float64, world, metres."""
     cloud_colours: ImageArray = field(default_factory=_no_colours)
     """(N, 3) uint8. By view, limb or residual, as the caller chose."""
+    point_legend: PointLegend | None = None
     meshes: tuple[PartMesh, ...] = ()
     """Parts of the body model."""
     reference: FloatArray | None = None

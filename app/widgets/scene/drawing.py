@@ -17,7 +17,7 @@ from stereotrack_core.recording.landmarks import LANDMARKS, SKELETON
 
 from ..style.limb_colours import LIMB_COLOURS
 from ..style.theme import Theme
-from .content import Ellipsoid, SceneContent
+from .content import FLOOR_HALF, NORTH_TIP, Ellipsoid, SceneContent
 
 _SKIN = {
     "lighting": True,
@@ -32,9 +32,7 @@ _RING = 8
 """Vertices of a cone's ring, as ghosts are made."""
 _RIM = 0.012
 _FAR = 100.0
-_FLOOR_HALF = 3.0
 _FLOOR_STEP = 0.5
-_ARROW_LENGTH = 0.5
 _FRUSTUM_SHARE, _FRUSTUM_DEEPEST = 0.12, 0.45
 _CORNERS = np.array([[0.0, 1.0], [1.0, 1.0], [1.0, 0.0], [0.0, 0.0]])
 """Where the corners of a picture are in its texture, whose rows count from below."""
@@ -154,13 +152,13 @@ def _floor(content: SceneContent, theme: Theme) -> list[Drawn]:
 
 @cache
 def _floor_lines(floor_z: float) -> tuple[pv.PolyData, pv.PolyData]:
-    steps = np.arange(-_FLOOR_HALF, _FLOOR_HALF + 1e-9, _FLOOR_STEP)
-    ends = np.array([-_FLOOR_HALF, _FLOOR_HALF])
+    steps = np.arange(-FLOOR_HALF, FLOOR_HALF + 1e-9, _FLOOR_STEP)
+    ends = np.array([-FLOOR_HALF, FLOOR_HALF])
     along = np.stack(np.meshgrid(steps, ends, indexing="ij"), axis=-1).reshape(-1, 2)
     flat = np.concatenate([along, along[:, ::-1]])
     grid = np.column_stack([flat, np.full(len(flat), floor_z)])
-    foot = np.array([0.0, _FLOOR_HALF, floor_z])
-    tip = foot + (0.0, _ARROW_LENGTH, 0.0)
+    foot = np.array([0.0, FLOOR_HALF, floor_z])
+    tip = np.array([0.0, NORTH_TIP, floor_z])
     back, side = tip - (0.0, 0.18, 0.0), np.array([0.12, 0.0, 0.0])
     arrow = np.stack([foot, tip, back - side, tip, back + side, tip])
     return _lines(grid), _lines(arrow)
@@ -262,15 +260,6 @@ _PLAIN: dict[str, object] = {
     "render_points_as_spheres": False,
 }
 """Properties that not all drawings state, as they are where one does not."""
-
-
-def labels(content: SceneContent, layers: Mapping[str, bool]) -> list[tuple[str, FloatArray]]:
-    """Names of the cameras and the N of north, with where (3,) they stand."""
-    found = [(one.name, one.position_world) for one in content.cameras if layers["cameras"]]
-    if layers["floor"]:
-        north = np.array([0.0, _FLOOR_HALF + _ARROW_LENGTH + 0.15, content.floor_z])
-        found.append(("N", north))
-    return found
 
 
 def limb_at(meshes: tuple[PartMesh, ...], eye: FloatArray, direction: FloatArray) -> str:

@@ -9,14 +9,13 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 import pyvista as pv
-from PySide6.QtCore import QRectF, Qt
-from PySide6.QtGui import QColor, QImage, QPainter
+from PySide6.QtGui import QImage
 from vtkmodules import vtkRenderingOpenGL2
 from vtkmodules.vtkCommonCore import vtkLogger
 
 from ..style.theme import Theme
 from .content import SceneContent
-from .drawing import PARTS, PARTS_ABOVE, Shown, labels
+from .drawing import PARTS, PARTS_ABOVE, Shown
 from .orbit import FIELD_OF_VIEW, Orbit
 
 _FINE_SAMPLES = 4
@@ -150,25 +149,3 @@ class SceneRenderer:
     def close(self) -> None:
         """Give the OpenGL context back."""
         self._window.close()
-
-
-def paint_names(
-    painter: QPainter,
-    content: SceneContent,
-    layers: Mapping[str, bool],
-    orbit: Orbit,
-    area: QRectF,
-    theme: Theme,
-) -> None:
-    """Write the cameras' names and the N of north where they stand in the picture."""
-    for name, place in labels(content, layers):
-        ((x, y),) = orbit.project(place, area.width(), area.height())
-        if not (np.isfinite(x) and np.isfinite(y)):
-            continue
-        width = painter.fontMetrics().horizontalAdvance(name)
-        box = QRectF(x - 0.5 * width - 2.0, y - 10.0, width + 4.0, 20.0)
-        if area.contains(box):
-            painter.setPen(QColor(theme.scene_bottom))
-            painter.drawText(box.translated(1.0, 1.0), Qt.AlignmentFlag.AlignCenter, name)
-            painter.setPen(QColor(theme.text))
-            painter.drawText(box, Qt.AlignmentFlag.AlignCenter, name)

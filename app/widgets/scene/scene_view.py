@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import cast
@@ -28,8 +29,9 @@ from ..style.colours import paint_runs_legend
 from ..style.theme import current_theme
 from .content import LAYERS, SceneContent
 from .drawing import limb_at
+from .lettering import paint_lettering
 from .orbit import Orbit, orbit_around
-from .renderer import SceneRenderer, SceneUnavailable, paint_names
+from .renderer import SceneRenderer, SceneUnavailable
 
 _ICON = QSize(16, 16)
 
@@ -69,6 +71,10 @@ class SceneBar(QWidget):
 
 
 _REST_MS = 180
+_COARSE_SECONDS = 0.016
+"""How long it may take to render a picture while the eye or the content moves."""
+_COARSEST = 4
+"""How often such a picture may be halved, in pixels."""
 _TURN_PER_PIXEL = np.radians(0.4)
 _TURN_PER_KEY = np.radians(7.5)
 _VIEW_KEYS = {
@@ -124,6 +130,7 @@ class SceneView(QWidget):
         self._image: QImage | None = None
         self._content_changed = True
         self._image_is_fine = False
+        self._halved = 0
         self._press: QPointF | None = None
         self._last: QPointF | None = None
         self._dragged = False
@@ -219,6 +226,7 @@ class SceneView(QWidget):
         if (self._image is None or fine) and not self._render(fine=fine):
             self._paint_apology(painter)
         elif self._image is not None:
+            painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
             painter.drawImage(QRectF(self.rect()), self._image)
             self._paint_names(painter)
         if self.hasFocus():
@@ -234,14 +242,22 @@ class SceneView(QWidget):
         if self._content_changed:
             renderer.set_content(self.content, self._layers, current_theme(), scale)
             self._content_changed = False
+        scale *= 1.0 if fine else 0.5 ** (0.5 * self._halved)
         width = max(1, round(self.width() * scale))
         height = max(1, round(self.height() * scale))
+        begun = time.perf_counter()
         self._image = renderer.picture(width, height, self.orbit, fine=fine)
         self._image.setDevicePixelRatio(scale)
         self._image_is_fine = fine
         if not fine:
+            self._coarsen(time.perf_counter() - begun)
             self._rest.start()
         return True
+
+    def _coarsen(self, seconds: float) -> None:
+        """Let pictures of what moves have as many pixels as can be rendered in time."""
+        steps = round(np.log2(max(seconds, 1e-4) / _COARSE_SECONDS))
+        self._halved = min(max(self._halved + steps, 0), _COARSEST)
 
     def _renderer_or_none(self) -> SceneRenderer | None:
         if self._renderer is None and not self.unavailable_because:
@@ -253,7 +269,7 @@ class SceneView(QWidget):
 
     def _paint_names(self, painter: QPainter) -> None:
         area = QRectF(self.rect())
-        paint_names(painter, self.content, self._layers, self.orbit, area, current_theme())
+        paint_lettering(painter, self.content, self._layers, self.orbit, area, current_theme())
         if self._layers["model"]:
             paint_runs_legend(painter, self.content.runs, area)
 

@@ -1,0 +1,127 @@
+"""What is written over the scene goes with it, and turning it keeps up with the mouse."""
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QPoint, Qt
+from PySide6.QtTest import QTest
+
+from app.widgets.scene import lettering
+from app.widgets.scene import scene_view as scene_view_module
+from app.widgets.scene.content import PointLegend, SceneContent
+from app.widgets.scene.orbit import Orbit
+from app.widgets.scene.scene_view import SceneView
+from tests.gui.widgets.test_scene_view import MESHES, pixels, snapshot
+
+
+@pytest.fixture
+def scene(shown):
+    return shown(SceneView(), 640, 480)
+
+
+class Written:
+    """What is written over a scene, by text, with where its middle is."""
+
+    def __init__(self, monkeypatch):
+        self.places = {}
+        monkeypatch.setattr(lettering, "_write", self.note)
+
+    def note(self, _painter, text, box, _colour, _shadow):
+        self.places[text] = box.center()
+
+    def now(self, scene):
+        self.places = {}
+        snapshot(scene)
+        return self.places
+
+
+class TestLettering:
+    def test_metres_of_the_floor_go_with_it_as_it_is_turned(self, qtbot, scene, monkeypatch):
+        written = Written(monkeypatch)
+        scene.show_scene(SceneContent())
+        scene.set_orbit(Orbit(np.zeros(3), np.pi / 2, 0.5, 14.0))
+        before = written.now(scene)
+        assert {"x = −3 m", "−2", "0", "2", "x = 3 m", "y = −3 m"} <= set(before)
+        assert before["x = −3 m"].x() > before["x = 3 m"].x(), "seen from the north, west is right"
+        assert before["x = 3 m"].y() > 300, "along the edge before the eye"
+        half_around = round(np.pi / np.radians(0.4))
+        drag(scene, half_around)
+        after = written.now(scene)
+        assert after["x = −3 m"].x() < after["x = 3 m"].x()
+        assert after["x = 3 m"].y() > 300
+        scene.set_layer_visible("floor", False)
+        assert not written.now(scene)
+
+    def test_near_the_floor_numbers_are_on_lines_that_are_seen(self, scene, monkeypatch):
+        written = Written(monkeypatch)
+        scene.show_scene(SceneContent(meshes=MESHES))
+        scene.resize(500, 180)
+        texts = set(written.now(scene))
+        assert any(text.startswith("x = ") for text in texts)
+        assert any(text.startswith("y = ") for text in texts)
+
+    def test_axes_stand_as_the_world_does(self, scene):
+        scene.show_scene(SceneContent())
+        scene.set_orbit(Orbit(np.zeros(3), -np.pi / 2, 0.0, 14.0))  # from the south
+        corner = pixels(snapshot(scene))[-90:, -110:]
+        red = np.argwhere(corner[..., 0] > corner[..., 2] + 90)
+        blue = np.argwhere(corner[..., 2] > corner[..., 0] + 110)
+        assert np.ptp(red[:, 1]) > np.ptp(red[:, 0]), "x goes to the right"
+        assert np.ptp(blue[:, 0]) > np.ptp(blue[:, 1]), "z goes up"
+
+    def test_colours_of_points_are_explained_while_points_are_shown(self, scene):
+        places = np.array([[5.0, 5.0, 5.0]])
+        pink = (250, 60, 160)
+        legend = PointLegend("Points by view:", (("N", pink),))
+        scene.show_scene(SceneContent(places, np.array([pink], np.uint8), legend))
+        scene.set_view("front")
+        row = pixels(snapshot(scene))[:30, :200]
+        assert (np.abs(row - pink).max(axis=2) < 4).sum() > 40
+        scene.set_layer_visible("cloud", False)
+        row = pixels(snapshot(scene))[:30, :200]
+        assert not (np.abs(row - pink).max(axis=2) < 40).any()
+
+
+class Clock:
+    """Time that only rendering takes, by the number of pixels."""
+
+    def __init__(self, monkeypatch, scene, seconds_per_pixel):
+        self.now, self.sizes = 0.0, []
+        render = scene._renderer.picture
+
+        def picture(width, height, orbit, *, fine):
+            self.sizes.append((width, height))
+            self.now += seconds_per_pixel * width * height
+            return render(width, height, orbit, fine=fine)
+
+        monkeypatch.setattr(scene._renderer, "picture", picture)
+        monkeypatch.setattr(scene_view_module.time, "perf_counter", lambda: self.now)
+
+
+def drag(scene, pixels_right, steps=12):
+    """Turn the scene by the mouse, each move painted."""
+    start = QPoint(320, 240)
+    QTest.mousePress(scene, Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier, start)
+    for k in range(1, steps + 1):
+        QTest.mouseMove(scene, start + QPoint(round(k * pixels_right / steps), 0))
+        scene.repaint()
+    QTest.mouseRelease(scene, Qt.MouseButton.LeftButton)
+
+
+class TestDragging:
+    def test_a_slow_machine_renders_fewer_pixels_while_it_is_turned(
+        self, qtbot, scene, monkeypatch
+    ):
+        scene.show_scene(SceneContent(meshes=MESHES))
+        scene.repaint()
+        clock = Clock(monkeypatch, scene, 0.064 / (640 * 480))
+        drag(scene, 60)
+        assert set(clock.sizes[3:]) == {(320, 240)}, "a quarter of the pixels in a quarter of time"
+        qtbot.waitUntil(scene.at_rest, timeout=3000)
+        assert clock.sizes[-1] == (640, 480)
+
+    def test_a_fast_machine_renders_all_of_them(self, scene, monkeypatch):
+        scene.show_scene(SceneContent(meshes=MESHES))
+        scene.repaint()
+        clock = Clock(monkeypatch, scene, 0.004 / (640 * 480))
+        drag(scene, 60)
+        assert set(clock.sizes[3:]) == {(640, 480)}
