@@ -154,8 +154,12 @@ class ViewController(QObject):
         if state.hidden:  # nobody shall see what is known already, but who asks for it
             shown = state.displayed.overlays
             reference = instant.reference if "reference" in shown else None
-            known = instant.meshes if "outline" in shown else ()
-            instant = dataclasses.replace(instant, reference=reference, meshes=known)
+            instant = dataclasses.replace(
+                instant,
+                reference=reference,
+                meshes=instant.meshes if "outline" in shown else (),
+                ghosts=instant.ghosts if "others" in shown else (),
+            )
         entry = self._session.runs.active
         tracked = entry.at(instant.frame_set.index) if entry is not None else None
         ellipsoids: tuple[Ellipsoid, ...] = ()
