@@ -152,7 +152,9 @@ def test_the_fit_says_everything_the_panels_need(recording):
     assert end == pytest.approx(tuple(recording.cameras[N].project(fit.places[far.landmark])))
     moved = marks.with_moved(far.landmark, 1.0, 2.0)
     assert len(moved.residuals) == len(marks.residuals) - 1
-    assert "at least three landmarks" in fit_words(replace(facts, fit=None))[0]
+    assert fit_words(replace(facts, fit=None)) == ("Fitting the body to the clicks …",)
+    few = replace(facts, fit=None, clicks=clicks[:2])
+    assert "at least three landmarks" in fit_words(few)[0]
     assert "Keys 1 to 9" in fit_words(FrameMarks(0, (), NINE, "head"))[0]
 
 

@@ -17,7 +17,7 @@ from stereotrack_core.counting import UNKNOWN_DEG
 from ....widgets.style.limb_colours import LIMB_COLOURS, limb_words
 from ....widgets.tables.landmarks_panel import CellState, LandmarkRow
 from ....widgets.tables.table import Cell, CellRow
-from .marks import FrameMarks, predictions_in
+from .marks import FEWEST, FrameMarks, predictions_in
 
 _KEYS = 9
 _MOST_WORDS = 2
@@ -129,6 +129,8 @@ def fit_words(facts: FrameMarks) -> tuple[str, ...]:
         more = len(said) - _MOST_WORDS
         return (*said[:_MOST_WORDS], f"and {more} more") if more > 0 else said
     positions = sum(click.position is not None for click in facts.clicks)
+    if positions >= FEWEST:
+        return ("Fitting the body to the clicks …",)
     if positions:
         return ("Click at least three landmarks to fit the body.",)
     return ("Click landmarks to fit the body. Keys 1 to 9 select a landmark.",)

@@ -32,6 +32,9 @@ from ....widgets.camera.overlays import limb_paths, part_shapes
 TRIANGULATED = "other views"
 """Source of predictions from the clicks of the same frame."""
 
+FEWEST = 3
+"""Clicks from which on a body is fitted; fewer would only show the usual pose."""
+
 _SURE_DEG, _FAINTEST = 5.0, 0.15  # standard deviation up to which a limb is opaque; opacity
 _KEYS = 9
 _NUMBERS = ("none", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine")
