@@ -15,6 +15,15 @@ def frames_in_words(frames: range) -> str:
     return f"frames {frames.start} – {frames.stop - 1}"
 
 
+UNKNOWN_DEG = 45.0
+"""Standard deviation of a limb's direction from which it says nothing."""
+
+
+def spread_words(degrees: float, unit: str = "°", digits: int = 1) -> str:
+    """A standard deviation of a limb's direction: ``4.3°``, or ``unknown``."""
+    return f"{degrees:.{digits}f}{unit}" if degrees <= UNKNOWN_DEG else "unknown"
+
+
 def in_words(seconds: float) -> str:
     """A stretch of time: ``under a second``, ``40 s``, ``12 min``, ``3.5 h``, ``2.1 days``."""
     if seconds < 1.0:

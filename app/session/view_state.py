@@ -56,7 +56,10 @@ class ViewState(QObject):
         self.lights: dict[str, tuple[float, float]] = {}
         """Brightness and contrast of the views that have their own."""
         self.hidden: frozenset[str] = frozenset()
-        """Overlays that are not shown for now, whatever is switched on."""
+        """Overlays that are not shown for now, whatever is switched on, unless asked for."""
+        self.asked: frozenset[str] = frozenset()
+        """Those of them that a person has asked for all the same."""
+        self._strictly = False
         self.point_colour: PointColour = "view"
         """How the scene's points are coloured."""
         self.fit: FittedBody | None = None
@@ -133,17 +136,26 @@ class ViewState(QObject):
     @property
     def displayed(self) -> Display:
         """The same without overlays that are hidden for now."""
-        return dataclasses.replace(self.display, overlays=self.display.overlays - self.hidden)
+        overlays = (self.display.overlays - self.hidden) | self.asked
+        return dataclasses.replace(self.display, overlays=overlays)
 
     def change_display(self, **changes: Any) -> None:
         """Change how pictures are displayed."""
         self.display = dataclasses.replace(self.display, **changes)
         self.display_changed.emit()
 
-    def hide(self, overlays: frozenset[str]) -> None:
-        """Show none of these overlays for now."""
-        if overlays != self.hidden:
-            self.hidden = overlays
+    def hide(self, overlays: frozenset[str], *, strictly: bool = False) -> None:
+        """Show none of these overlays for now, but what a person asks for; nothing strictly."""
+        if (overlays, strictly) != (self.hidden, self._strictly):
+            self.hidden, self._strictly, self.asked = overlays, strictly, frozenset()
+            self.display_changed.emit()
+
+    def toggle_overlay(self, name: str) -> None:
+        """Switch an overlay; one that is hidden for now is asked for, or no longer."""
+        if name not in self.hidden:
+            self.change_display(overlays=self.display.overlays ^ {name})
+        elif not self._strictly:
+            self.asked ^= {name}
             self.display_changed.emit()
 
     def light(self, view: str) -> tuple[float, float]:

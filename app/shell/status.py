@@ -8,6 +8,7 @@ import numpy as np
 from PySide6.QtCore import QObject, Slot
 from PySide6.QtWidgets import QLabel, QProgressBar, QStatusBar, QToolButton
 
+from stereotrack_core.counting import spread_words
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.tracking.frame import TrackedFrame
 
@@ -132,7 +133,9 @@ def _against(tracked: TrackedFrame) -> list[str]:
 def _spread_words(tracked: TrackedFrame) -> str:
     sigma = tracked.estimate.limb_sigma_deg
     known = sigma[np.isfinite(sigma)]
-    return f"at most ± {known.max():.0f}° (filter estimate)" if len(known) else ""
+    return (
+        f"at most ± {spread_words(known.max(), digits=0)} (filter estimate)" if len(known) else ""
+    )
 
 
 def _some(words: Sequence[str], between: str = ", ") -> str:

@@ -17,9 +17,11 @@ from stereotrack_core.annotation.fit.settings import FitSettings
 from stereotrack_core.annotation.landmark_set import LandmarkSet
 from stereotrack_core.annotation.predict import PredictedPoint, predicted_point
 from stereotrack_core.arrays import FloatArray
+from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.mesh import PartMesh, body_mesh
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import Proportions
+from stereotrack_core.counting import UNKNOWN_DEG
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.depth.points import Volume
 from stereotrack_core.geometry.camera import Camera
@@ -184,7 +186,7 @@ class ShownFit:
 
     question: FitQuestion
     fit: FrameFit
-    meshes: tuple[PartMesh, ...]
+    meshes: tuple[PartMesh, ...]  # of the limbs whose direction is known
     residuals: Mapping[ClickKey, FloatArray]
     """Mapping from ClickKey to (2,); click minus model, raw pixels."""
     mistakes: Mapping[ClickKey, float]
@@ -205,11 +207,12 @@ class Fitter:
         taken = measurements(clicks, question.landmark_set.names, question.sigmas)
         fit = self._fit_for(question).frame(taken, cloud=question.cloud)
         keys = [one.key for one in taken]
-        body = body_model(question.proportions)
+        meshes = body_mesh(body_model(question.proportions), fit.pose, around=_AROUND)
+        known = np.array(LIMBS)[fit.limb_sigma_deg <= UNKNOWN_DEG]
         return ShownFit(
             replace(question, cloud=None),  # the points are large, and are known where it goes
             fit,
-            body_mesh(body, fit.pose, around=_AROUND),
+            tuple(mesh for mesh in meshes if mesh.limb in known),
             dict(zip(keys, fit.residual_px, strict=True)),
             dict(zip(keys, fit.mistake.tolist(), strict=True)),
             dict(zip(question.landmark_set.names, fit.landmarks_world, strict=True)),

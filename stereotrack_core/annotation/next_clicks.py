@@ -28,7 +28,7 @@ from stereotrack_core.annotation.fit.results import TrajectoryFit
 from stereotrack_core.annotation.landmark_set import LandmarkSet
 from stereotrack_core.arrays import BoolArray, FloatArray, stretches_of
 from stereotrack_core.body.limbs import LIMBS
-from stereotrack_core.counting import counted
+from stereotrack_core.counting import UNKNOWN_DEG, counted, spread_words
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 
@@ -108,7 +108,7 @@ _DISAGREE = 15.0
 """Degrees between tracker and fit, beyond what the fit may be off, that are worth a word."""
 
 _FIT_WRONG = 0.1  # how probably the fit is the one that is wrong, where both disagree
-_UNKNOWN_DEG = 90.0  # what a limb may be off of which nothing is known
+_WORST_DEG = 90.0  # what a limb may be off of which nothing is known
 
 
 @dataclass(frozen=True)
@@ -254,7 +254,7 @@ class NextClicks:
             frame = int(self.gains.frame[(part.start + part.stop - 1) // 2])
             if wish.frames is None or frame in wish.frames:
                 reason = f"no information on {counted(len(part), 'frame')}"
-                gain = _UNKNOWN_DEG * len(SCORED)
+                gain = _WORST_DEG * len(SCORED)
                 sound = [name for name in self.gains.names if name not in self._unsound]
                 place = (frame, (sound or self.gains.names)[0], self._set.names[0])
                 yield Suggestion(*place, gain, reason, over_frames_deg=gain * len(part))
@@ -275,8 +275,10 @@ class NextClicks:
             said.append(
                 f"tracker and reference differ by {self._apart_deg[row, worst]:.0f} deg ({name})"
             )
-        much = f"{sigma:.1f} deg" if sigma < _UNKNOWN_DEG else "direction unknown"
-        said.append(f"{AXES[axis].replace('_', ' ')} uncertain ({much})")
+        name, much = AXES[axis].replace("_", " "), spread_words(sigma, " deg")
+        said.append(
+            f"{name}: direction unknown" if sigma > UNKNOWN_DEG else f"{name} uncertain ({much})"
+        )
         gap = self._gap(row, landmark)
         if gap >= _LARGE_GAP:
             said.append(f"no click for {gap} frames")

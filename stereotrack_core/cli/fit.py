@@ -38,7 +38,7 @@ from stereotrack_core.cli.arguments import (
 )
 from stereotrack_core.cli.output import OK, put_json, put_table, say
 from stereotrack_core.cli.progress import progress, stoppable
-from stereotrack_core.counting import counted
+from stereotrack_core.counting import counted, spread_words
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera_agreement import Disagreement
 from stereotrack_core.interop.labels import read_clicks
@@ -216,7 +216,9 @@ def _table(facts: Mapping[str, Any], title: str) -> Table:
         for camera, one in facts["cameras"].items()
     ]
     limbs = facts["limb_sigma_deg"].items()
-    rows += [(f"uncertainty {limb.replace('_', ' ')}", f"{number(deg)} deg") for limb, deg in limbs]
+    rows += [
+        (f"uncertainty {limb.replace('_', ' ')}", spread_words(deg, " deg")) for limb, deg in limbs
+    ]
     return Table(title, ("what", ">value"), rows)
 
 

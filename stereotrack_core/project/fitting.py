@@ -33,7 +33,7 @@ from stereotrack_core.annotation.reference import (
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.proportions import proportions_of
-from stereotrack_core.counting import counted
+from stereotrack_core.counting import counted, spread_words
 from stereotrack_core.evaluation.accuracy import arms_good_to, reference_quality
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.camera_agreement import Disagreement
@@ -157,7 +157,7 @@ def read_reference(
     fit = fit_of_reference(reference, landmarks, clicks, cameras)
     if fit is None:
         good = arms_good_to(reference_quality(reference, reference.frame))
-        says = f"arm uncertainty {good:.1f}°" if good == good else "uncertainty unknown"
+        says = f"arm uncertainty {spread_words(good)}"
         words = f"“{name}”: {len(reference.frame)} frames, {says}."
         return ShownReference(name, reference, None, None, words)
     residuals = np.full((frames, len(LIMBS)), np.nan)
@@ -185,8 +185,8 @@ def _words(
         worst = max(scored, key=lambda limb: scored[limb])
         together = float(np.sqrt(np.mean(np.square(list(scored.values())))))
         parts.append(
-            f"limb uncertainty {together:.1f}° overall, {scored[worst]:.1f}° for the "
-            f"{worst.replace('_', ' ')}"
+            f"limb uncertainty {spread_words(together)} overall, "
+            f"{spread_words(scored[worst])} for the {worst.replace('_', ' ')}"
         )
     if doubtful is not None:
         parts.append(what_disagrees(doubtful, names))

@@ -25,6 +25,7 @@ from stereotrack_core.annotation.frame_clicks import (
     hints_of,
 )
 from stereotrack_core.annotation.landmark_set import NINE
+from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.points import Volume
@@ -151,8 +152,38 @@ def test_the_fit_says_everything_the_panels_need(recording):
     assert end == pytest.approx(tuple(recording.cameras[N].project(fit.places[far.landmark])))
     moved = marks.with_moved(far.landmark, 1.0, 2.0)
     assert len(moved.residuals) == len(marks.residuals) - 1
-    assert "at least three landmarks" in fit_words(replace(facts, fit=None))[0]
+    assert fit_words(replace(facts, fit=None)) == ("Fitting the body to the clicks …",)
+    few = replace(facts, fit=None, clicks=clicks[:2])
+    assert "at least three landmarks" in fit_words(few)[0]
     assert "Keys 1 to 9" in fit_words(FrameMarks(0, (), NINE, "head"))[0]
+
+
+def test_what_is_drawn_of_a_fit_is_what_is_known(recording):
+    clicks = true_clicks(recording, (N, S))
+    views = {N: "N", S: "S"}
+    fit = Fitter()(FitQuestion(0, clicks, recording.cameras, NINE, AVERAGE, {}, views, 10.0, None))
+    facts, camera = FrameMarks(0, clicks, NINE, "head", fit=fit), recording.cameras[N]
+    assert {mark.limb for mark in marks_of(facts, [camera])[N].model} == set(LIMBS)
+    sigma = np.array([2.0, 25.0, 44.0, 2.0, 131.5, np.nan])
+    rough = replace(facts, fit=replace(fit, fit=replace(fit.fit, limb_sigma_deg=sigma)))
+    opacity = {mark.limb: mark.opacity for mark in marks_of(rough, [camera])[N].model}
+    assert opacity[LIMBS[0]] == opacity[LIMBS[3]] == 1.0
+    assert 1.0 > opacity[LIMBS[1]] > opacity[LIMBS[2]] > 0.0
+    assert [value.text for _, value, _ in limb_rows(rough)] == [
+        *("± 2.0°", "± 25.0°", "± 44.0°", "± 2.0°", "unknown", "unknown")
+    ]
+    assert not facts.fit_is_old
+    later = replace(facts, clicks=(*clicks, Click(0, "N_left", "head", (3.0, 4.0))))
+    assert later.fit_is_old
+    assert marks_of(later, [camera])[N].model_is_old
+    assert {words.text for _, _, words in limb_rows(later)} == {"before the last click"}
+    two = tuple(one for one in clicks if one.landmark in ("left_hand", "head", "right_hip"))
+    one_view = tuple(one for one in two if one.camera == N)
+    asked = FitQuestion(0, one_view, recording.cameras, NINE, AVERAGE, {}, views, 10.0, None)
+    unsure = Fitter()(asked)
+    known = {limb for limb, s in zip(LIMBS, unsure.fit.limb_sigma_deg, strict=True) if s <= 45.0}
+    assert {mesh.limb for mesh in unsure.meshes} == known != set(LIMBS)
+    assert any("unknown" in words for words in unsure.fit.words)
 
 
 def test_an_offer_is_made_once_and_not_again_when_declined(recording):

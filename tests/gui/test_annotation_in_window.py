@@ -116,12 +116,16 @@ def test_a_second_reading_is_blind_and_leaves_the_first_alone(annotating, qtbot)
             click_truth(annotating, landmark, name)
     qtbot.waitUntil(annotating.context.tasks.settled, timeout=60_000)
     first = clicks(annotating)
+    assert "reference" not in view(annotating)._display.overlays, "nobody has asked for it"
+    key(annotating, Qt.Key.Key_R)
     assert "reference" in view(annotating)._display.overlays
     trigger(annotating, "annotate-repeat-now")
     qtbot.waitUntil(annotating.context.tasks.settled, timeout=60_000)
     marks = view(annotating).marks
     assert (marks.clicks, marks.predictions, marks.model, marks.residuals) == ((), (), (), ())
     assert "reference" not in view(annotating)._display.overlays
+    key(annotating, Qt.Key.Key_R)
+    assert "reference" not in view(annotating)._display.overlays, "not even on request"
     x, y = click_truth(annotating, "head", shift=(4.0, 0.0))
     key(annotating, Qt.Key.Key_B)
     key(annotating, Qt.Key.Key_E)
@@ -136,7 +140,14 @@ def test_a_second_reading_is_blind_and_leaves_the_first_alone(annotating, qtbot)
     qtbot.waitUntil(annotating.context.tasks.settled, timeout=60_000)
     assert len(view(annotating).marks.clicks) == 4
     assert clicks(annotating) == first
-    assert "reference" in view(annotating)._display.overlays
+    docks, action = annotating.context.docks, annotating.context.actions.action
+    for space, shown in (("annotate", False), ("track", True), ("annotate", False)):
+        docks.show_named(space)
+        qtbot.waitUntil(annotating.context.tasks.settled, timeout=60_000)
+        overlays = view(annotating)._display.overlays
+        assert ({"reference", "outline", "others"} <= overlays) == shown
+        assert ({"reference", "outline", "others"} & overlays != set()) == shown
+        assert action("overlay_reference").isChecked() == shown
 
 
 def test_an_edit_from_a_panel_is_drawn_at_once(annotating):

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from stereotrack_core.body.limbs import LIMBS
+from stereotrack_core.counting import spread_words
 from stereotrack_core.tracking.frame import TrackedFrame
 
 from ...session.judgement import UNCERTAIN_DEG, Judgement, doubts
@@ -27,7 +28,8 @@ def number_rows(
     errors = judgement.errors_at(tracked.frame) if judgement is not None else {}
     for index, limb in enumerate(LIMBS):
         sigma = tracked.estimate.limb_sigma_deg[index]
-        value = f"± {sigma:.1f}°" if sigma == sigma else "unknown"
+        value = spread_words(sigma)
+        value = f"± {value}" if value != "unknown" else value
         error = errors.get(limb)
         if error is not None:
             stated = with_quality(f"{error:.1f}°", quality.get(measure_of(limb)))

@@ -88,7 +88,7 @@ class ViewController(QObject):
 
     @Slot(object)
     def _on_instant(self, instant: Instant) -> None:
-        overlays = self._state.display.overlays
+        overlays = self._state.displayed.overlays
         pictures = pictures_of(instant, self._state.wanted(), overlays)
         self._docks.views.show_pictures(pictures)
         self._show_scene_soon()
@@ -151,8 +151,15 @@ class ViewController(QObject):
         instant, scene, state = self._session.instant.told, self._docks.scene, self._state
         if instant is None or not scene.is_seen():
             return
-        if state.hidden:  # nobody shall see what is known already
-            instant = dataclasses.replace(instant, reference=None, meshes=())
+        if state.hidden:  # nobody shall see what is known already, but who asks for it
+            shown = state.displayed.overlays
+            reference = instant.reference if "reference" in shown else None
+            instant = dataclasses.replace(
+                instant,
+                reference=reference,
+                meshes=instant.meshes if "outline" in shown else (),
+                ghosts=instant.ghosts if "others" in shown else (),
+            )
         entry = self._session.runs.active
         tracked = entry.at(instant.frame_set.index) if entry is not None else None
         ellipsoids: tuple[Ellipsoid, ...] = ()
@@ -212,13 +219,12 @@ class ViewController(QObject):
 
     def toggle_overlay(self, name: str) -> None:
         """Switch an overlay."""
-        overlays = self._state.display.overlays ^ {name}
-        self._state.change_display(overlays=overlays)
-        self._context.settings.setValue("overlays_shown", sorted(overlays))
+        self._state.toggle_overlay(name)
+        self._context.settings.setValue("overlays_shown", sorted(self._state.display.overlays))
 
     def overlay_on(self, name: str) -> bool:
         """Whether an overlay is switched on."""
-        return name in self._state.display.overlays
+        return name in self._state.displayed.overlays
 
     def toggle_loupe(self) -> None:
         """Switch the loupe."""

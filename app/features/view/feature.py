@@ -11,7 +11,7 @@ from ...session.session import Session
 from ...session.view_state import PointColour, ViewState
 from ...widgets.camera.click_marks import CLICK_OVERLAYS
 from ...widgets.camera.display_panel import DisplayPanel
-from ...widgets.camera.overlays import OVERLAYS
+from ...widgets.camera.overlays import LEADING, OVERLAYS
 from ...widgets.camera.picture import PICTURE_KINDS, Arrangement, PictureKind
 from ...widgets.scene.scene_view import SceneBar, SceneView
 from ...widgets.timeline.bars import Transport
@@ -27,6 +27,7 @@ _OVERLAY_KEYS = {
     "residuals": ("Shift+R", "ruler"), "fit": ("Shift+O", "fitted"),
 }  # fmt: skip
 """Keys and icon of every overlay."""
+_IN_ANNOTATE = " In Annotate it is off until you ask for it, because it would lead your clicks."
 _KIND_KEYS: dict[PictureKind, str] = {
     "image": "F1", "left": "F2", "disparity": "F3", "foreground": "F4", "depth": "F5"
 }  # fmt: skip
@@ -97,7 +98,8 @@ def _overlays(session: Session, view: ViewController) -> list[Command]:
     depth = {"points", "correspondences"}
     return [
         Command(
-            f"overlay_{name}", f"{_MENU}/Overlay", text, f"Show or hide {text.lower()}.",
+            f"overlay_{name}", f"{_MENU}/Overlay", text,
+            f"Show or hide {text.lower()}.{_IN_ANNOTATE if name in LEADING else ''}",
             partial(view.toggle_overlay, name), keys, icon,
             session.no_depth if name in depth else session.no_recording,
             partial(view.overlay_on, name),

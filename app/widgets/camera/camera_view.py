@@ -21,7 +21,7 @@ from ..style.colours import paint_runs_legend
 from ..style.theme import current_theme
 from .click_hand import ClickHand
 from .click_marks import ClickMarks, Offer
-from .click_painting import paint_marks, paint_outside
+from .click_painting import paint_marks, paint_notes
 from .cursor import CursorLabel, loupe_size, paint_loupe
 from .overlays import paint_overlay
 from .picture import Picture, PictureView, alike
@@ -124,8 +124,8 @@ class CameraView(PictureView):
             if self._display.loupe and self._cursor is not None:
                 self._paint_loupe(painter, self._cursor, QColor(theme.accent))
             marks, area = self.marks, QRectF(self.rect())
-            if marks is not None and "clicks" in self._display.overlays:
-                paint_outside(painter, marks.outside, area)
+            if marks is not None:
+                paint_notes(painter, marks, self._display.overlays, area)
             if self.picture is not None and self.legend:
                 paint_runs_legend(painter, self.picture.overlay.runs, area)
         painter.end()

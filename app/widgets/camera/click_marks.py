@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from math import nan
 from typing import Literal
 
@@ -72,6 +72,15 @@ class CurveMark:
     points: FloatArray
 
 
+@dataclass(frozen=True, eq=False)
+class LimbMark:
+    """Outline of a limb of the fitted model, raw pixels; the less is known of it the fainter."""
+
+    limb: str
+    path: QPainterPath
+    opacity: float = 1.0
+
+
 @dataclass(frozen=True)
 class ResidualMark:
     """From a click to the place of its landmark on the fitted model; raw pixels."""
@@ -110,8 +119,9 @@ class ClickMarks:
     predictions: tuple[PredictionMark, ...] = ()
     curves: tuple[CurveMark, ...] = ()
     residuals: tuple[ResidualMark, ...] = ()
-    model: tuple[tuple[str, QPainterPath], ...] = field(default=())
-    """Outline of each limb of the fitted model, raw pixels."""
+    model: tuple[LimbMark, ...] = ()
+    model_is_old: bool = False
+    """Whether the model was fitted before the last click."""
     outside: tuple[str, ...] = ()
     """Labels of landmarks that a person says are not in the picture."""
     offer: Offer = Offer()
@@ -125,8 +135,8 @@ class ClickMarks:
         """Box around the clicks and the model that is fitted to them, in pixels."""
         places = [QPointF(mark.x, mark.y) for mark in self.clicks]
         box = QPolygonF(places).boundingRect() if len(places) > 1 else QRectF()
-        for _limb, path in self.model:
-            box = box.united(path.boundingRect())
+        for mark in self.model:
+            box = box.united(mark.path.boundingRect())
         return box if box.isValid() else None
 
     def with_moved(self, landmark: str, x: float, y: float) -> ClickMarks:

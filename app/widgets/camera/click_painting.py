@@ -17,6 +17,7 @@ _CROSS = 6.0
 _DARK = QColor(0, 0, 0, 190)
 _WHITE = QColor(255, 255, 255)
 _WARNING = QColor("#F0E442")
+_OLD = 0.4  # opacity of a model that was fitted before the last click
 _LEAST_RESIDUAL = 3.0
 """Widget pixels below which a residual is hidden by its click."""
 
@@ -148,18 +149,25 @@ def _arrow(place: QPointF, x: float, y: float, start: float) -> QPolygonF:
     return QPolygonF([tip, base + aside, base - aside])
 
 
-def paint_outside(painter: QPainter, labels: Sequence[str], bounds: QRectF) -> None:
-    """Say in the lower left corner which landmarks are not in the picture."""
-    if not labels:
+def paint_notes(
+    painter: QPainter, marks: ClickMarks, shown: frozenset[str], bounds: QRectF
+) -> None:
+    """Say in the lower left corner what is not in the picture, and whether the model is old."""
+    said = []
+    if marks.outside and "clicks" in shown:
+        said.append(f"outside: {', '.join(short_label(label) for label in marks.outside)}")
+    if marks.model and marks.model_is_old and "fit" in shown:
+        said.append("model from before the last click")
+    if not said:
         return
-    text = f"outside: {', '.join(short_label(label) for label in labels)}"
+    text = "; ".join(said)
     font = _small_font(painter, 0.9)
     metrics = QFontMetricsF(font)
     width = min(metrics.horizontalAdvance(text) + 10.0, bounds.width() - 12.0)
     corner = (bounds.left() + 6.0, bounds.bottom() - metrics.height() - 8.0)
     box = QRectF(*corner, width, metrics.height() + 2.0)
-    shown = metrics.elidedText(text, Qt.TextElideMode.ElideRight, width - 8.0)
-    _write(painter, box, shown, font, 150)
+    words = metrics.elidedText(text, Qt.TextElideMode.ElideRight, width - 8.0)
+    _write(painter, box, words, font, 150)
 
 
 class _Names:
@@ -261,9 +269,12 @@ def _paint_residuals(
 
 
 def _paint_model(painter: QPainter, marks: ClickMarks, to_widget: QTransform) -> None:
-    """Outline of the fitted model: dashed, so that it differs from a run's."""
-    for limb, path in marks.model:
-        line = to_widget.map(path)
-        for colour, width in ((QColor(0, 0, 0, 130), 2.8), (QColor(LIMB_COLOURS[limb]), 1.5)):
-            painter.setPen(QPen(colour, width, Qt.PenStyle.DashLine, Qt.PenCapStyle.FlatCap))
+    """Outline of the fitted model: dashed, so that it differs from a run's; dotted while old."""
+    dashes = Qt.PenStyle.DotLine if marks.model_is_old else Qt.PenStyle.DashLine
+    for mark in marks.model:
+        line = to_widget.map(mark.path)
+        painter.setOpacity(mark.opacity * (_OLD if marks.model_is_old else 1.0))
+        for colour, width in ((QColor(0, 0, 0, 130), 2.8), (QColor(LIMB_COLOURS[mark.limb]), 1.5)):
+            painter.setPen(QPen(colour, width, dashes, Qt.PenCapStyle.FlatCap))
             painter.drawPath(line)
+    painter.setOpacity(1.0)

@@ -34,6 +34,9 @@ OVERLAYS: dict[str, str] = {
 }
 """Overlays that can be switched one by one, with their names."""
 
+LEADING = frozenset(OVERLAYS) - {"points"}
+"""Those of runs and references, which would lead the clicks of somebody who annotates."""
+
 _DARK = QColor(0, 0, 0, 170)
 _GHOST_ALPHA = 130
 

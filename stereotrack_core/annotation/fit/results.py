@@ -16,6 +16,7 @@ from stereotrack_core.annotation.fit.stretch import Fitted
 from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.body.limbs import LIMB_ENDS, LIMBS
 from stereotrack_core.body.pose import Pose
+from stereotrack_core.counting import spread_words
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 
@@ -189,7 +190,7 @@ def _words(
             said.append(f"{_label(names[i])}: {1000.0 * sigma[i]:.0f} mm{along}, {seen}")
     for limb, degrees in zip(LIMBS, report.limb_sigma_deg, strict=True):
         if degrees > _UNSURE_LIMB:
-            said.append(f"{_label(limb)}: uncertainty {degrees:.0f} degrees")
+            said.append(f"{_label(limb)}: uncertainty {spread_words(degrees, ' degrees', 0)}")
     return said
 
 

@@ -2,14 +2,43 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 from PySide6.QtCore import QRectF, Qt
-from PySide6.QtGui import QColor, QImage, QPainter, QTransform
+from PySide6.QtGui import QColor, QImage, QPainter, QPainterPath, QTransform
 
-from app.widgets.camera.click_marks import ClickMark, ClickMarks
-from app.widgets.camera.click_painting import paint_marks
+from app.widgets.camera.click_marks import ClickMark, ClickMarks, LimbMark
+from app.widgets.camera.click_painting import paint_marks, paint_notes
 
 BLUE, ORANGE = "#0072B2", "#D55E00"
+
+
+def model_pixels(opacity=1.0, *, old=False, box=(40.0, 40.0, 320.0, 100.0)):
+    """How far painting a limb of the model changes the picture; what stands in the corner too."""
+    path = QPainterPath()
+    path.addRect(QRectF(*box))
+    image = QImage(400, 200, QImage.Format.Format_RGB32)
+    image.fill(Qt.GlobalColor.gray)
+    before = image.copy()
+    painter = QPainter(image)
+    limb = LimbMark("left_forearm", path, opacity)
+    marks = ClickMarks(0, "N_right", model=(limb,), model_is_old=old)
+    area = QRectF(image.rect())
+    paint_marks(painter, marks, QTransform(), frozenset({"fit"}), area)
+    paint_notes(painter, marks, frozenset({"fit"}), area)
+    painter.end()
+    grey = [one.convertToFormat(QImage.Format.Format_Grayscale8) for one in (before, image)]
+    a, b = (np.frombuffer(one.constBits(), np.uint8).reshape(200, -1)[:, :400] for one in grey)
+    changed = np.abs(a.astype(int) - b)
+    return changed[:160].sum(), changed[160:].sum()
+
+
+def test_a_model_fades_with_its_uncertainty_and_while_it_is_old(qapp):
+    sure, unsure, old = model_pixels(), model_pixels(0.3), model_pixels(old=True)
+    assert 0 < unsure[0] < 0.5 * sure[0]
+    assert 0 < old[0] < 0.7 * sure[0]
+    assert sure[1] == unsure[1] == 0
+    assert old[1] > 0, "and it is said"
 
 
 def painted(*marks):

@@ -16,6 +16,7 @@ from ....context import Context
 from ....services.stored import stored_text
 from ....session.pictures import FittedBody
 from ....widgets.camera.click_marks import ClickAct
+from ....widgets.camera.overlays import LEADING
 from ....widgets.camera.picture import camera_of
 from ....widgets.forms.message import Message
 from ....widgets.tables.landmarks_panel import LandmarksPanel
@@ -74,9 +75,6 @@ class SwapOffers:
 def _key(swap: Swap) -> tuple[object, ...]:
     return (swap.frame, swap.first, swap.second, swap.cameras)
 
-
-_KNOWN_BEFORE = frozenset({"outline", "shading", "wire", "reference", "correspondences"})
-"""Overlays that would tell in a blind reading what is known already."""
 
 _ADVANCE = "annotate/advance"
 _GOES_ON = "annotate/goes_on"
@@ -170,7 +168,8 @@ class ClickController(QObject):
         facts, state = self.facts.now(), self._context.view_state
         shown = [recording.cameras[name] for name in self._cameras()]
         self._views.set_marks(marks_of(facts, shown))
-        state.hide(_KNOWN_BEFORE if self.annotating.blind() else frozenset())
+        blind = self.annotating.blind()
+        state.hide(LEADING if blind or self.active else frozenset(), strictly=blind)
         self._show_offers()
         if self.active:
             cameras, fit = self._all_cameras(), facts.fit

@@ -33,10 +33,7 @@ from ....session.clouds import CloudPresenter
 from ....session.document import DocumentPresenter
 from ....session.project import ProjectPresenter
 from .annotating import Annotating
-from .marks import FrameMarks
-
-_FEWEST = 3
-"""Clicks from which on a body is shown; fewer would only show the usual pose."""
+from .marks import FEWEST, FrameMarks
 
 _SOON_MS = 30
 _REST_MS = 60
@@ -253,7 +250,7 @@ class AnnotationFacts(QObject):
 
     def _worth_fitting(self) -> bool:
         positions = [click for click in self._annotating.clicks().values() if click.position]
-        return self._active and not self._document.playing and len(positions) >= _FEWEST
+        return self._active and not self._document.playing and len(positions) >= FEWEST
 
     def _wants_depth(self) -> bool:
         return self.use_depth and self._clouds.available and self._worth_fitting()

@@ -12,11 +12,12 @@ from stereotrack_core.annotation.doubts import what_disagrees, what_to_do
 from stereotrack_core.annotation.fit.results import mistake_words
 from stereotrack_core.annotation.frame_clicks import ShownFit
 from stereotrack_core.body.limbs import LIMBS
+from stereotrack_core.counting import UNKNOWN_DEG
 
 from ....widgets.style.limb_colours import LIMB_COLOURS, limb_words
 from ....widgets.tables.landmarks_panel import CellState, LandmarkRow
 from ....widgets.tables.table import Cell, CellRow
-from .marks import FrameMarks, predictions_in
+from .marks import FEWEST, FrameMarks, predictions_in
 
 _KEYS = 9
 _MOST_WORDS = 2
@@ -64,9 +65,13 @@ def limb_rows(facts: FrameMarks) -> tuple[CellRow, ...]:
         _body_cells(
             limb,
             limb_words(limb),
-            f"± {sigma:.1f}°",
-            "possible outlier" if limb in astray else _precision(sigma),
-            limb in astray or sigma > _UNSURE_DEG,
+            f"± {sigma:.1f}°" if sigma <= UNKNOWN_DEG else "unknown",
+            "before the last click"
+            if facts.fit_is_old
+            else "possible outlier"
+            if limb in astray
+            else _precision(sigma),
+            None if facts.fit_is_old else limb in astray or sigma > _UNSURE_DEG,
         )
         for limb, sigma in zip(LIMBS, sigmas.tolist(), strict=True)
     )
@@ -107,10 +112,12 @@ def length_rows(facts: FrameMarks) -> tuple[CellRow, ...]:
     )
 
 
-def _body_cells(limb: str, label: str, value: str, words: str, doubtful: bool) -> CellRow:
+def _body_cells(limb: str, label: str, value: str, words: str, doubtful: bool | None) -> CellRow:
+    """A row; with None for `doubtful` of what holds no longer."""
+    colour = "muted" if doubtful is None else "warning" if doubtful else "text"
     return (
         Cell(label, swatch=LIMB_COLOURS.get(limb)),
-        Cell(value, colour="warning" if doubtful else "text"),
+        Cell(value, colour=colour),
         Cell(words, words, "muted"),
     )
 
@@ -122,6 +129,8 @@ def fit_words(facts: FrameMarks) -> tuple[str, ...]:
         more = len(said) - _MOST_WORDS
         return (*said[:_MOST_WORDS], f"and {more} more") if more > 0 else said
     positions = sum(click.position is not None for click in facts.clicks)
+    if positions >= FEWEST:
+        return ("Fitting the body to the clicks …",)
     if positions:
         return ("Click at least three landmarks to fit the body.",)
     return ("Click landmarks to fit the body. Keys 1 to 9 select a landmark.",)
@@ -158,12 +167,13 @@ def _misfit(fit: ShownFit) -> tuple[str, ...]:
 
 def _precision(sigma: float) -> str:
     """What a standard deviation is called; it holds if the clicks are right."""
-    if not isfinite(sigma):
-        return "unknown"
-    for limit, words in ((3.0, "precise"), (6.0, "fairly precise"), (_UNSURE_DEG, "imprecise")):
+    for limit, words in (
+        *((3.0, "precise"), (6.0, "fairly precise")),
+        *((_UNSURE_DEG, "imprecise"), (UNKNOWN_DEG, "very imprecise")),
+    ):
         if sigma <= limit:
             return words
-    return "very imprecise"
+    return "the clicks do not show it"
 
 
 def _state(click: Click | None, *, predicted: bool) -> CellState:

@@ -7,13 +7,14 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
-from PySide6.QtGui import QPainterPath
 
 from stereotrack_core.annotation.click import UNCERTAIN, Click, ClickKey, Prediction, Visibility
 from stereotrack_core.annotation.doubts import own_mistakes
 from stereotrack_core.annotation.fit.results import MISTAKEN
 from stereotrack_core.annotation.frame_clicks import ClickHints, ShownFit
 from stereotrack_core.annotation.landmark_set import LandmarkSet
+from stereotrack_core.body.limbs import LIMBS
+from stereotrack_core.counting import UNKNOWN_DEG
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.camera_agreement import CameraResidual, Disagreement
 
@@ -21,6 +22,7 @@ from ....widgets.camera.click_marks import (
     ClickMark,
     ClickMarks,
     CurveMark,
+    LimbMark,
     Offer,
     PredictionMark,
     ResidualMark,
@@ -30,6 +32,10 @@ from ....widgets.camera.overlays import limb_paths, part_shapes
 TRIANGULATED = "other views"
 """Source of predictions from the clicks of the same frame."""
 
+FEWEST = 3
+"""Clicks from which on a body is fitted; fewer would only show the usual pose."""
+
+_SURE_DEG, _FAINTEST = 5.0, 0.15  # standard deviation up to which a limb is opaque; opacity
 _KEYS = 9
 _NUMBERS = ("none", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine")
 
@@ -57,6 +63,11 @@ class FrameMarks:
     """A camera that contradicts the others over all clicks."""
     residuals: tuple[CameraResidual, ...] = ()
     """How far the clicks of each camera lie from the points that the cameras agree on."""
+
+    @property
+    def fit_is_old(self) -> bool:
+        """Whether the body was fitted before the last click."""
+        return self.fit is not None and self.fit.question.clicks != self.clicks
 
     @cached_property
     def flagged(self) -> frozenset[ClickKey]:
@@ -106,6 +117,7 @@ def _marks(facts: FrameMarks, camera: Camera) -> ClickMarks:
         curves=_curve_marks(facts, camera.name),
         residuals=_residual_marks(facts, own, camera),
         model=_model(facts, camera),
+        model_is_old=facts.fit_is_old,
         outside=tuple(
             _label(facts, click.landmark) for click in own if click.visibility == Visibility.OUTSIDE
         ),
@@ -221,11 +233,17 @@ def _residual_marks(
     return tuple(found)
 
 
-def _model(facts: FrameMarks, camera: Camera) -> tuple[tuple[str, QPainterPath], ...]:
+def _model(facts: FrameMarks, camera: Camera) -> tuple[LimbMark, ...]:
     if facts.fit is None:
         return ()
     shapes = part_shapes(facts.fit.meshes, camera.project, camera.position_world, wire=False)
-    return limb_paths(shapes)
+    sigma = dict(zip(LIMBS, facts.fit.fit.limb_sigma_deg.tolist(), strict=True))
+    return tuple(LimbMark(limb, path, _opacity(sigma[limb])) for limb, path in limb_paths(shapes))
+
+
+def _opacity(sigma_deg: float) -> float:
+    """Of a limb whose direction has this standard deviation."""
+    return float(np.interp(sigma_deg, (_SURE_DEG, UNKNOWN_DEG), (1.0, _FAINTEST)))
 
 
 def _label(facts: FrameMarks, landmark: str) -> str:
