@@ -3,16 +3,24 @@
 from __future__ import annotations
 
 from PySide6.QtCore import QObject, QSettings, Qt, QTimer, Signal, Slot
-from PySide6.QtWidgets import QDockWidget, QMainWindow, QStackedWidget, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QDockWidget, QMainWindow, QStackedWidget, QWidget
 
 from stereotrack_core.errors import InputError
 
 from ..widgets.camera.camera_grid import CameraGrid
-from ..widgets.forms.message import Message
+from ..widgets.forms.message import BarsOver, Message
 from ..widgets.scene.scene_view import SceneView
+from ..widgets.style.building import vbox
 from ..widgets.timeline.bars import Transport
 from ..widgets.timeline.timeline_view import TimelineView
-from .layout import Workspace, arrange, forget_layout, restore_layout, save_layout
+from .layout import (
+    PanelShares,
+    Workspace,
+    arrange,
+    forget_layout,
+    restore_layout,
+    save_layout,
+)
 from .notifier import Notifier
 from .stored import stored_text
 
@@ -60,15 +68,18 @@ class Docks(QObject):
         self._docks: dict[str, QDockWidget] = {}
         self._workspaces: dict[str, Workspace] = {}
         self._shown: Workspace | None = None
+        self._shares = PanelShares(host, self._docks)
         self._room: _Room | None = None
         self.views, self.scene = CameraGrid(), SceneView()
         self.timeline, self.transport = TimelineView(), Transport()
         self.middle = QStackedWidget()
         self.middle.addWidget(self.views)
-        self._centre, self._centre_column = _column(self.middle)
-        host.setCentralWidget(self._centre)
+        host.setCentralWidget(self.middle)
+        self._over_views = BarsOver(self.middle)
         self.add("scene", "3-D scene", self.scene)
-        both, self._timeline_column = _column(self.timeline)
+        both = QWidget()
+        self._timeline_column = vbox((self.timeline, 1), spacing=0)
+        both.setLayout(self._timeline_column)
         self.add("timeline", "Timeline", both, titled=False)
         # the timeline is the scrubber: it stays where it is
         self.dock("timeline").setFeatures(QDockWidget.DockWidgetFeature.NoDockWidgetFeatures)
@@ -76,7 +87,7 @@ class Docks(QObject):
     @property
     def dialog_parent(self) -> QWidget:
         """What dialogs belong to."""
-        return self._centre
+        return self.middle
 
     # ---- panels
 
@@ -88,11 +99,12 @@ class Docks(QObject):
         if not titled:
             dock.setTitleBarWidget(QWidget())
         self._docks[name] = dock
+        self._shares.watch(dock)
         return dock
 
-    def add_above_views(self, widget: QWidget) -> None:
-        """Let a bar stand above the views."""
-        self._centre_column.insertWidget(self._centre_column.count() - 1, widget)
+    def lay_over_views(self, bar: QWidget) -> None:
+        """Let a bar lie over the lower end of the views, so that it never moves them."""
+        self._over_views.add(bar)
 
     def add_above_timeline(self, widget: QWidget) -> None:
         """Let a bar stand above the timeline."""
@@ -167,8 +179,10 @@ class Docks(QObject):
         self._keep()
         space = self._shown = self._workspaces[name]
         self._settings.setValue("workspace", space.name)
-        if not restore_layout(self._host, self._settings, space):
-            arrange(self._host, self._docks, space)
+        shares = restore_layout(self._host, self._settings, space)
+        if shares is None:
+            shares = arrange(self._host, self._docks, space)
+        self._shares.give(shares)
         self.workspace_changed.emit()
 
     def show_named(self, name: str) -> None:
@@ -207,13 +221,13 @@ class Docks(QObject):
     def arrange(self) -> None:
         """Put the panels of this workspace where they are by default, for now."""
         if self._shown is not None:
-            arrange(self._host, self._docks, self._shown)
+            self._shares.give(arrange(self._host, self._docks, self._shown))
 
     def _keep(self) -> None:
         if self._shown is not None:
             self.leaving.emit()
             self.give_room_back()
-            save_layout(self._host, self._settings, self._shown)
+            save_layout(self._host, self._settings, self._shown, self._shares.now())
 
 
 class _Room(QObject):
@@ -263,13 +277,3 @@ def _column_of(
         and each.geometry().left() == dock.geometry().left()
     ]
     return [*above, dock] if not dock.isFloating() else []
-
-
-def _column(widget: QWidget) -> tuple[QWidget, QVBoxLayout]:
-    """A widget that others can be put above."""
-    whole = QWidget()
-    column = QVBoxLayout(whole)
-    column.setContentsMargins(0, 0, 0, 0)
-    column.setSpacing(0)
-    column.addWidget(widget, 1)
-    return whole, column
