@@ -152,7 +152,7 @@ class StatusLine(QObject):
         super().__init__(bar)
         self._context = context
         self.state, self.pixel = QLabel(), QLabel()
-        self.state.setContentsMargins(8, 0, 0, 0)
+        self.state.setIndent(8)
         self.state.setMinimumWidth(1)  # long words are cut off; they never widen the window
         self.progress = QProgressBar()
         self.progress.setMaximumWidth(160)

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import shutil
 
+import numpy as np
 import pytest
-from PySide6.QtCore import QPoint, QRect, QRectF, QSize, Qt
+from PySide6.QtCore import QPoint, QPointF, QRect, QRectF, QSize, Qt
 from PySide6.QtWidgets import QApplication, QWidget
 
 from app.shell.main_window import first_size
 from app.widgets.forms.message import Message
-from tests.gui.hands import view
+from tests.gui.hands import RIGHT, clicks, drag, key, view
+from tests.gui.kept_window import close_window, open_recording, show_window
 
 pytestmark = pytest.mark.window
 
@@ -153,3 +155,57 @@ def test_the_first_window_fits_the_screen(width, height):
     assert first.width() <= width
     assert first.height() <= height - 30, "a frame is drawn around it"
     assert first.width() >= 0.4 * width
+
+
+def is_seen(camera, points):
+    area = QRectF(camera.rect())
+    return all(area.contains(camera.place_of(x, y)) for x, y in points)
+
+
+def test_a_recording_opens_zoomed_to_the_person(qtbot, settings, failures, processes, four_views):
+    settings.setValue("open_zoomed", True)
+    window = show_window(qtbot, settings, processes)
+    qtbot.addWidget(window)
+    open_recording(window, qtbot, four_views)
+    window.context.docks.show_named("annotate")
+    QApplication.processEvents()
+    recording = window.context.session.document.recording
+    reference = recording.reference.points.reshape(-1, 3)
+    camera = view(window, "N")
+    for name in "NOSW":
+        person = recording.reference_camera(recording.view(name)).project(reference)
+        assert view(window, name).zoom > 1.2
+        assert is_seen(view(window, name), person)
+        tall = np.ptp([view(window, name).place_of(x, y).y() for x, y in person])
+        assert tall > 0.2 * view(window, name).height(), "hips to head"
+    assert picture_share(window) > 0.4
+    assert rows(window) == [["N", "O", "S", "W"]], "persons stand, so their parts are portraits"
+    resize(window, 1280, 620)
+    person = recording.reference_camera(recording.view("N")).project(reference)
+    assert is_seen(camera, person), "in a room of another shape"
+    key(window, Qt.Key.Key_0)
+    assert camera.zoom == 1.0
+    resize(window, 1366, 768)
+    assert rows(window) == [["N", "O"], ["S", "W"]], "whole pictures are landscapes"
+    assert camera.zoom == 1.0, "who has asked for the whole picture has it"
+    window.context.actions.action("open_zoomed").trigger()
+    window.context.actions.action("close").trigger()
+    open_recording(window, qtbot, four_views)
+    assert view(window, "N").zoom == 1.0
+    close_window(window)
+    assert not failures
+
+
+def test_the_right_button_spans_what_is_enlarged(four, qtbot):
+    camera = view(four, "N")
+    corners = [camera.pixel_at(QPointF(x, y)) for x, y in ((150, 40), (270, 120))]
+    drag(four, QPoint(150, 40), QPoint(270, 120), button=RIGHT)
+    places = [camera.place_of(corner.x(), corner.y()) for corner in corners]
+    spanned = QRectF(*places).normalized()
+    assert QRectF(camera.rect()).adjusted(-1, -1, 1, 1).contains(spanned)
+    shares = spanned.width() / camera.width(), spanned.height() / camera.height()
+    assert max(shares) == pytest.approx(1.0, abs=0.02)
+    zoom = camera.zoom
+    drag(four, QPoint(100, 40), QPoint(104, 44), button=RIGHT)
+    assert camera.zoom == zoom, "a slip of the hand enlarges nothing"
+    assert clicks(four) == {}

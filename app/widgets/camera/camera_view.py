@@ -14,7 +14,7 @@ from PySide6.QtGui import (
     QTransform,
     QWheelEvent,
 )
-from PySide6.QtWidgets import QWidget
+from PySide6.QtWidgets import QRubberBand, QWidget
 
 from ..style.colours import paint_runs_legend
 from ..style.theme import current_theme
@@ -25,7 +25,7 @@ from .cursor import CursorLabel, loupe_size, paint_loupe
 from .overlays import paint_overlay
 from .picture import Picture, PictureView, alike
 
-_CLICK_PIXELS = 4
+_CLICK_PIXELS, _BAND_PIXELS = 4, 12
 _COMPUTED = (
     "Clicks are placed in camera images, and this image is computed. Show the reference image "
     "(F1) or the left image (F2)."
@@ -56,6 +56,7 @@ class CameraView(PictureView):
         super().__init__(parent)
         self._cursor: QPointF | None = None
         self._drag: tuple[QPointF, QPointF] | None = None
+        self._band = QRubberBand(QRubberBand.Shape.Rectangle, self)
         self._dragged = False
         self._marks: ClickMarks | None = None
         self._clicking = False
@@ -200,9 +201,7 @@ class CameraView(PictureView):
             if (event.position() - start).manhattanLength() > _CLICK_PIXELS or self._dragged:
                 self._dragged = self._by_hand = True
                 self._space = None if self._space is None else True
-                self._pan(event.position() - last)
-                if self.zoom > 1.0:
-                    self.setCursor(Qt.CursorShape.ClosedHandCursor)
+                self._drag_on(start, last, event)
             self._drag = (start, event.position())
         if self._hand.busy:
             self._hand.move(event.position())
@@ -213,6 +212,17 @@ class CameraView(PictureView):
         self._tell_hover()
         if self._display.loupe:
             self.update()
+
+    def _drag_on(self, start: QPointF, last: QPointF, event: QMouseEvent) -> None:
+        """Move the picture, or with the right button span what shall be enlarged."""
+        if event.buttons() & Qt.MouseButton.RightButton:
+            self._band.setGeometry(QRectF(start, event.position()).normalized().toRect())
+            self._band.show()
+            return
+        self._at_home = False
+        self._pan(event.position() - last)
+        if self.zoom > 1.0:
+            self.setCursor(Qt.CursorShape.ClosedHandCursor)
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
         if self._hand.busy and event.button() == Qt.MouseButton.LeftButton:
@@ -225,10 +235,20 @@ class CameraView(PictureView):
                     self.refused.emit(f"{marks.offer.words.capitalize()}.")
             self._hand.let_go()
             self.update()
+        elif self._band.isVisible():
+            self._band.hide()
+            self._zoom_to_band()
         elif self._drag is not None and not self._dragged:
             self._click_without_hand(event)
         self._drag = None
         self._show_cursor()
+
+    def _zoom_to_band(self) -> None:
+        band = QRectF(self._band.geometry())
+        if max(band.width(), band.height()) >= _BAND_PIXELS:
+            inverse, _ = self._to_widget().inverted()
+            self.zoom_to(inverse.mapRect(band))
+            self._by_hand, self._at_home = True, False
 
     def _click_without_hand(self, event: QMouseEvent) -> None:
         """A click that places nothing: it selects a limb, or with the right button a click."""
