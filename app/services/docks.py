@@ -18,6 +18,7 @@ from .layout import (
     Workspace,
     arrange,
     forget_layout,
+    is_in_front,
     restore_layout,
     save_layout,
 )
@@ -121,6 +122,10 @@ class Docks(QObject):
     def is_shown(self, name: str) -> bool:
         """Whether a panel is there, be it behind another one."""
         return not self._docks[name].isHidden()
+
+    def is_seen(self, name: str) -> bool:
+        """Whether a panel is on the screen, not behind another one: others need no work."""
+        return self._docks[name].isVisible() and is_in_front(self._docks[name])
 
     def toggle(self, name: str) -> None:
         """Show or hide a panel; one that was never placed comes to the right."""
@@ -273,6 +278,7 @@ def _column_of(
         if each is not dock
         and each not in behind
         and each.isVisible()
+        and is_in_front(each)
         and not each.isFloating()
         and each.geometry().left() == dock.geometry().left()
     ]

@@ -123,7 +123,7 @@ def shares_of(window: QMainWindow, docks: Mapping[str, QDockWidget]) -> Shares:
     return {
         name: (dock.width() / width, dock.height() / height)
         for name, dock in docks.items()
-        if _is_placed(dock) and dock.x() >= 0
+        if _is_placed(dock) and is_in_front(dock)
     }
 
 
@@ -135,7 +135,7 @@ def share_out(window: QMainWindow, docks: Mapping[str, QDockWidget], shares: Sha
     _resize(window, {dock: share * height for dock, (_, share) in placed.items()}, _DOWN)
     middle, area = window.centralWidget(), Qt.DockWidgetArea
     pictures = middle.size() if middle is not None else QSize()
-    there = [dock for dock in docks.values() if _is_placed(dock) and dock.x() >= 0]
+    there = [dock for dock in docks.values() if _is_placed(dock) and is_in_front(dock)]
     beside, below = (
         [dock for dock in there if window.dockWidgetArea(dock) & areas]
         for areas in (
@@ -149,6 +149,14 @@ def share_out(window: QMainWindow, docks: Mapping[str, QDockWidget], shares: Sha
         _resize(window, {dock: dock.width() / too_wide for dock in beside}, _ACROSS)
     if too_high > 1.0:
         _resize(window, {dock: dock.height() / too_high for dock in below}, _DOWN)
+
+
+def is_in_front(dock: QDockWidget) -> bool:
+    """Whether a panel that is there is seen: Qt puts those behind it aside, and calls all visible.
+
+    Neither does the visible region tell it: that of a panel full of opaque widgets is empty.
+    """
+    return dock.isFloating() or dock.geometry().right() >= 0
 
 
 def _is_placed(dock: QDockWidget | None) -> bool:

@@ -90,6 +90,7 @@ class TuneController(QObject):
         session.document.frame_changed.connect(self.show)
         docks.workspace_changed.connect(self._on_workspace)
         docks.dock("trials").visibilityChanged.connect(self.show)
+        docks.dock("parameters").visibilityChanged.connect(self.parameters.set_seen)
         session.leaving.connect(self.stop)
         context.tasks.watch(self.settled)
 
@@ -158,7 +159,7 @@ class TuneController(QObject):
     def show(self, _what: object = None) -> None:
         """Say what is tried, and how good it is."""
         context, panel = self._context, self.panel
-        if not panel.isVisible() or context.session.document.recording is None:
+        if not context.docks.is_seen("trials") or context.session.document.recording is None:
             return
         running, stretch = self.trials.running, self.stretch()
         how = ". Select others in the timeline with Shift+drag."

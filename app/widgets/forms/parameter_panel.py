@@ -5,8 +5,8 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Sequence
 
-from PySide6.QtCore import Qt, Signal
-from PySide6.QtGui import QAction, QFont, QKeyEvent, QShowEvent, QWheelEvent
+from PySide6.QtCore import Qt, Signal, Slot
+from PySide6.QtGui import QAction, QFont, QKeyEvent, QWheelEvent
 from PySide6.QtWidgets import (
     QCheckBox,
     QComboBox,
@@ -243,7 +243,7 @@ class ParameterPanel(QWidget):
         self._base: ParameterGroup | None = None
         self._against = "preset"
         self._rows: tuple[ParameterRow, ...] = ()
-        self._behind = False
+        self._behind = self._seen = False
         self._lines: dict[str, ParameterLine] = {}
         self._groups: dict[str, QWidget] = {}
         self._nothing = label("", "muted")
@@ -261,10 +261,12 @@ class ParameterPanel(QWidget):
         self._catch_up()
         return self._lines[name]
 
-    def showEvent(self, event: QShowEvent) -> None:
+    @Slot(bool)
+    def set_seen(self, seen: bool) -> None:
         """Make the lines when they are seen first: there are a hundred of them."""
-        self._catch_up()
-        super().showEvent(event)
+        self._seen = seen
+        if seen:
+            self._catch_up()
 
     def set_settings(
         self, settings: ParameterGroup, base: ParameterGroup, against: str = "preset"
@@ -278,7 +280,7 @@ class ParameterPanel(QWidget):
         self.revert_all.setToolTip(f"Revert all parameters to the values of {AGAINST[against]}")
         self.only_changed.setToolTip(f"Show only parameters that differ from {AGAINST[against]}")
         self._behind = True
-        if self.isVisible():
+        if self._seen:
             self._catch_up()
 
     def set_presets(self, names: Sequence[str]) -> None:
