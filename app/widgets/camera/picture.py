@@ -193,10 +193,11 @@ class PictureView(QWidget):
 
     def set_home(self, box: QRectF) -> bool:
         """Begin with this part of the picture, in raw pixels; False where somebody has zoomed."""
+        if self.zoom != 1.0:
+            return False
         self._home = box
-        if self.zoom == 1.0:
-            self._go_home()
-        return self._at_home
+        self._go_home()  # or when there is a picture
+        return True
 
     def zoom_to(self, box: QRectF, share: float = 1.0) -> None:
         """Enlarge what is in a box of raw pixels until it takes this share of the widget."""
