@@ -26,6 +26,8 @@ from .notifier import Notifier
 from .stored import stored_text
 
 _CORNER = Qt.Corner.BottomRightCorner
+_USUAL = ("track", "annotate")
+"""Workspaces that are shown first, where they have something to show."""
 
 
 class Docks(QObject):
@@ -204,12 +206,12 @@ class Docks(QObject):
             self.show_workspace(space.name)
 
     def show_first(self) -> None:
-        """Show the workspace that was used last, or the first that has something to show."""
+        """Show the workspace that was used last, or a usual one that has something to show."""
         self._shown = None
-        wanted = self._workspaces.get(stored_text(self._settings, "workspace") or "track")
-        every = (*([wanted] if wanted is not None else []), *self.workspaces)
-        fits = next((space for space in every if not space.why_not()), self.workspaces[0])
-        self.show_workspace(fits.name)
+        last = stored_text(self._settings, "workspace")
+        wanted = [self._workspaces[name] for name in (last, *_USUAL) if name in self._workspaces]
+        fits = (space for space in wanted if not space.why_not())
+        self.show_workspace(next(fits, self.workspaces[0]).name)
 
     def leave(self) -> None:
         """Show no workspace any more; how it was arranged is kept."""

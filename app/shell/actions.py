@@ -92,7 +92,7 @@ def _help_and_file(dialogs: Dialogs, messages: MessageBar) -> list[Command]:
                 "Ctrl+K", "palette-of-commands"),
         command("shortcuts", "Shortcuts …", "Change the keyboard shortcuts of commands.",
                 dialogs.show_shortcuts, "Ctrl+Alt+K", "settings"),
-        command("close_message", "Dismiss message", "Dismiss the message above the views.",
+        command("close_message", "Dismiss message", "Dismiss the message over the views.",
                 messages.dismiss, "Esc", "close", why_not=no_message),
         command("about", "About stereotrack", "Version, and the location of the log file.",
                 dialogs.show_about, icon="info"),
