@@ -13,6 +13,7 @@ from ..widgets.scene.scene_view import SceneView
 from ..widgets.style.building import vbox
 from ..widgets.timeline.bars import Transport
 from ..widgets.timeline.timeline_view import TimelineView
+from .focus import FocusWalk
 from .layout import (
     PanelShares,
     Workspace,
@@ -48,6 +49,7 @@ class Docks(QObject):
     timeline : TimelineView
     scene : SceneView
     transport : Transport
+    focus : FocusWalk
     middle : QStackedWidget
         The views, or what is there while nothing is open.
 
@@ -75,6 +77,7 @@ class Docks(QObject):
         self._room: _Room | None = None
         self.views, self.scene = CameraGrid(), SceneView()
         self.timeline, self.transport = TimelineView(), Transport()
+        self.focus = FocusWalk(host, self.views, self._docks)
         self.middle = QStackedWidget()
         self.middle.addWidget(self.views)
         host.setCentralWidget(self.middle)
@@ -98,6 +101,8 @@ class Docks(QObject):
         """Add a panel; one that says by itself what it shows needs no title."""
         dock = QDockWidget(title, self._host)
         dock.setObjectName(name)
+        for part in (dock, widget):
+            part.setAccessibleName(part.accessibleName() or title)
         dock.setWidget(widget)
         if not titled:
             dock.setTitleBarWidget(QWidget())

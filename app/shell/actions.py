@@ -57,6 +57,11 @@ def _panels(context: Context) -> list[Command]:
             partial(docks.toggle, name), checked=partial(docks.is_shown, name),
         )
         for name, title in docks.titles().items()
+    ] + [
+        Command("next_panel", _MENU, "Next panel", "Give the keys to the next panel, or the views.",
+                partial(docks.focus.walk, 1), "F6", section=True),
+        Command("previous_panel", _MENU, "Previous panel", "Give the keys to the panel before.",
+                partial(docks.focus.walk, -1), "Shift+F6"),
     ]  # fmt: skip
 
 

@@ -127,6 +127,9 @@ class MainWindow(QMainWindow):
 
     # ---- the window itself
 
+    def focusNextPrevChild(self, forward: bool) -> bool:
+        return self.context.docks.focus.step(forward)
+
     def closeEvent(self, event: QCloseEvent) -> None:
         self.context.docks.leave()
         self.context.settings.setValue("geometry", self.saveGeometry())

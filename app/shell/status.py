@@ -160,6 +160,7 @@ class StatusLine(QObject):
         self.progress.setTextVisible(False)
         self.cancel = QToolButton()
         self.cancel.setToolTip("Cancel the background tasks")
+        self.cancel.setAccessibleName("Cancel the background tasks")
         self.cancel.setAutoRaise(True)
         set_icon(self.cancel, "stop")
         bar.addWidget(self.state, 1)

@@ -91,6 +91,7 @@ class Toolbars:
         action = self._context.actions.action(name)
         bar.addAction(action)
         button = bar.widgetForAction(action)
+        button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         if name in _WORDS and isinstance(button, QToolButton):
             action.setIconText(_WORDS[name])
             button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)

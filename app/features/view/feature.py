@@ -141,9 +141,10 @@ def _zoom(
                 "clicks, the fit, a run, the reference or movement, and follow the person until "
                 "you zoom by hand. Choose this again to show whole images.",
                 view.toggle_keep_person, "Z", "fit", checked=lambda: state.display.keep_person),
-        Command("open_zoomed", _MENU, "Zoom in when opening", "Open recordings with every view "
-                "zoomed to where the person moves. Press 0 for whole images; drag with the right "
-                "button to zoom to a rectangle.", first_zoom.toggle, checked=first_zoom.chosen),
+        Command("open_zoomed", _MENU, "Open zoomed to the person", "Open recordings with every "
+                "view zoomed to where the person moves. Press 0 for whole images; drag with the "
+                "right button to zoom to a rectangle.", first_zoom.toggle,
+                checked=first_zoom.chosen),
         command("loupe", "Loupe", "Magnify the image under the cursor.", view.toggle_loupe, "L",
                 "loupe", checked=lambda: state.display.loupe),
         command("loupe_corner", "Loupe in the corner", "Show the loupe in a corner of the view so "

@@ -43,6 +43,7 @@ class CameraTile(QFrame):
         super().__init__(parent)
         self.view = view
         self.camera = CameraView(self)
+        self.camera.setAccessibleName(f"View {view.name}")
         self._name = label(view.name, wraps=False)
         self._name.setObjectName("tileName")
         font = self._name.font()

@@ -11,6 +11,7 @@ from PySide6.QtGui import (
     QMouseEvent,
     QPainter,
     QPaintEvent,
+    QPen,
     QTransform,
     QWheelEvent,
 )
@@ -32,13 +33,20 @@ _COMPUTED = (
 )
 
 
+_BY_KEYS = {
+    Qt.FocusReason.TabFocusReason,
+    Qt.FocusReason.BacktabFocusReason,
+    Qt.FocusReason.ShortcutFocusReason,
+}
+
+
 class CameraView(PictureView):
     """Paints one :class:`Picture`; data are never resampled, only displayed."""
 
     hovered = Signal(str)
     """Words about the pixel under the cursor; empty when the cursor leaves."""
     pressed = Signal()
-    """The view was clicked into."""
+    """The view was clicked into, or got the keys."""
     limb_clicked = Signal(str)
     """A limb's outline was clicked, or empty for a click beside the model."""
     painted = Signal(int)
@@ -67,7 +75,8 @@ class CameraView(PictureView):
         self.painted_frame = -1
         self.legend = True
         self.setMouseTracking(True)
-        self.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
+        self._by_keys = False
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
 
     @property
     def marks(self) -> ClickMarks | None:
@@ -128,6 +137,9 @@ class CameraView(PictureView):
                 paint_outside(painter, marks.outside, area)
             if self.picture is not None and self.legend:
                 paint_runs_legend(painter, self.picture.overlay.runs, area)
+        if self._by_keys:
+            painter.setPen(QPen(QColor(theme.accent), 4.0))
+            painter.drawRect(self.rect())
         painter.end()
         if self.picture is not None:
             self.painted_frame = self.picture.frame
@@ -293,8 +305,14 @@ class CameraView(PictureView):
             return
         super().keyReleaseEvent(event)
 
+    def focusInEvent(self, event: QFocusEvent) -> None:
+        self._by_keys = event.reason() in _BY_KEYS
+        if self._by_keys:
+            self.pressed.emit()
+        super().focusInEvent(event)
+
     def focusOutEvent(self, event: QFocusEvent) -> None:
-        self._space = None
+        self._space, self._by_keys = None, False
         self._show_cursor()
         super().focusOutEvent(event)
 

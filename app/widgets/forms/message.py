@@ -131,8 +131,9 @@ class MessageBar(_Bar):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._messages: list[Message] = []
-        self._icon = tool_button("")
+        self._icon = tool_button("Message")
         self._icon.setEnabled(False)
+        self._icon.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self._text = label()
         self._text.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self._text.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.MinimumExpanding)

@@ -77,6 +77,7 @@ class ParameterLine(QWidget):
         self.editor.setAccessibleName(f"{row.name.replace('_', ' ')} {row.unit}".strip())
         self.editor.setAccessibleDescription(row.help)
         self.revert_button = tool_button("", "reset", role="plain")
+        self.revert_button.setAccessibleName(f"Revert {row.name.replace('_', ' ')}")
         self.revert_button.clicked.connect(self.revert)
         self._name = label(row.name.replace("_", " "), wraps=False)
         self._name.setBuddy(self.editor)
@@ -248,7 +249,7 @@ class ParameterPanel(QWidget):
         self._groups: dict[str, QWidget] = {}
         self._nothing = label("", "muted")
         self._nothing.setAlignment(Qt.AlignmentFlag.AlignHCenter)
-        self._scroll = scrolled(QWidget())
+        self._scroll = scrolled(QWidget(), "Parameters")
         head = self._make_head(presets)
         self.setLayout(vbox(head, (self._scroll, 1), margins=(6, 6, 0, 0), spacing=4))
         self.setMinimumWidth(260)
