@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import TypeAlias
 
 from PySide6.QtCore import QEvent, QObject, QSettings, QSize, Qt, QTimer, Slot
-from PySide6.QtWidgets import QDockWidget, QMainWindow
+from PySide6.QtWidgets import QDockWidget, QMainWindow, QTabBar
 
 from .stored import stored_bytes, stored_text
 
@@ -149,6 +149,8 @@ def share_out(window: QMainWindow, docks: Mapping[str, QDockWidget], shares: Sha
         _resize(window, {dock: dock.width() / too_wide for dock in beside}, _ACROSS)
     if too_high > 1.0:
         _resize(window, {dock: dock.height() / too_high for dock in below}, _DOWN)
+    for tabs in window.findChildren(QTabBar, options=Qt.FindChildOption.FindDirectChildrenOnly):
+        tabs.setVisible(tabs.count() > 0)  # Qt leaves some hidden that it uses again
 
 
 def is_in_front(dock: QDockWidget) -> bool:
