@@ -28,10 +28,10 @@ demo: ready
 	else QT_QPA_PLATFORM=offscreen $(PY) -m app demo demo --headless --screenshot demo/window.png; fi
 
 test: lint
-	$(PYTEST) -n $(WORKERS) --dist loadfile -m 'not slow'
+	$(PYTEST) -n $(WORKERS) --dist loadfile --no-loadscope-reorder -m 'not slow'
 
 test-slow: ready
-	$(PYTEST) -n $(WORKERS) --dist loadfile -m slow --timeout 7200 --durations 0
+	$(PYTEST) -n $(WORKERS) --dist loadfile --no-loadscope-reorder -m slow --timeout 7200 --durations 0
 
 # Each Python that is found; make test-newest NEWEST=3.12 tries another.
 NEWEST = 3.11 3.13

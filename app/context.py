@@ -45,6 +45,6 @@ def make_context(
     tasks, view_state, notifier = TaskList(window), ViewState(window), Notifier(window)
     docks = Docks(window, settings, notifier)
     session = Session(tasks, view_state, settings, window, processes)
-    actions = ActionRegistry(window, settings)
-    tasks.watch(actions.settled)
+    actions = ActionRegistry(window, settings, docks.redraw)
+    tasks.watch(docks.redraw.settled)
     return Context(session, view_state, tasks, actions, docks, notifier, settings)

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from PySide6.QtCore import QEvent, QObject, QSettings, Qt, QTimer, Signal, Slot
+from PySide6.QtCore import QEvent, QObject, QSettings, Qt, Signal, Slot
 from PySide6.QtGui import QAction, QKeyEvent, QKeySequence
 from PySide6.QtWidgets import (
     QAbstractSpinBox,
@@ -19,10 +19,10 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from ..widgets.redraw import RedrawQueue
 from ..widgets.style.icons import set_icon
 
 _SHORTCUTS = "shortcuts"
-_REFRESH_MS = 30
 
 
 def _always() -> str:
@@ -127,20 +127,18 @@ class ActionRegistry(QObject):
     shortcuts_changed = Signal()
     refreshed = Signal()
 
-    def __init__(self, window: QWidget, settings: QSettings) -> None:
+    def __init__(self, window: QWidget, settings: QSettings, redraw: RedrawQueue) -> None:
         super().__init__(window)
-        self._window = window
-        self._settings = settings
+        self._window, self._settings, self._redraw = window, settings, redraw
         self._commands: dict[str, Command] = {}
         self._actions: dict[str, QAction] = {}
         self._keys: dict[str, QKeySequence] = {}
+        self._key_words: dict[str, str] = {}
         self._said: dict[str, tuple[str, str]] = {}
         self._typing = _Typing(self)
         app = QApplication.instance()
         if isinstance(app, QApplication):
             app.focusChanged.connect(self._on_focus)
-        self._soon = QTimer(self, singleShot=True, interval=_REFRESH_MS)
-        self._soon.timeout.connect(self._refresh_all)
 
     @property
     def commands(self) -> tuple[Command, ...]:
@@ -193,22 +191,13 @@ class ActionRegistry(QObject):
 
     @Slot()
     def refresh_soon(self, _what: object = None) -> None:
-        """Find out what can be done now, at most some 30 times a second."""
-        if not self._soon.isActive():
-            self._soon.start()
-
-    def settled(self) -> bool:
-        """Whether what can be done is known as it is now."""
-        return not self._soon.isActive()
+        """Find out what can be done now, when it is its turn among what is drawn."""
+        self._redraw.soon(self.refresh)
 
     @Slot(QWidget, QWidget)
     def _on_focus(self, _old: QWidget | None, new: QWidget | None) -> None:
         if isinstance(new, _TEXT_FIELDS):
             new.installEventFilter(self._typing)
-
-    @Slot()
-    def _refresh_all(self) -> None:
-        self.refresh()
 
     def set_shortcut(self, name: str, keys: str) -> None:
         """Give a command another shortcut, and keep it for next time."""
@@ -227,7 +216,7 @@ class ActionRegistry(QObject):
 
     def key_words(self, name: str) -> str:
         """Key sequence of a command, as a person reads it."""
-        return self._keys[name].toString(QKeySequence.SequenceFormat.NativeText)
+        return self._key_words[name]
 
     def user_of(self, keys: str, besides: str = "") -> Command | None:
         """Tell which command has a key sequence already, where neither of both goes first."""
@@ -282,10 +271,10 @@ class ActionRegistry(QObject):
         action.setToolTip(f"{words}  [{keys}]" if keys else words)
 
     def _give_keys(self, command: Command, keys: QKeySequence) -> None:
-        self._keys[command.id] = keys
+        words = keys.toString(QKeySequence.SequenceFormat.NativeText)
+        self._keys[command.id], self._key_words[command.id] = keys, words
         action = self._actions[command.id]
         if command.goes_first:  # shown in menus all the same
-            words = keys.toString(QKeySequence.SequenceFormat.NativeText)
             action.setText(f"{command.text}\t{words}")
         action.setShortcut(keys)
         for one in self._commands.values():

@@ -9,6 +9,7 @@ from stereotrack_core.errors import InputError
 
 from ..widgets.camera.camera_grid import CameraGrid
 from ..widgets.forms.message import BarsOver, Message
+from ..widgets.redraw import RedrawQueue
 from ..widgets.scene.scene_view import SceneView
 from ..widgets.style.building import vbox
 from ..widgets.timeline.bars import Transport
@@ -52,6 +53,8 @@ class Docks(QObject):
     focus : FocusWalk
     middle : QStackedWidget
         The views, or what is there while nothing is open.
+    redraw : RedrawQueue
+        What is to be drawn again.
 
     Signals
     -------
@@ -75,7 +78,8 @@ class Docks(QObject):
         self._shown: Workspace | None = None
         self._shares = PanelShares(host, self._docks)
         self._room: _Room | None = None
-        self.views, self.scene = CameraGrid(), SceneView()
+        self.redraw = RedrawQueue(self)
+        self.views, self.scene = CameraGrid(self.redraw), SceneView()
         self.timeline, self.transport = TimelineView(), Transport()
         self.focus = FocusWalk(host, self.views, self._docks)
         self.middle = QStackedWidget()

@@ -10,12 +10,13 @@ from PySide6.QtCore import QObject, QTimer, Signal, Slot
 from stereotrack_core.annotation.doubts import (
     doubtful_camera,
     frames_asked,
+    residuals_by_camera,
     what_disagrees,
     what_to_do,
 )
 from stereotrack_core.errors import Finding
 from stereotrack_core.geometry.camera import Camera
-from stereotrack_core.geometry.camera_agreement import Disagreement
+from stereotrack_core.geometry.camera_agreement import CameraResidual, Disagreement
 from stereotrack_core.project.history import Changed
 from stereotrack_core.project.project import Project
 
@@ -37,6 +38,8 @@ class CameraDoubts(QObject):
 
     changed = Signal()
     """Another camera does, or none, or by more or less."""
+    measured = Signal()
+    """Cameras have other residuals."""
     failed = Signal(object)
 
     def __init__(
@@ -46,8 +49,10 @@ class CameraDoubts(QObject):
         self._document, self._project = document, project
         self.now: Disagreement | None = None
         """The camera that contradicts the others."""
+        self.residuals: tuple[CameraResidual, ...] = ()
+        """How far the clicks of each camera lie from the points that the cameras agree on."""
         self._worker = NewestAsked(_answer, "compare the cameras")
-        self._worker.answered.connect(lambda _question, found: self._take(found))
+        self._worker.answered.connect(lambda _question, found: self._take(*found))
         self._worker.failed.connect(lambda _question, error: self.failed.emit(error))
         self._pause = QTimer(self, singleShot=True, interval=_PAUSE_MS)
         self._pause.timeout.connect(self._ask)
@@ -87,7 +92,10 @@ class CameraDoubts(QObject):
         else:
             self._worker.ask(_Question(project, recording.cameras))
 
-    def _take(self, found: Disagreement | None) -> None:
+    def _take(self, found: Disagreement | None, residuals: tuple[CameraResidual, ...] = ()) -> None:
+        if residuals != self.residuals:
+            self.residuals = residuals
+            self.measured.emit()
         if found != self.now:
             self.now = found
             self.changed.emit()
@@ -103,9 +111,11 @@ class CameraDoubts(QObject):
         self._take(None)
 
 
-def _answer(question: _Question) -> Disagreement | None:
+def _answer(question: _Question) -> tuple[Disagreement | None, tuple[CameraResidual, ...]]:
     """Called in the worker's thread, which has ended before the project is closed."""
     project = question.project
     asked = sorted(frames_asked(project.clicks.frames()))
     clicks = [click for frame in asked for click in project.clicks.at(frame)]
-    return doubtful_camera(clicks, question.cameras, project.landmark_set())
+    known = clicks, question.cameras, project.landmark_set()
+    found = doubtful_camera(*known)
+    return found, residuals_by_camera(*known, found)

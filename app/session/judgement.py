@@ -298,7 +298,13 @@ def _answer(asked: _Question) -> dict[RunEntry, Judgement]:
 
 
 class JudgementPresenter(QObject):
-    """Judgements by run, made in a thread of their own; a growing run is added frame by frame."""
+    """Judgements by run, made in a thread of their own; a growing run is added frame by frame.
+
+    Attributes
+    ----------
+    besides : tuple of RunEntry
+        Runs that are judged though they are not in the list.
+    """
 
     judged = Signal()
     """Runs are judged, or others are in the list, or shown in another way: told once for all that
@@ -311,6 +317,7 @@ class JudgementPresenter(QObject):
     def __init__(self, document: DocumentPresenter, runs: RunList, parent: QObject) -> None:
         super().__init__(parent)
         self._document, self._runs = document, runs
+        self.besides: tuple[RunEntry, ...] = ()
         self._known: dict[RunEntry, tuple[int, Truth | None, Judgement]] = {}
         self._wanted: Against | None = None
         self._recorded: Truth | None = None
@@ -321,7 +328,7 @@ class JudgementPresenter(QObject):
         self._worker.failed.connect(self._on_failed)
         self._timer = QTimer(self, singleShot=True)
         self._timer.timeout.connect(self._ask)
-        runs.grew.connect(self._on_grew)
+        runs.grew.connect(self.judge_soon)
         runs.changed.connect(self.judge)
         runs.active_changed.connect(self.judge)
 
@@ -331,8 +338,9 @@ class JudgementPresenter(QObject):
         return known[-1] if known is not None else None
 
     def all(self) -> dict[RunEntry, Judgement]:
-        """Judgements by run."""
-        return {entry: known[-1] for entry, known in self._known.items()}
+        """Judgements by run of the list."""
+        known = self._known
+        return {entry: known[entry][-1] for entry in self._runs.entries if entry in known}
 
     # ---- what errors are measured against
 
@@ -385,7 +393,8 @@ class JudgementPresenter(QObject):
         self._timer.start(0)
 
     @Slot()
-    def _on_grew(self) -> None:
+    def judge_soon(self) -> None:
+        """Judge what grows, now and then."""
         if not self._timer.isActive():
             self._timer.start(_INTERVAL_MS)
 
@@ -394,7 +403,7 @@ class JudgementPresenter(QObject):
         if not self._worker.settled():
             self._timer.start(_SOON_MS)  # a run that grows would otherwise never be told of
             return
-        truth, entries = self.truth, self._runs.entries
+        truth, entries = self.truth, {*self._runs.entries, *self.besides}
         if truth is not self._told:
             self._told = truth
             self.truth_changed.emit()
@@ -413,7 +422,7 @@ class JudgementPresenter(QObject):
     @Slot(object, object)
     def _on_answered(self, asked: _Question, found: Mapping[RunEntry, Judgement]) -> None:
         for entry, judgement in found.items():
-            if entry in self._runs.entries:
+            if entry in self._runs.entries or entry in self.besides:
                 self._known[entry] = len(judgement.frame), asked.truth, judgement
         self.judged.emit()
 

@@ -141,7 +141,8 @@ def _picture(instant: Instant, view: View, kind: PictureKind, overlays: frozense
     if pixels is None:
         return Picture(view.name, kind, frame, None, "A depth camera has no disparity map.")
     eye = depth.geometry.world_from_depth.translation
-    overlay = _overlay(instant, view.name, depth_projection(depth.geometry), eye, overlays)
+    project = depth_projection(depth.geometry)
+    overlay = partial(_overlay, instant, view.name, project, eye, overlays)
     value_at = partial(_depth_words, depth)
     return Picture(
         view.name, kind, frame, pixels, problem, view.display_rotation, overlay, value_at=value_at
@@ -165,7 +166,8 @@ def _camera_picture(
                 view.name, kind, instant.frame_set.index, None, "The left image is missing."
             )
         pixels = images.left
-    overlay = _overlay(instant, view.name, camera.project, camera.position_world, overlays)
+    eye = camera.position_world
+    overlay = partial(_overlay, instant, view.name, camera.project, eye, overlays)
     ranged = depth if kind == "image" else None
     return Picture(
         view.name,

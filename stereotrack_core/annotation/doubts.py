@@ -21,7 +21,7 @@ from itertools import combinations, product
 import numpy as np
 
 from stereotrack_core.annotation.click import ACCEPTED, USUAL_SIGMA, Click, ClickKey
-from stereotrack_core.annotation.click_points import click_pixels
+from stereotrack_core.annotation.click_points import ClickPixels, click_pixels
 from stereotrack_core.annotation.fit.results import MISTAKEN, TrajectoryFit
 from stereotrack_core.annotation.landmark_set import LandmarkSet
 from stereotrack_core.annotation.predict import PredictedPoint, predicted_point
@@ -30,7 +30,9 @@ from stereotrack_core.body.limbs import LIMB_ENDS, LIMBS
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.camera_agreement import (
     LEAST_RATIO,
+    CameraResidual,
     Disagreement,
+    camera_residuals,
     disagreeing_camera,
 )
 from stereotrack_core.geometry.rotation import angle_between, skew
@@ -200,15 +202,35 @@ def doubtful_camera(
     A camera with a few wrong clicks, or with left and right mixed up, is none. What was accepted
     lies where the other cameras have put it, and says nothing.
     """
-    own = [click for click in clicks if click.origin != ACCEPTED]
-    asked = frames_asked(np.unique([click.frame for click in own]).astype(np.int64))
-    own = [click for click in own if click.frame in asked]
     names = landmark_set.names
-    found = click_pixels(own, cameras, names)
+    found = _compared(clicks, cameras, names)
     other = {name: landmark_set[name].mirror or name for name in names}
     mirror = [names.index(other[name]) for name in names]
-    pixels = np.moveaxis(found.pixel, 2, 0)
-    return disagreeing_camera(found.cameras, found.frame, pixels, mirror)
+    return disagreeing_camera(found.cameras, found.frame, np.moveaxis(found.pixel, 2, 0), mirror)
+
+
+def residuals_by_camera(
+    clicks: Iterable[Click],
+    cameras: Mapping[str, Camera],
+    landmark_set: LandmarkSet,
+    found: Disagreement | None,
+) -> tuple[CameraResidual, ...]:
+    """How far each camera's clicks lie from the points that the cameras agree on.
+
+    Without the camera that :func:`doubtful_camera` has found; clicks are chosen as they are there.
+    """
+    compared = _compared(clicks, cameras, landmark_set.names)
+    doubtful = () if found is None else found.doubtful
+    return camera_residuals(compared.cameras, np.moveaxis(compared.pixel, 2, 0), doubtful)
+
+
+def _compared(
+    clicks: Iterable[Click], cameras: Mapping[str, Camera], names: Sequence[str]
+) -> ClickPixels:
+    """The clicks by which cameras are compared."""
+    own = [click for click in clicks if click.origin != ACCEPTED]
+    asked = frames_asked(np.unique([click.frame for click in own]).astype(np.int64))
+    return click_pixels([click for click in own if click.frame in asked], cameras, names)
 
 
 def frames_asked(clicked: IntArray) -> frozenset[int]:

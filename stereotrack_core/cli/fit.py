@@ -15,6 +15,7 @@ from stereotrack_core.annotation.click_points import lengths_of_clicks, subject_
 from stereotrack_core.annotation.doubts import (
     doubtful_camera,
     own_mistakes,
+    residuals_by_camera,
     what_disagrees,
     what_to_do,
 )
@@ -134,7 +135,11 @@ def _tell(
 ) -> None:
     doubtful = doubtful_camera(clicks, recording.cameras, NINE)
     mistakes = own_mistakes(fit.flagged(), doubtful, clicks, recording.cameras)
+    residuals = residuals_by_camera(clicks, recording.cameras, NINE, doubtful)
     facts = _facts(fit, mistakes, doubtful)
+    facts["cameras"] = {
+        one.camera: {"clicks": one.count, "residual_px": one.median_px} for one in residuals
+    }
     if args.json:
         put_json({"reference": args.output, **facts})
     else:
@@ -205,6 +210,10 @@ def _table(facts: Mapping[str, Any], title: str) -> Table:
         ("probable outliers", str(len(facts["probable_mistakes"]))),
         ("residual of clicks, per axis", f"{number(facts['residual_px'] or np.nan)} px"),
         ("scatter of clicks relative to their sigma", number(facts["sigma_factor"], 2)),
+    ]
+    rows += [
+        (f"residual of clicks in {camera}, median", f"{number(one['residual_px'])} px")
+        for camera, one in facts["cameras"].items()
     ]
     limbs = facts["limb_sigma_deg"].items()
     rows += [(f"uncertainty {limb.replace('_', ' ')}", f"{number(deg)} deg") for limb, deg in limbs]

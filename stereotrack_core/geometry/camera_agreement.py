@@ -75,6 +75,15 @@ class Disagreement:
         return (self.camera,) if self.camera else self.others
 
 
+@dataclass(frozen=True)
+class CameraResidual:
+    """How far a camera's sightings lie from the points that the cameras agree on."""
+
+    camera: str
+    count: int  # sightings that could be compared
+    median_px: float  # median distance, pixels; NaN where that are too few
+
+
 @dataclass(frozen=True, eq=False)
 class _Rest:
     """What the cameras say without one of them about N points."""
@@ -114,22 +123,43 @@ def disagreeing_camera(
             exchanged = pixels.copy()
             exchanged[v] = pixels[v][:, list(mirror)]
             after, before = (
-                _middle(_distances_from_others(cameras, one)[v]) for one in (exchanged, pixels)
+                _middle(_distances_from_others(cameras, one, v)) for one in (exchanged, pixels)
             )
             if after < _EXCHANGED * before:
                 return None
     return found
 
 
-def _distances_from_others(cameras: Sequence[Camera], pixels: FloatArray) -> FloatArray:
-    """How far sightings (V, F, L, 2) lie from what the other cameras say (V, F, L), pixels."""
+def camera_residuals(
+    cameras: Sequence[Camera], pixels: FloatArray, doubtful: Sequence[str] = ()
+) -> tuple[CameraResidual, ...]:
+    """What is said of each camera that has raw pixels (V, F, L, 2); NaN is not seen.
+
+    The points are those of all cameras together but the `doubtful` ones, where two are left.
+    """
+    seen = [v for v in range(len(cameras)) if np.isfinite(pixels[v]).all(axis=-1).any()]
+    if len(seen) < 2:
+        return ()
+    sound = [v for v in seen if cameras[v].name not in doubtful]
+    sound = sound if len(sound) > 1 else seen
+    chosen = [cameras[v] for v in sound]
+    points, _ = _points(chosen, pixels[sound].reshape(len(sound), -1, 2))
+    found = []
+    for v in seen:
+        if v in sound:
+            off = np.linalg.norm(pixels[v].reshape(-1, 2) - cameras[v].project(points), axis=-1)
+        else:
+            off = _distances_from_others([cameras[v], *chosen], pixels[[v, *sound]], 0)
+        found.append(CameraResidual(cameras[v].name, int(np.isfinite(off).sum()), _middle(off)))
+    return tuple(found)
+
+
+def _distances_from_others(cameras: Sequence[Camera], pixels: FloatArray, v: int) -> FloatArray:
+    """How far the sightings of camera v of (V, F, L, 2) lie from what the others say (F, L)."""
     two = len(cameras) == 2
-    rests = [
-        _between_two(cameras, pixels) if two else _without(cameras, pixels, v)
-        for v in range(len(cameras))
-    ]
-    found: FloatArray = np.array([np.linalg.norm(rest.off, axis=-1) for rest in rests])
-    return found.reshape(pixels.shape[:3])
+    rest = _between_two(cameras, pixels) if two else _without(cameras, pixels, v)
+    found: FloatArray = np.linalg.norm(rest.off, axis=-1).reshape(pixels.shape[1:3])
+    return found
 
 
 def _of_many(cameras: Sequence[Camera], frame: IntArray, pixels: FloatArray) -> Disagreement | None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import sys
 import threading
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -45,6 +47,7 @@ KINDS: dict[str, PictureKind] = {"depth": "depth", "mask": "grey"}
 
 _MASK_THRESHOLD = 127
 _READ_AHEAD_THREADS = 4
+_NICE = 10
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,7 +100,8 @@ class FrameReader:
             self._close_streams()
             raise
         self._readers = ThreadPoolExecutor(len(self._streams), "read")
-        self._ahead = ThreadPoolExecutor(min(_READ_AHEAD_THREADS, len(self._streams)), "read ahead")
+        threads = min(_READ_AHEAD_THREADS, len(self._streams))
+        self._ahead = ThreadPoolExecutor(threads, "read ahead", _stand_back)
         self._backgrounds: dict[str, tuple[ImageArray | None, ImageArray] | None] = {}
         self._background_lock = threading.Lock()
 
@@ -265,6 +269,12 @@ class FrameReader:
                     self.recording.folder, chosen, self._image_kind
                 )
             return self._backgrounds[view]
+
+
+def _stand_back() -> None:
+    """Let whoever needs something now go before this thread."""
+    if sys.platform == "linux":  # elsewhere it is the whole process that stands back
+        os.nice(_NICE)
 
 
 def _chosen(recording: Recording, views: Sequence[str] | None) -> Sequence[View]:

@@ -7,11 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stereotrack_core.annotation.click import ACCEPTED, Click
+from stereotrack_core.annotation.click import ACCEPTED, Click, ClickKey
 from stereotrack_core.annotation.doubts import (
     doubtful_camera,
     frames_asked,
     own_mistakes,
+    residuals_by_camera,
     what_disagrees,
     what_to_do,
 )
@@ -20,6 +21,8 @@ from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.camera_agreement import disagreeing_camera
 from stereotrack_core.geometry.rotation import rotation_from_vector
 from stereotrack_core.geometry.transform import RigidTransform
+from stereotrack_core.interop.labels import read_clicks
+from stereotrack_core.recording.folder import open_recording
 from tests.annotation.scenes import LENSES, MATRIX, bodies, clicks_of, looking_in
 
 NOISE = 2.0
@@ -109,6 +112,75 @@ def test_the_faulty_one_of_four_is_named_and_never_another(fault, frames, least)
         if fault == "late" and said == name:
             assert late == pytest.approx(2.0, abs=0.5), seed
     assert right >= least
+
+
+def fault_of_clicks(
+    count: int, frames: int, seed: int, *, turn: bool, wrong: int
+) -> tuple[str, list[Click], dict[str, Camera], set[ClickKey]]:
+    """The camera that is turned by 3 degrees, clicks of which so many are 60 px off, and those."""
+    rng = np.random.default_rng(seed)
+    cameras = rig(rng, count)
+    name = str(rng.choice(list(cameras)))
+    real = {**cameras, name: turned(cameras[name], rng)} if turn else cameras
+    clicks = clicks_of(BODIES[10 : 10 + frames], real, sigma=NOISE, seed=seed)
+    others = [i for i, one in enumerate(clicks) if one.camera != name]
+    chosen = rng.choice(others, wrong, replace=False)
+    for i in chosen:
+        x, y = clicks[i].position
+        clicks[i] = replace(clicks[i], position=(x + 60.0, y))
+    return name, clicks, cameras, {clicks[i].key for i in chosen}
+
+
+@pytest.mark.parametrize(("count", "least"), [(4, 36), (3, 20)])
+@pytest.mark.parametrize("wrong", [0, 4])
+def test_a_turned_camera_is_told_from_wrong_clicks_by_residuals(count, least, wrong):
+    named = right = 0
+    for seed in range(40):
+        bad, clicks, cameras, keys = fault_of_clicks(count, 6, 900 + seed, turn=True, wrong=wrong)
+        found = doubtful_camera(clicks, cameras, NINE)
+        said = () if found is None else found.doubtful
+        assert bad in said or not said, seed
+        if found is None or not found.camera:
+            continue
+        named += 1
+        residuals = {one.camera: one for one in residuals_by_camera(clicks, cameras, NINE, found)}
+        assert list(residuals) == list(cameras)
+        assert residuals[bad].median_px == pytest.approx(found.off_px, rel=0.2)
+        assert all(one.median_px < 5.0 for name, one in residuals.items() if name != bad), seed
+        blamed = set(own_mistakes([one.key for one in clicks], found, clicks, cameras))
+        assert not {key for key in blamed if key.camera == bad}
+        right += len(keys & blamed)
+    assert named >= least
+    assert count == 3 or right >= 0.85 * named * wrong, "two others cannot tell which one is wrong"
+
+
+@pytest.mark.parametrize("count", [2, 3, 4])
+def test_single_wrong_clicks_leave_the_residuals_of_cameras_small(count):
+    for seed in range(20):
+        _, clicks, cameras, _ = fault_of_clicks(count, 6, 900 + seed, turn=False, wrong=4)
+        assert doubtful_camera(clicks, cameras, NINE) is None
+        residuals = residuals_by_camera(clicks, cameras, NINE, None)
+        assert [one.camera for one in residuals] == list(cameras)
+        assert all(0.2 < one.median_px < 5.0 for one in residuals), (seed, residuals)
+
+
+def test_the_camera_of_a_real_recording_is_named_with_its_residual(shared_recording):
+    recording = open_recording(shared_recording("beam-4cam"))
+    clicks = read_clicks(recording.folder / "clicks.csv", recording, frames=100).checked()
+    found = doubtful_camera(clicks, recording.cameras, NINE)
+    assert found is not None
+    assert "cam03 disagrees with the other three by 4" in what_disagrees(found)
+    residuals = residuals_by_camera(clicks, recording.cameras, NINE, found)
+    px = {one.camera: one.median_px for one in residuals}
+    assert px["cam03"] == pytest.approx(found.off_px)
+    assert max(px[name] for name in found.others) < 0.3 * px["cam03"]
+
+
+def test_a_camera_alone_has_no_residual():
+    clicks, cameras = clicked()
+    lonely = [one for one in clicks if one.camera == "cam0"]
+    assert residuals_by_camera(lonely, cameras, NINE, None) == ()
+    assert residuals_by_camera([], cameras, NINE, None) == ()
 
 
 def clicked(

@@ -2,15 +2,23 @@
 
 import json
 import subprocess
+from functools import partial
 
 import pytest
 
 from stereotrack_core.cli import bench
 from stereotrack_core.experiments.benchmark import speed
 from stereotrack_core.program import main
+from stereotrack_core.tracking.run_spec import RunSpec
 from tests.cli.conftest import WINDOW
 
 pytestmark = pytest.mark.xdist_group("cli")
+
+
+@pytest.fixture
+def from_t_pose(monkeypatch):
+    """Begin runs that are timed with the T pose: to find a first pose takes longest of all."""
+    monkeypatch.setattr(speed, "RunSpec", partial(RunSpec, init="tpose"))
 
 
 @pytest.fixture
@@ -28,7 +36,7 @@ def test_correction_alone(run, few_sizes):
     assert "m^" in run("bench", "--only", "correction").out
 
 
-def test_chain_alone(run, recording, monkeypatch):
+def test_chain_alone(run, recording, monkeypatch, from_t_pose):
     whole, small = bench.chain_speed, {"search_proposals": 30, "data_points": 400}
 
     def chain_speed(recording, presets, **how):

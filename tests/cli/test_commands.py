@@ -19,6 +19,9 @@ from stereotrack_core.recording.landmarks import LandmarkTrajectory
 
 pytestmark = pytest.mark.xdist_group("cli")  # one small recording serves them all
 
+QUICK = ("--preset", "fast", "--init", "tpose", "--set", "fit_shape=no")
+"""A run that is not about how the person is found or measured, which takes most of the time."""
+
 MEASURES = {
     *("torso_position", "torso_long", "torso_cross", "upper_arms", "forearms"),
     *("left_upper_arm", "right_upper_arm", "left_forearm", "right_forearm"),
@@ -63,7 +66,7 @@ def test_tracker_never_sees_the_reference(run, recording, tracked, tmp_path):
 @pytest.mark.parametrize("suffix", RUN_SUFFIXES)
 def test_track_writes_every_format(run, recording, tmp_path, suffix):
     path = tmp_path / f"run{suffix}"
-    ended = run("track", recording, "-o", path, "--frames", "2:4", "--preset", "fast", "--json")
+    ended = run("track", recording, "-o", path, "--frames", "2:4", *QUICK, "--json")
     assert ended.status == 0
     assert ended.err == ""
     assert ended.json["frames"] == 2
@@ -75,8 +78,7 @@ def test_track_writes_every_format(run, recording, tmp_path, suffix):
 
 def test_track_repeats_itself(run, recording, tmp_path):
     options = (
-        "--preset",
-        "thesis",
+        *("--preset", "thesis", "--init", "tpose"),
         "--seed",
         "5",
         "--frames",
@@ -95,7 +97,7 @@ def test_track_repeats_itself(run, recording, tmp_path):
 
 
 def test_track_goes_back_over_the_run(run, recording, tmp_path):
-    options = ("--preset", "fast", "--frames", ":5", "--set", "least_points=50")
+    options = (*QUICK, "--frames", ":5", "--set", "least_points=50")
     files = {name: tmp_path / f"{name}.npz" for name in ("plain", "a", "b")}
     facts = run("track", recording, "-o", files["plain"], *options, "--json").json
     assert not facts["smoothed"]
@@ -114,11 +116,11 @@ def test_track_goes_back_over_the_run(run, recording, tmp_path):
 
 def test_track_says_which_frames_it_bridged(run, recording, tracked, tmp_path):
     path, bridges = tmp_path / "run.npz", ("--smooth", "--set", "longest_bridge=1")
-    ended = run("track", recording, "-o", path, "--preset", "fast", *bridges)
+    ended = run("track", recording, "-o", path, *QUICK, *bridges)
     stored = read_run(path)
     assert f"{len(stored.meta['bridged'])}" in ended.out
     assert "frames bridged by smoothing" in ended.out
-    facts = run("track", recording, "-o", path, "--preset", "fast", *bridges, "--json").json
+    facts = run("track", recording, "-o", path, *QUICK, *bridges, "--json").json
     assert facts["bridged"] == stored.meta["bridged"]
     seen = np.flatnonzero(read_run(tracked).tracked)
     assert facts["bridged"] == sorted({*range(seen[0], seen[-1])} - {*seen.tolist()})
@@ -199,7 +201,7 @@ def test_track_that_is_stopped_keeps_what_it_has(run, recording, tmp_path, monke
 
     monkeypatch.setattr(track, "progress", interrupting)
     path = tmp_path / "run.npz"
-    ended = run("track", recording, "-o", path, "--preset", "fast", "--json")
+    ended = run("track", recording, "-o", path, *QUICK, "--json")
     assert ended.status == 1
     assert "3 of 10" in ended.err
     assert ended.json["stopped"] is True

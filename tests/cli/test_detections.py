@@ -13,7 +13,7 @@ pytestmark = pytest.mark.xdist_group("cli")
 HEADER = "frame,view,kind,x,y,z,sigma,confidence\n"
 
 
-GIVEN = ("--preset", "fast", "--frames", "0:3")
+GIVEN = ("--preset", "fast", "--init", "tpose", "--set", "fit_shape=no", "--frames", "0:3")
 
 
 @pytest.fixture(scope="module")

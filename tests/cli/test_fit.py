@@ -1,5 +1,6 @@
 """``stereotrack fit``: from a file of clicks to a reference, and one sentence on what is wrong."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -85,11 +86,16 @@ def test_a_bad_camera_is_named_instead_of_its_clicks(run, shifted_view, tmp_path
     assert (found["camera"], found["others"]) == ("S", ["N", "O", "W"])
     assert found["off_px"] == pytest.approx(40.0, abs=3.0)
     assert found["late_frames"] is None
+    residuals = {name: one["residual_px"] for name, one in ended.json["cameras"].items()}
+    assert residuals.pop("S") == pytest.approx(40.0, abs=3.0)
+    assert set(residuals) == {"N", "O", "W"}
+    assert max(residuals.values()) < 4.0
     assert len(found["clicks_far_off"]) > 10
     assert ended.json["probable_mistakes"] == []
     ended = fit(run, folder, path, tmp_path / "a.csv")
     assert "S disagrees with the other three by 40 px" in ended.err
     assert "Check its calibration and synchronisation" in ended.err
+    assert re.search(r"residual of clicks in S, median +(39|4\d)\.\d px", ended.out)
     assert "probable outlier" not in ended.err
     (folder / "clicks.csv").write_bytes(path.read_bytes())
     findings = run("info", folder, "--deep", "--json").json["findings"]

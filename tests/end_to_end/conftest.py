@@ -14,6 +14,8 @@ import pytest
 from stereotrack_core.program import main
 
 FRAMES = 12
+FAST = ("--preset", "fast", "--init", "tpose", "--set", "fit_shape=no")
+"""A run that is not about how the person is found or measured, which takes most of the time."""
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,7 @@ import pytest
 
 from stereotrack_core.interop.run_file import read_run
 from stereotrack_core.program import main
+from tests.end_to_end.conftest import FAST
 
 SMALL = ("--set", "width=320", "--set", "height=240", "--set", "focal=200")
 
@@ -39,7 +40,7 @@ def exchanged(sound) -> Path:
 
 
 def tracked(run, folder, place):
-    told = run("track", folder, "-o", place, "--preset", "fast", "--json")
+    told = run("track", folder, "-o", place, *FAST, "--json")
     assert told.status == 0
     assert read_run(place).meta["warnings"] == told.json["warnings"]
     return told

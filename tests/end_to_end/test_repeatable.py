@@ -33,10 +33,10 @@ NUMBERS = (
 DENSE = ("--set", "speckle_size=10", "--set", "pixel_step=1", "--set", "match_window=9")
 """With which small pictures give enough points for every preset."""
 
-FEW = ("--set", "search_proposals=60")
-"""Proposals of the arm search; their number changes how long it takes, not what it depends on."""
+FEW = ("--set", "search_proposals=60", "--set", "data_points=300")
+"""Proposals and points; their number changes how long it takes, not what it depends on."""
 
-CHOSEN = ("--frames", "0:4", *DENSE, *FEW)
+CHOSEN = ("--frames", "0:3", *DENSE, *FEW)
 SEED = ("--seed", "2")
 ROOT = Path(__file__).resolve().parents[2]
 

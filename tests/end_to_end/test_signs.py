@@ -12,7 +12,7 @@ import pytest
 
 from stereotrack_core.interop.run_file import read_run, write_run
 from stereotrack_core.program import main
-from tests.end_to_end.conftest import FRAMES
+from tests.end_to_end.conftest import FAST, FRAMES
 from tests.end_to_end.damage import pictures_of, substitute, write_pictures
 
 PAIR = ("N_left", "N_right")
@@ -44,7 +44,8 @@ def _stretches(told, view):
 def test_a_view_that_goes_dark_is_told_and_the_others_go_on(preset, copy, tmp_path, run):
     _darken(copy, PAIR, DARK)
     dense = ("--set", "speckle_size=10", "--set", "pixel_step=1", "--set", "match_window=9")
-    told = run("track", copy, "-o", tmp_path / "run.npz", "--preset", preset, *dense, "--json")
+    quick = (*FAST, "--preset", preset)
+    told = run("track", copy, "-o", tmp_path / "run.npz", *quick, *dense, "--json")
     assert told.status == 0
     assert _stretches(told, "N") == [(DARK.start, DARK.stop)]
     assert _stretches(told, "S") == []
@@ -56,7 +57,7 @@ def test_frames_in_which_nothing_is_seen_are_not_tracked(clear, tmp_path, run):
     folder, place = tmp_path / "dark", tmp_path / "run.npz"
     shutil.copytree(clear, folder)
     _darken(folder, CAMERAS, DARK)
-    told = run("track", folder, "-o", place, "--json")
+    told = run("track", folder, "-o", place, "--init", "tpose", "--json")
     stored = read_run(place)
     assert stored.frame[~stored.tracked].tolist() == list(DARK)
     assert np.isnan(stored.landmarks[DARK.start : DARK.stop]).all()
@@ -112,7 +113,7 @@ def test_the_step_that_took_the_points_is_named(option, word, sound, tmp_path, r
 
 def test_a_run_of_nothing_replaces_no_other(sound, tmp_path, run):
     place = tmp_path / "run.npz"
-    assert run("track", sound, "-o", place, "--preset", "fast", "--frames", "0:2").status == 0
+    assert run("track", sound, "-o", place, *FAST, "--frames", "0:2").status == 0
     before = place.read_bytes()
     told = run("track", sound, "-o", place, "--preset", "fast", "--set", "volume_centre_x=40")
     assert told.status == 1
@@ -127,7 +128,7 @@ def test_overwritten_bytes_are_told_by_frame(copy, tmp_path, run, random_bytes):
     middle = len(content) // 2
     content[middle : middle + 6000] = random_bytes
     path.write_bytes(content)
-    told = run("track", copy, "-o", tmp_path / "run.npz", "--preset", "fast", "--json")
+    told = run("track", copy, "-o", tmp_path / "run.npz", *FAST, "--json")
     assert told.status == 0
     assert told.json["frames"] == FRAMES
     blind = _stretches(told, "N")
@@ -148,7 +149,7 @@ def test_images_that_are_missing_or_damaged_are_told_by_frame(copy, tmp_path, ru
         (copy / "N_left" / f"{k:06d}.png").unlink()
     (images / "000007.png").write_bytes(b"garbage")
     cv2.imwrite(str(images / "000009.png"), np.zeros((10, 10), np.uint8))
-    told = run("track", copy, "-o", tmp_path / "run.npz", "--preset", "fast", "--json")
+    told = run("track", copy, "-o", tmp_path / "run.npz", *FAST, "--json")
     assert _stretches(told, "N") == [(3, 5), (7, 8), (9, 10)]
     assert "warning" in told.err
     assert "missing" in told.err
@@ -156,7 +157,7 @@ def test_images_that_are_missing_or_damaged_are_told_by_frame(copy, tmp_path, ru
 
 def test_a_shorter_stream_is_told_and_the_common_frames_are_used(copy, tmp_path, run):
     write_pictures(copy / "N_left.mp4", pictures_of(copy / "N_left.mp4")[:7])
-    told = run("track", copy, "-o", tmp_path / "run.npz", "--preset", "fast", "--json")
+    told = run("track", copy, "-o", tmp_path / "run.npz", *FAST, "--json")
     assert told.json["frames"] == 7
     assert "different lengths" in told.err
     scored = run("evaluate", tmp_path / "run.npz", "--json")
@@ -180,7 +181,7 @@ def test_what_looks_wrong_is_said_before_tracking(damage, word, copy, tmp_path, 
     substitute(copy / file, pattern, text)
     assert word in run("info", copy).out.replace("\n", " ")
     place = tmp_path / "run.npz"
-    told = run("track", copy, "-o", place, "--preset", "fast", "--frames", "0:2")
+    told = run("track", copy, "-o", place, *FAST, "--frames", "0:2")
     assert word in told.err or told.status == 2
 
 
@@ -188,7 +189,7 @@ def test_what_looks_wrong_is_said_before_tracking(damage, word, copy, tmp_path, 
 def whole(sound, tmp_path_factory):
     """A run of the sound recording."""
     place = tmp_path_factory.mktemp("whole") / "run.npz"
-    assert main(["track", str(sound), "-o", str(place), "--preset", "fast"]) == 0
+    assert main(["track", str(sound), "-o", str(place), *FAST]) == 0
     return place
 
 

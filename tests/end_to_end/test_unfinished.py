@@ -17,7 +17,7 @@ import pytest
 from stereotrack_core.experiments import tracked_run
 from stereotrack_core.interop.run_file import read_run, write_run
 from stereotrack_core.tracking.repeating import sameness
-from tests.end_to_end.conftest import FRAMES
+from tests.end_to_end.conftest import FAST, FRAMES
 from tests.end_to_end.damage import substitute
 
 pytestmark = pytest.mark.skipif(not hasattr(signal, "SIGHUP"), reason="there are no such signals")
@@ -25,7 +25,6 @@ pytestmark = pytest.mark.skipif(not hasattr(signal, "SIGHUP"), reason="there are
 PROGRAM = Path(__file__).with_name("held_tracking.py")
 ROOT = PROGRAM.parents[2]
 HELD = 5
-FAST = ("--preset", "fast")
 ENDS = [
     signal.SIGINT,
     signal.SIGKILL,
@@ -197,7 +196,7 @@ def test_a_background_that_is_learned_on_the_way_goes_on_too(preset, copy, tmp_p
         "--set",
         "speckle_size=10",
     )
-    words += ("--set", "search_proposals=60")
+    words += ("--set", "search_proposals=60", "--set", "data_points=300", "--set", "fit_shape=no")
     words += ("--set", "outlier_neighbours=0")  # tiny pictures give sparse points
     place = tmp_path / "run.npz"
     stopped_by(signal.SIGKILL, *words, "-o", place, "--smooth")
@@ -216,7 +215,7 @@ def test_a_background_that_is_learned_on_the_way_goes_on_too(preset, copy, tmp_p
         (("--frames", "0:4"), "--frames"),
         (("--preset", "thesis"), "--preset"),
         (("--views", "N"), "--views"),
-        (("--init", "tpose"), "--init"),
+        (("--init", "auto"), "--init"),
     ],
 )
 def test_it_goes_on_as_it_was_begun_or_not_at_all(option, word, sound, place, left, run):

@@ -22,13 +22,15 @@ LEFT, RIGHT = Qt.MouseButton.LeftButton, Qt.MouseButton.RightButton
 class Paintings(QObject):
     """Counts how often a widget is painted."""
 
-    def __init__(self, widget):
+    def __init__(self, widget, tell=lambda: None):
         super().__init__(widget)
-        self.count = 0
+        self.count, self._tell = 0, tell
         widget.installEventFilter(self)
 
     def eventFilter(self, _widget, event):
-        self.count += event.type() == QEvent.Type.Paint
+        if event.type() == QEvent.Type.Paint:
+            self.count += 1
+            self._tell()
         return False
 
 

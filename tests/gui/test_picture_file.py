@@ -27,7 +27,7 @@ def test_another_kind_of_file_is_refused(qapp, tmp_path):
 
 def test_a_picture_for_which_there_is_no_room_is_missed_in_words(window, tmp_path, monkeypatch):
     path = tmp_path / "window.png"
-    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (str(path), ""))
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_, **__: (str(path), ""))
     window.context.actions.action("picture").trigger()
     assert QImage(str(path)).width() == window.grab().width()
     before = path.read_bytes()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 
 import pytest
-from PySide6.QtCore import Qt
+from PySide6.QtCore import Qt, QTimer
 from PySide6.QtTest import QTest
 
 from app.session import judgement
@@ -72,6 +72,28 @@ def test_a_click_is_drawn_where_it_is_and_then_what_is_known_of_it(annotating, q
     assert views["S"].count <= 1, "there is a curve of it"
     assert timeline.count == 1
     assert drawings.taken() == {"lanes": 1}
+
+
+def test_the_window_answers_between_pictures_and_before_the_scene(opened, qtbot):
+    opened.context.docks.show_named("track")
+    settle(opened, qtbot)
+    qtbot.waitUntil(opened.context.docks.scene.at_rest)
+    rounds, painted = [0], []
+
+    def count():
+        rounds[0] += 1
+
+    beat = QTimer(opened, interval=0)
+    beat.timeout.connect(count)
+    beat.start()
+    parts = [tile.camera for tile in opened.context.docks.views.tiles.values()]
+    for part in (*parts, opened.context.docks.scene):
+        Paintings(part, lambda part=part: painted.append((part, rounds[0])))
+    opened.context.session.document.go_to(5)
+    settle(opened, qtbot)
+    beat.stop()
+    assert [part for part, _ in painted[:3]] == [*parts, opened.context.docks.scene]
+    assert len({at for _, at in painted[:3]}) == 3
 
 
 def test_a_run_that_comes_is_judged_and_drawn_once(opened, qtbot, monkeypatch):

@@ -48,13 +48,17 @@ def test_standard_views_are_in_a_menu_and_stay_when_the_scene_grows(opened, qtbo
     assert opened.context.docks.scene.orbit.elevation == before.elevation
 
 
-def test_the_scene_is_drawn_after_the_views_and_shows_the_newest_frame(opened, qtbot):
+def test_the_scene_is_drawn_after_the_views_and_shows_the_newest_frame(opened, qtbot, monkeypatch):
     opened.context.docks.show_named("track")
     qtbot.waitUntil(opened.context.tasks.settled, timeout=60_000)
-    shown = []
-    opened.features.view._scene_timer.timeout.connect(
-        lambda: shown.append(opened.context.session.document.frame)
-    )
+    shown, show_scene = [], opened.context.docks.scene.show_scene
+
+    def noted(content):
+        shown.append({tile.camera.painted_frame for tile in tiles.values()})
+        show_scene(content)
+
+    tiles = opened.context.docks.views.tiles
+    monkeypatch.setattr(opened.context.docks.scene, "show_scene", noted)
     for _ in range(3):
         frame = opened.context.session.document.frame + 1
         opened.context.session.document.go_to(frame)
@@ -62,5 +66,6 @@ def test_the_scene_is_drawn_after_the_views_and_shows_the_newest_frame(opened, q
             lambda frame=frame: opened.context.session.instant.told.frame_set.index == frame
         )
     qtbot.waitUntil(opened.context.tasks.settled, timeout=60_000)
-    assert shown[-1] == 3
+    assert shown[-1] == {3}
+    assert opened.context.session.document.frame == 3
     qtbot.waitUntil(opened.context.docks.scene.at_rest, timeout=10_000)

@@ -181,7 +181,7 @@ def test_the_name_stays_inside_its_view(four, loupe):
     for landmarks in (0, 9):
         if landmarks:
             annotate_view(four, "W")
-        width, height = camera._image.width(), camera._image.height()
+        height, width = camera.picture.pixels.shape[:2]
         for x in (0.0, 0.5, 1.0):
             for y in (0.0, 0.5, 1.0):
                 point(four, 1.0 + x * (width - 3.0), 1.0 + y * (height - 3.0), "W")

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import os
+import sys
 import threading
+import time
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
@@ -96,6 +99,21 @@ def test_memory_stays_below_the_limit_and_evicted_frames_come_back(recording, nu
             for name in "AB":
                 assert numbered_videos.shown(again.views[name].image) == k
                 assert np.array_equal(again.views[name].image, first[k].views[name].image)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="threads have no niceness of their own")
+def test_reading_ahead_stands_back_behind_what_is_asked_for(recording):
+    with FrameReader(recording, read_ahead=4) as reader:
+        size = sum(images.image.nbytes for images in reader.frame_set(0).views.values())
+        while reader.cached_bytes < 5 * size:
+            time.sleep(0.01)
+        nice = {
+            thread.name.rpartition("_")[0]: os.getpriority(os.PRIO_PROCESS, thread.native_id)
+            for thread in threading.enumerate()
+            if thread.name.startswith("read")
+        }
+    own = os.getpriority(os.PRIO_PROCESS, 0)
+    assert nice == {"read": own, "read ahead": min(own + 10, 19)}
 
 
 @pytest.mark.parametrize("read_ahead", [0, 4])

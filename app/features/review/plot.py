@@ -63,7 +63,7 @@ class ErrorCurves(QObject):
         timeline.margins_changed.connect(plot.set_margins)
         plot.set_margins(*timeline.margins)
         session.document.frame_changed.connect(plot.set_frame)
-        session.judging.judged.connect(self.show)
+        session.judging.judged.connect(lambda: self._context.docks.redraw.soon(self.show))
         session.opened.connect(self.show)
         session.closed.connect(self.show)
 

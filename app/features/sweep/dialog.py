@@ -11,13 +11,7 @@ from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import QTimer, Signal, Slot
-from PySide6.QtWidgets import (
-    QCheckBox,
-    QDialog,
-    QDialogButtonBox,
-    QProgressBar,
-    QWidget,
-)
+from PySide6.QtWidgets import QCheckBox, QDialogButtonBox, QProgressBar, QWidget
 
 from stereotrack_core.counting import counted, in_words
 from stereotrack_core.errors import InputError
@@ -27,9 +21,9 @@ from stereotrack_core.experiments.sweep.store import SweepPlaces, stored_results
 from stereotrack_core.recording.folder import open_recordings
 
 from ...services.tasks.task import Task, TaskList
-from ...widgets.style.building import hbox, label, vbox
+from ...widgets.forms.form_dialog import FormDialog, push_button
+from ...widgets.style.building import hbox, label
 from .form import SweepForm
-from .points import push_button
 from .presenter import SweepNow, SweepPresenter
 
 _COUNT_AFTER_MS = 350
@@ -40,7 +34,7 @@ _NOTE = (
 )
 
 
-class SweepDialog(QDialog):
+class SweepDialog(FormDialog):
     """Asks what to sweep, says what it comes to, begins, follows and stops it.
 
     Parameters
@@ -55,14 +49,12 @@ class SweepDialog(QDialog):
     def __init__(
         self, presenter: SweepPresenter, tasks: TaskList, parent: QWidget | None = None
     ) -> None:
-        super().__init__(parent)
-        self.setWindowTitle("Sweep")
+        super().__init__("Sweep", "&Start", self._begin, parent, close=True, by_return=False)
         self._presenter, self._tasks = presenter, tasks
         self._counting: Task | None = None
         self._count_again = False
         self.form = SweepForm()
         self.count_label, self.error_label = label("", "heading"), label("", "error")
-        self.state_label = label()
         self.progress = QProgressBar(minimum=0, maximum=1000, textVisible=False)
         self.goes_on = QCheckBox("&Continue when the window is closed")
         self.goes_on.setChecked(presenter.goes_on)
@@ -71,13 +63,12 @@ class SweepDialog(QDialog):
         self.measure_button = push_button("&Estimate time", self._measure, tip)
         self.measure_button.hide()
         count, note = hbox((self.count_label, 1), self.measure_button), label(_NOTE, "muted")
-        self.setLayout(
-            vbox(
-                (self.form, 1), count, self.error_label, self.progress, self.state_label,
-                self.goes_on, note, self._make_buttons(), margins=(9, 9, 9, 9),
-            )
-        )  # fmt: skip
-        self.resize(980, 620)
+        self.stop_button = push_button("&Stop", presenter.stop)
+        self.results_button = push_button("&Results …", self._want_results)
+        for button in (self.stop_button, self.results_button):
+            self.buttons.addButton(button, QDialogButtonBox.ButtonRole.ActionRole)
+        parts = (count, self.error_label, self.progress, self.goes_on, note)
+        self.lay_out((self.form, 1), *parts, size=(980, 620))
         self._timer = QTimer(self, singleShot=True, interval=_COUNT_AFTER_MS)
         self._timer.timeout.connect(self._count)
         self.form.changed.connect(self._count_soon)
@@ -88,20 +79,6 @@ class SweepDialog(QDialog):
     def settled(self) -> bool:
         """Whether jobs are counted as the fields say."""
         return self._counting is None and not self._timer.isActive()
-
-    def _make_buttons(self) -> QDialogButtonBox:
-        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
-        buttons.rejected.connect(self.reject)
-        self.begin_button, self.stop_button, self.results_button = (
-            buttons.addButton(text, QDialogButtonBox.ButtonRole.ActionRole)
-            for text in ("&Start", "&Stop", "&Results …")
-        )
-        self.begin_button.clicked.connect(self._begin)
-        self.stop_button.clicked.connect(self._presenter.stop)
-        self.results_button.clicked.connect(self._want_results)
-        for button in (self.begin_button, self.stop_button, self.results_button):
-            button.setAutoDefault(False)
-        return buttons
 
     # ---- counting
 
@@ -151,7 +128,7 @@ class SweepDialog(QDialog):
             self.count_label.setText(count_words(found, cluster=cluster))
             unknown = found.seconds is None and not cluster
         self.measure_button.setVisible(unknown)
-        self.begin_button.setEnabled(not wrong and not self._presenter.now.going)
+        self.accept_button.setEnabled(not wrong and not self._presenter.now.going)
 
     @Slot()
     def _on_count_ended(self) -> None:
@@ -193,12 +170,9 @@ class SweepDialog(QDialog):
     def _show_now(self, now: SweepNow) -> None:
         self.progress.setVisible(now.going)
         self.progress.setValue(round(1000 * now.share))
-        self.state_label.setText(now.words)
-        self.state_label.setVisible(bool(now.words))
-        self.state_label.setProperty("role", "error" if now.phase == "failed" else "")
-        self.state_label.style().polish(self.state_label)
+        self.say(now.words, error=now.phase == "failed")
         self.stop_button.setEnabled(now.phase == "running")
-        self.begin_button.setEnabled(not now.going and not self.error_label.text())
+        self.accept_button.setEnabled(not now.going and not self.error_label.text())
         self.results_button.setEnabled(self._table() is not None)
         if not now.going:
             self._timer.start()

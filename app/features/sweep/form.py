@@ -8,12 +8,10 @@ from pathlib import Path
 from PySide6.QtCore import Qt, Signal, Slot
 from PySide6.QtWidgets import (
     QButtonGroup,
-    QFileDialog,
     QFormLayout,
     QGroupBox,
     QHBoxLayout,
     QLabel,
-    QLineEdit,
     QListWidget,
     QListWidgetItem,
     QRadioButton,
@@ -25,8 +23,9 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.experiments.sweep.points import SweepRequest
 from stereotrack_core.worker_processes import usable_cores
 
+from ...widgets.forms.form_dialog import ask_for_folder, ask_to_save, line_edit, push_button
 from ...widgets.style.building import hbox, vbox
-from .points import SweepPoints, push_button
+from .points import SweepPoints
 
 
 class SweepForm(QWidget):
@@ -94,9 +93,12 @@ class SweepForm(QWidget):
         self.list = QListWidget()
         self.list.setAccessibleName("Recordings")
         self.list.setMaximumHeight(72)
-        self.seeds = self._text("Each point is tracked once per recording with each random seed")
-        self.seeds.setText("0,1,2")
-        self.frames = self._text("Only frames A up to but not including B", "all, or A:B")
+        about = "Each point is tracked once per recording with each random seed"
+        self.seeds = line_edit("Seeds", "0,1,2", tip=about)
+        about = "Only frames A up to but not including B"
+        self.frames = line_edit("Frames", placeholder="all, or A:B", tip=about)
+        for field in (self.seeds, self.frames):
+            field.textEdited.connect(self.changed)
         box = QGroupBox("Input")
         form = QFormLayout(box)
         form.addRow("Recordings", self.list)
@@ -116,11 +118,12 @@ class SweepForm(QWidget):
         self.processes = QSpinBox(minimum=1, maximum=256, value=usable_cores())
         self.processes.setAccessibleName("Processes")
         self.processes.valueChanged.connect(self.changed)
-        self.address = self._text(
-            "The workers must see the recordings under the same paths; see docs/sweeps.md",
-            "tcp://host:8786",
+        self.address = line_edit(
+            "Address of the scheduler",
+            placeholder="tcp://host:8786",
+            tip="The workers must see the recordings under the same paths; see docs/sweeps.md",
         )
-        self.address.setAccessibleName("Address of the scheduler")
+        self.address.textEdited.connect(self.changed)
         self.address.textEdited.connect(lambda: self.cluster.setChecked(True))
         self.cluster.toggled.connect(self.changed)
         box = QGroupBox("Run on")
@@ -129,16 +132,9 @@ class SweepForm(QWidget):
         form.addRow(self.cluster, self.address)
         return box
 
-    def _text(self, tip: str = "", hint: str = "") -> QLineEdit:
-        field = QLineEdit()
-        field.setPlaceholderText(hint)
-        field.setToolTip(tip)
-        field.textEdited.connect(self.changed)
-        return field
-
     def _file(self) -> QHBoxLayout:
-        name, self.table = QLabel("&Table"), self._text()
-        self.table.setAccessibleName("Table")
+        name, self.table = QLabel("&Table"), line_edit("Table")
+        self.table.textEdited.connect(self.changed)
         name.setBuddy(self.table)
         name.setMinimumWidth(name.sizeHint().width() + self.fontMetrics().averageCharWidth())
         return hbox(name, (self.table, 1), push_button("C&hoose …", self._ask_table))
@@ -146,9 +142,7 @@ class SweepForm(QWidget):
     @Slot()
     def _ask_recording(self) -> None:
         start = str(Path(self.recordings()[-1]).parent) if self.recordings() else ""
-        chosen = QFileDialog.getExistingDirectory(self, "Add a recording", start)
-        if chosen:
-            self.add_recording(Path(chosen))
+        ask_for_folder(self, "Add a recording", start, self.add_recording)
 
     @Slot()
     def _remove_recording(self) -> None:
@@ -158,13 +152,9 @@ class SweepForm(QWidget):
 
     @Slot()
     def _ask_table(self) -> None:
-        chosen, _ = QFileDialog.getSaveFileName(
-            self,
-            "Results table of the sweep",
-            self.table.text(),
-            "Table (*.csv)",
-            options=QFileDialog.Option.DontConfirmOverwrite,
-        )
-        if chosen:
-            self.table.setText(chosen if Path(chosen).suffix else f"{chosen}.csv")
-            self.changed.emit()
+        title, start = "Results table of the sweep", self.table.text()
+        ask_to_save(self, title, start, "Table (*.csv)", self._take_table, goes_on=True)
+
+    def _take_table(self, path: Path) -> None:
+        self.table.setText(str(path if path.suffix else path.with_suffix(".csv")))
+        self.changed.emit()

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
-from PySide6.QtCore import Qt, Signal, Slot
+from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import (
-    QFileDialog,
     QFormLayout,
     QGroupBox,
-    QLineEdit,
-    QPushButton,
     QSizePolicy,
     QSpinBox,
     QStackedWidget,
@@ -23,6 +21,7 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.experiments.measures import MEASURES
 from stereotrack_core.experiments.sweep.points import SPECIAL, TRIALS, parameter_rows
 
+from ...widgets.forms.form_dialog import ask_to_open, line_edit, push_button
 from ...widgets.forms.sweep_values import SweepValues
 from ...widgets.style.building import choice, hbox, label, vbox
 
@@ -101,11 +100,10 @@ class SweepPoints(QGroupBox):
         return {"search": named, "trials": self.trials.value(), "minimise": measure or None}
 
     def _list_page(self) -> QWidget:
-        self.file = QLineEdit()
-        self.file.setAccessibleName("List of points")
-        self.file.setPlaceholderText("points.csv")
+        self.file = line_edit("List of points", placeholder="points.csv")
         self.file.textEdited.connect(self.changed)
-        choose = push_button("Choose …", self._ask_list)
+        ask = partial(ask_to_open, self, "List of points", "", "Table (*.csv)", self._take_list)
+        choose = push_button("Choose …", ask)
         about, page = label(_ABOUT_LIST, "muted"), QWidget()
         page.setLayout(vbox(hbox((self.file, 1), choose), about, None, margins=(0, 6, 0, 0)))
         return page
@@ -125,22 +123,9 @@ class SweepPoints(QGroupBox):
         page.setLayout(vbox((self.ranges, 1), label(_ABOUT_RANGES, "muted"), fields))
         return page
 
-    @Slot()
-    def _ask_list(self) -> None:
-        start = str(Path(self.file.text()).parent) if self.file.text() else ""
-        chosen, _ = QFileDialog.getOpenFileName(self, "List of points", start, "Table (*.csv)")
-        if chosen:
-            self.file.setText(chosen)
-            self.changed.emit()
-
-
-def push_button(text: str, clicked: Callable[[], object], tip: str = "") -> QPushButton:
-    """Make a button of a dialog that Return does not press."""
-    button = QPushButton(text)
-    button.setToolTip(tip)
-    button.setAutoDefault(False)
-    button.clicked.connect(lambda: clicked())
-    return button
+    def _take_list(self, path: Path) -> None:
+        self.file.setText(str(path))
+        self.changed.emit()
 
 
 def _named(values: SweepValues) -> tuple[str, ...]:

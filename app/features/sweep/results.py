@@ -34,9 +34,9 @@ from stereotrack_core.experiments.sweep.table import (
 )
 from stereotrack_core.tables import read_csv_table
 
+from ...widgets.forms.form_dialog import push_button
 from ...widgets.plots.sweep_plot import SweepPlot
 from ...widgets.style.building import choice, hbox, label, vbox
-from .points import push_button
 
 _LOOK_MS = 1000
 _MOST_COLOURS = 8

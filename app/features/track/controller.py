@@ -67,10 +67,11 @@ class RunsController(QObject):
         self.panel.noted.connect(self._on_noted)
         self.panel.details_wanted.connect(self.show_details)
         self.details.asked.connect(self._on_details_asked)
-        session.judging.judged.connect(self.show)
+        redraw = self._context.docks.redraw
+        session.judging.judged.connect(lambda: redraw.soon(self.show))
         session.opened.connect(self.show)
         session.closed.connect(self.show)
-        session.document.frame_changed.connect(self._show_numbers)
+        session.document.frame_changed.connect(lambda: redraw.soon(self._show_numbers))
         session.track.finished.connect(self._on_finished)
         session.project.opened.connect(self._on_project)
         self._context.view_state.selection_changed.connect(self.show_comparison)

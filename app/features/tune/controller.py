@@ -76,6 +76,7 @@ class TuneController(QObject):
         context, session = self._context, self._session
         docks, selected = context.docks, context.view_state.selection_changed
         self.trials.changed.connect(self.show)
+        self.trials.grew.connect(self.show_progress)
         self.runner.changed.connect(self.show)
         self.trials.arrived.connect(session.instant.tell_soon)
         for changed in (session.runs.active_changed, selected, docks.workspace_changed):
@@ -84,10 +85,10 @@ class TuneController(QObject):
         for presenter in (self.trials, self.series):
             presenter.changed.connect(context.actions.refresh_soon)
         session.track.settings_changed.connect(self._on_settings)
-        session.judging.judged.connect(self.show)
+        session.judging.judged.connect(lambda: docks.redraw.soon(self.show))
         session.runs.active_changed.connect(self.show_settings)
-        selected.connect(self.show)
-        session.document.frame_changed.connect(self.show)
+        selected.connect(self.show_progress)
+        session.document.frame_changed.connect(lambda: docks.redraw.soon(self.show_progress))
         docks.workspace_changed.connect(self._on_workspace)
         docks.dock("trials").visibilityChanged.connect(self.show)
         docks.dock("parameters").visibilityChanged.connect(self.parameters.set_seen)
@@ -158,6 +159,16 @@ class TuneController(QObject):
     @Slot()
     def show(self, _what: object = None) -> None:
         """Say what is tried, and how good it is."""
+        self.show_progress()
+        if not self.panel.isVisible() or self._session.document.recording is None:
+            return
+        run, *others = self._entries() or (None,)
+        known, changes = self._session.judging.all(), self.trials.changes
+        self.panel.show_table(*trial_table(run, others, known, self._against, changes))
+
+    @Slot()
+    def show_progress(self, _what: object = None) -> None:
+        """Say what is tried, and how far it is."""
         context, panel = self._context, self.panel
         if not context.docks.is_seen("trials") or context.session.document.recording is None:
             return
@@ -169,9 +180,6 @@ class TuneController(QObject):
         panel.show_words(self.trials.words(), frames)
         done = (0, 0) if running is None else (len(running.frames), len(running.wanted))
         panel.show_progress(*done)
-        run, *others = self._entries() or (None,)
-        known, changes = context.session.judging.all(), self.trials.changes
-        panel.show_table(*trial_table(run, others, known, self._against, changes))
 
     @Slot()
     def show_series(self) -> None:

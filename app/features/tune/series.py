@@ -10,7 +10,7 @@ from PySide6.QtCore import QObject, Signal, Slot
 from stereotrack_core.parameters import ParameterRow, Value
 from stereotrack_core.tracking.parameters import Settings
 
-from ...session.judgement import MEASURED_LIMBS, Judgement, judged
+from ...session.judgement import MEASURED_LIMBS, Judgement
 from ...session.runs import RunEntry
 from ...session.session import Session
 from ...widgets.plots.small_multiples import Multiple
@@ -72,6 +72,7 @@ class SeriesPresenter(QObject):
         self.shown: int | None = None
         self._trials: Trials | None = None
         trials.begins.connect(self.cancel)
+        session.judging.judged.connect(self._on_judged)
 
     # ---- facts
 
@@ -112,6 +113,7 @@ class SeriesPresenter(QObject):
             tracked.append((entry, trial))
             tried.append(Tried(value, with_unit("", value, row.unit), entry))
         self.row, self.tried = row, tuple(tried)
+        self._session.judging.besides = tuple(one.entry for one in tried)
         title = f"tracking with values of {row.name.replace('_', ' ')}"
         self._trials = self._runner.track(title, tracked)
         self._trials.grown.connect(self._on_grown)
@@ -142,23 +144,29 @@ class SeriesPresenter(QObject):
         self.cancel()
         self.show(None)
         self.tried, self.row = (), None
+        self._session.judging.besides = ()
         self.changed.emit()
 
     # ---- inside
 
     @Slot(object)
     def _on_grown(self, grown: dict[RunEntry, list[int]]) -> None:
-        for one in self.tried:
-            if one.entry in grown:
-                one.judgement = judged(one.entry.now(), self._session.judging.truth, one.judgement)
+        self._session.judging.judge_soon()
         if self.shown is not None and self.tried[self.shown].entry in grown:
             self._session.runs.grew.emit()
-        self.changed.emit()
+
+    @Slot()
+    def _on_judged(self) -> None:
+        if self.tried:
+            for one in self.tried:
+                one.judgement = self._session.judging.of(one.entry)
+            self.changed.emit()
 
     @Slot()
     def _on_ended(self) -> None:
         self._trials = None
         self.tried = tuple(one for one in self.tried if one.entry.frames)
+        self._session.judging.judge()
         self.changed.emit()
 
 

@@ -48,7 +48,9 @@ class TrialPresenter(QObject):
     begins = Signal()
     """A trial is about to be tracked: whatever else is tried ends."""
     changed = Signal()
-    """What is said of the trials, or how far they are, is different."""
+    """What is said of the trials is different."""
+    grew = Signal()
+    """The trial in progress has more frames."""
 
     def __init__(self, session: Session, runner: TrialRunner, stretch: Callable[[], range]) -> None:
         super().__init__()
@@ -230,7 +232,7 @@ class TrialPresenter(QObject):
                 # the first frame is shown at once, those after it now and then
                 self._session.judging.judge()
         self._runs.grew.emit()
-        self.changed.emit()
+        self.grew.emit()
 
     @Slot()
     def _on_ended(self) -> None:

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from PySide6.QtCore import QElapsedTimer, QObject, QTimer, Slot
+from PySide6.QtCore import QObject, QTimer, Slot
 
 from stereotrack_core.body.mesh import PartMesh
 from stereotrack_core.errors import InputError
@@ -27,8 +27,6 @@ from ...widgets.scene.drawing import frustum_corners, frustum_depth
 from ...widgets.style.theme import current_theme
 from .scene import ellipsoids_of, scene_of
 
-_SCENE_DELAY_MS = 30
-_SCENE_PATIENCE_MS = 150
 _NOBODY_KNOWN = (
     "The position of the person is not known yet. Click two landmarks in a view, or run the "
     "tracker; the views zoom in at the next frame."
@@ -44,14 +42,10 @@ class ViewController(QObject):
         self._state, self._docks = context.view_state, context.docks
         self.light = DisplayPanel()
         context.docks.add("display", "Brightness and contrast", self.light)
-        self._scene_timer = QTimer(self, singleShot=True, interval=_SCENE_DELAY_MS)
-        self._scene_timer.timeout.connect(self._show_scene)
-        self._scene_waits = QElapsedTimer()
         self._rig_held = False
         self._state.points_wanted = self._points_wanted
         self._connect()
         self._switch_on_as_stored()
-        context.tasks.watch(lambda: not self._scene_timer.isActive())
 
     def _connect(self) -> None:
         session, state, docks = self._session, self._state, self._docks
@@ -149,11 +143,8 @@ class ViewController(QObject):
 
     @Slot()
     def _show_scene_soon(self) -> None:
-        """Draw the scene when the views are painted; while a key is held down, now and then."""
-        if not self._scene_timer.isActive():
-            self._scene_waits.start()
-        if not self._scene_timer.isActive() or self._scene_waits.elapsed() < _SCENE_PATIENCE_MS:
-            self._scene_timer.start()
+        """Draw the scene when the views are painted."""
+        self._docks.redraw.soon(self._show_scene)
 
     @Slot()
     def _show_scene(self) -> None:

@@ -14,6 +14,7 @@ from PySide6.QtWidgets import QFrame, QGridLayout, QWidget
 
 from stereotrack_core.recording.description import View
 
+from ..redraw import RedrawQueue
 from ..style.building import choice, hbox, label, vbox
 from .camera_view import CameraView
 from .click_marks import ClickMarks
@@ -39,10 +40,10 @@ class CameraTile(QFrame):
     """The kind of picture that this view, by name, shall show."""
     activated = Signal(str)
 
-    def __init__(self, view: View, parent: QWidget) -> None:
+    def __init__(self, view: View, redraw: RedrawQueue, parent: QWidget) -> None:
         super().__init__(parent)
         self.view = view
-        self.camera = CameraView(self)
+        self.camera = CameraView(redraw, self)
         self.camera.setAccessibleName(f"View {view.name}")
         self._name = label(view.name, wraps=False)
         self._name.setObjectName("tileName")
@@ -101,8 +102,9 @@ class CameraGrid(QWidget):
     """Why a click was not taken."""
     space_tapped = Signal()
 
-    def __init__(self, parent: QWidget | None = None) -> None:
+    def __init__(self, redraw: RedrawQueue, parent: QWidget | None = None) -> None:
         super().__init__(parent)
+        self._redraw = redraw
         self.tiles: dict[str, CameraTile] = {}
         """Tiles by the name of their view."""
         self.active = self._at_hand = ""
@@ -136,7 +138,7 @@ class CameraGrid(QWidget):
             tile.deleteLater()
         self.tiles, self._whole, self._aspects, self._places = {}, aspects, aspects, {}
         for view in views:
-            tile = CameraTile(view, self)
+            tile = CameraTile(view, self._redraw, self)
             tile.kind_chosen.connect(self.kind_chosen)
             tile.activated.connect(self.activated)
             tile.camera.pointed.connect(partial(self._set_at_hand, view.name))

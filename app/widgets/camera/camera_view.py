@@ -17,6 +17,7 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QRubberBand, QWidget
 
+from ..redraw import RedrawQueue
 from ..style.colours import paint_runs_legend
 from ..style.theme import current_theme
 from .click_hand import ClickHand
@@ -60,8 +61,8 @@ class CameraView(PictureView):
     pointed = Signal()
     """The mouse is over this view."""
 
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, redraw: RedrawQueue, parent: QWidget | None = None) -> None:
+        super().__init__(redraw, parent)
         self._cursor: QPointF | None = None
         self._drag: tuple[QPointF, QPointF] | None = None
         self._band = QRubberBand(QRubberBand.Shape.Rectangle, self)
@@ -100,7 +101,7 @@ class CameraView(PictureView):
         if marks is None or before is None or marks.frame != before.frame:
             self._keep_person()  # never while clicks are placed in the frame that is shown
         self._show_cursor()
-        self.update()
+        self.update_soon()
 
     def person_box(self) -> QRectF | None:
         """Where run, reference, clicks or the model fitted to them show a person."""
@@ -126,7 +127,7 @@ class CameraView(PictureView):
         theme = current_theme()
         painter = QPainter(self)
         painter.fillRect(self.rect(), QColor(theme.scene_bottom))
-        if self._image.isNull():
+        if not any(self._size()):
             self._paint_message(painter, QColor(theme.muted))
         else:
             self._paint_picture(painter, self._to_widget(), self._scale())
@@ -146,13 +147,13 @@ class CameraView(PictureView):
             self.painted.emit(self.picture.frame)
 
     def _paint_picture(self, painter: QPainter, transform: QTransform, scale: float) -> None:
-        if self.picture is None:
+        if self.picture is None or self.picture.pixels is None:
             return
         painter.save()
         painter.setTransform(transform, True)
         # enlarged pixels stay squares, so that one sees what was measured
         painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform, scale < 3.0)
-        painter.drawImage(QPointF(-0.5, -0.5), self._image)
+        painter.drawImage(QPointF(-0.5, -0.5), self._image_of(self.picture.pixels))
         paint_overlay(
             painter,
             self.picture.overlay,
@@ -323,7 +324,7 @@ class CameraView(PictureView):
     def _show_cursor(self) -> None:
         """The cursor and what is written beside it say what the left button would do."""
         self._say_offer()
-        if not self._clicking or self._image.isNull():
+        if not self._clicking or not any(self._size()):
             self.unsetCursor()
         elif self._space is not None:
             self.setCursor(Qt.CursorShape.OpenHandCursor)
@@ -371,11 +372,10 @@ class CameraView(PictureView):
         return max(hit, key=lambda limb: order[limb], default="")
 
     def _tell_hover(self) -> None:
-        if self._cursor is None or self.picture is None or self._image.isNull():
+        if self._cursor is None or self.picture is None or not any(self._size()):
             return
         pixel = self.pixel_at(self._cursor)
-        column, row = round(pixel.x()), round(pixel.y())
-        if 0 <= column < self._image.width() and 0 <= row < self._image.height():
+        if self.inside(pixel):
             words = self.picture.value_at(pixel.x(), pixel.y())
             self.hovered.emit(f"{self.picture.view}  x {pixel.x():.1f}  y {pixel.y():.1f}  {words}")
         else:

@@ -299,11 +299,14 @@ def _paint_skeleton(painter: QPainter, landmarks: FloatArray, scale: float) -> N
     """The reference: dashed bones and white joints."""
     place = dict(zip(LANDMARKS, landmarks, strict=True))
     neck = 0.5 * (place["left_shoulder"] + place["right_shoulder"])
-    bones = [(place[a], place[b], _limb_of(a, b)) for a, b in SKELETON]
-    for a, b, limb in (*bones, (neck, place["head"], "head")):
-        path = _segments_path(np.stack([a, b])[None])
+    bones = {"head": [(neck, place["head"])]}
+    for a, b in SKELETON:
+        bones.setdefault(_limb_of(a, b), []).append((place[a], place[b]))
+    every = [bone for limb in bones.values() for bone in limb]
+    _trace(painter, _segments_path(np.array(every)), scale, (_DARK, 4.2))
+    for limb, own in bones.items():
         line = (_colour(limb).lighter(125), 2.2)
-        _trace(painter, path, scale, (_DARK, 4.2), line, style=Qt.PenStyle.DashLine)
+        _trace(painter, _segments_path(np.array(own)), scale, line, style=Qt.PenStyle.DashLine)
     radius = 3.0 / max(scale, 1e-6)
     painter.setBrush(QColor("white"))
     painter.setPen(_pen(QColor(0, 0, 0, 200), 1.0, scale))

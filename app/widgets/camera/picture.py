@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, fields, is_dataclass, replace
+from dataclasses import dataclass, fields, is_dataclass, replace
+from functools import cached_property
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
@@ -14,6 +15,7 @@ from PySide6.QtWidgets import QSizePolicy, QWidget
 from stereotrack_core.arrays import ImageArray
 from stereotrack_core.recording.description import View
 
+from ..redraw import RedrawQueue
 from .click_marks import CLICK_OVERLAYS
 from .overlays import Overlay
 
@@ -68,16 +70,26 @@ class Picture:
     """Why there is nothing to show, or what is suspicious."""
     rotation: int = 0
     """Degrees clockwise that make it look upright."""
-    overlay: Overlay = field(default_factory=Overlay)
+    make_overlay: Callable[[], Overlay] = Overlay
+    """Makes what is drawn over it, when it is painted."""
     camera: str = ""
     """The camera whose raw pixels these are; empty for a picture that was computed."""
     value_at: Callable[[float, float], str] = _silent
     """From column and row to words about the pixel: its value and the depth of its ray."""
 
+    @cached_property
+    def overlay(self) -> Overlay:
+        """What is drawn over it."""
+        return self.make_overlay()
+
     def looks_like(self, other: Picture) -> bool:
         """Whether it is painted like another one, whatever may be said of its pixels."""
-        mine, others = (replace(one, value_at=_silent) for one in (self, other))
-        return self.pixels is other.pixels and alike(mine, others)
+        if self.pixels is not other.pixels:
+            return False
+        mine, others = (
+            replace(one, value_at=_silent, make_overlay=Overlay) for one in (self, other)
+        )
+        return alike(mine, others) and alike(self.overlay, other.overlay)
 
 
 def alike(a: Any, b: Any) -> bool:
@@ -131,12 +143,13 @@ _LEAST_PERSON = 0.2
 class PictureView(QWidget):
     """Holds one :class:`Picture` and knows which of its pixels is where in the widget."""
 
-    def __init__(self, parent: QWidget | None = None) -> None:
+    def __init__(self, redraw: RedrawQueue, parent: QWidget | None = None) -> None:
         super().__init__(parent)
+        self._redraw = redraw
         self.picture: Picture | None = None
         """What is shown."""
         self._display = Display()
-        self._image = QImage()
+        self._image: QImage | None = None
         self.zoom = 1.0
         """Magnification over the fitting size, at least 1."""
         self._centre: QPointF | None = None
@@ -148,8 +161,8 @@ class PictureView(QWidget):
 
     def inside(self, pixel: QPointF) -> bool:
         """Whether a raw pixel is in the picture."""
-        across = -0.5 <= pixel.x() < self._image.width() - 0.5
-        return across and -0.5 <= pixel.y() < self._image.height() - 0.5
+        width, height = self._size()
+        return -0.5 <= pixel.x() < width - 0.5 and -0.5 <= pixel.y() < height - 0.5
 
     def raw_direction(self, x: float, y: float) -> tuple[float, float]:
         """Direction in raw pixels of one in the picture as it is shown."""
@@ -161,26 +174,31 @@ class PictureView(QWidget):
         return QSize(480, 360)
 
     def show_picture(self, picture: Picture) -> None:
-        """Show another picture; zoom and place are kept while its size stays the same.
+        """Show another picture, when it is its turn to be painted.
 
-        One that looks like that which is shown is not painted again.
+        Zoom and place are kept while its size stays the same. One that looks like that which is
+        shown is not painted again.
         """
-        before, self.picture = self.picture, picture
+        size_before, before = self._size(), self.picture
+        self.picture = picture
         if before is not None and picture.looks_like(before):
             return
-        size_before = self._image.size()
-        self._make_image()
-        if self._image.size() != size_before:
+        self._image = None
+        if self._size() != size_before:
             self.fit()
             self._go_home()
         self._keep_person()
-        self.update()
+        self.update_soon()
+
+    def update_soon(self) -> None:
+        """Paint again when it is this picture's turn."""
+        self._redraw.soon(self.update)
 
     def set_display(self, display: Display) -> None:
         """Change how pictures are displayed."""
         old, self._display = self._display, display
         if (old.brightness, old.contrast) != (display.brightness, display.contrast):
-            self._make_image()
+            self._image = None
         if old.keep_person != display.keep_person:
             self.fit()
             self._keep_person()
@@ -235,11 +253,15 @@ class PictureView(QWidget):
         """Place in the widget of a pixel of the picture."""
         return self._to_widget().map(QPointF(x, y))
 
-    def _make_image(self) -> None:
+    def _size(self) -> tuple[int, int]:
+        """Columns and rows of the picture; 0 where there is nothing to show."""
         pixels = self.picture.pixels if self.picture is not None else None
-        if pixels is None:
-            self._image = QImage()
-            return
+        return (0, 0) if pixels is None else (pixels.shape[1], pixels.shape[0])
+
+    def _image_of(self, pixels: ImageArray) -> QImage:
+        """The picture as it is painted, made when that is done first."""
+        if self._image is not None:
+            return self._image
         lit = np.ascontiguousarray(
             brightened(pixels, self._display.brightness, self._display.contrast)
         )
@@ -249,10 +271,11 @@ class PictureView(QWidget):
         image = QImage(lit.data, width, height, lit.strides[0], form)
         # what is drawn most often is kept as the screen wants it; the copy also owns its memory
         self._image = image.convertToFormat(QImage.Format.Format_RGB32)
+        return self._image
 
     def _upright(self) -> QTransform:
         """From raw pixels to the picture turned upright, its corner at the origin."""
-        width, height = self._image.width(), self._image.height()
+        width, height = self._size()
         # the centre of the top-left pixel is (0, 0), so the picture starts at (-1/2, -1/2)
         turn = self.picture.rotation % 360 if self.picture is not None else 0
         shift = {0: (0, 0), 90: (height, 0), 180: (width, height), 270: (0, width)}[turn]
@@ -260,7 +283,7 @@ class PictureView(QWidget):
         return half * QTransform().rotate(turn) * QTransform.fromTranslate(*shift)
 
     def _upright_size(self) -> tuple[float, float]:
-        width, height = self._image.width(), self._image.height()
+        width, height = self._size()
         turned = self.picture is not None and self.picture.rotation % 180 == 90
         return (height, width) if turned else (width, height)
 
@@ -293,7 +316,8 @@ class PictureView(QWidget):
             self._go_home()
 
     def _go_home(self) -> None:
-        if self._home is not None and not self._by_hand and not self._image.isNull():
+        there = self.picture is not None and self.picture.pixels is not None
+        if self._home is not None and there and not self._by_hand:
             self.zoom_to(self._home)
             self._at_home = True
 
@@ -302,9 +326,9 @@ class PictureView(QWidget):
         if not self._display.keep_person or self._by_hand or self.picture is None:
             return
         box = self.person_box() or self._home
-        if box is None or self._image.isNull():
+        if box is None or self.picture.pixels is None:
             return
-        box = _widened(box, _LEAST_PERSON * max(self._image.width(), self._image.height()))
+        box = _widened(box, _LEAST_PERSON * max(self._size()))
         place = self._to_widget().mapRect(box)
         seen = QRectF(self.rect())
         share = max(place.width() / seen.width(), place.height() / seen.height())

@@ -25,7 +25,7 @@ class FormDialog(QDialog):
     """A form that is accepted by one button.
 
     `run` does what the button says, and closes the dialog; with `close` the other button says Close
-    instead of Cancel.
+    instead of Cancel. Return presses it unless that shall not be `by_return`.
     """
 
     def __init__(
@@ -36,6 +36,7 @@ class FormDialog(QDialog):
         parent: QWidget | None = None,
         *,
         close: bool = False,
+        by_return: bool = True,
     ) -> None:
         super().__init__(parent)
         self.setWindowTitle(title)
@@ -43,8 +44,11 @@ class FormDialog(QDialog):
         """Says what is wrong or what was done."""
         standard, role = QDialogButtonBox.StandardButton, QDialogButtonBox.ButtonRole
         self.buttons = QDialogButtonBox(standard.Close if close else standard.Cancel)
-        self.accept_button = self.buttons.addButton(accept, role.AcceptRole)
-        self.buttons.accepted.connect(run)
+        self.accept_button = push_button(accept, run)
+        self.accept_button.setAutoDefault(by_return)
+        self.buttons.addButton(
+            self.accept_button, role.AcceptRole if by_return else role.ActionRole
+        )
         self.buttons.rejected.connect(self.reject)
 
     def lay_out(self, *items: Item, size: tuple[int, int]) -> None:
@@ -77,9 +81,18 @@ def ask_to_open(parent: QWidget, title: str, start: Path | str, files: str, use:
         use(Path(chosen))
 
 
-def ask_to_save(parent: QWidget, title: str, proposed: Path | str, files: str, use: Use) -> None:
-    """Let the person choose a file to write; one that is there is asked about."""
-    chosen, _ = QFileDialog.getSaveFileName(parent, title, str(proposed), files)
+def ask_to_save(
+    parent: QWidget,
+    title: str,
+    proposed: Path | str,
+    files: str,
+    use: Use,
+    *,
+    goes_on: bool = False,
+) -> None:
+    """Let the person choose a file to write; one that is there is asked about, or gone on with."""
+    options = QFileDialog.Option.DontConfirmOverwrite if goes_on else QFileDialog.Option(0)
+    chosen, _ = QFileDialog.getSaveFileName(parent, title, str(proposed), files, options=options)
     if chosen:
         use(Path(chosen))
 

@@ -76,11 +76,8 @@ def _cloud(content: SceneContent, _theme: Theme) -> list[Drawn]:
 
 
 def _model(content: SceneContent, theme: Theme) -> list[Drawn]:
-    """One surface for each part of the body, in its limb's colour."""
-    return [
-        Drawn(_surface(mesh), LIMB_COLOURS.get(mesh.limb, theme.disabled), look=_SKIN)
-        for mesh in content.meshes
-    ]
+    """The surface of the body, each part in its limb's colour."""
+    return [Drawn(_body(content.meshes, theme), look=_SKIN)] if content.meshes else []
 
 
 def _rims(content: SceneContent, theme: Theme) -> list[Drawn]:
@@ -96,12 +93,10 @@ def _rims(content: SceneContent, theme: Theme) -> list[Drawn]:
 def _ghosts(content: SceneContent, theme: Theme) -> list[Drawn]:
     """Models of other runs, which one sees through: as lines, as dots, or as both."""
     drawn = []
-    for ghost in content.ghosts:
+    for ghost in (ghost for ghost in content.ghosts if ghost.meshes):
         style = "points" if ghost.style == "dot" else "wireframe"
         look = {"style": style, "vertex_visibility": ghost.style == "dashdot"}
-        for mesh in ghost.meshes:
-            colour = LIMB_COLOURS.get(mesh.limb, theme.disabled)
-            drawn.append(Drawn(_surface(mesh), colour, size=3.0, look=look))
+        drawn.append(Drawn(_body(ghost.meshes, theme), size=3.0, look=look))
     return drawn
 
 
@@ -153,16 +148,22 @@ def _inside(content: SceneContent, theme: Theme) -> list[Drawn]:
 
 def _floor(content: SceneContent, theme: Theme) -> list[Drawn]:
     """Grid of half a metre on the floor, with an arrow to the north."""
+    grid, arrow = _floor_lines(content.floor_z)
+    return [Drawn(grid, theme.scene_grid), Drawn(arrow, theme.accent, 2.0)]
+
+
+@cache
+def _floor_lines(floor_z: float) -> tuple[pv.PolyData, pv.PolyData]:
     steps = np.arange(-_FLOOR_HALF, _FLOOR_HALF + 1e-9, _FLOOR_STEP)
     ends = np.array([-_FLOOR_HALF, _FLOOR_HALF])
     along = np.stack(np.meshgrid(steps, ends, indexing="ij"), axis=-1).reshape(-1, 2)
     flat = np.concatenate([along, along[:, ::-1]])
-    grid = np.column_stack([flat, np.full(len(flat), content.floor_z)])
-    foot = np.array([0.0, _FLOOR_HALF, content.floor_z])
+    grid = np.column_stack([flat, np.full(len(flat), floor_z)])
+    foot = np.array([0.0, _FLOOR_HALF, floor_z])
     tip = foot + (0.0, _ARROW_LENGTH, 0.0)
     back, side = tip - (0.0, 0.18, 0.0), np.array([0.12, 0.0, 0.0])
     arrow = np.stack([foot, tip, back - side, tip, back + side, tip])
-    return [Drawn(_lines(grid), theme.scene_grid), Drawn(_lines(arrow), theme.accent, 2.0)]
+    return _lines(grid), _lines(arrow)
 
 
 def _cameras(content: SceneContent, theme: Theme) -> list[Drawn]:
@@ -223,14 +224,15 @@ class Shown:
             self._actors.append(pv.Actor(mapper=pv.DataSetMapper(pv.PolyData())))
             self._actors[-1].pickable = False
             self._renderer.add_actor(self._actors[-1], render=False)
-            self._looks.append({"image": None})
+            self._looks.append({"mesh": None, "image": None})
         for place, actor in enumerate(self._actors):
             actor.visibility = place < len(things)
         for actor, known, thing in zip(self._actors, self._looks, things, strict=False):
-            actor.mapper.dataset = thing.mesh
-            actor.mapper.scalar_visibility = thing.colour is None
-            if thing.colour is None:
-                actor.mapper.color_mode = "direct"
+            if thing.mesh is not known["mesh"]:
+                actor.mapper.dataset = known["mesh"] = thing.mesh
+                actor.mapper.scalar_visibility = thing.colour is None
+                if thing.colour is None:
+                    actor.mapper.color_mode = "direct"
             if thing.image is not known["image"]:
                 actor.texture = None if thing.image is None else _texture(thing.image)
                 known["image"] = thing.image
@@ -307,6 +309,25 @@ def frustum_corners(camera: Camera, depth: float) -> FloatArray:
 
 def _surface(mesh: PartMesh) -> pv.PolyData:
     return pv.PolyData.from_regular_faces(mesh.vertices, mesh.triangles)
+
+
+def _body(meshes: Sequence[PartMesh], theme: Theme) -> pv.PolyData:
+    """All parts as one surface, which is drawn faster than many, in their limbs' colours."""
+    counts = [len(mesh.vertices) for mesh in meshes]
+    starts = np.cumsum([0, *counts[:-1]])
+    triangles = [mesh.triangles + start for mesh, start in zip(meshes, starts, strict=True)]
+    colours = [_rgb(LIMB_COLOURS.get(mesh.limb, theme.disabled)) for mesh in meshes]
+    body = pv.PolyData.from_regular_faces(
+        np.concatenate([mesh.vertices for mesh in meshes]), np.concatenate(triangles)
+    )
+    body.point_data.set_scalars(np.repeat(colours, counts, axis=0), "colour")
+    return body
+
+
+@cache
+def _rgb(colour: str) -> ImageArray:
+    """Red, green and blue (3,) of #rrggbb."""
+    return np.frombuffer(bytes.fromhex(colour[1:]), dtype=np.uint8)
 
 
 def _lines(points: FloatArray) -> pv.PolyData:

@@ -18,6 +18,7 @@ from app.features.annotate.panels import AnnotationPanels
 from app.features.annotate.setup.subject_dialog import SubjectDialog
 from app.services.actions import ActionRegistry
 from app.services.tasks.task import TaskList
+from app.widgets.redraw import RedrawQueue
 from app.widgets.timeline.lanes import LaneFilter, Mark
 from app.widgets.timeline.painting import RULER_HEIGHT
 from app.widgets.timeline.timeline_view import TimelineView
@@ -43,7 +44,7 @@ class Stage(QMainWindow):
         super().__init__()
         self.timeline, self.tasks = TimelineView(), TaskList(self)
         self.panels = AnnotationPanels(self.timeline, self.tasks, self)
-        self.book = ActionRegistry(self, settings)
+        self.book = ActionRegistry(self, settings, RedrawQueue(self))
         self.dialogs = AnnotationDialogs(self.panels)
         add_commands(self.book, self.panels, self.dialogs, PredictionWork(self.panels))
         self.book.fill(self.menuBar(), ())

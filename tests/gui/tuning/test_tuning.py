@@ -3,6 +3,7 @@
 import os
 import signal
 import sys
+import threading
 from contextlib import contextmanager
 
 import numpy as np
@@ -11,6 +12,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
 from app.features.tune.presets import NameDialog
+from app.session import judgement
 from stereotrack_core.experiments.run_process import load
 from stereotrack_core.interop.run_file import read_run
 from stereotrack_core.tracking.presets import preset, read_preset
@@ -240,8 +242,25 @@ def test_differences_of_settings_are_from_preset_run_or_thesis(tuning, qtbot):
     tuning.features.tune.toggle_live()
 
 
-def test_values_of_one_parameter_beside_each_other(tuning, qtbot):
+def test_the_table_is_written_again_only_when_it_says_something_else(tuning, monkeypatch):
+    tune, written = tuning.features.tune, []
+    monkeypatch.setattr(tune.panel, "show_table", lambda *what: written.append(what))
+    tune.trials.grew.emit()
+    tuning.context.session.document.frame_changed.emit(0)
+    assert not written
+    tune.trials.changed.emit()
+    assert written
+
+
+def test_values_of_one_parameter_beside_each_other(tuning, qtbot, monkeypatch):
     panel, series = tuning.features.tune.series_panel, tuning.features.tune.series
+    threads, judge = set(), judgement.judged
+
+    def watched(*what):
+        threads.add(threading.current_thread())
+        return judge(*what)
+
+    monkeypatch.setattr(judgement, "judged", watched)
     tuning.context.docks.dock("series").raise_()
     panel.choose("sampling")
     assert panel.low.isHidden()
@@ -264,6 +283,8 @@ def test_values_of_one_parameter_beside_each_other(tuning, qtbot):
     best = series.best()
     means = [one.summary.arms for one in series.tried]
     assert best == int(np.argmin(means))
+    assert threads, "values are judged where runs are"
+    assert threading.main_thread() not in threads
     assert [m.best for m in series.multiples()].count(True) == 1
     run = tuning.context.session.runs.active
     panel.slider.setFocus()

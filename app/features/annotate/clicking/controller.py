@@ -23,7 +23,7 @@ from ....widgets.tables.panels import BodyPanel
 from .annotating import Annotating
 from .choosing import ADVANCES, Advance
 from .facts import AnnotationFacts
-from .landmark_rows import fit_words, landmark_rows, length_rows, limb_rows
+from .landmark_rows import camera_rows, fit_words, landmark_rows, length_rows, limb_rows
 from .marks import marks_of, predictions_in
 
 
@@ -100,7 +100,7 @@ class ClickController(QObject):
         """The choice and the edits."""
         self.facts = AnnotationFacts(
             session.document, session.project, session.clouds, self.annotating, self._all_cameras,
-            lambda: session.cameras.now,
+            session.cameras,
         )  # fmt: skip
         """What is known about the clicks of the frame."""
         self._offers = SwapOffers(self.annotating.swap)
@@ -126,6 +126,7 @@ class ClickController(QObject):
         session.instant.ready.connect(self.show)
         session.document.playing_changed.connect(self.facts.ask)
         session.cameras.changed.connect(self.show)
+        session.cameras.measured.connect(self.show)
         session.closing.connect(self.facts.close)
         self.landmarks.chosen.connect(self.annotating.choose)
         self.body.with_depth.toggled.connect(self._on_depth)
@@ -175,7 +176,8 @@ class ClickController(QObject):
             cameras, fit = self._all_cameras(), facts.fit
             names = [(facts.views or {}).get(name, name) for name in cameras]
             self.landmarks.show_rows(names, landmark_rows(facts, cameras))
-            self.body.show_body(fit_words(facts), (*limb_rows(facts), *length_rows(facts)))
+            rows = (*limb_rows(facts), *camera_rows(facts), *length_rows(facts))
+            self.body.show_body(fit_words(facts), rows)
             state.show_fit(FittedBody(fit.question.frame, fit.meshes) if fit is not None else None)
         self._context.actions.refresh_soon()
 

@@ -23,12 +23,12 @@ from stereotrack_core.body.proportions import proportions_of
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.points import Volume
-from stereotrack_core.geometry.camera_agreement import Disagreement
 from stereotrack_core.project.history import Changed
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.task_process import TaskProcess
 
 from ....services.tasks.newest import NewestAnswer
+from ....session.camera_doubts import CameraDoubts
 from ....session.clouds import CloudPresenter
 from ....session.document import DocumentPresenter
 from ....session.project import ProjectPresenter
@@ -50,8 +50,8 @@ class AnnotationFacts(QObject):
     ----------
     cameras : callable
         Names of the cameras in whose images clicks are looked for, one for each view.
-    doubtful : callable
-        The camera that contradicts the others, if one does.
+    compared : CameraDoubts
+        Knows which camera contradicts the others, if one does.
 
     Attributes
     ----------
@@ -70,10 +70,10 @@ class AnnotationFacts(QObject):
         clouds: CloudPresenter,
         annotating: Annotating,
         cameras: Callable[[], Sequence[str]],
-        doubtful: Callable[[], Disagreement | None],
+        compared: CameraDoubts,
     ) -> None:
         super().__init__()
-        self._doubtful = doubtful
+        self._compared = compared
         self._document, self._project, self._clouds = document, project, clouds
         self._annotating, self._cameras = annotating, cameras
         self._active = False
@@ -148,7 +148,8 @@ class AnnotationFacts(QObject):
             offers={name: annotating.next_in(name) for name in annotating.shown_cameras()}
             if self._active
             else {},
-            doubtful=self._doubtful(),
+            doubtful=self._compared.now,
+            residuals=self._compared.residuals,
         )
 
     def view_names(self) -> Mapping[str, str]:

@@ -72,6 +72,24 @@ def limb_rows(facts: FrameMarks) -> tuple[CellRow, ...]:
     )
 
 
+def camera_rows(facts: FrameMarks) -> tuple[CellRow, ...]:
+    """How far the clicks of each view lie from the points that the views agree on, any frame."""
+    doubtful = () if facts.doubtful is None else facts.doubtful.doubtful
+    return tuple(
+        _body_cells(
+            "",
+            (facts.views or {}).get(one.camera, one.camera),
+            f"{one.median_px:.1f} px",
+            "disagrees with the others"
+            if one.camera in doubtful
+            else f"residual of {one.count} clicks",
+            one.camera in doubtful,
+        )
+        for one in facts.residuals
+        if isfinite(one.median_px)
+    )
+
+
 def length_rows(facts: FrameMarks) -> tuple[CellRow, ...]:
     """Clicked lengths beside the subject's."""
     if facts.hints is None:

@@ -15,7 +15,7 @@ from stereotrack_core.annotation.fit.results import MISTAKEN
 from stereotrack_core.annotation.frame_clicks import ClickHints, ShownFit
 from stereotrack_core.annotation.landmark_set import LandmarkSet
 from stereotrack_core.geometry.camera import Camera
-from stereotrack_core.geometry.camera_agreement import Disagreement
+from stereotrack_core.geometry.camera_agreement import CameraResidual, Disagreement
 
 from ....widgets.camera.click_marks import (
     ClickMark,
@@ -55,6 +55,8 @@ class FrameMarks:
     """The landmark that the next click in an image that is shown places; None: it places none."""
     doubtful: Disagreement | None = None
     """A camera that contradicts the others over all clicks."""
+    residuals: tuple[CameraResidual, ...] = ()
+    """How far the clicks of each camera lie from the points that the cameras agree on."""
 
     @cached_property
     def flagged(self) -> frozenset[ClickKey]:
