@@ -57,13 +57,13 @@ class Features:
     files: FileController
     reports: ReportController
     view: ViewController
+    calibrate: CalibrateController
     annotate: Annotate
     track: RunsController
     inspect: InspectController
+    tune: TuneController
     review: Review
     sweep: SweepController
-    tune: TuneController
-    calibrate: CalibrateController
 
 
 def make_window(
@@ -76,13 +76,13 @@ def make_window(
         files=project.register(context),
         reports=report.register(context),
         view=view.register(context),
+        calibrate=calibrate.register(context),
         annotate=annotate.register(context),
         track=track.register(context),
         inspect=inspect.register(context),
+        tune=tune.register(context),
         review=review.register(context),
         sweep=sweep.register(context),
-        tune=tune.register(context),
-        calibrate=calibrate.register(context),
     )
     window.draw()
     return window, features

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from stereotrack_core.errors import InputError
 from stereotrack_core.window import Opening
 
-WORKSPACE_NAMES = ("annotate", "track", "review", "tune", "calibrate")
+WORKSPACE_NAMES = ("calibrate", "annotate", "track", "tune", "review")
 
 
 def check_workspace_name(name: str | None) -> None:

@@ -59,6 +59,13 @@ class Command:
     """Whether it takes its keys from another command of the same keys, while it can be done."""
 
     @property
+    def title(self) -> str:
+        """What it is called where its menu is not seen: with the submenu that gives it sense."""
+        text = self.says() if self.says is not None else self.text
+        submenu = self.menu.replace("&", "").partition("/")[2].replace("/", ", ")
+        return f"{submenu}: {text}" if submenu else text
+
+    @property
     def place(self) -> str:
         """Where it stands in the menus, as a person reads it."""
         return self.menu.replace("&", "").replace("/", " › ")

@@ -3,21 +3,33 @@
 from __future__ import annotations
 
 from PySide6.QtCore import QObject, QSettings, Qt, QTimer, Signal, Slot
-from PySide6.QtWidgets import QDockWidget, QMainWindow, QStackedWidget, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QDockWidget, QMainWindow, QStackedWidget, QWidget
 
 from stereotrack_core.errors import InputError
 
 from ..widgets.camera.camera_grid import CameraGrid
-from ..widgets.forms.message import Message
+from ..widgets.forms.message import BarsOver, Message
 from ..widgets.redraw import RedrawQueue
 from ..widgets.scene.scene_view import SceneView
+from ..widgets.style.building import vbox
 from ..widgets.timeline.bars import Transport
 from ..widgets.timeline.timeline_view import TimelineView
-from .layout import Workspace, arrange, forget_layout, restore_layout, save_layout
+from .focus import FocusWalk
+from .layout import (
+    PanelShares,
+    Workspace,
+    arrange,
+    forget_layout,
+    is_in_front,
+    restore_layout,
+    save_layout,
+)
 from .notifier import Notifier
 from .stored import stored_text
 
 _CORNER = Qt.Corner.BottomRightCorner
+_USUAL = ("track", "annotate")
+"""Workspaces that are shown first, where they have something to show."""
 
 
 class Docks(QObject):
@@ -38,6 +50,7 @@ class Docks(QObject):
     timeline : TimelineView
     scene : SceneView
     transport : Transport
+    focus : FocusWalk
     middle : QStackedWidget
         The views, or what is there while nothing is open.
     redraw : RedrawQueue
@@ -63,16 +76,20 @@ class Docks(QObject):
         self._docks: dict[str, QDockWidget] = {}
         self._workspaces: dict[str, Workspace] = {}
         self._shown: Workspace | None = None
+        self._shares = PanelShares(host, self._docks)
         self._room: _Room | None = None
         self.redraw = RedrawQueue(self)
         self.views, self.scene = CameraGrid(self.redraw), SceneView()
         self.timeline, self.transport = TimelineView(), Transport()
+        self.focus = FocusWalk(host, self.views, self._docks)
         self.middle = QStackedWidget()
         self.middle.addWidget(self.views)
-        self._centre, self._centre_column = _column(self.middle)
-        host.setCentralWidget(self._centre)
+        host.setCentralWidget(self.middle)
+        self._over_views = BarsOver(self.middle)
         self.add("scene", "3-D scene", self.scene)
-        both, self._timeline_column = _column(self.timeline)
+        both = QWidget()
+        self._timeline_column = vbox((self.timeline, 1), spacing=0)
+        both.setLayout(self._timeline_column)
         self.add("timeline", "Timeline", both, titled=False)
         # the timeline is the scrubber: it stays where it is
         self.dock("timeline").setFeatures(QDockWidget.DockWidgetFeature.NoDockWidgetFeatures)
@@ -80,7 +97,7 @@ class Docks(QObject):
     @property
     def dialog_parent(self) -> QWidget:
         """What dialogs belong to."""
-        return self._centre
+        return self.middle
 
     # ---- panels
 
@@ -88,15 +105,18 @@ class Docks(QObject):
         """Add a panel; one that says by itself what it shows needs no title."""
         dock = QDockWidget(title, self._host)
         dock.setObjectName(name)
+        for part in (dock, widget):
+            part.setAccessibleName(part.accessibleName() or title)
         dock.setWidget(widget)
         if not titled:
             dock.setTitleBarWidget(QWidget())
         self._docks[name] = dock
+        self._shares.watch(dock)
         return dock
 
-    def add_above_views(self, widget: QWidget) -> None:
-        """Let a bar stand above the views."""
-        self._centre_column.insertWidget(self._centre_column.count() - 1, widget)
+    def lay_over_views(self, bar: QWidget) -> None:
+        """Let a bar lie over the lower end of the views, so that it never moves them."""
+        self._over_views.add(bar)
 
     def add_above_timeline(self, widget: QWidget) -> None:
         """Let a bar stand above the timeline."""
@@ -113,6 +133,10 @@ class Docks(QObject):
     def is_shown(self, name: str) -> bool:
         """Whether a panel is there, be it behind another one."""
         return not self._docks[name].isHidden()
+
+    def is_seen(self, name: str) -> bool:
+        """Whether a panel is on the screen, not behind another one: others need no work."""
+        return self._docks[name].isVisible() and is_in_front(self._docks[name])
 
     def toggle(self, name: str) -> None:
         """Show or hide a panel; one that was never placed comes to the right."""
@@ -171,8 +195,10 @@ class Docks(QObject):
         self._keep()
         space = self._shown = self._workspaces[name]
         self._settings.setValue("workspace", space.name)
-        if not restore_layout(self._host, self._settings, space):
-            arrange(self._host, self._docks, space)
+        shares = restore_layout(self._host, self._settings, space)
+        if shares is None:
+            shares = arrange(self._host, self._docks, space)
+        self._shares.give(shares)
         self.workspace_changed.emit()
 
     def show_named(self, name: str) -> None:
@@ -189,12 +215,12 @@ class Docks(QObject):
             self.show_workspace(space.name)
 
     def show_first(self) -> None:
-        """Show the workspace that was used last, or the first that has something to show."""
+        """Show the workspace that was used last, or a usual one that has something to show."""
         self._shown = None
-        wanted = self._workspaces.get(stored_text(self._settings, "workspace") or "track")
-        every = (*([wanted] if wanted is not None else []), *self.workspaces)
-        fits = next((space for space in every if not space.why_not()), self.workspaces[0])
-        self.show_workspace(fits.name)
+        last = stored_text(self._settings, "workspace")
+        wanted = [self._workspaces[name] for name in (last, *_USUAL) if name in self._workspaces]
+        fits = (space for space in wanted if not space.why_not())
+        self.show_workspace(next(fits, self.workspaces[0]).name)
 
     def leave(self) -> None:
         """Show no workspace any more; how it was arranged is kept."""
@@ -211,13 +237,13 @@ class Docks(QObject):
     def arrange(self) -> None:
         """Put the panels of this workspace where they are by default, for now."""
         if self._shown is not None:
-            arrange(self._host, self._docks, self._shown)
+            self._shares.give(arrange(self._host, self._docks, self._shown))
 
     def _keep(self) -> None:
         if self._shown is not None:
             self.leaving.emit()
             self.give_room_back()
-            save_layout(self._host, self._settings, self._shown)
+            save_layout(self._host, self._settings, self._shown, self._shares.now())
 
 
 class _Room(QObject):
@@ -263,17 +289,8 @@ def _column_of(
         if each is not dock
         and each not in behind
         and each.isVisible()
+        and is_in_front(each)
         and not each.isFloating()
         and each.geometry().left() == dock.geometry().left()
     ]
     return [*above, dock] if not dock.isFloating() else []
-
-
-def _column(widget: QWidget) -> tuple[QWidget, QVBoxLayout]:
-    """A widget that others can be put above."""
-    whole = QWidget()
-    column = QVBoxLayout(whole)
-    column.setContentsMargins(0, 0, 0, 0)
-    column.setSpacing(0)
-    column.addWidget(widget, 1)
-    return whole, column

@@ -57,6 +57,11 @@ def _panels(context: Context) -> list[Command]:
             partial(docks.toggle, name), checked=partial(docks.is_shown, name),
         )
         for name, title in docks.titles().items()
+    ] + [
+        Command("next_panel", _MENU, "Next panel", "Give the keys to the next panel, or the views.",
+                partial(docks.focus.walk, 1), "F6", section=True),
+        Command("previous_panel", _MENU, "Previous panel", "Give the keys to the panel before.",
+                partial(docks.focus.walk, -1), "Shift+F6"),
     ]  # fmt: skip
 
 
@@ -92,7 +97,7 @@ def _help_and_file(dialogs: Dialogs, messages: MessageBar) -> list[Command]:
                 "Ctrl+K", "palette-of-commands"),
         command("shortcuts", "Shortcuts …", "Change the keyboard shortcuts of commands.",
                 dialogs.show_shortcuts, "Ctrl+Alt+K", "settings"),
-        command("close_message", "Dismiss message", "Dismiss the message above the views.",
+        command("close_message", "Dismiss message", "Dismiss the message over the views.",
                 messages.dismiss, "Esc", "close", why_not=no_message),
         command("about", "About stereotrack", "Version, and the location of the log file.",
                 dialogs.show_about, icon="info"),

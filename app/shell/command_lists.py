@@ -100,7 +100,7 @@ class CommandPalette(_CommandList):
         self.list.clear()
         ranked = [(match_rank(text, command), command) for command in self._book.commands]
         found = [(rank, command) for rank, command in ranked if rank is not None]
-        for _, command in sorted(found, key=lambda row: row[0]):
+        for _, command in sorted(found, key=lambda row: self._order(*row)):
             self._show(command)
         for column in (0, 1, 2):
             self.list.resizeColumnToContents(column)
@@ -109,9 +109,13 @@ class CommandPalette(_CommandList):
         else:
             self._why.setText("No command matches.")
 
+    def _order(self, rank: int, command: Command) -> tuple[bool, bool, int]:
+        """First what is meant exactly, if only to say why it cannot be done; then what can be."""
+        return rank > 0, not self._book.action(command.id).isEnabled(), rank
+
     def _show(self, command: Command) -> None:
         action, palette = self._book.action(command.id), self.palette()
-        item = self._add(command, command.says() if command.says is not None else command.text)
+        item = self._add(command, command.title)
         item.setIcon(0, self._blank if action.icon().isNull() else action.icon())
         if not action.isEnabled():
             muted = palette.brush(palette.ColorGroup.Disabled, palette.ColorRole.Text)
@@ -146,15 +150,17 @@ def _blank_icon() -> QIcon:
 def match_rank(text: str, command: Command) -> int | None:
     """How well a command fits what was typed: smaller is better, None is not at all."""
     wanted = text.strip().lower()
-    name, menu = command.text.lower(), command.place.lower()
-    if name.startswith(wanted):
+    name, title, menu = command.text.lower(), command.title.lower(), command.place.lower()
+    if wanted in {name.removesuffix(" …"), title.removesuffix(" …")}:
         return 0
-    if all(word in name for word in wanted.split()):
+    if name.startswith(wanted):
         return 1
-    if all(word in f"{menu} {name} {command.tip.lower()}" for word in wanted.split()):
+    if all(word in title for word in wanted.split()):
         return 2
+    if all(word in f"{menu} {title} {command.tip.lower()}" for word in wanted.split()):
+        return 3
     letters = iter(name)
-    return 3 if all(letter in letters for letter in wanted.replace(" ", "")) else None
+    return 4 if all(letter in letters for letter in wanted.replace(" ", "")) else None
 
 
 _ID = Qt.ItemDataRole.UserRole
@@ -180,7 +186,7 @@ class ShortcutEditor(_CommandList):
         keys = hbox(label("New shortcut:", wraps=False), (self.keys, 1), *buttons)
         self._lay_out(keys, self.note, box, height=480)
         for command in book.commands:
-            self._add(command, command.text)
+            self._add(command, command.title)
         self.search.textChanged.connect(self._filter)
         self.list.currentItemChanged.connect(self._on_current)
         self.choose(book.commands[0].id)
@@ -214,12 +220,12 @@ class ShortcutEditor(_CommandList):
         taken = self._book.user_of(keys, besides=command.id)
         if taken is not None:
             self.note.setText(
-                f"{keys} is already used by {taken.text}. Change that shortcut first."
+                f"{keys} is already used by {taken.title}. Change that shortcut first."
             )
             return
         self._book.set_shortcut(command.id, keys)
         self.keys.setKeySequence(QKeySequence(keys))
-        text = command.text
+        text = command.title
         self.note.setText(f"Shortcut of {text}: {keys}." if keys else f"{text} has no shortcut.")
         for item in self.list.selectedItems():
             item.setText(2, self._book.key_words(command.id))

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QSettings, Qt, Slot
-from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QResizeEvent
+from PySide6.QtCore import QSettings, QSize, Qt, Slot
+from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent
 from PySide6.QtWidgets import QMainWindow
 
 from ..context import make_context
@@ -18,6 +18,15 @@ from .dialogs import Dialogs
 from .status import StatusLine
 from .toolbars import Toolbars
 
+_USUAL = QSize(1600, 960)
+_FRAME = QSize(16, 40)
+"""Pixels that a window manager may draw around the window, about."""
+
+
+def first_size(screen: QSize) -> QSize:
+    """Size of a window that was never opened before, on a screen with so much room."""
+    return _USUAL.boundedTo(screen - _FRAME)
+
 
 class MainWindow(QMainWindow):
     """Makes the services for the features, and draws what these have registered."""
@@ -26,7 +35,7 @@ class MainWindow(QMainWindow):
         super().__init__()
         self.context = make_context(self, settings, processes)
         self.messages, self.welcome = MessageBar(), WelcomePage()
-        self.context.docks.add_above_views(self.messages)
+        self.context.docks.lay_over_views(self.messages)
         self.context.docks.middle.addWidget(self.welcome)
         self.status = StatusLine(self.statusBar(), self.context)
         self._connect()
@@ -74,7 +83,7 @@ class MainWindow(QMainWindow):
         self.setCorner(Qt.Corner.BottomLeftCorner, Qt.DockWidgetArea.BottomDockWidgetArea)
         self.setCorner(Qt.Corner.BottomRightCorner, Qt.DockWidgetArea.BottomDockWidgetArea)
         self.setMinimumSize(900, 600)
-        self.resize(1366, 768)
+        self.resize(first_size(self.screen().availableSize()))
         geometry = stored_bytes(self.context.settings, "geometry")
         if geometry is not None:
             self.restoreGeometry(geometry)
@@ -118,17 +127,15 @@ class MainWindow(QMainWindow):
 
     # ---- the window itself
 
+    def focusNextPrevChild(self, forward: bool) -> bool:
+        return self.context.docks.focus.step(forward)
+
     def closeEvent(self, event: QCloseEvent) -> None:
         self.context.docks.leave()
         self.context.settings.setValue("geometry", self.saveGeometry())
         self.context.session.close()
         self.context.settings.sync()
         event.accept()
-
-    def resizeEvent(self, event: QResizeEvent) -> None:
-        super().resizeEvent(event)
-        if not event.oldSize().isValid():  # for the first time
-            self.context.docks.arrange()
 
     def dragEnterEvent(self, event: QDragEnterEvent) -> None:
         if dropped_path(event.mimeData()) is not None:

@@ -155,13 +155,15 @@ class StatusLine(QObject):
         super().__init__(bar)
         self._context = context
         self.state, self.pixel = QLabel(), QLabel()
-        self.state.setContentsMargins(8, 0, 0, 0)
+        self.state.setIndent(8)
+        self.state.setMinimumWidth(1)  # long words are cut off; they never widen the window
         self.progress = QProgressBar()
         self.progress.setMaximumWidth(160)
         self.progress.setMaximumHeight(14)
         self.progress.setTextVisible(False)
         self.cancel = QToolButton()
         self.cancel.setToolTip("Cancel the background tasks")
+        self.cancel.setAccessibleName("Cancel the background tasks")
         self.cancel.setAutoRaise(True)
         set_icon(self.cancel, "stop")
         bar.addWidget(self.state, 1)

@@ -5,20 +5,27 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from PySide6.QtCore import QSize, Qt
-from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QMainWindow, QToolBar, QWidget
+from PySide6.QtWidgets import QMainWindow, QToolBar, QToolButton, QWidget
 
 from ..context import Context
 from ..widgets.camera.click_marks import CLICK_OVERLAYS
+from ..widgets.style.icons import set_icon
 
 _ICON = QSize(20, 20)
 _GO = ("first", "previous", "play", "next", "last")
-_TRACK = ("run", "pause", "step", "iterate", "run_here", "stop")
+_TRACK = (
+    *("run", "pause", "step", "iterate", "run_here", "stop", ""),
+    *("overlay_points", "overlay_correspondences"),
+)
 _ANNOTATE = ("undo", "redo", "accept", "", *(f"overlay_{name}" for name in CLICK_OVERLAYS))
 _VIEWS = (
-    *("overlay_outline", "overlay_reference", "overlay_points", "overlay_correspondences", ""),
+    *("overlay_outline", "overlay_reference", ""),
     *("arrange_grid", "arrange_one-and-more", "arrange_single", "keep_person", "loupe"),
 )
+
+
+_WORDS = {"run": "Run", "accept": "Accept"}
+"""Written beside the icons of the main actions."""
 
 
 class Toolbars:
@@ -64,17 +71,27 @@ class Toolbars:
         bar.setIconSize(_ICON)
         style = Qt.ToolButtonStyle
         bar.setToolButtonStyle(style.ToolButtonTextOnly if words else style.ToolButtonIconOnly)
-        for action in actions:
-            bar.addAction(self._action(action, bar))
+        for name in actions:
+            self._add(bar, name)
         if widget is not None:
             bar.addWidget(widget)
+        more = bar.findChild(QToolButton, "qt_toolbar_ext_button")
+        if more is not None:
+            more.setToolTip("Show the commands that there is no room for")
+            more.setAccessibleName(f"More of the toolbar {bar.windowTitle()}")
+            set_icon(more, "more")
         bar.setContextMenuPolicy(Qt.ContextMenuPolicy.PreventContextMenu)
         self._window.addToolBar(bar)
         return bar
 
-    def _action(self, name: str, bar: QToolBar) -> QAction:
-        if name:
-            return self._context.actions.action(name)
-        separator = QAction(bar)
-        separator.setSeparator(True)
-        return separator
+    def _add(self, bar: QToolBar, name: str) -> None:
+        if not name:
+            bar.addSeparator()
+            return
+        action = self._context.actions.action(name)
+        bar.addAction(action)
+        button = bar.widgetForAction(action)
+        button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+        if name in _WORDS and isinstance(button, QToolButton):
+            action.setIconText(_WORDS[name])
+            button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)

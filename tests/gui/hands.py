@@ -35,7 +35,9 @@ class Paintings(QObject):
 
 
 def window_with(settings: QSettings, processes: Processes | None = None) -> MainWindow:
-    """The window with its features at hand."""
+    """The window with its features at hand; by default it shows whole pictures."""
+    if not settings.contains("open_zoomed"):
+        settings.setValue("open_zoomed", False)
     window, window.features = make_window(settings, processes)
     return window
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from PySide6.QtCore import Qt, QTimer
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QDialog, QFileDialog
+from PySide6.QtWidgets import QApplication, QDialog, QFileDialog, QToolButton
 
 from app.services.actions import ActionRegistry
 from app.shell.command_lists import CommandPalette, ShortcutEditor, match_rank
@@ -36,6 +36,60 @@ def test_the_palette_says_why_something_cannot_be_done(window, qtbot):
     assert "No recording is open" in palette._why.text()
     palette._choose()
     assert palette.chosen() is None
+
+
+def listed(palette, text):
+    palette.search.setText(text)
+    return [(item.text(0), item.data(0, Qt.ItemDataRole.UserRole)) for item in palette._items()]
+
+
+def test_the_palette_lists_first_what_is_meant_and_can_be_done(window, qtbot):
+    book = window.context.actions
+    palette = CommandPalette(book, window)
+    qtbot.addWidget(palette)
+    names = [name for name, _ in listed(palette, "")]
+    assert len(names) == len(set(names)), "nothing is told apart by its menu alone"
+    assert "Theme: Dark" in names
+    can = [book.action(command).isEnabled() for _, command in listed(palette, "")]
+    assert can == sorted(can, reverse=True), "what can be done comes first"
+    assert listed(palette, "dark theme")[0] == ("Theme: Dark", "theme_dark")
+    assert listed(palette, "track one frame")[0][1] == "step", "meant exactly, and says why not"
+    can = [book.action(command).isEnabled() for _, command in listed(palette, "op")]
+    assert can == sorted(can, reverse=True)
+    assert set(can) == {True, False}
+
+
+def test_workspaces_menus_and_keys_have_one_order(opened):
+    book, bars = opened.context.actions, opened.bars
+    spaces = [space.title for space in opened.context.docks.workspaces]
+    assert spaces == ["Calibrate", "Annotate", "Track", "Tune", "Review"]
+    assert [action.text() for action in bars.workspaces.actions()] == spaces
+    keys = [book.shortcut(f"workspace_{space.lower()}") for space in spaces]
+    assert keys == [f"Alt+{number}" for number in range(1, 6)]
+    menus = [action.text().replace("&", "") for action in opened.menuBar().actions()]
+    assert [menu for menu in menus if menu in spaces] == spaces[1:]
+
+
+def test_main_actions_are_named_and_what_has_no_room_is_offered(opened, qtbot):
+    bars, action = opened.bars, opened.context.actions.action
+    run = bars.track.widgetForAction(action("run"))
+    assert (run.text(), run.toolButtonStyle().name) == ("Run", "ToolButtonTextBesideIcon")
+    assert not shown_more(opened), "all of them fit"
+    opened.resize(1000, 700)
+    QApplication.processEvents()
+    more = shown_more(opened)
+    assert more
+    for button in more:
+        assert button.accessibleName().startswith("More of the toolbar")
+        assert not button.icon().isNull()
+        assert button.width() >= 10
+        place = button.mapTo(opened, button.rect().topRight())
+        assert opened.rect().contains(place), "all of it is seen"
+
+
+def shown_more(window):
+    found = window.findChildren(QToolButton, "qt_toolbar_ext_button")
+    return [button for button in found if button.isVisible()]
 
 
 def test_every_command_says_what_it_does(window):
@@ -76,9 +130,10 @@ def test_a_shortcut_is_changed_kept_and_never_stolen(newly_opened, qtbot, settin
 
 def test_matching_prefers_the_beginning(window):
     play = window.context.actions.command("play")
-    assert match_rank("play", play) == 0
-    assert match_rank("pause", play) == 1
-    assert match_rank("frame rate", play) == 2
+    assert match_rank("play / pause", play) == 0
+    assert match_rank("play", play) == 1
+    assert match_rank("pause", play) == 2
+    assert match_rank("frame rate", play) == 3
     assert match_rank("xyz", play) is None
 
 

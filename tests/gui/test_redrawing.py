@@ -9,6 +9,7 @@ from PySide6.QtCore import Qt, QTimer
 from PySide6.QtTest import QTest
 
 from app.session import judgement
+from app.widgets.forms.parameter_panel import ParameterLine
 from tests.gui.hands import Paintings, click_truth
 from tests.gui.made_runs import add_run
 from tests.gui.tuning.conftest import quick_run_file, tuning  # noqa: F401
@@ -174,3 +175,28 @@ def test_a_growing_run_is_judged_off_the_window_s_thread(opened, qtbot, monkeypa
     assert counts == [3, 5], "only frames that have come since are judged"
     assert len(opened.context.session.judging.of(entry).frame) == 8
     assert threading.main_thread() not in threads
+
+
+def test_a_panel_behind_another_does_no_work(window, qtbot, small_recording):
+    docks = window.context.docks
+    made = window.features.tune.parameters.findChildren
+    window.context.session.opening.open(small_recording, workspace="track")
+    qtbot.waitUntil(lambda: window.context.session.document.frame_set is not None)
+    settle(window, qtbot)
+    assert docks.dock("parameters").widget().isVisible(), "to Qt, although the runs are before it"
+    assert (docks.is_seen("runs"), docks.is_seen("parameters")) == (True, False)
+    assert not made(ParameterLine), "no lines for somebody who cannot see them"
+    docks.bring_up("parameters")
+    assert (docks.is_seen("runs"), docks.is_seen("parameters")) == (False, True)
+    assert made(ParameterLine)
+    docks.show_named("tune")
+    settle(window, qtbot)
+    trials = window.features.tune.panel
+    docks.bring_up("runs")
+    trials.show_words("nothing", "nothing")
+    window.context.session.document.go_to(3)
+    settle(window, qtbot)
+    assert trials.words.text() == "nothing"
+    docks.bring_up("trials")
+    settle(window, qtbot)
+    assert trials.words.text() != "nothing"

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import shutil
 
+import numpy as np
 import pytest
-from PySide6.QtCore import QRectF, QSize
-from PySide6.QtWidgets import QApplication
+from PySide6.QtCore import QPoint, QPointF, QRect, QRectF, QSize, Qt
+from PySide6.QtWidgets import QApplication, QTabBar, QWidget
 
-from tests.gui.hands import view
+from app.shell.main_window import first_size
+from app.widgets.forms.message import Message
+from tests.gui.hands import RIGHT, clicks, drag, key, view
+from tests.gui.kept_window import close_window, open_recording, show_window
 
 pytestmark = pytest.mark.window
 
@@ -77,3 +81,141 @@ def test_portraits_stand_in_a_row_and_landscapes_in_two(
     assert rows(window) == [["N", "O", "S", "W"]], "a low and wide room"
     resize(window, 1366, 768)
     assert rows(window) == [["N", "O"], ["S", "W"]]
+
+
+def views_size(window):
+    return window.context.docks.views.size()
+
+
+def test_messages_and_bars_move_nothing(four, qtbot):
+    before, places = views_size(four), rows(four)
+    long = Message("warning", "The board was seen only at the left edge. " * 9, button="Look")
+    four.context.notifier.show(long)
+    bar = four.features.annotate.panels.repeat_bar
+    bar.show_words("Frame 0 is annotated again.")
+    QApplication.processEvents()
+    views = four.context.docks.views
+    for each in (bar, four.messages):
+        assert each.isVisible()
+        place = QRect(each.mapTo(four, QPoint(0, 0)), each.size())
+        assert QRect(views.mapTo(four, QPoint(0, 0)), views.size()).contains(place)
+        assert four.childAt(place.center()) in {each, *each.findChildren(QWidget)}, "on top"
+    assert four.messages.height() > 1.5 * bar.height(), "all of a long message is written"
+    assert (views_size(four), rows(four)) == (before, places)
+    four.messages.close_button.click()
+    bar.show_words("")
+    QApplication.processEvents()
+    assert views_size(four) == before
+    view_n = view(four, "N")
+    corner = view_n.mapTo(four, view_n.rect().bottomLeft() + QPoint(5, -5))
+    assert four.childAt(corner) is view_n, "nothing is left over the views"
+
+
+def test_panels_keep_their_shares_of_the_window(window, four_views, qtbot):
+    window.context.session.opening.open(four_views, workspace="annotate")
+    qtbot.waitUntil(lambda: window.context.session.document.frame_set is not None)
+    docks = window.context.docks
+    resize(window, 1920, 1080)
+    side, below = docks.dock("landmarks"), docks.dock("timeline")
+    window.resizeDocks([side], [768], Qt.Orientation.Horizontal)  # as the mouse does
+    window.resizeDocks([below], [324], Qt.Orientation.Vertical)
+    QApplication.processEvents()
+    assert (side.width(), below.height()) == (768, 324)
+    resize(window, 1280, 720)
+    assert side.width() == pytest.approx(0.4 * 1280, abs=3)
+    assert below.height() == pytest.approx(0.3 * 720, abs=3)
+    docks.show_named("track")
+    for space in ("track", "review", "tune", "calibrate", "annotate"):
+        docks.show_named(space)
+        QApplication.processEvents()
+        assert window.size() == QSize(1280, 720)
+        size = views_size(window)
+        assert size.width() >= 0.44 * 1280, space
+        assert size.height() >= 0.34 * 720, space
+    assert side.width() == pytest.approx(0.4 * 1280, abs=3), "as it was left"
+    resize(window, 1920, 1080)
+    assert (side.width(), below.height()) == (pytest.approx(768, abs=3), pytest.approx(324, abs=3))
+    window.resizeDocks([side], [1500], Qt.Orientation.Horizontal)
+    QApplication.processEvents()
+    docks.show_named("track")
+    resize(window, 1366, 768)
+    docks.show_named("annotate")
+    QApplication.processEvents()
+    assert views_size(window).width() >= 0.44 * 1366, "what was stored leaves no room"
+    docks.reset()
+    QApplication.processEvents()
+    assert side.width() == pytest.approx(0.26 * 1366, abs=3)
+
+
+@pytest.mark.parametrize(
+    ("width", "height"), [(1366, 768), (1280, 720), (1920, 1080), (3840, 2160)]
+)
+def test_the_first_window_fits_the_screen(width, height):
+    first = first_size(QSize(width, height))
+    assert first.width() <= width
+    assert first.height() <= height - 30, "a frame is drawn around it"
+    assert first.width() >= 0.4 * width
+
+
+def is_seen(camera, points):
+    area = QRectF(camera.rect())
+    return all(area.contains(camera.place_of(x, y)) for x, y in points)
+
+
+def test_a_recording_opens_zoomed_to_the_person(qtbot, settings, failures, processes, four_views):
+    settings.setValue("open_zoomed", True)
+    window = show_window(qtbot, settings, processes)
+    qtbot.addWidget(window)
+    open_recording(window, qtbot, four_views)
+    window.context.docks.show_named("annotate")
+    QApplication.processEvents()
+    recording = window.context.session.document.recording
+    reference = recording.reference.points.reshape(-1, 3)
+    camera = view(window, "N")
+    for name in "NOSW":
+        person = recording.reference_camera(recording.view(name)).project(reference)
+        assert view(window, name).zoom > 1.2
+        assert is_seen(view(window, name), person)
+        tall = np.ptp([view(window, name).place_of(x, y).y() for x, y in person])
+        assert tall > 0.2 * view(window, name).height(), "hips to head"
+    assert picture_share(window) > 0.4
+    assert rows(window) == [["N", "O", "S", "W"]], "persons stand, so their parts are portraits"
+    resize(window, 1280, 620)
+    person = recording.reference_camera(recording.view("N")).project(reference)
+    assert is_seen(camera, person), "in a room of another shape"
+    key(window, Qt.Key.Key_0)
+    assert camera.zoom == 1.0
+    resize(window, 1366, 768)
+    assert rows(window) == [["N", "O"], ["S", "W"]], "whole pictures are landscapes"
+    assert camera.zoom == 1.0, "who has asked for the whole picture has it"
+    window.context.actions.action("open_zoomed").trigger()
+    window.context.actions.action("close").trigger()
+    open_recording(window, qtbot, four_views)
+    assert view(window, "N").zoom == 1.0
+    close_window(window)
+    assert not failures
+
+
+def test_the_right_button_spans_what_is_enlarged(four, qtbot):
+    camera = view(four, "N")
+    corners = [camera.pixel_at(QPointF(x, y)) for x, y in ((150, 40), (270, 120))]
+    drag(four, QPoint(150, 40), QPoint(270, 120), button=RIGHT)
+    places = [camera.place_of(corner.x(), corner.y()) for corner in corners]
+    spanned = QRectF(*places).normalized()
+    assert QRectF(camera.rect()).adjusted(-1, -1, 1, 1).contains(spanned)
+    shares = spanned.width() / camera.width(), spanned.height() / camera.height()
+    assert max(shares) == pytest.approx(1.0, abs=0.02)
+    zoom = camera.zoom
+    drag(four, QPoint(100, 40), QPoint(104, 44), button=RIGHT)
+    assert camera.zoom == zoom, "a slip of the hand enlarges nothing"
+    assert clicks(four) == {}
+
+
+def test_tabs_of_panels_that_share_a_place_are_seen(opened):
+    docks = opened.context.docks
+    for name in ("annotate", "track", "annotate", "review", "tune", "annotate"):
+        docks.show_named(name)
+        QApplication.processEvents()
+        bars = [bar for bar in opened.findChildren(QTabBar) if bar.count()]
+        assert bars
+        assert all(bar.isVisible() and bar.x() >= 0 for bar in bars), name

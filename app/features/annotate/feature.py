@@ -50,7 +50,7 @@ def register(context: Context) -> Annotate:
             side=(("landmarks",), ("body", "next", "history", "scene")),
             bottom=("timeline",),
             side_share=0.26,
-            bottom_heights=(230,),
+            bottom_shares=(0.24,),
             side_heights=(10, 14),
             tall_side=True,
             why_not=context.session.no_recording,
@@ -78,7 +78,7 @@ class _AnnotateController(QObject):
         docks.add("next", "Suggested clicks", panels.next_panel)
         docks.add("history", "History", panels.history_panel)
         docks.add_above_timeline(panels.bar)
-        docks.add_above_views(panels.repeat_bar)
+        docks.lay_over_views(panels.repeat_bar)
         panels.frame_requested.connect(session.document.visit)
         panels.click_requested.connect(self._on_click_wanted)
         panels.landmark_chosen.connect(annotating.choose)

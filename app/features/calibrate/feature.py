@@ -75,7 +75,7 @@ def register(context: Context) -> CalibrateController:
             side=(("scene",), ("rig",), ("findings",)),
             bottom=(),
             side_share=0.50,
-            bottom_heights=(),
+            bottom_shares=(),
             side_heights=(3, 3, 2),
             why_not=context.session.no_recording,
         )

@@ -127,9 +127,7 @@ class ReviewController(QObject):
         if self._session.document.recording is None:
             return
         docks = self._context.docks
-        panels = {name: docks.dock(name).widget() for name in self._stale}
-        # one that stands behind another is visible to Qt, but none of it is on the screen
-        seen = {name for name, panel in panels.items() if not panel.visibleRegion().isEmpty()}
+        seen = {name for name in self._stale if docks.is_seen(name)}
         self._stale -= seen
         for show in dict.fromkeys(self._shows[name] for name in sorted(seen)):
             show()

@@ -74,7 +74,7 @@ class FailureController(QObject):
         context.docks.add("failures", "Failures", self.panel)
         self._lanes: tuple[FailureSegment, ...] = ()
         self.presenter = FailurePresenter(
-            session, context.tasks, wants_pictures=self.panel.isVisible, threshold=self._threshold
+            session, context.tasks, wants_pictures=self._is_seen, threshold=self._threshold
         )
         self._pictures = LatestOnly(_drawn, "draw failures")
         self._pictured: _Wanted | None = None
@@ -101,6 +101,9 @@ class FailureController(QObject):
         """What the failures belong to."""
         found = self.presenter.found
         return found.search if found is not None else None
+
+    def _is_seen(self) -> bool:
+        return self._context.docks.is_seen("failures")
 
     def none_listed(self) -> str:
         """Why there is no failure to do something with."""
@@ -189,7 +192,7 @@ class FailureController(QObject):
         listed = presenter.listed
         place = listed.index(presenter.chosen) if presenter.chosen in listed else -1
         self.panel.show_rows(listed, self._fps(), place, self._words(presenter.found))
-        self._ask_for_picture(presenter.chosen if self.panel.isVisible() else None)
+        self._ask_for_picture(presenter.chosen if self._is_seen() else None)
         self._show_lanes()
         if self.looping():
             if presenter.chosen is None:

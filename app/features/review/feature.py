@@ -42,7 +42,7 @@ def register(context: Context) -> Review:
             ),
             bottom=(("plot", "explanations", "angles"), "timeline"),
             side_share=0.37,
-            bottom_heights=(260, 155),
+            bottom_shares=(0.27, 0.16),
             side_heights=(1, 2),
             tall_side=True,
             why_not=context.session.no_depth,

@@ -27,7 +27,7 @@ def register(context: Context) -> RunsController:
             side=(("scene",), ("runs", "parameters", "numbers", "inside", "findings")),
             bottom=("plot", "timeline"),
             side_share=0.37,
-            bottom_heights=(145, 160),
+            bottom_shares=(0.15, 0.17),
             side_heights=(2, 1),
             why_not=context.session.no_depth,
         )

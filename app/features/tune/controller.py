@@ -91,6 +91,7 @@ class TuneController(QObject):
         session.document.frame_changed.connect(lambda: docks.redraw.soon(self.show_progress))
         docks.workspace_changed.connect(self._on_workspace)
         docks.dock("trials").visibilityChanged.connect(self.show)
+        docks.dock("parameters").visibilityChanged.connect(self.parameters.set_seen)
         session.leaving.connect(self.stop)
         context.tasks.watch(self.settled)
 
@@ -169,7 +170,7 @@ class TuneController(QObject):
     def show_progress(self, _what: object = None) -> None:
         """Say what is tried, and how far it is."""
         context, panel = self._context, self.panel
-        if not panel.isVisible() or context.session.document.recording is None:
+        if not context.docks.is_seen("trials") or context.session.document.recording is None:
             return
         running, stretch = self.trials.running, self.stretch()
         how = ". Select others in the timeline with Shift+drag."

@@ -29,7 +29,7 @@ def register(context: Context) -> TuneController:
             side=(("parameters",), ("trials", "series", "comparison", "runs", "inside")),
             bottom=("plot", "timeline"),
             side_share=0.40,
-            bottom_heights=(165, 150),
+            bottom_shares=(0.17, 0.16),
             side_heights=(1, 1),
             tall_side=True,
             why_not=context.session.no_depth,

@@ -241,7 +241,7 @@ class ViewController(QObject):
         self._state.change_display(keep_person=keep)
         self._context.settings.setValue("keep_person", keep)
         tiles = self._docks.views.tiles.values()
-        if keep and all(tile.camera.person_box() is None for tile in tiles):
+        if keep and not any(tile.camera.knows_person() for tile in tiles):
             self._context.notifier.say(_NOBODY_KNOWN)
 
     def toggle_single(self) -> None:
@@ -258,8 +258,7 @@ class ViewController(QObject):
         """Show whole pictures."""
         if self._state.display.keep_person:
             self.toggle_keep_person()
-        for tile in self._docks.views.tiles.values():
-            tile.camera.fit()
+        self._docks.views.fit()
 
 
 def _aspects(recording: Recording) -> dict[str, float]:

@@ -16,6 +16,7 @@ from ...widgets.camera.picture import PICTURE_KINDS, Arrangement, PictureKind
 from ...widgets.scene.scene_view import SceneBar, SceneView
 from ...widgets.timeline.bars import Transport
 from .controller import ViewController, ViewMemory
+from .first_zoom import FirstZoom
 from .scene import POINT_COLOURS
 
 _MENU = "&View"
@@ -63,14 +64,14 @@ SCENE_SIDES = {
 """Text, tip and key of the directions that the scene is looked at from."""
 
 
-def commands(context: Context, view: ViewController) -> list[Command]:
+def commands(context: Context, view: ViewController, first_zoom: FirstZoom) -> list[Command]:
     """Commands of the menu View."""
     session, docks, state = context.session, context.docks, context.view_state
     return [
         *_pictures(session, state),
         *_overlays(session, view),
         *_arrangements(session, state, view),
-        *_zoom(session, state, view),
+        *_zoom(session, state, view, first_zoom),
         *_light(session, view.light),
         *_scene(session, state, docks.scene, view),
     ]
@@ -130,7 +131,9 @@ def _arrangements(session: Session, state: ViewState, view: ViewController) -> l
     ]  # fmt: skip
 
 
-def _zoom(session: Session, state: ViewState, view: ViewController) -> list[Command]:
+def _zoom(
+    session: Session, state: ViewState, view: ViewController, first_zoom: FirstZoom
+) -> list[Command]:
     command = Menu(_MENU, session.no_recording).command
     return [
         command("zoom_in", "Zoom in", "Zoom in on the active view.", partial(view.zoom, 1.25), "+",
@@ -140,9 +143,13 @@ def _zoom(session: Session, state: ViewState, view: ViewController) -> list[Comm
         command("zoom_fit", "Fit to view", "Show the whole image in every view.", view.zoom_fit,
                 "0"),
         command("keep_person", "Zoom to the person", "Zoom every view to the person as located by "
-                "clicks, the fit, a run or the reference, and follow the person until you zoom by "
-                "hand. Choose this again to show whole images.", view.toggle_keep_person, "Z",
-                "fit", checked=lambda: state.display.keep_person),
+                "clicks, the fit, a run, the reference or movement, and follow the person until "
+                "you zoom by hand. Choose this again to show whole images.",
+                view.toggle_keep_person, "Z", "fit", checked=lambda: state.display.keep_person),
+        Command("open_zoomed", _MENU, "Open zoomed to the person", "Open recordings with every "
+                "view zoomed to where the person moves. Press 0 for whole images; drag with the "
+                "right button to zoom to a rectangle.", first_zoom.toggle,
+                checked=first_zoom.chosen),
         command("loupe", "Loupe", "Magnify the image under the cursor.", view.toggle_loupe, "L",
                 "loupe", checked=lambda: state.display.loupe),
         command("loupe_corner", "Loupe in the corner", "Show the loupe in a corner of the view so "
@@ -232,7 +239,7 @@ def register(context: Context) -> ViewController:
     """Let views and scene follow what is open, and offer what can be chosen of them."""
     view = ViewController(context)
     ViewMemory(context)
-    context.actions.add(commands(context, view))
+    context.actions.add(commands(context, view, FirstZoom(context)))
     context.actions.add(playback_commands(context.session, context.docks.transport))
     _add_scene_bar(context)
     return view

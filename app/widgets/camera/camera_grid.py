@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import TypeAlias
 
-from PySide6.QtCore import Qt, Signal, Slot
+from PySide6.QtCore import QRectF, Qt, Signal, Slot
 from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QFrame, QGridLayout, QWidget
 
@@ -44,6 +44,7 @@ class CameraTile(QFrame):
         super().__init__(parent)
         self.view = view
         self.camera = CameraView(redraw, self)
+        self.camera.setAccessibleName(f"View {view.name}")
         self._name = label(view.name, wraps=False)
         self._name.setObjectName("tileName")
         font = self._name.font()
@@ -109,6 +110,7 @@ class CameraGrid(QWidget):
         self.active = self._at_hand = ""
         """Name of the view that keys act on; empty without views."""
         self._aspects: Mapping[str, float] = {}
+        self._whole: Mapping[str, float] = {}
         self._arrangement: Arrangement = "grid"
         self._places: _Places = {}
         self._display = Display()
@@ -134,7 +136,7 @@ class CameraGrid(QWidget):
             self._layout.removeWidget(tile)
             tile.hide()
             tile.deleteLater()
-        self.tiles, self._aspects, self._places = {}, aspects, {}
+        self.tiles, self._whole, self._aspects, self._places = {}, aspects, aspects, {}
         for view in views:
             tile = CameraTile(view, self._redraw, self)
             tile.kind_chosen.connect(self.kind_chosen)
@@ -148,6 +150,23 @@ class CameraGrid(QWidget):
         self.active = self._at_hand = ""
         if views:
             self.set_active(views[0].name)
+
+    def set_homes(self, boxes: Mapping[str, QRectF]) -> None:
+        """Begin with these parts of the pictures, in raw pixels by the name of the view."""
+        homes = {}
+        for name, box in boxes.items():
+            if name in self.tiles and self.tiles[name].camera.set_home(box):
+                turned = self.tiles[name].view.display_rotation % 180 == 90
+                homes[name] = (box.height() / box.width()) ** (1 if turned else -1)
+        self._aspects = {**self._whole, **homes}
+        self._arrange()
+
+    def fit(self) -> None:
+        """Show whole pictures."""
+        for tile in self.tiles.values():
+            tile.camera.fit()
+        self._aspects = self._whole
+        self._arrange()
 
     def visible_views(self) -> tuple[str, ...]:
         """Names of the views that the arrangement shows."""

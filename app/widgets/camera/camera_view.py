@@ -11,10 +11,11 @@ from PySide6.QtGui import (
     QMouseEvent,
     QPainter,
     QPaintEvent,
+    QPen,
     QTransform,
     QWheelEvent,
 )
-from PySide6.QtWidgets import QWidget
+from PySide6.QtWidgets import QRubberBand, QWidget
 
 from ..redraw import RedrawQueue
 from ..style.colours import paint_runs_legend
@@ -26,11 +27,18 @@ from .cursor import CursorLabel, loupe_size, paint_loupe
 from .overlays import paint_overlay
 from .picture import Picture, PictureView, alike
 
-_CLICK_PIXELS = 4
+_CLICK_PIXELS, _BAND_PIXELS = 4, 12
 _COMPUTED = (
     "Clicks are placed in camera images, and this image is computed. Show the reference image "
     "(F1) or the left image (F2)."
 )
+
+
+_BY_KEYS = {
+    Qt.FocusReason.TabFocusReason,
+    Qt.FocusReason.BacktabFocusReason,
+    Qt.FocusReason.ShortcutFocusReason,
+}
 
 
 class CameraView(PictureView):
@@ -39,7 +47,7 @@ class CameraView(PictureView):
     hovered = Signal(str)
     """Words about the pixel under the cursor; empty when the cursor leaves."""
     pressed = Signal()
-    """The view was clicked into."""
+    """The view was clicked into, or got the keys."""
     limb_clicked = Signal(str)
     """A limb's outline was clicked, or empty for a click beside the model."""
     painted = Signal(int)
@@ -57,6 +65,7 @@ class CameraView(PictureView):
         super().__init__(redraw, parent)
         self._cursor: QPointF | None = None
         self._drag: tuple[QPointF, QPointF] | None = None
+        self._band = QRubberBand(QRubberBand.Shape.Rectangle, self)
         self._dragged = False
         self._marks: ClickMarks | None = None
         self._clicking = False
@@ -67,7 +76,8 @@ class CameraView(PictureView):
         self.painted_frame = -1
         self.legend = True
         self.setMouseTracking(True)
-        self.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
+        self._by_keys = False
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
 
     @property
     def marks(self) -> ClickMarks | None:
@@ -128,6 +138,9 @@ class CameraView(PictureView):
                 paint_notes(painter, marks, self._display.overlays, area)
             if self.picture is not None and self.legend:
                 paint_runs_legend(painter, self.picture.overlay.runs, area)
+        if self._by_keys:
+            painter.setPen(QPen(QColor(theme.accent), 4.0))
+            painter.drawRect(self.rect())
         painter.end()
         if self.picture is not None:
             self.painted_frame = self.picture.frame
@@ -201,9 +214,7 @@ class CameraView(PictureView):
             if (event.position() - start).manhattanLength() > _CLICK_PIXELS or self._dragged:
                 self._dragged = self._by_hand = True
                 self._space = None if self._space is None else True
-                self._pan(event.position() - last)
-                if self.zoom > 1.0:
-                    self.setCursor(Qt.CursorShape.ClosedHandCursor)
+                self._drag_on(start, last, event)
             self._drag = (start, event.position())
         if self._hand.busy:
             self._hand.move(event.position())
@@ -214,6 +225,17 @@ class CameraView(PictureView):
         self._tell_hover()
         if self._display.loupe:
             self.update()
+
+    def _drag_on(self, start: QPointF, last: QPointF, event: QMouseEvent) -> None:
+        """Move the picture, or with the right button span what shall be enlarged."""
+        if event.buttons() & Qt.MouseButton.RightButton:
+            self._band.setGeometry(QRectF(start, event.position()).normalized().toRect())
+            self._band.show()
+            return
+        self._at_home = False
+        self._pan(event.position() - last)
+        if self.zoom > 1.0:
+            self.setCursor(Qt.CursorShape.ClosedHandCursor)
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
         if self._hand.busy and event.button() == Qt.MouseButton.LeftButton:
@@ -226,10 +248,20 @@ class CameraView(PictureView):
                     self.refused.emit(f"{marks.offer.words.capitalize()}.")
             self._hand.let_go()
             self.update()
+        elif self._band.isVisible():
+            self._band.hide()
+            self._zoom_to_band()
         elif self._drag is not None and not self._dragged:
             self._click_without_hand(event)
         self._drag = None
         self._show_cursor()
+
+    def _zoom_to_band(self) -> None:
+        band = QRectF(self._band.geometry())
+        if max(band.width(), band.height()) >= _BAND_PIXELS:
+            inverse, _ = self._to_widget().inverted()
+            self.zoom_to(inverse.mapRect(band))
+            self._by_hand, self._at_home = True, False
 
     def _click_without_hand(self, event: QMouseEvent) -> None:
         """A click that places nothing: it selects a limb, or with the right button a click."""
@@ -274,8 +306,14 @@ class CameraView(PictureView):
             return
         super().keyReleaseEvent(event)
 
+    def focusInEvent(self, event: QFocusEvent) -> None:
+        self._by_keys = event.reason() in _BY_KEYS
+        if self._by_keys:
+            self.pressed.emit()
+        super().focusInEvent(event)
+
     def focusOutEvent(self, event: QFocusEvent) -> None:
-        self._space = None
+        self._space, self._by_keys = None, False
         self._show_cursor()
         super().focusOutEvent(event)
 

@@ -9,7 +9,7 @@ from typing import Any, Literal, TypeAlias
 
 import numpy as np
 from PySide6.QtCore import QPointF, QRectF, QSize, Qt
-from PySide6.QtGui import QColor, QImage, QPainter, QTransform
+from PySide6.QtGui import QColor, QImage, QPainter, QResizeEvent, QTransform
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from stereotrack_core.arrays import ImageArray
@@ -153,7 +153,8 @@ class PictureView(QWidget):
         self.zoom = 1.0
         """Magnification over the fitting size, at least 1."""
         self._centre: QPointF | None = None
-        self._by_hand = False
+        self._by_hand = self._at_home = False
+        self._home: QRectF | None = None
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         self.setMinimumSize(120, 80)
         self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
@@ -185,6 +186,7 @@ class PictureView(QWidget):
         self._image = None
         if self._size() != size_before:
             self.fit()
+            self._go_home()
         self._keep_person()
         self.update_soon()
 
@@ -204,14 +206,35 @@ class PictureView(QWidget):
 
     def fit(self) -> None:
         """Show the whole picture."""
-        self.zoom, self._centre, self._by_hand = 1.0, None, False
+        self.zoom, self._centre, self._by_hand, self._at_home = 1.0, None, False, False
+        self.update()
+
+    def set_home(self, box: QRectF) -> bool:
+        """Begin with this part of the picture, in raw pixels; False where somebody has zoomed."""
+        if self.zoom != 1.0:
+            return False
+        self._home = box
+        self._go_home()  # or when there is a picture
+        return True
+
+    def zoom_to(self, box: QRectF, share: float = 1.0) -> None:
+        """Enlarge what is in a box of raw pixels until it takes this share of the widget."""
+        place, (width, height) = self._to_widget().mapRect(box), self._upright_size()
+        part = max(place.width() / self.width(), place.height() / self.height(), 1e-3)
+        self.zoom = float(np.clip(self.zoom * share / part, 1.0, _MOST_ZOOM))
+        centre = self._upright().map(box.center()) - QPointF(0.5 * width, 0.5 * height)
+        # nothing beyond the picture is shown where more of the picture could be
+        across = 0.5 * max(width - self.width() / self._scale(), 0.0)
+        down = 0.5 * max(height - self.height() / self._scale(), 0.0)
+        x, y = np.clip([centre.x(), centre.y()], [-across, -down], [across, down])
+        self._centre = QPointF(x, y) if self.zoom > 1.0 else None
         self.update()
 
     def zoom_by(self, factor: float, at: QPointF | None = None) -> None:
         """Zoom by `factor`, keeping the picture's point under `at` (widget) where it is."""
         place = at if at is not None else QPointF(self.rect().center())
         fixed = self.pixel_at(place)
-        self._by_hand = True
+        self._by_hand, self._at_home = True, False
         self.zoom = float(np.clip(self.zoom * factor, 1.0, _MOST_ZOOM))
         if self.zoom == 1.0:
             self._centre = None
@@ -283,11 +306,26 @@ class PictureView(QWidget):
         """Where the person is in the picture, in raw pixels; None where nothing tells it."""
         return self.picture.overlay.person_box() if self.picture is not None else None
 
+    def knows_person(self) -> bool:
+        """Whether anything tells where the person is."""
+        return self.person_box() is not None or self._home is not None
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        if self._at_home:
+            self._go_home()
+
+    def _go_home(self) -> None:
+        there = self.picture is not None and self.picture.pixels is not None
+        if self._home is not None and there and not self._by_hand:
+            self.zoom_to(self._home)
+            self._at_home = True
+
     def _keep_person(self) -> None:
         """Enlarge the person, and move only when it is about to leave what is seen."""
         if not self._display.keep_person or self._by_hand or self.picture is None:
             return
-        box = self.person_box()
+        box = self.person_box() or self._home
         if box is None or self.picture.pixels is None:
             return
         box = _widened(box, _LEAST_PERSON * max(self._size()))
@@ -296,11 +334,8 @@ class PictureView(QWidget):
         share = max(place.width() / seen.width(), place.height() / seen.height())
         if seen.contains(place) and share > _LEAST_SHARE:
             return
-        zoom = self.zoom * _PERSON_SHARE / max(share, 1e-3)
-        self.zoom = float(np.clip(zoom, 1.0, _MOST_ZOOM))
-        width, height = self._upright_size()
-        centre = self._upright().map(box.center())
-        self._centre = centre - QPointF(0.5 * width, 0.5 * height)
+        self._at_home = False
+        self.zoom_to(box, _PERSON_SHARE)
 
     def _pan(self, by: QPointF) -> None:
         if self._centre is None:

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from PySide6.QtCore import QEvent, Qt, Signal
+from PySide6.QtCore import QEvent, QObject, Qt, Signal
 from PySide6.QtWidgets import QFrame, QPushButton, QSizePolicy, QWidget
 
 from stereotrack_core.errors import visible
 
-from ..style.building import hbox, label, tool_button
+from ..style.building import hbox, label, tool_button, vbox
 from ..style.icons import set_icon
 from ..style.theme import current_theme
 
@@ -57,10 +57,44 @@ class _Bar(QFrame):
         sheet = (
             f"{type(self).__name__} {{ background: {theme.raised}; border: none;"
             f" border-left: 4px solid {getattr(theme, self.edge)};"
-            f" border-bottom: 1px solid {theme.border}; }}"
+            f" border-top: 1px solid {theme.border}; }}"
         )
         if sheet != self.styleSheet():
             self.setStyleSheet(sheet)
+
+
+class BarsOver(QWidget):
+    """Lies over the lower end of a widget, with the bars that are shown there."""
+
+    def __init__(self, under: QWidget) -> None:
+        super().__init__(under)
+        self._under = under
+        self.setLayout(vbox(spacing=0))
+        under.installEventFilter(self)
+
+    def add(self, bar: QWidget) -> None:
+        """Let a bar be shown here."""
+        if layout := self.layout():
+            layout.addWidget(bar)
+
+    def event(self, event: QEvent) -> bool:
+        if event.type() == QEvent.Type.LayoutRequest:
+            self._place()
+        return super().event(event)
+
+    def eventFilter(self, _under: QObject, event: QEvent) -> bool:
+        if event.type() == QEvent.Type.Resize:
+            self._place()
+        return False
+
+    def _place(self) -> None:
+        layout, width = self.layout(), self._under.width()
+        if layout is None:
+            return
+        high = layout.heightForWidth(width) if layout.hasHeightForWidth() else -1
+        height = high if high >= 0 else layout.sizeHint().height()
+        self.setGeometry(0, self._under.height() - height, width, height)
+        self.raise_()
 
 
 class RepeatBar(_Bar):
@@ -97,8 +131,9 @@ class MessageBar(_Bar):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._messages: list[Message] = []
-        self._icon = tool_button("")
+        self._icon = tool_button("Message")
         self._icon.setEnabled(False)
+        self._icon.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self._text = label()
         self._text.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self._text.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.MinimumExpanding)

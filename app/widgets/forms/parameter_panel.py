@@ -5,8 +5,8 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Sequence
 
-from PySide6.QtCore import Qt, Signal
-from PySide6.QtGui import QAction, QFont, QKeyEvent, QShowEvent, QWheelEvent
+from PySide6.QtCore import Qt, Signal, Slot
+from PySide6.QtGui import QAction, QFont, QKeyEvent, QWheelEvent
 from PySide6.QtWidgets import (
     QCheckBox,
     QComboBox,
@@ -77,6 +77,7 @@ class ParameterLine(QWidget):
         self.editor.setAccessibleName(f"{row.name.replace('_', ' ')} {row.unit}".strip())
         self.editor.setAccessibleDescription(row.help)
         self.revert_button = tool_button("", "reset", role="plain")
+        self.revert_button.setAccessibleName(f"Revert {row.name.replace('_', ' ')}")
         self.revert_button.clicked.connect(self.revert)
         self._name = label(row.name.replace("_", " "), wraps=False)
         self._name.setBuddy(self.editor)
@@ -243,12 +244,12 @@ class ParameterPanel(QWidget):
         self._base: ParameterGroup | None = None
         self._against = "preset"
         self._rows: tuple[ParameterRow, ...] = ()
-        self._behind = False
+        self._behind = self._seen = False
         self._lines: dict[str, ParameterLine] = {}
         self._groups: dict[str, QWidget] = {}
         self._nothing = label("", "muted")
         self._nothing.setAlignment(Qt.AlignmentFlag.AlignHCenter)
-        self._scroll = scrolled(QWidget())
+        self._scroll = scrolled(QWidget(), "Parameters")
         head = self._make_head(presets)
         self.setLayout(vbox(head, (self._scroll, 1), margins=(6, 6, 0, 0), spacing=4))
         self.setMinimumWidth(260)
@@ -261,10 +262,12 @@ class ParameterPanel(QWidget):
         self._catch_up()
         return self._lines[name]
 
-    def showEvent(self, event: QShowEvent) -> None:
+    @Slot(bool)
+    def set_seen(self, seen: bool) -> None:
         """Make the lines when they are seen first: there are a hundred of them."""
-        self._catch_up()
-        super().showEvent(event)
+        self._seen = seen
+        if seen:
+            self._catch_up()
 
     def set_settings(
         self, settings: ParameterGroup, base: ParameterGroup, against: str = "preset"
@@ -278,7 +281,7 @@ class ParameterPanel(QWidget):
         self.revert_all.setToolTip(f"Revert all parameters to the values of {AGAINST[against]}")
         self.only_changed.setToolTip(f"Show only parameters that differ from {AGAINST[against]}")
         self._behind = True
-        if self.isVisible():
+        if self._seen:
             self._catch_up()
 
     def set_presets(self, names: Sequence[str]) -> None:

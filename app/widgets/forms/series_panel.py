@@ -187,7 +187,7 @@ class SeriesPanel(QWidget):
             many,
             self.progress,
             self.words,
-            (scrolled(self.multiples), 1),
+            (scrolled(self.multiples, "Trials of the series"), 1),
             self.means,
             last,
         )

@@ -43,7 +43,7 @@ class SweepValues(QWidget):
         self._nothing = label("No parameters yet. Choose one below and add it.", "muted")
         holder = QWidget()
         holder.setLayout(vbox(self._nothing, self._inside, None))
-        scroll = scrolled(holder)
+        scroll = scrolled(holder, "Values")
         scroll.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAsNeeded)
         scroll.setMinimumHeight(120)
         self.setLayout(vbox((scroll, 1), self._adder()))

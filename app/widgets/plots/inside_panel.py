@@ -175,6 +175,7 @@ class StepPage(QScrollArea):
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
+        self.setAccessibleName("Step")
         self.setWidgetResizable(True)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.setFrameShape(QScrollArea.Shape.NoFrame)
@@ -276,7 +277,7 @@ class InsideTable(QTableView):
         self.title = label("", "muted", margins=(0, 4, 0, 0))
         self._rows: TableModel[Sequence[Cell]] = TableModel((), lambda cells: cells)
         self.setModel(self._rows)
-        dress_table(self, "", room=5)
+        dress_table(self, "Numbers of the step", room=5)
         self.setTextElideMode(Qt.TextElideMode.ElideMiddle)  # names differ at their ends
         self.setVerticalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.horizontalHeader().setMinimumSectionSize(24)

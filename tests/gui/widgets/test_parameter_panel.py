@@ -23,6 +23,7 @@ class Example(ParameterGroup):
 @pytest.fixture
 def panel(shown):
     widget = ParameterPanel()
+    widget.set_seen(True)
     widget.set_settings(Example(), Example())
     return shown(widget, 340, 500)
 

@@ -41,6 +41,12 @@ class TestContrast:
             for writing in (theme.text, theme.muted, theme.error, theme.warning, theme.good):
                 assert contrast(writing, surface) >= 4.5, (writing, surface)
 
+    def test_what_cannot_be_done_now_can_still_be_read(self, name):
+        theme = load_theme(name)
+        for surface in (theme.window, theme.base, theme.raised, theme.plot_background):
+            assert contrast(theme.disabled, surface) >= 3.0, surface
+        assert contrast(theme.disabled, theme.base) < contrast(theme.muted, theme.base)
+
     def test_what_is_selected_is_readable(self, name):
         theme = load_theme(name)
         assert contrast(theme.accent_text, theme.accent) >= 4.5

@@ -225,7 +225,7 @@ class ClickController(QObject):
         why_not = self._session.no_edit()
         if why_not or self.active:
             return why_not
-        return "This works in the Annotate workspace. Switch to it with Alt+1."
+        return "This works in the Annotate workspace. Switch to it with Alt+2."
 
     def why_no_camera(self) -> str:
         """Why keys act on no image."""

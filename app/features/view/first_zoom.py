@@ -1,0 +1,70 @@
+"""A recording opens with its views zoomed to the person, wherever that moves in it."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QObject, QPointF, QRectF, Slot
+
+from stereotrack_core.errors import InputError
+from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.person_boxes import Box, person_boxes
+
+from ...context import Context
+from ...services.tasks.task import Task
+
+_SETTING = "open_zoomed"
+_MARGIN = 0.12
+"""Share of the longer side of a person's box that is left on each side."""
+
+
+class FirstZoom(QObject):
+    """Looks for the person in the background; who has clicked into a view by then is left alone."""
+
+    def __init__(self, context: Context) -> None:
+        super().__init__(context.session)
+        self._context = context
+        self._looking: Task | None = None
+        context.session.opened.connect(self._look)
+        context.session.closed.connect(self._stop)
+        context.docks.views.activated.connect(self._stop)
+
+    def chosen(self) -> bool:
+        """Whether recordings open zoomed."""
+        return bool(self._context.settings.value(_SETTING, True, type=bool))
+
+    def toggle(self) -> None:
+        """Open recordings zoomed, or with whole images."""
+        self._context.settings.setValue(_SETTING, not self.chosen())
+
+    @Slot()
+    def _look(self) -> None:
+        self._stop()
+        recording = self._context.session.document.recording
+        if recording is not None and self.chosen():
+            self._looking = self._context.tasks.begin(
+                "looking for the person", lambda task: _found(task, recording), self._show
+            )
+
+    @Slot()
+    def _stop(self) -> None:
+        if self._looking is not None:
+            self._looking.cancel()
+            self._looking = None
+
+    @Slot(object)
+    def _show(self, boxes: dict[str, Box]) -> None:
+        if self.sender() is not self._looking:
+            return
+        self._looking = None
+        self._context.docks.views.set_homes({name: _wider(*box) for name, box in boxes.items()})
+
+
+def _wider(left: float, top: float, right: float, bottom: float) -> QRectF:
+    more = _MARGIN * max(right - left, bottom - top)
+    return QRectF(QPointF(left, top), QPointF(right, bottom)).adjusted(-more, -more, more, more)
+
+
+def _found(task: Task, recording: Recording) -> dict[str, Box]:
+    try:
+        return person_boxes(recording, task.token.cancelled)
+    except InputError:
+        return {}  # what cannot be read is told by who shows it

@@ -1,0 +1,165 @@
+"""Everything can be reached by keys, has a name for who cannot see it, and hidden pages wait."""
+
+from __future__ import annotations
+
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QAccessible
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import (
+    QAbstractButton,
+    QAbstractItemView,
+    QAbstractSlider,
+    QAbstractSpinBox,
+    QApplication,
+    QComboBox,
+    QDockWidget,
+    QHeaderView,
+    QLabel,
+    QLineEdit,
+    QPlainTextEdit,
+    QScrollBar,
+    QTabBar,
+    QTextEdit,
+    QToolBar,
+    QWidget,
+)
+
+from tests.gui.hands import view
+
+pytestmark = pytest.mark.window
+
+CONTROLS = (
+    *(QAbstractButton, QLineEdit, QComboBox, QAbstractSpinBox, QAbstractSlider, QTabBar),
+    *(QAbstractItemView, QTextEdit, QPlainTextEdit),
+)
+PARTS = (QScrollBar, QHeaderView)
+"""Parts of controls that have no name of their own."""
+
+
+def is_part(widget):
+    """Whether Qt has made it inside a control: the field of a spin box, the list of a choice."""
+    parents = [widget.parentWidget()]
+    while parents[-1] is not None:
+        parents.append(parents[-1].parentWidget())
+    inside = (QComboBox, QAbstractSpinBox, QLineEdit, QAbstractItemView)
+    return (
+        isinstance(widget, PARTS)
+        or widget.objectName().startswith("qt_")
+        or any(isinstance(parent, inside) for parent in parents)
+    )
+
+
+def is_control(widget):
+    if is_part(widget) or (isinstance(widget, QLabel) and not widget.text()):
+        return False
+    if isinstance(widget, QTabBar) and not widget.count():
+        return False
+    takes_keys = widget.focusPolicy() & Qt.FocusPolicy.TabFocus == Qt.FocusPolicy.TabFocus
+    return isinstance(widget, CONTROLS) or takes_keys
+
+
+def name_of(widget):
+    interface = QAccessible.queryAccessibleInterface(widget)
+    return interface.text(QAccessible.Text.Name) if interface is not None else ""
+
+
+def way_to(widget):
+    names = []
+    while widget is not None:
+        names.append(type(widget).__name__)
+        widget = widget.parentWidget()
+    return " in ".join(names)
+
+
+def test_every_control_of_every_workspace_has_a_name(opened, qtbot):
+    docks, seen, nameless = opened.context.docks, set(), set()
+    for space in docks.workspaces:
+        docks.show_named(space.name)
+        for panel in docks.titles():
+            if docks.is_shown(panel):
+                docks.bring_up(panel)
+        qtbot.waitUntil(opened.context.tasks.settled)
+        controls = [widget for widget in opened.findChildren(QWidget) if is_control(widget)]
+        there = [widget for widget in controls if widget.isVisibleTo(opened)]
+        seen |= set(there)
+        nameless |= {way_to(widget) for widget in there if not name_of(widget)}
+    assert len(seen) > 200
+    assert not nameless, "\n".join(sorted(nameless))
+
+
+def walked(window, keys=Qt.Key.Key_Tab):
+    """All controls that a key leads to, until they come round again."""
+    first = QApplication.focusWidget()
+    found = []
+    while len(found) < 500:
+        QTest.keyClick(QApplication.focusWidget(), keys)
+        now = QApplication.focusWidget()
+        if now is first or now in found:
+            break
+        found.append(now)
+    return [*found, first]
+
+
+def test_tab_reaches_views_and_toolbars_and_nothing_that_is_hidden(opened, qtbot):
+    docks = opened.context.docks
+    docks.show_named("review")
+    qtbot.waitUntil(opened.context.tasks.settled)
+    view(opened, "N").setFocus()
+    reached = walked(opened)
+    assert view(opened, "S") in reached
+    run = opened.bars.track.widgetForAction(opened.context.actions.action("run"))
+    assert run in reached
+    bars = {
+        bar for widget in reached for bar in [widget.parentWidget()] if isinstance(bar, QToolBar)
+    }
+    assert bars >= {opened.bars.workspaces, opened.bars.play, opened.bars.track, opened.bars.view}
+    for widget in reached:
+        holders = [one for one in opened.findChildren(QDockWidget) if one.isAncestorOf(widget)]
+        assert all(docks.is_seen(holder.objectName()) for holder in holders), way_to(widget)
+    view(opened, "N").setFocus()
+    back = walked(opened, Qt.Key.Key_Backtab)
+    assert set(back) == set(reached), "the same way back"
+
+
+def test_f6_walks_the_views_and_the_panels_that_are_seen(opened, qtbot):
+    docks = opened.context.docks
+    docks.show_named("review")
+    qtbot.waitUntil(opened.context.tasks.settled)
+    view(opened, "N").setFocus()
+
+    def where():
+        focus = QApplication.focusWidget()
+        holders = [one for one in opened.findChildren(QDockWidget) if one.isAncestorOf(focus)]
+        return holders[0].objectName() if holders else "views"
+
+    visited = [where()]
+    for _ in range(12):
+        QTest.keyClick(opened, Qt.Key.Key_F6)
+        if where() == visited[0]:
+            break
+        visited.append(where())
+    assert where() == "views", "round and round"
+    assert {"scene", "failures", "timeline"} <= set(visited)
+    assert all(docks.is_seen(name) for name in visited if name != "views")
+    QTest.keyClick(opened, Qt.Key.Key_F6, Qt.KeyboardModifier.ShiftModifier)
+    assert where() == visited[-1]
+    QTest.keyClick(opened, Qt.Key.Key_F6)
+    QTest.keyClick(opened, Qt.Key.Key_Tab)
+    assert opened.context.view_state.active_view == "S", "keys act on the view that has them"
+
+
+def test_space_presses_the_button_that_keys_have_gone_to_and_else_plays(opened, qtbot):
+    opened.context.docks.show_named("annotate")
+    depth = opened.features.annotate.clicking.body.with_depth
+    was, document = depth.isChecked(), opened.context.session.document
+    view(opened, "N").setFocus()
+    while QApplication.focusWidget() is not depth:
+        QTest.keyClick(QApplication.focusWidget(), Qt.Key.Key_Tab)
+    QTest.keyClick(depth, Qt.Key.Key_Space)
+    assert depth.isChecked() != was
+    assert not document.playing
+    opened.context.docks.timeline.setFocus(Qt.FocusReason.MouseFocusReason)
+    QTest.keyClick(opened, Qt.Key.Key_Space)
+    assert document.playing
+    document.pause()
