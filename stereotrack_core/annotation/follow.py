@@ -45,7 +45,7 @@ _BACK = 1.0
 """Largest distance in pixels from the start after one step forward and back, at 480 lines."""
 
 _SCORE = 0.8  # smallest correlation with the clicked patch
-_MOST_FRAMES = 30
+MOST_FRAMES = 30  # over which anything is followed
 
 
 @dataclass(frozen=True, eq=False)
@@ -165,8 +165,8 @@ def _next_picture(
     cancelled: Callable[[], bool] | None,
 ) -> tuple[ImageArray | None, str]:
     """The next picture, or why there is none."""
-    if done > _MOST_FRAMES:
-        return None, f"the limit of {_MOST_FRAMES} frames was reached"
+    if done > MOST_FRAMES:
+        return None, f"the limit of {MOST_FRAMES} frames was reached"
     if cancelled is not None and cancelled():
         return None, "stopped"
     try:
@@ -362,7 +362,7 @@ def follow_clicks(
             groups[click.camera, click.frame].append(click)
     found = []
     for (camera, start), own in groups.items():
-        if abs(frame - start) > _MOST_FRAMES:
+        if abs(frame - start) > MOST_FRAMES:
             continue
         way = range(start, frame + 1) if frame > start else range(start, frame - 1, -1)
         places = np.array([click.position for click in own], dtype=np.float64)
