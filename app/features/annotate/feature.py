@@ -85,6 +85,7 @@ class _AnnotateController(QObject):
         panels.repeat_changed.connect(annotating.reread)
         clicking.proposals.changed.connect(self._on_proposals)
         clicking.proposals.ahead_changed.connect(self._on_proposals)
+        predicting.found.connect(panels.read_kept)
         panels.reference_changed.connect(self._on_reference)
         panels.said.connect(context.notifier.say)
         panels.message.connect(context.notifier.show)

@@ -15,7 +15,7 @@ from stereotrack_core.annotation.propose import ProposalQuestion, Proposals, Pro
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.project.history import Changed
-from stereotrack_core.project.project import Project
+from stereotrack_core.project.prefilling import clicks_around
 from stereotrack_core.project.selection import gaps_of
 from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.recording.reader import FrameReader
@@ -28,8 +28,6 @@ from ....session.runs import RunEntry
 from .annotating import Annotating
 
 _SOON_MS = 20
-_FRAMES = 10
-"""Clicked frames on each side that a proposal is made of."""
 _TRAIL = 4
 """Clicked frames that the trail shows."""
 
@@ -47,7 +45,7 @@ class _Way:
 def _follow(way: _Way) -> tuple[Prediction, ...] | None:
     """Where the clicks have come to; None where it was stopped."""
     with way.reader.used() as reader:
-        found = follow_clicks(reader, way.clicks, way.frame, cancelled=way.overtaken.is_set)
+        found = follow_clicks(reader, way.clicks, (way.frame,), cancelled=way.overtaken.is_set)
     return None if way.overtaken.is_set() else found
 
 
@@ -258,7 +256,9 @@ class ProposalPresenter(QObject):
         if project is None:
             return ()
         if self._around is None or self._around[0] != frame:
-            self._around = (frame, _clicks_around(project, frame))
+            gaps = gaps_of(project)
+            inside = any(frame in gap for gap in gaps)
+            self._around = (frame, () if inside else clicks_around(project, frame, gaps)[1])
         return self._around[1]
 
     # ---- answers
@@ -281,15 +281,3 @@ class ProposalPresenter(QObject):
     def _on_not_followed(self, _way: object, error: Exception) -> None:
         self._way = None
         self.failed.emit(error)
-
-
-def _clicks_around(project: Project, frame: int) -> tuple[Click, ...]:
-    gaps = gaps_of(project)
-    if any(frame in gap for gap in gaps):
-        return ()
-    first = max((gap.stop for gap in gaps if gap.stop <= frame), default=0)
-    end = min((gap.start for gap in gaps if gap.start > frame), default=2**62)
-    frames = [int(one) for one in project.clicks.frames() if first <= one < end]
-    before = [one for one in frames if one < frame][-_FRAMES:]
-    after = [one for one in frames if one > frame][:_FRAMES]
-    return tuple(click for one in (*before, *after) for click in project.clicks.at(one))
