@@ -17,7 +17,7 @@ Clicked frames on both sides are taken in from both sides, and the two predictio
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -87,12 +87,16 @@ class Proposer:
         """Propose what the clicks of the frame leave open."""
         if self._kept is None or not _same_around(self._kept[0], question):
             self._kept = (question, _Filter(question).predicted())
-        prior = self._kept[1]
-        if prior is None:
-            return Proposals(question, ())
-        rig = _Rig(question)
-        posterior = _updated(prior, rig, rig.measured(question.clicks, question.followed))
-        return Proposals(question, tuple(_open_places(posterior, rig, question)))
+        prior, rig = self._kept[1], _Rig(question)
+        found: list[Prediction] = []
+        if prior is not None:
+            posterior = _updated(prior, rig, rig.measured(question.clicks, question.followed))
+            found += _open_places(posterior, rig, question)
+        # what is clicked in one image alone has no place in the world
+        said = {one.key for one in question.clicks} | {one.key for one in found}
+        alone = {one.key: one for one in question.followed if one.key not in said}
+        found += (replace(one, source=PROPOSED) for one in alone.values())
+        return Proposals(question, tuple(found))
 
 
 def _same_around(one: ProposalQuestion, two: ProposalQuestion) -> bool:

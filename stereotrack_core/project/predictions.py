@@ -25,6 +25,14 @@ class Predictions:
         """All predictions of a source, by frame."""
         return self._predictions("WHERE source = ? ORDER BY frame", source)
 
+    def places(self) -> dict[int, frozenset[str]]:
+        """Landmarks that something is predicted of, by frame."""
+        rows = self._access.rows("SELECT DISTINCT frame, landmark FROM prediction")
+        found: dict[int, set[str]] = {}
+        for frame, landmark in rows:
+            found.setdefault(int(frame), set()).add(str(landmark))
+        return {frame: frozenset(names) for frame, names in found.items()}
+
     def replace(
         self, source: str, predictions: Iterable[Prediction], *, frames: range | None = None
     ) -> int:

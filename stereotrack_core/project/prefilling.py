@@ -1,4 +1,4 @@
-"""Predictions for what nobody has clicked: from a fit, a run, neighbours, or following.
+"""Predictions for what nobody has clicked: proposals from clicks, a fit, a run.
 
 They are made for a selection, kept under the word of their source, and accepted by an edit. None of
 them is a click before a person says so, so there is nothing to undo before; none is made where a
@@ -7,19 +7,18 @@ person has said anything already, be it that there is nothing.
 
 from __future__ import annotations
 
-from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from itertools import pairwise
 
 import numpy as np
 
-from stereotrack_core.annotation.click import USUAL_SIGMA, Click, ClickKey, Prediction, sigma_of
+from stereotrack_core.annotation.click import Click, Prediction
 from stereotrack_core.annotation.epipolar import in_image
 from stereotrack_core.annotation.fit.results import GAP, TrajectoryFit
-from stereotrack_core.annotation.follow import FOLLOWING, FollowedClick, follow_click
+from stereotrack_core.annotation.follow import follow_clicks
 from stereotrack_core.annotation.landmark_set import NINE, LandmarkSet
+from stereotrack_core.annotation.propose import PROPOSED, ProposalQuestion, Proposer
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.counting import counted
@@ -32,13 +31,9 @@ from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.tracking.frame import Run
 
-FIT, NEIGHBOURS = "fit", "neighbours"
+FIT = "fit"
 
 _LIMB_LENGTH = 0.3  # metres by which the end of a limb moves when it turns by one radian
-_BENT = 0.15
-"""How far from the straight line between two clicks a landmark is half way, as a share of it."""
-
-_CONTRADICTION = 4.0  # standard deviations by which following from both sides may differ
 
 
 def from_fit(
@@ -79,57 +74,6 @@ def source_of_run(name: str) -> str:
     return f"run {name}"
 
 
-def from_neighbours(
-    clicks: Iterable[Click],
-    *,
-    gaps: Sequence[range] = (),
-    longest: int = 30,
-    sigma: Mapping[str, float] | float = USUAL_SIGMA,
-) -> Iterator[Prediction]:
-    """Straight from one click of a landmark in an image to its next one there.
-
-    Deleted clicks and those outside the image end a stretch without a prediction over it, as do
-    gaps, and more frames between two clicks than `longest`. `sigma` is the usual standard deviation
-    of a click in pixels per axis.
-    """
-    rows: dict[tuple[str, str], list[Click]] = defaultdict(list)
-    for click in clicks:
-        if not click.deleted:
-            rows[click.camera, click.landmark].append(click)
-    for row in rows.values():
-        row.sort(key=lambda click: click.frame)
-        for one, two in pairwise(row):
-            between = range(one.frame + 1, two.frame)
-            broken = any(gap.start < two.frame and gap.stop > between.start for gap in gaps)
-            if one.position and two.position and len(between) <= longest and not broken:
-                yield from _straight(one, two, between, sigma)
-
-
-def from_following(
-    found: Iterable[FollowedClick], *, sigma: Mapping[str, float] | float = USUAL_SIGMA
-) -> Iterator[Prediction]:
-    """Where patches were followed to, as far as that is reliable.
-
-    What was followed to one place from both sides is averaged by its certainty; where the two
-    contradict each other, neither is taken.
-    """
-    places: dict[ClickKey, list[tuple[FloatArray, float]]] = defaultdict(list)
-    for one in found:
-        own = sigma_of(one.click, sigma)
-        for i in range(1, one.followed.reliable_until):
-            key = ClickKey(int(one.frame[i]), one.click.camera, one.click.landmark)
-            spread = float(np.hypot(own, one.followed.sigma_px[i]))
-            places[key].append((one.followed.pixels[i], spread))
-    for key, several in places.items():
-        pixels = np.array([pixel for pixel, _ in several])
-        weights = np.array([spread for _, spread in several]) ** -2.0
-        mean = weights @ pixels / weights.sum()
-        apart = np.linalg.norm(pixels - mean, axis=1) * np.sqrt(weights)
-        if apart.max() <= _CONTRADICTION:
-            position = (float(mean[0]), float(mean[1]))
-            yield Prediction(*key, FOLLOWING, position, float(weights.sum() ** -0.5))
-
-
 def _within(frame: IntArray, frames: range | None) -> BoolArray:
     if frames is None:
         return np.ones(len(frame), dtype=np.bool_)
@@ -158,23 +102,10 @@ def _projected(
             )
 
 
-def _straight(
-    one: Click, two: Click, between: range, sigma: Mapping[str, float] | float
-) -> Iterator[Prediction]:
-    start, end = np.array(one.position), np.array(two.position)
-    sides = sigma_of(one, sigma), sigma_of(two, sigma)
-    for frame in between:
-        share = (frame - one.frame) / (two.frame - one.frame)
-        x, y = ((1.0 - share) * start + share * end).tolist()
-        bent = _BENT * float(np.linalg.norm(end - start)) * 4.0 * share * (1.0 - share)
-        spread = np.hypot((1.0 - share) * sides[0] + share * sides[1], bent)
-        yield Prediction(frame, one.camera, one.landmark, NEIGHBOURS, (x, y), float(spread))
-
-
 OnProgress = Callable[[float, str], None]
 
 _AT_ONCE = 100  # frames between two looks at whether it shall stop
-_LONGEST = 30  # frames between two clicks over which the straight line is worth while
+_SIDE = 10  # clicked frames on each side that a proposal is made of
 _FARTHEST = 60  # frames outside the selection within which a click is followed into it
 
 
@@ -197,18 +128,6 @@ def run_filling(run: Run, name: str, cameras: Mapping[str, Camera], project: Pro
     """From a tracker's run, of which the frames that are not tracked are left out."""
     make = partial(from_run, run, name, cameras, project.landmark_set())
     return Filling(source_of_run(name), f"run “{name}”", make)
-
-
-def neighbour_filling(project: Project) -> Filling:
-    """Straight between a click and the next one of the same landmark in the same image."""
-    gaps, sigma = gaps_of(project), project.click_sigmas()
-
-    def make(frames: range) -> Iterable[Prediction]:
-        first = max(frames.start - _LONGEST - 1, 0)
-        clicks = project.clicks.between(first, frames.stop + _LONGEST + 1)
-        return from_neighbours(clicks, gaps=gaps, longest=_LONGEST, sigma=sigma)
-
-    return Filling(NEIGHBOURS, "neighbouring clicks", make)
 
 
 def fill_in(
@@ -271,9 +190,8 @@ def accept_predictions(project: Project, source: str, selection: Selection) -> A
     edit = project.predictions.acceptance(source, selection.frames, selection.landmarks)
     if edit is None:
         called = {
-            FOLLOWING: "followed points",
+            PROPOSED: "proposals",
             FIT: "points from the fit",
-            NEIGHBOURS: "points from neighbouring clicks",
         }.get(source, "points from the run")
         raise InputError(
             f"there are no {called} in {selection.words()}",
@@ -282,22 +200,14 @@ def accept_predictions(project: Project, source: str, selection: Selection) -> A
     return edit
 
 
-@dataclass(frozen=True)
-class _Way:
-    """A click and the frames that it is followed over, the first of which is its own."""
-
-    click: Click
-    frames: range
-
-
-def follow_selection(
+def propose_selection(
     project: Project,
     recording: Recording,
     selection: Selection,
     on_progress: OnProgress,
     cancelled: Callable[[], bool],
 ) -> str:
-    """Follow clicks into the selection and keep what is found as predictions, not as clicks.
+    """Propose what is not clicked in the selection from the clicks in it and around it.
 
     Raises InputError where there is no click to begin with, or the project cannot be written to;
     Cancelled when stopped; nothing is kept then.
@@ -307,44 +217,50 @@ def follow_selection(
     str
         What was done, in words.
     """
-    ways = [(view, tuple(_ways(project, view.image.camera, selection))) for view in recording.views]
-    count = sum(len(some) for _, some in ways)
-    if not count:
-        raise InputError(
-            f"there is no click near {selection.words()} to follow",
-            remedy="Click landmarks in the first frames of the selection first.",
-        )
-    found: list[FollowedClick] = []
-    for view, some in ways:
-        if not some:
-            continue
-        with FrameReader(recording, views=[view.name], colour=False) as reader:
-            for way in some:
-                if cancelled():
-                    raise Cancelled
-                words = f"{way.click.landmark.replace('_', ' ')} in {way.click.camera}"
-                on_progress(len(found) / count, words)
-                found.append(follow_click(reader, way.click, way.frames, cancelled=cancelled))
-    predictions = from_following(found, sigma=project.click_sigmas())
-    kept = _keep_predictions(project, FOLLOWING, predictions, selection)
-    return f"{counted(kept, 'point')} found by following {counted(count, 'click')}."
-
-
-def _ways(project: Project, camera: str, selection: Selection) -> Iterator[_Way]:
-    """Forward and backward from every click in or near the selection, as far as the next one."""
     frames = selection.frames
     near = project.clicks.between(max(frames.start - _FARTHEST, 0), frames.stop + _FARTHEST)
-    rows: dict[str, list[Click]] = defaultdict(list)
-    for click in near:
-        if click.camera == camera and click.position is not None and selection.has(click.landmark):
-            rows[click.landmark].append(click)
-    for row in rows.values():
-        numbers = [click.frame for click in row]
-        following = [*numbers[1:], frames.stop]
-        before = [frames.start - 1, *numbers[:-1]]
-        for click, after, last in zip(row, following, before, strict=True):
-            end, back = min(after, frames.stop), max(last, frames.start - 1)
-            if end > max(click.frame + 1, frames.start):
-                yield _Way(click, range(click.frame, end))
-            if back < min(click.frame - 1, frames.stop - 1):
-                yield _Way(click, range(click.frame, back, -1))
+    if not near:
+        raise InputError(
+            f"there is no click near {selection.words()} to propose anything from",
+            remedy="Click landmarks in the first frame of the selection first.",
+        )
+    gaps, of_landmarks = gaps_of(project), landmark_gaps_of(project)
+    wanted = [frame for frame in frames if not any(frame in gap for gap in gaps)]
+    followed: list[Prediction] = []
+    for count, view in enumerate(recording.views):
+        on_progress(0.5 * count / len(recording.views), f"view {view.name}")
+        with FrameReader(recording, views=[view.name], colour=False) as reader:
+            followed += follow_clicks(reader, near, wanted, cancelled=cancelled)
+    proposer, found = Proposer(), list[Prediction]()
+    names, sigmas = project.landmark_set().names, project.click_sigmas()
+    clicked = {click.camera for click in near} | {view.image.camera for view in recording.views}
+    cameras = {name: one for name, one in recording.cameras.items() if name in clicked}
+    for frame in wanted:
+        if cancelled():
+            raise Cancelled
+        on_progress(0.5 + 0.5 * (frame - frames.start) / len(frames), f"frame {frame}")
+        own, around = clicks_around(project, frame, gaps)
+        there = tuple(one for one in followed if one.frame == frame)
+        question = ProposalQuestion(
+            frame, own, around, there, cameras, names, recording.fps, sigmas
+        )
+        found += (
+            one
+            for one in proposer(question).predictions
+            if frame not in of_landmarks.get(one.landmark, ())
+        )
+    kept = _keep_predictions(project, PROPOSED, found, selection)
+    return f"{counted(kept, 'point')} proposed in {selection.words()}."
+
+
+def clicks_around(
+    project: Project, frame: int, gaps: Sequence[range]
+) -> tuple[tuple[Click, ...], tuple[Click, ...]]:
+    """Clicks of a frame, and those of the clicked frames around it, up to the next gaps."""
+    first = max((gap.stop for gap in gaps if gap.stop <= frame), default=0)
+    end = min((gap.start for gap in gaps if gap.start > frame), default=2**62)
+    frames = [int(one) for one in project.clicks.frames() if first <= one < end]
+    before = [one for one in frames if one < frame][-_SIDE:]
+    after = [one for one in frames if one > frame][:_SIDE]
+    around = (click for one in (*before, *after) for click in project.clicks.at(one))
+    return project.clicks.at(frame), tuple(around)

@@ -65,7 +65,7 @@ def annotate(
             one for one in done.clicks if one.frame in frames[max(place - 10, 0) : place]
         )
         last = [one for one in around if one.frame == frames[place - 1]]
-        followed = follow_clicks(reader, last, frame) if reader is not None else ()
+        followed = follow_clicks(reader, last, (frame,)) if reader is not None else ()
 
         def proposed(own: Sequence[Click], now=(frame, around, followed)):
             frame, around, followed = now

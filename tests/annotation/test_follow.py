@@ -1,8 +1,6 @@
-"""Patches are followed while they can be told again, and it is said why not further."""
+"""Points are followed through the images, and it is known when they are lost."""
 
 from __future__ import annotations
-
-from dataclasses import replace
 
 import cv2
 import numpy as np
@@ -10,8 +8,8 @@ import pytest
 
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.annotation.follow import (
-    follow_click,
-    follow_patch,
+    follow_clicks,
+    follow_points,
     pictures_of,
 )
 from stereotrack_core.errors import InputError
@@ -39,67 +37,50 @@ def moving(frames: int, rate: np.ndarray = RATE, picture: np.ndarray | None = No
         yield cv2.warpAffine(picture, matrix, (width, height), borderMode=cv2.BORDER_REFLECT)
 
 
-def test_patch_is_followed_to_a_tenth_of_a_pixel():
-    found = follow_patch(moving(25), np.array([150.25, 140.5]))
-    assert found.reliable_until == 25
-    assert found.reason == "the images end"
-    expected = np.array([150.25, 140.5]) + np.arange(25)[:, None] * RATE
-    assert np.abs(found.pixels - expected).max() < 0.15
-    assert found.score[1:].min() > 0.95
-    assert found.forward_backward_px.max() < 0.1
-    assert found.sigma_px[0] == 0
-    assert (np.diff(found.sigma_px) > 0).all()
+def last(pictures, *start, **how):
+    """Where points have come to in the last picture that was followed to, and how sure that is."""
+    *_, (pixels, spreads) = follow_points(pictures, np.array(start, dtype=float), **how)
+    return pixels, spreads
+
+
+def test_points_are_followed_to_a_tenth_of_a_pixel():
+    starts = np.array([[150.25, 140.5], [90.0, 60.0]])
+    found = list(follow_points(moving(25), starts))
+    assert len(found) == 24
+    for k, (pixels, _) in enumerate(found, start=1):
+        assert np.abs(pixels - starts - k * RATE).max() < 0.15
+    spreads = np.array([spread for _, spread in found])
+    assert (np.diff(spreads, axis=0) > 0).all(), "the farther it goes, the less certain it is"
 
 
 def test_going_back_comes_home():
     pictures = list(moving(20))
-    there = follow_patch(pictures, np.array([150.0, 140.0]))
-    back = follow_patch(pictures[::-1], there.pixels[-1])
-    assert np.allclose(back.pixels[-1], [150.0, 140.0], atol=0.2)
+    there, _ = last(pictures, (150.0, 140.0))
+    back, _ = last(pictures[::-1], *there)
+    assert np.allclose(back, [150.0, 140.0], atol=0.2)
 
 
-def test_it_ends_where_the_patch_leaves_the_image():
-    found = follow_patch(moving(25, np.array([9.0, 0.0])), np.array([250.0, 120.0]))
-    assert 5 < found.reliable_until < 9
-    inside = found.pixels[: found.reliable_until]
-    assert (inside[:, 0] <= 319.5).all()
-    assert found.reason
-
-
-def test_it_ends_where_something_else_comes_before_it():
+def test_what_leaves_the_image_or_is_covered_is_lost():
+    pixels, spreads = last(moving(25, np.array([9.0, 0.0])), (250.0, 120.0), (20.0, 120.0))
+    assert np.isnan([pixels[0, 0], spreads[0]]).all()
+    assert np.allclose(pixels[1], [20.0 + 24 * 9.0, 120.0], atol=0.5)
     pictures = list(moving(10))
-    pictures[6] = texture(seed=9)
-    found = follow_patch(pictures, np.array([150.0, 140.0]))
-    assert found.reliable_until == 6
-    assert len(found.pixels) == 7
-    assert found.reason.startswith(("the patch has changed too much", "following backwards"))
+    pictures[6:] = [texture(seed=9)] * 4
+    assert np.isnan(last(pictures, (150.0, 140.0))[0]).all()
 
 
-def test_nothing_to_hold_on_to_is_said():
-    grey = np.full((100, 100), 90, dtype=np.uint8)
-    found = follow_patch([grey] * 5, np.array([50.0, 50.0]))
-    assert found.reliable_until == 1
-    assert found.reason == "the image has no texture here"
-
-
-def test_it_stops_when_asked_at_the_limit_and_at_damaged_pictures():
-    found = follow_patch(moving(40), np.array([150.0, 140]))
-    assert (found.reliable_until, found.reason) == (31, "the limit of 30 frames was reached")
+def test_it_ends_where_it_is_stopped_and_at_damaged_pictures():
+    start = np.array([[150.0, 140.0]])
     asked = iter([False, False, True])
-    found = follow_patch(moving(20), np.array([150.0, 140]), cancelled=lambda: next(asked))
-    assert (found.reliable_until, found.reason) == (3, "stopped")
-    damaged = [*moving(3), None, *moving(3)]
-    found = follow_patch(damaged, np.array([150.0, 140]))
-    assert (found.reliable_until, found.reason) == (3, "the image cannot be read")
-    with pytest.raises(ValueError, match="first image"):
-        follow_patch([], np.array([1.0, 1.0]))
+    assert len(list(follow_points(moving(20), start, cancelled=lambda: next(asked)))) == 2
+    assert len(list(follow_points([*moving(3), None, *moving(3)], start))) == 2
+    assert list(follow_points([], start)) == []
 
 
 def test_large_pictures_have_larger_patches():
     large = [cv2.resize(picture, (1280, 960)) for picture in moving(6)]
-    found = follow_patch(large, np.array([600.0, 560.0]))
-    assert found.reliable_until == 6
-    assert np.allclose(found.pixels[-1], [600 + 5 * 4 * RATE[0], 560 + 5 * 4 * RATE[1]], atol=0.5)
+    pixels, _ = last(large, (600.0, 560.0))
+    assert np.allclose(pixels, [600 + 5 * 4 * RATE[0], 560 + 5 * 4 * RATE[1]], atol=0.5)
 
 
 @pytest.fixture
@@ -126,29 +107,36 @@ def recording(tmp_path):
 
 @pytest.mark.parametrize("colour", [False, True])
 @pytest.mark.parametrize(("camera", "sign"), [("N_right", 1.0), ("N_left", -1.0)])
-def test_click_is_followed_in_its_own_camera_both_ways(recording, colour, camera, sign):
+def test_a_click_is_followed_in_its_own_camera_both_ways(recording, colour, camera, sign):
     click = Click(4, camera, "left_elbow", (150.0, 120.0))
     with FrameReader(recording, colour=colour) as reader:
-        after = follow_click(reader, click, range(4, 8))
-        before = follow_click(reader, click, range(4, -1, -1))
-    assert after.frame.tolist() == [4, 5, 6, 7]
-    assert before.frame.tolist() == [4, 3, 2, 1, 0]
-    assert np.allclose(after.followed.pixels[-1], [150, 120] + 3 * sign * RATE, atol=0.2)
-    assert np.allclose(before.followed.pixels[-1], [150, 120] - 4 * sign * RATE, atol=0.2)
-    assert (
-        after.words()
-        == f"left elbow in {camera}: followed to frame 7; stopped because the images end"
-    )
+        found = {one.frame: one for one in follow_clicks(reader, [click], range(8))}
+    assert sorted(found) == [0, 1, 2, 3, 5, 6, 7]
+    for frame, one in found.items():
+        assert (one.camera, one.landmark) == (camera, "left_elbow")
+        assert np.allclose(one.position, [150, 120] + (frame - 4) * sign * RATE, atol=0.2)
+        assert one.sigma > 3.0, "the click's own error is in it"
+
+
+def test_each_landmark_is_followed_up_to_its_next_click(recording):
+    clicks = [
+        Click(1, "N_right", "head", (150.0, 120.0)),
+        Click(1, "N_right", "left_hip", (90.0, 100.0)),
+        Click(4, "N_right", "head", (157.0, 116.5)),
+        Click(1, "elsewhere", "head", (1.0, 1.0)),
+    ]
+    with FrameReader(recording, colour=False) as reader:
+        found = follow_clicks(reader, clicks, (2, 3, 4, 5))
+    frames = [(one.landmark, one.frame) for one in found]
+    assert frames.count(("head", 3)) == 2, "from both sides"
+    assert ("head", 4) not in frames
+    assert frames.count(("head", 5)) == frames.count(("left_hip", 5)) == 1
 
 
 def test_damaged_frames_and_foreign_cameras_are_told(recording):
     (recording.folder / "N_right" / "005.png").write_bytes(b"no picture")
     click = Click(4, "N_right", "left_elbow", (150.0, 120.0))
     with FrameReader(recording, colour=False) as reader:
-        found = follow_click(reader, click, range(4, 8))
-        assert found.followed.reason == "the image cannot be read"
-        assert found.followed.reliable_until == 1
-        with pytest.raises(InputError, match="cannot be read"):
-            follow_click(reader, replace(click, frame=5), range(5, 8))
+        assert follow_clicks(reader, [click], (5, 6)) == ()
         with pytest.raises(InputError, match="no stream of the recording uses the camera 'X'"):
             list(pictures_of(reader, "X", [0]))

@@ -146,8 +146,8 @@ def silent_dialogs(monkeypatch, tmp_path):
 
 
 NEED_CLICKS = {
-    *("annotate-fit", "annotate-follow", "annotate-interpolate", "annotate-accept"),
-    *("annotate-accept-fit", "annotate-accept-run", "annotate-accept-neighbours"),
+    *("annotate-fit", "annotate-propose", "annotate-interpolate", "annotate-accept"),
+    *("annotate-accept-fit", "annotate-accept-run"),
 }
 """Commands that say in a message what has to be clicked first."""
 

@@ -7,11 +7,13 @@ import threading
 import numpy as np
 import pytest
 
+from app.widgets.timeline.lanes import Mark
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.annotation.landmark_set import NINE
+from stereotrack_core.annotation.propose import PROPOSED
 from stereotrack_core.project.clicks import DeleteClicks, PlaceClicks
 from stereotrack_core.project.marks import FrameFlag, SetFlags
-from stereotrack_core.project.prefilling import FIT, NEIGHBOURS
+from stereotrack_core.project.prefilling import FIT
 from stereotrack_core.recording.landmarks import LANDMARKS
 from tests.gui.hands import undo_words, view
 
@@ -76,15 +78,15 @@ def off_px(window, predictions):
     ]
 
 
-def test_neighbours_are_proposed_drawn_and_taken_as_one_edit(clicked, qtbot):
+def test_a_stretch_is_proposed_drawn_and_taken_as_one_edit(clicked, qtbot):
     project = clicked.context.session.project.project
     camera = clicked.context.session.document.recording.views[0].image.camera
     project.apply(SetFlags((FrameFlag(3, "left_hand", "gap"),)))
     project.apply(PlaceClicks((Click(2, camera, "head", (9.0, 9.0)),)))
     project.apply(DeleteClicks((Click(2, camera, "head", (9.0, 9.0)).key,)))
     before = project.clicks.count()
-    done(clicked, qtbot, "annotate-fill-neighbours")
-    kept = project.predictions.of_source(NEIGHBOURS)
+    done(clicked, qtbot, "annotate-propose")
+    kept = project.predictions.of_source(PROPOSED)
     places = len(BETWEEN) * len(NINE.names) * 2
     assert {p.frame for p in kept} == set(BETWEEN)
     assert len(kept) == places - 2 - 1, "the gap, and where a click was taken away"
@@ -92,9 +94,11 @@ def test_neighbours_are_proposed_drawn_and_taken_as_one_edit(clicked, qtbot):
     assert project.clicks.count() == before
     clicked.context.session.document.go_to(4)
     qtbot.waitUntil(clicked.context.tasks.settled, timeout=60_000)
+    lanes = {lane.id: lane.values for lane in clicked.context.docks.timeline.lanes}
+    assert lanes["head"][5] == Mark.PROPOSED, "hatched"
     drawn = {mark.landmark for mark in view(clicked).marks.predictions}
     assert drawn == set(NINE.names)
-    done(clicked, qtbot, "annotate-accept-neighbours")
+    done(clicked, qtbot, "annotate-accept")
     assert project.clicks.count() == before + len(kept)
     assert "accept" in undo_words(clicked)
     done(clicked, qtbot, "undo")
@@ -157,12 +161,13 @@ def test_the_tracker_s_run_is_proposed_and_told_to_next(clicked, qtbot):
 def test_it_can_be_stopped_and_keeps_nothing_then(clicked, qtbot, monkeypatch):
     """Cancel works between portions of frames; the first is made, the others are not."""
     work = clicked.features.annotate.predicting
+    done(clicked, qtbot, "annotate-fit")
     made, cancelled = [], threading.Event()
 
     def slowly(*arguments):
-        from stereotrack_core.project.prefilling import neighbour_filling
+        from stereotrack_core.project.prefilling import fit_filling
 
-        filling = neighbour_filling(*arguments)
+        filling = fit_filling(*arguments)
         whole = filling.make
 
         def make(frames):
@@ -173,9 +178,9 @@ def test_it_can_be_stopped_and_keeps_nothing_then(clicked, qtbot, monkeypatch):
         object.__setattr__(filling, "make", make)
         return filling
 
-    monkeypatch.setattr("app.features.annotate.filling.predicting.neighbour_filling", slowly)
+    monkeypatch.setattr("app.features.annotate.filling.predicting.fit_filling", slowly)
     monkeypatch.setattr("stereotrack_core.project.prefilling._AT_ONCE", 2)
-    trigger(clicked, "annotate-fill-neighbours")
+    trigger(clicked, "annotate-fill-fit")
     assert work.busy
     qtbot.waitUntil(lambda: len(made) > 0, timeout=30_000)
     clicked.context.tasks.cancel_all()
@@ -183,4 +188,4 @@ def test_it_can_be_stopped_and_keeps_nothing_then(clicked, qtbot, monkeypatch):
     qtbot.waitUntil(lambda: not work.busy, timeout=30_000)
     qtbot.waitUntil(clicked.context.tasks.settled, timeout=60_000)
     assert made == [range(1, 3)]
-    assert clicked.context.session.project.project.predictions.of_source(NEIGHBOURS) == ()
+    assert clicked.context.session.project.project.predictions.of_source(FIT) == ()

@@ -29,10 +29,9 @@ _MENU = "&Annotate"
 _SELECTION = f"{_MENU}/&Selection"
 
 _IN_THE_MENU = (
-    *("annotate-interpolate", "", "annotate-follow"),
-    *("annotate-fill-fit", "annotate-fill-run", "annotate-fill-neighbours", ""),
-    *("annotate-accept", "annotate-accept-fit", "annotate-accept-run"),
-    *("annotate-accept-neighbours", ""),
+    *("annotate-interpolate", "", "annotate-propose"),
+    *("annotate-fill-fit", "annotate-fill-run", ""),
+    *("annotate-accept", "annotate-accept-fit", "annotate-accept-run", ""),
     *("annotate-clear", "annotate-gap", "annotate-no-gap", ""),
     *("annotate-flag", "annotate-unflag", ""),
     *("annotate-keyframes", "annotate-done", "annotate-not-done", "annotate-no-keyframes", ""),

@@ -83,6 +83,9 @@ class _AnnotateController(QObject):
         panels.click_requested.connect(self._on_click_wanted)
         panels.landmark_chosen.connect(annotating.choose)
         panels.repeat_changed.connect(annotating.reread)
+        clicking.proposals.changed.connect(self._on_proposals)
+        clicking.proposals.ahead_changed.connect(self._on_proposals)
+        predicting.found.connect(panels.read_kept)
         panels.reference_changed.connect(self._on_reference)
         panels.said.connect(context.notifier.say)
         panels.message.connect(context.notifier.show)
@@ -126,6 +129,12 @@ class _AnnotateController(QObject):
             self._run = known
             panels.next.set_run(known[0].trajectory() if known is not None else None)
             self._predicting.set_run(known[0] if known is not None else None)
+            self._clicking.proposals.set_run(known[0] if known is not None else None)
+
+    @Slot()
+    def _on_proposals(self) -> None:
+        """Hatch in the lanes what is proposed for this frame and the next one."""
+        self.panels.show_proposed(self._clicking.proposals.ahead())
 
     @Slot(bool)
     def _on_depth(self, wanted: bool) -> None:

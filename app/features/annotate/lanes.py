@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import TypeAlias
 
 import numpy as np
@@ -50,6 +50,7 @@ class AnnotationLanes:
         self._limbs: dict[str, tuple[Lane, ...]] = {"uncertainty": (), "residual": ()}
         self._filled: BoolArray = np.zeros(frames, dtype=np.bool_)
         self._mistakes: set[ClickKey] = set()
+        self._proposed: Mapping[int, Collection[str]] = {}
         self._residuals: FloatArray | None = None
         self.read_again()
 
@@ -119,6 +120,16 @@ class AnnotationLanes:
             "residual": _residual_lanes(residuals),
         }
         self._dress(0, self._frames)
+
+    def show_proposed(self, proposed: Mapping[int, Collection[str]]) -> bool:
+        """Show what can be accepted: landmarks by frame; whether a lane may be different now."""
+        if proposed == self._proposed:
+            return False
+        frames = sorted({*proposed, *self._proposed})
+        self._proposed = proposed
+        for first, end in _stretches(frames):
+            self._dress(first, min(end, self._frames))
+        return True
 
     def change_residuals(self, frames: Sequence[int], values: FloatArray) -> None:
         """Show other residuals (K, 6) in pixels at K frames; elsewhere they stay."""
@@ -190,6 +201,11 @@ class AnnotationLanes:
         marks = self._base[:, first:end].copy()
         marks[(marks == Mark.NONE) & self._filled[first:end]] = Mark.INTERPOLATED
         places = {name: place for place, name in enumerate(self._set.names)}
+        for frame, names in self._proposed.items():
+            for name in names if first <= frame < end else ():
+                lane = places.get(name, -1), frame - first
+                if lane[0] >= 0 and marks[lane] in (Mark.NONE, Mark.INTERPOLATED, Mark.MISSING):
+                    marks[lane] = Mark.PROPOSED
         for key in self._mistakes:
             if first <= key.frame < end and key.landmark in places:
                 marks[places[key.landmark], key.frame - first] = Mark.FLAGGED

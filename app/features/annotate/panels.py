@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 
 from PySide6.QtCore import QObject, QPoint, Qt, QTimer, Signal, Slot
 from PySide6.QtWidgets import QWidget
@@ -72,6 +72,8 @@ class AnnotationPanels(QObject):
         self.history_panel = HistoryPanel()
         self.repeat_bar = RepeatBar()
         self.lanes: AnnotationLanes | None = None
+        self._proposed: Mapping[int, Collection[str]] = {}
+        self._kept: Mapping[int, Collection[str]] = {}
         self.repeats: BlindRepeats | None = None
         self.history = HistoryPresenter(self)
         self.next = NextPresenter(self)
@@ -184,6 +186,7 @@ class AnnotationPanels(QObject):
             cameras = len(click_cameras(recording))
             self.lanes = AnnotationLanes(project, self.frame_count, cameras)
             self._dress_lanes(self.reference.now)
+        self.read_kept()
         self._show_lanes()
 
     # ---- edits
@@ -285,6 +288,19 @@ class AnnotationPanels(QObject):
             }
             self.project.view_settings.set(_FILTER, stored)
         self._show_lanes()
+
+    @Slot()
+    def read_kept(self) -> None:
+        """Other predictions are kept in the project than before."""
+        self._kept = self.project.predictions.places() if self.project is not None else {}
+        self.show_proposed(self._proposed)
+
+    def show_proposed(self, proposed: Mapping[int, Collection[str]]) -> None:
+        """Hatch in the lanes what can be accepted: landmarks by frame; what is kept too."""
+        self._proposed, kept = proposed, self._kept
+        every = {k: {*kept.get(k, ()), *proposed.get(k, ())} for k in {*kept, *proposed}}
+        if self.lanes is not None and self.lanes.show_proposed(every):
+            self._show_lanes()
 
     def _show_lanes(self) -> None:
         lanes = self.lanes if self._shown else None

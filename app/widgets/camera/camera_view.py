@@ -332,8 +332,8 @@ class CameraView(PictureView):
             self.setCursor(Qt.CursorShape.ForbiddenCursor)
         else:
             marks, place = self.marks, self._cursor
-            on_click = marks is not None and place is not None and self._hand.mark_at(place, marks)
-            shape = Qt.CursorShape.SizeAllCursor if on_click else Qt.CursorShape.CrossCursor
+            handle = marks is not None and place is not None and self._hand.handle_at(place, marks)
+            shape = Qt.CursorShape.SizeAllCursor if handle else Qt.CursorShape.CrossCursor
             self.setCursor(shape)
 
     def _say_offer(self) -> None:

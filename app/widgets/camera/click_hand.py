@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import Literal
 
 from PySide6.QtCore import QLineF, QPointF, Qt
 
-from .click_marks import ClickAct, ClickMark, ClickMarks, Offer
+from .click_marks import ClickAct, ClickMark, ClickMarks, Offer, PredictionMark
 from .picture import PictureView
 
 HANDLE = 12.0
@@ -20,7 +21,7 @@ _STILL = 3.0
 class _Press:
     start: QPointF
     now: QPointF
-    mark: ClickMark | None
+    mark: ClickMark | PredictionMark | None
     offset: QPointF
     dragging: bool
 
@@ -28,7 +29,8 @@ class _Press:
 class ClickHand:
     """From presses and moves of the left button to what they mean.
 
-    A press within :data:`HANDLE` of a click that moves drags it. A press that stays places the
+    A press within :data:`HANDLE` of a click that moves drags it; a proposal that is dragged becomes
+    a click where it is dropped. A press that stays places the
     landmark that is offered, be it on another one's click: hands do lie on elbows. Only when that
     has been clicked in this picture already, or everything has, a press on a handle picks that
     click; with Ctrl it places even then.
@@ -57,7 +59,7 @@ class ClickHand:
 
     def press(self, position: QPointF, marks: ClickMarks) -> None:
         """Take hold of what is there."""
-        mark = self.mark_at(position, marks)
+        mark = self.handle_at(position, marks)
         place = self._ground.place_of(mark.x, mark.y) if mark is not None else position
         self._press = _Press(position, position, mark, position - place, dragging=False)
 
@@ -85,9 +87,12 @@ class ClickHand:
             pixel = self._ground.pixel_at(press.now - press.offset)
             if not self._ground.inside(pixel):
                 return None
-            return ClickAct("move", marks.key(press.mark.landmark), (pixel.x(), pixel.y()))
+            what: Literal["move", "place"] = (
+                "move" if isinstance(press.mark, ClickMark) else "place"
+            )
+            return ClickAct(what, marks.key(press.mark.landmark), (pixel.x(), pixel.y()))
         offer = marks.offer
-        if press.mark is not None and not anyway and offer.picks:
+        if isinstance(press.mark, ClickMark) and not anyway and offer.picks:
             return ClickAct("pick", marks.key(press.mark.landmark))
         pixel = self._ground.pixel_at(position)
         if not self._ground.inside(pixel) or not offer.landmark:
@@ -104,6 +109,14 @@ class ClickHand:
             return marks.offer
         return Offer(words=f"{mark.label}: click to select, drag to move", colour=mark.colour)
 
+    def handle_at(self, position: QPointF, marks: ClickMarks) -> ClickMark | PredictionMark | None:
+        """What can be dragged from a place in the widget: a click, else a proposal."""
+        clicked = {mark.landmark for mark in marks.clicks}
+        open_ones = [m for m in marks.predictions if m.proposed and m.landmark not in clicked]
+        nearest = min(open_ones, key=partial(self._distance, position), default=None)
+        far = nearest is None or self._distance(position, nearest) > HANDLE
+        return self.mark_at(position, marks) or (None if far else nearest)
+
     def mark_at(self, position: QPointF, marks: ClickMarks) -> ClickMark | None:
         """The nearest click whose handle is under a place in the widget."""
         nearest = min(marks.clicks, key=partial(self._distance, position), default=None)
@@ -115,5 +128,5 @@ class ClickHand:
         mark = self.mark_at(position, marks)
         return ClickAct("pick", marks.key(mark.landmark)) if mark is not None else None
 
-    def _distance(self, position: QPointF, mark: ClickMark) -> float:
+    def _distance(self, position: QPointF, mark: ClickMark | PredictionMark) -> float:
         return QLineF(position, self._ground.place_of(mark.x, mark.y)).length()

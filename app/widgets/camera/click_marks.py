@@ -61,6 +61,16 @@ class PredictionMark:
     spread_px: float = nan
     """Standard deviation of the place."""
     chosen: bool = False
+    proposed: bool = False
+    """For this frame, to be accepted or dragged; else it is known from elsewhere."""
+
+
+@dataclass(frozen=True)
+class TrailMark:
+    """Where a landmark was in the frames clicked before, the last one last; raw pixels."""
+
+    colour: str
+    points: tuple[tuple[float, float], ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,6 +136,8 @@ class ClickMarks:
     """Labels of landmarks that a person says are not in the picture."""
     offer: Offer = Offer()
     """What the next click does."""
+    trails: tuple[TrailMark, ...] = ()
+    """Paths of the landmarks over the frames before."""
 
     def key(self, landmark: str) -> ClickKey:
         """Of a landmark's click in this picture."""
@@ -140,14 +152,18 @@ class ClickMarks:
         return box if box.isValid() else None
 
     def with_moved(self, landmark: str, x: float, y: float) -> ClickMarks:
-        """The same while a click is being dragged; its residual is left out."""
+        """The same while a click or proposal is being dragged; its residual is left out."""
         clicks = tuple(
             replace(mark, x=x, y=y) if mark.landmark == landmark else mark for mark in self.clicks
         )
         moved = next((mark for mark in self.clicks if mark.landmark == landmark), None)
         start = (moved.x, moved.y) if moved is not None else None
         residuals = tuple(one for one in self.residuals if one.start != start)
-        return replace(self, clicks=clicks, residuals=residuals)
+        predictions = tuple(
+            replace(mark, x=x, y=y) if mark.proposed and mark.landmark == landmark else mark
+            for mark in self.predictions
+        )
+        return replace(self, clicks=clicks, residuals=residuals, predictions=predictions)
 
 
 @dataclass(frozen=True)

@@ -9,11 +9,12 @@ from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPen, QPolygonF, QTransform
 
 from ..style.limb_colours import LIMB_COLOURS
-from .click_marks import ClickMark, ClickMarks, CurveMark, PredictionMark, ResidualMark
+from .click_marks import ClickMark, ClickMarks, CurveMark, PredictionMark, ResidualMark, TrailMark
 
 DOT = 4.5
 RING = 10.0
 _CROSS = 6.0
+_DIAMOND = 7.0
 _DARK = QColor(0, 0, 0, 190)
 _WHITE = QColor(255, 255, 255)
 _WARNING = QColor("#F0E442")
@@ -42,6 +43,7 @@ def paint_marks(
     if "residuals" in shown:
         _paint_residuals(painter, marks.residuals, to_widget)
     if "predictions" in shown:
+        _paint_trails(painter, marks.trails, to_widget)
         _paint_predictions(painter, marks.predictions, to_widget)
     names = _Names(painter, bounds)
     if "clicks" in shown:
@@ -103,8 +105,16 @@ def _name_curves(
 
 
 def _paint_dot(painter: QPainter, mark: ClickMark, place: QPointF) -> None:
-    """Filled: seen; hollow: guessed; dashed: its author doubts it. A dark rim sets it off."""
+    """Filled: seen; hollow: guessed; dashed: its author doubts it. A dark rim sets it off.
+
+    A proposal that was accepted stays a diamond.
+    """
     colour = QColor(mark.colour)
+    if mark.accepted and not mark.guessed and not mark.doubted:
+        painter.setBrush(colour)
+        _paint_diamond(painter, place, DOT + 1.5, QPen(_DARK, 4.6), QPen(_WHITE, 1.6))
+        painter.setBrush(Qt.BrushStyle.NoBrush)
+        return
     if not mark.guessed and not mark.doubted:
         _circle(painter, place, DOT, QPen(_DARK, 4.6))
         painter.setBrush(colour)
@@ -229,15 +239,46 @@ def _write(painter: QPainter, box: QRectF, text: str, font: QFont, darkness: int
 def _paint_predictions(
     painter: QPainter, predictions: Sequence[PredictionMark], to_widget: QTransform
 ) -> None:
-    """Crosses, which no click looks like."""
+    """Hollow diamonds: proposed for this frame; crosses: from elsewhere. No click is either."""
     for mark in predictions:
         place = to_widget.map(QPointF(mark.x, mark.y))
+        if mark.proposed:
+            _paint_proposal(painter, mark, place)
+            continue
         size = _CROSS + (2.0 if mark.chosen else 0.0)
         for pen in (QPen(_DARK, 4.0), QPen(QColor(mark.colour).lighter(120), 1.9)):
             pen.setCapStyle(Qt.PenCapStyle.FlatCap)
             painter.setPen(pen)
             painter.drawLine(place + QPointF(-size, -size), place + QPointF(size, size))
             painter.drawLine(place + QPointF(-size, size), place + QPointF(size, -size))
+
+
+def _paint_proposal(painter: QPainter, mark: PredictionMark, place: QPointF) -> None:
+    """The middle stays free, so that the picture is seen where the landmark would be."""
+    size = _DIAMOND + (2.0 if mark.chosen else 0.0)
+    pens = QPen(_DARK, 4.2), QPen(_WHITE, 2.8), QPen(QColor(mark.colour), 1.9)
+    _paint_diamond(painter, place, size, *pens)
+
+
+def _paint_diamond(painter: QPainter, place: QPointF, size: float, *pens: QPen) -> None:
+    corners = [QPointF(0, -size), QPointF(size, 0), QPointF(0, size), QPointF(-size, 0)]
+    diamond = QPolygonF([place + corner for corner in corners])
+    for pen in pens:
+        painter.setPen(pen)
+        painter.drawPolygon(diamond)
+
+
+def _paint_trails(painter: QPainter, trails: Sequence[TrailMark], to_widget: QTransform) -> None:
+    """The last frame's landmarks as faint rings, and how they have come there."""
+    for trail in trails:
+        line = [to_widget.map(QPointF(*point)) for point in trail.points]
+        colour = QColor(trail.colour)
+        colour.setAlphaF(0.55)
+        painter.setPen(QPen(colour, 1.4))
+        painter.drawPolyline(QPolygonF(line))
+        for place in line[:-1]:
+            painter.drawEllipse(place, 1.5, 1.5)
+        painter.drawEllipse(line[-1], DOT, DOT)
 
 
 def _paint_curves(painter: QPainter, curves: Sequence[CurveMark], to_widget: QTransform) -> None:

@@ -28,6 +28,7 @@ class Mark(IntEnum):
     FLAGGED = 4
     PARTLY = 5
     GAP = 6
+    PROPOSED = 7
 
 
 MARK_WORDS = {
@@ -38,6 +39,7 @@ MARK_WORDS = {
     Mark.FLAGGED: "flagged",
     Mark.PARTLY: "clicked, but in too few views",
     Mark.GAP: "gap, not interpolated",
+    Mark.PROPOSED: "proposed, not accepted",
 }
 
 

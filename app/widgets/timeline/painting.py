@@ -77,7 +77,8 @@ def _paint_marks(pixels: ImageArray, lane: Lane, edges: FloatArray, theme: Theme
     # a pixel as one number: painting it is several times as fast as painting four
     whole = pixels.view(np.uint32)[..., 0]
     colour = _number(lane.colour)
-    _stripe(whole, has(Mark.GAP), theme)
+    _stripe(whole, has(Mark.GAP), _number(theme.disabled))
+    _stripe(whole, _widened(has(Mark.PROPOSED), edges), colour)
     whole[middle - half : middle + half, has(Mark.INTERPOLATED)] = colour
     whole[middle:-1, _widened(has(Mark.PARTLY), edges)] = colour
     whole[-max(2, height // 6) :, has(Mark.MISSING)] = _number(theme.error)
@@ -91,13 +92,13 @@ def _number(colour: str) -> np.uint32:
     return number
 
 
-def _stripe(whole: NDArray[np.uint32], columns: NDArray[np.bool_], theme: Theme) -> None:
-    # slanted lines over the whole height: on purpose nothing
+def _stripe(whole: NDArray[np.uint32], columns: NDArray[np.bool_], colour: np.uint32) -> None:
+    # slanted lines over the whole height: nothing is clicked there, on purpose or not yet
     if not columns.any():
         return
     rows, places = np.indices(whole.shape)
     inside = (rows > 0) & (rows < whole.shape[0] - 1)
-    whole[((rows + places) % 6 < 2) & inside & columns] = _number(theme.disabled)
+    whole[((rows + places) % 6 < 2) & inside & columns] = colour
 
 
 def _widened(columns: NDArray[np.bool_], edges: FloatArray) -> NDArray[np.bool_]:

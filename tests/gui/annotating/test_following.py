@@ -1,4 +1,4 @@
-"""Clicks are followed over a selection through real pictures, proposed, and accepted by hand."""
+"""Landmarks are proposed over a selection through real pictures, and accepted by hand."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from stereotrack_core.annotation.click import Click
-from stereotrack_core.annotation.follow import FOLLOWING
+from stereotrack_core.annotation.propose import PROPOSED
 from stereotrack_core.errors import Cancelled, InputError
 from stereotrack_core.project.clicks import PlaceClicks
-from stereotrack_core.project.prefilling import accept_predictions, follow_selection
+from stereotrack_core.project.prefilling import accept_predictions, propose_selection
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.selection import Selection
 from stereotrack_core.recording.description import Recording, Stream, View
@@ -20,8 +20,8 @@ from stereotrack_core.recording.writing import write_png, write_recording_descri
 FRAMES, STEP = 12, 3
 
 
-def accept_followed(project, selection):
-    return accept_predictions(project, FOLLOWING, selection)
+def accept_proposed(project, selection):
+    return accept_predictions(project, PROPOSED, selection)
 
 
 def never() -> bool:
@@ -61,16 +61,16 @@ def test_what_is_found_is_proposed_and_accepted_as_one_edit(project, moving):
         PlaceClicks((Click(2, "N", "head", (200.0, 200.0)), Click(2, "O", "head", (300.0, 150.0))))
     )
     selection = Selection(range(4, 10))
-    found = follow_selection(project, moving, selection, nothing, never)
-    assert found == "12 points found by following 2 clicks."
+    found = propose_selection(project, moving, selection, nothing, never)
+    assert found == "12 points proposed in frames 4 – 9."
     assert project.clicks.count() == 2
-    places = {p.key: p.position for p in project.predictions.of_source(FOLLOWING)}
+    places = {p.key: p.position for p in project.predictions.of_source(PROPOSED)}
     assert {key.frame for key in places} == set(range(4, 10))
     for key, (x, y) in places.items():
         start = 200.0 if key.camera == "N" else 300.0
-        assert x == pytest.approx(start + STEP * (key.frame - 2), abs=0.5)
-        assert y == pytest.approx(200.0 if key.camera == "N" else 150.0, abs=0.5)
-    project.apply(accept_followed(project, Selection(range(4, 7), ("head",))))
+        assert x == pytest.approx(start + STEP * (key.frame - 2), abs=2.0)
+        assert y == pytest.approx(200.0 if key.camera == "N" else 150.0, abs=2.0)
+    project.apply(accept_proposed(project, Selection(range(4, 7), ("head",))))
     assert project.clicks.count() == 2 + 6
     project.undo()
     assert project.clicks.count() == 2
@@ -79,27 +79,27 @@ def test_what_is_found_is_proposed_and_accepted_as_one_edit(project, moving):
 def test_it_goes_backward_from_clicks_behind_and_not_beyond_other_clicks(project, moving):
     project.apply(PlaceClicks((Click(9, "N", "head", (250.0, 200.0)),)))
     project.apply(PlaceClicks((Click(5, "N", "head", (238.0, 200.0)),)))
-    follow_selection(project, moving, Selection(range(3, 10)), nothing, never)
-    frames = {p.frame for p in project.predictions.of_source(FOLLOWING)}
+    propose_selection(project, moving, Selection(range(3, 10)), nothing, never)
+    frames = {p.frame for p in project.predictions.of_source(PROPOSED)}
     assert frames == {3, 4, 6, 7, 8}
 
 
 def test_other_landmarks_keep_what_was_found_for_them(project, moving):
     project.apply(PlaceClicks((Click(2, "N", "head", (200.0, 200.0)),)))
     project.apply(PlaceClicks((Click(2, "N", "left_hip", (260.0, 220.0)),)))
-    follow_selection(project, moving, Selection(range(3, 6)), nothing, never)
-    again = follow_selection(project, moving, Selection(range(3, 6), ("head",)), nothing, never)
-    assert again == "3 points found by following 1 click."
-    names = [p.landmark for p in project.predictions.of_source(FOLLOWING)]
+    propose_selection(project, moving, Selection(range(3, 6)), nothing, never)
+    again = propose_selection(project, moving, Selection(range(3, 6), ("head",)), nothing, never)
+    assert again == "3 points proposed in frames 3 – 5, head."
+    names = [p.landmark for p in project.predictions.of_source(PROPOSED)]
     assert names.count("left_hip") == 3
 
 
 def test_nothing_to_follow_is_said_and_it_can_be_stopped(project, moving):
     with pytest.raises(InputError, match="no click near frames 3 – 5"):
-        follow_selection(project, moving, Selection(range(3, 6)), nothing, never)
-    with pytest.raises(InputError, match="no followed points in frames 3 – 5"):
-        accept_followed(project, Selection(range(3, 6)))
+        propose_selection(project, moving, Selection(range(3, 6)), nothing, never)
+    with pytest.raises(InputError, match="there are no proposals in frames 3 – 5"):
+        accept_proposed(project, Selection(range(3, 6)))
     project.apply(PlaceClicks((Click(2, "N", "head", (200.0, 200.0)),)))
     with pytest.raises(Cancelled):
-        follow_selection(project, moving, Selection(range(3, 6)), nothing, lambda: True)
-    assert not project.predictions.of_source(FOLLOWING)
+        propose_selection(project, moving, Selection(range(3, 6)), nothing, lambda: True)
+    assert not project.predictions.of_source(PROPOSED)

@@ -88,6 +88,13 @@ def _placing(annotate: ClickController) -> list[Command]:
         where = "in any view" if everywhere else "in this view"
         return f"No unclicked landmark has a prediction {where}."
 
+    def nothing_proposed(everywhere: bool) -> str:
+        reason = annotate.why_no_annotating() or ("" if everywhere else annotate.why_no_camera())
+        if reason or annotate.proposed(everywhere=everywhere):
+            return reason
+        where = "this frame" if everywhere else "this view"
+        return f"Nothing is proposed in {where}. Click landmarks in another frame first."
+
     command = Menu(_MENU, annotate.why_no_annotating).command
     return [
         command("accept", "Accept prediction", "Turn the predicted point of the selected landmark "
@@ -98,6 +105,14 @@ def _placing(annotate: ClickController) -> list[Command]:
                 "of the selected landmark into clicks in all views that have none.",
                 partial(annotate.accept, everywhere=True), "Shift+A", "accept",
                 why_not=partial(nothing_predicted, True)),
+        command("accept_view", "Accept all proposals in this view", "Turn everything that is "
+                "proposed in the view under the cursor into clicks. Drag what is wrong first.",
+                partial(annotate.accept_proposals, everywhere=False), "Q", "accept",
+                why_not=partial(nothing_proposed, False)),
+        command("accept_frame", "Accept all proposals in this frame", "Turn everything that is "
+                "proposed in all views of this frame into clicks, as one edit.",
+                partial(annotate.accept_proposals, everywhere=True), "Shift+Q", "accept",
+                why_not=partial(nothing_proposed, True)),
         command("delete_click", "Clear click", "Delete the last click, or the click of the "
                 "selected landmark in this view.", annotating.delete, "Del", "delete",
                 why_not=partial(_no_click, annotate), section=True),

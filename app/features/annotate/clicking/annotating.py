@@ -384,15 +384,20 @@ class Annotating(QObject):
         else:
             self.said.emit("Every landmark has a click in every view.")
 
-    def _go_on(self) -> None:
-        """Show the next keyframe that is not done; the next frame where none are set."""
+    def following_frame(self) -> int | None:
+        """The next keyframe that is not done; the next frame where none are set; None: no more."""
         project, frame = self._project.project, self._document.frame
         keyframes = project.marks.keyframes() if project is not None else ()
         wanted = [one.frame for one in keyframes if not one.done]
-        following = wanted if keyframes else range(self._document.frame_count)
-        after = next((one for one in following if one > frame), None)
+        following = wanted if keyframes else range(frame + 1, self._document.frame_count)
+        return next((one for one in following if one > frame), None)
+
+    def _go_on(self) -> None:
+        """Show the next keyframe that is not done; the next frame where none are set."""
+        after = self.following_frame()
         if after is None:
-            kind = "keyframe" if keyframes else "frame"
+            project = self._project.project
+            kind = "keyframe" if project is not None and project.marks.keyframes() else "frame"
             self.said.emit(f"All is clicked in this frame, and no {kind} follows.")
         else:
             self._document.visit(after)

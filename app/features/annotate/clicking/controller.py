@@ -26,6 +26,7 @@ from .choosing import ADVANCES, Advance
 from .facts import AnnotationFacts
 from .landmark_rows import camera_rows, fit_words, landmark_rows, length_rows, limb_rows
 from .marks import marks_of, predictions_in
+from .proposing import ProposalPresenter
 
 
 class SwapOffers:
@@ -96,9 +97,13 @@ class ClickController(QObject):
             session.document, session.project, repeats, self.camera_at_hand, self._cameras
         )
         """The choice and the edits."""
+        self.proposals = ProposalPresenter(
+            session.document, session.project, self.annotating, self._cameras
+        )
+        """What is proposed for the frame and the one after it."""
         self.facts = AnnotationFacts(
             session.document, session.project, session.clouds, self.annotating, self._all_cameras,
-            session.cameras,
+            session.cameras, self.proposals,
         )  # fmt: skip
         """What is known about the clicks of the frame."""
         self._offers = SwapOffers(self.annotating.swap)
@@ -249,6 +254,15 @@ class ClickController(QObject):
     def accept(self, *, everywhere: bool) -> None:
         """Accept the prediction of the chosen landmark in the view at hand, or in all views."""
         self.annotating.accept(self.predictions(everywhere=everywhere))
+
+    def accept_proposals(self, *, everywhere: bool) -> None:
+        """Accept what is proposed in the view at hand, or in all views; one edit."""
+        self.annotating.accept(self.proposed(everywhere=everywhere))
+
+    def proposed(self, *, everywhere: bool) -> tuple[Prediction, ...]:
+        """Proposals of what nobody has clicked: in the view at hand, or in all of them."""
+        here = self.camera_at_hand()
+        return tuple(one for one in self.proposals.now() if everywhere or one.camera == here)
 
     def choose_advance(self, name: Advance) -> None:
         """Say what follows when a click was placed, and keep it for next time."""

@@ -34,6 +34,7 @@ from ....session.document import DocumentPresenter
 from ....session.project import ProjectPresenter
 from .annotating import Annotating
 from .marks import FEWEST, FrameMarks
+from .proposing import ProposalPresenter
 
 _SOON_MS = 30
 _REST_MS = 60
@@ -49,6 +50,8 @@ class AnnotationFacts(QObject):
         Names of the cameras in whose images clicks are looked for, one for each view.
     compared : CameraDoubts
         Knows which camera contradicts the others, if one does.
+    proposals : ProposalPresenter
+        What is proposed for the frame.
 
     Attributes
     ----------
@@ -68,9 +71,10 @@ class AnnotationFacts(QObject):
         annotating: Annotating,
         cameras: Callable[[], Sequence[str]],
         compared: CameraDoubts,
+        proposals: ProposalPresenter,
     ) -> None:
         super().__init__()
-        self._compared = compared
+        self._compared, self.proposals = compared, proposals
         self._document, self._project, self._clouds = document, project, clouds
         self._annotating, self._cameras = annotating, cameras
         self._active = False
@@ -102,6 +106,8 @@ class AnnotationFacts(QObject):
         for source in self._sources:
             source.changed.connect(self.changed)
             source.failed.connect(self.failed)
+        proposals.changed.connect(self.changed)
+        proposals.failed.connect(self.failed)
         annotating.clicks_changed.connect(self.ask)
         annotating.choice_changed.connect(self._soon.start)
         clouds.measured.connect(self._on_measured)
@@ -114,6 +120,7 @@ class AnnotationFacts(QObject):
     def set_active(self, active: bool) -> None:
         """Work things out from now on, or rest."""
         self._active = active
+        self.proposals.set_active(active)
         self.ask()
 
     @Slot()
@@ -138,7 +145,8 @@ class AnnotationFacts(QObject):
             chosen=annotating.choice.landmark if self._active else "",
             at_hand=at_hand.key if at_hand is not None else None,
             held=annotating.held(),
-            predictions=self._kept(frame),
+            predictions=(*self._kept(frame), *self.proposals.now()),
+            trail=self.proposals.trail(),
             hints=self._hints.at(frame),
             fit=self._best_fit(),
             views=self.view_names(),
@@ -157,12 +165,14 @@ class AnnotationFacts(QObject):
     def settled(self) -> bool:
         """Whether everything that was asked for is there."""
         waiting = any(timer.isActive() for timer in self._timers) or self._waits_for_depth()
-        return not waiting and all(source.settled() for source in self._sources)
+        known = self.proposals.settled() and all(source.settled() for source in self._sources)
+        return known and not waiting
 
     def close(self) -> None:
         """End the threads."""
         for timer in self._timers:
             timer.stop()
+        self.proposals.close()
         for fitter in self._fitters:
             fitter.close()
         for source in self._sources:

@@ -13,6 +13,7 @@ from stereotrack_core.annotation.doubts import own_mistakes
 from stereotrack_core.annotation.fit.results import MISTAKEN
 from stereotrack_core.annotation.frame_clicks import ClickHints, ShownFit
 from stereotrack_core.annotation.landmark_set import LandmarkSet
+from stereotrack_core.annotation.propose import PROPOSED
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.counting import UNKNOWN_DEG
 from stereotrack_core.geometry.camera import Camera
@@ -26,6 +27,7 @@ from ....widgets.camera.click_marks import (
     Offer,
     PredictionMark,
     ResidualMark,
+    TrailMark,
 )
 from ....widgets.camera.overlays import limb_paths, part_shapes
 
@@ -63,6 +65,8 @@ class FrameMarks:
     """A camera that contradicts the others over all clicks."""
     residuals: tuple[CameraResidual, ...] = ()
     """How far the clicks of each camera lie from the points that the cameras agree on."""
+    trail: tuple[Click, ...] = ()
+    """Clicks of the frames before, the newest last."""
 
     @property
     def fit_is_old(self) -> bool:
@@ -90,10 +94,12 @@ def marks_of(facts: FrameMarks, cameras: Iterable[Camera]) -> dict[str, ClickMar
 def predictions_in(facts: FrameMarks, camera: str) -> tuple[Prediction, ...]:
     """The best prediction of every landmark in a camera's image, clicked or not.
 
-    From the clicks in other views where there are two or more; else the most certain one that the
-    project keeps.
+    A proposal, where there is one; else from the clicks in other views where there are two or more;
+    else the most certain one that the project keeps.
     """
-    kept = [one for one in facts.predictions if one.camera == camera]
+    here = [one for one in facts.predictions if one.camera == camera]
+    proposed = {one.landmark: one for one in here if one.source == PROPOSED}
+    kept = [one for one in here if one.source != PROPOSED]
     kept.sort(key=lambda one: np.inf if one.sigma is None else one.sigma, reverse=True)
     found = {one.landmark: one for one in kept}
     points = facts.hints.points if facts.hints is not None else {}
@@ -102,6 +108,7 @@ def predictions_in(facts: FrameMarks, camera: str) -> tuple[Prediction, ...]:
             x, y = (float(value) for value in point.pixel[camera])
             sigma = point.spread_px.get(camera)
             found[name] = Prediction(facts.frame, camera, name, TRIANGULATED, (x, y), sigma)
+    found |= proposed
     known = facts.landmark_set.names
     return tuple(found[name] for name in known if name in found)
 
@@ -122,6 +129,7 @@ def _marks(facts: FrameMarks, camera: Camera) -> ClickMarks:
             _label(facts, click.landmark) for click in own if click.visibility == Visibility.OUTSIDE
         ),
         offer=_offer(facts, camera.name, own),
+        trails=_trail_marks(facts, camera.name),
     )
 
 
@@ -195,9 +203,19 @@ def _prediction_marks(
                 error_px=errors.get(camera, float("nan")),
                 spread_px=float("nan") if one.sigma is None else one.sigma,
                 chosen=chosen,
+                proposed=one.source == PROPOSED,
             )
         )
     return tuple(found)
+
+
+def _trail_marks(facts: FrameMarks, camera: str) -> tuple[TrailMark, ...]:
+    """Where the landmarks were in the frames before, up to what is proposed or clicked now."""
+    places: dict[str, list[tuple[float, float]]] = {}
+    for one in facts.trail:
+        if one.camera == camera and one.position is not None:
+            places.setdefault(one.landmark, []).append(one.position)
+    return tuple(TrailMark(_colour(facts, name), tuple(own)) for name, own in places.items())
 
 
 def _curve_marks(facts: FrameMarks, camera: str) -> tuple[CurveMark, ...]:

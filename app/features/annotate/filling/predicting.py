@@ -1,4 +1,4 @@
-"""Predictions that a person asks for: by following the image, from the fit, a run, neighbours."""
+"""Predictions that a person asks for over a selection: proposals, from the fit, from a run."""
 
 from __future__ import annotations
 
@@ -8,17 +8,15 @@ from typing import Literal, TypeAlias
 
 from PySide6.QtCore import QObject, Signal, Slot
 
-from stereotrack_core.annotation.follow import FOLLOWING
+from stereotrack_core.annotation.propose import PROPOSED
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.prefilling import (
     FIT,
-    NEIGHBOURS,
     Filling,
     accept_predictions,
     fill_in,
     fit_filling,
-    follow_selection,
-    neighbour_filling,
+    propose_selection,
     run_filling,
     source_of_run,
 )
@@ -30,7 +28,7 @@ from ....services.tasks.task import Task
 from ....session.runs import RunEntry
 from ..panels import AnnotationPanels, click_cameras
 
-Source: TypeAlias = Literal["following", "fit", "run", "neighbours"]
+Source: TypeAlias = Literal["proposed", "fit", "run"]
 
 NO_FIT = "The whole recording has not been fitted yet. Choose Fit whole recording first."
 
@@ -81,15 +79,15 @@ class PredictionWork(QObject):
         project, recording, selection = self._p.project, self._p.recording, self._p.selection()
         if project is None or recording is None or self.why_not(source):
             return
-        make = None if source == "following" else self._filling(source, project, recording)
+        make = None if source == "proposed" else self._filling(source, project, recording)
 
         def work(task: Task) -> str:
             how = (selection, task.report, task.token.cancelled)
             if make is None:
-                return follow_selection(project, recording, *how)
+                return propose_selection(project, recording, *how)
             return fill_in(project, make(), *how)
 
-        title = "following clicks" if make is None else "filling predictions"
+        title = "proposing landmarks" if make is None else "filling predictions"
         self._task = self._p.tasks.begin(title, work, self.found.emit)
         self._task.ended.connect(self._on_ended)
         self.busy_changed.emit()
@@ -107,8 +105,6 @@ class PredictionWork(QObject):
             run = held.run() if source == "run" and held is not None else None
             if run is not None:
                 return run_filling(run, name, cameras, project)
-            if source == "neighbours":
-                return neighbour_filling(project)
             raise InputError(
                 "no source for predictions",
                 remedy="Choose a run that was tracked here or read from a file.",
@@ -129,24 +125,21 @@ class PredictionWork(QObject):
     def accept(self, source: Source) -> None:
         """Let what a source has found in the selection be clicks: one edit."""
         run = source_of_run(self.run.name) if self.run is not None else ""
-        kept = {"following": FOLLOWING, "fit": FIT, "neighbours": NEIGHBOURS, "run": run}[source]
+        kept = {"proposed": PROPOSED, "fit": FIT, "run": run}[source]
         self._p.edit_selection(lambda project, chosen: accept_predictions(project, kept, chosen))
 
 
 _NOT_YET = "Predictions do not become clicks until you accept them."
 _SOURCES: tuple[tuple[Source, str, str, str, str, str], ...] = (
-    ("following", "annotate-follow", "Follow image patch", "Follow the image patch around each "
-     "click through the selected frames. The points found are predictions until you accept them.",
-     "followed points", "following the image patch found"),
+    ("proposed", "annotate-propose", "Propose landmarks", "Propose what is not clicked in the "
+     "selected frames: from the clicks in them and around them, followed through the images of all "
+     f"views. {_NOT_YET}", "proposals", "is proposed"),
     ("fit", "annotate-fill-fit", "Fill from the fit", "Predict landmarks in the selected frames "
      f"from the body fitted to the clicks. {_NOT_YET}",
      "points from the fit", "was filled from the fit"),
     ("run", "annotate-fill-run", "Fill from the active run", "Predict landmarks in the selected "
      f"frames from the tracker's active run. {_NOT_YET}",
      "points from the active run", "was filled from the tracker's active run"),
-    ("neighbours", "annotate-fill-neighbours", "Fill from neighbouring clicks", "Predict landmarks "
-     "in the selected frames by linear interpolation between two clicks in the same view. "
-     f"{_NOT_YET}", "points from neighbouring clicks", "was filled from neighbouring clicks"),
 )  # fmt: skip
 """Source, command that predicts, its text and tip; what is accepted, and what that is."""
 
@@ -168,11 +161,12 @@ def prediction_commands(work: PredictionWork, menu: str) -> list[Command]:
     ]  # fmt: skip
     accept = [
         Command(
-            "annotate-accept" + ("" if source == "following" else f"-{source}"), menu,
+            "annotate-accept" + ("" if source == "proposed" else f"-{source}"), menu,
             f"Accept {what}", f"Turn what {found} in the selection into clicks, as one edit. "
-            "Existing clicks do not change.", partial(work.accept, source), icon="accept",
+            "Existing clicks do not change.", partial(work.accept, source),
+            "Ctrl+Shift+A" if source == "proposed" else "", icon="accept",
             why_not=partial(work.why_no_accept, source), says=partial(named, f"Accept {what}"),
-            section=source == "following",
+            section=source == "proposed",
         )
         for source, _name, _text, _tip, what, found in _SOURCES
     ]  # fmt: skip

@@ -1,0 +1,283 @@
+"""Proposals for the frame that is shown and, one step ahead, for the one that follows it."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from PySide6.QtCore import QObject, QTimer, Signal, Slot
+
+from stereotrack_core.annotation.click import Click, ClickKey, Prediction
+from stereotrack_core.annotation.follow import MOST_FRAMES, follow_clicks
+from stereotrack_core.annotation.propose import ProposalQuestion, Proposals, Proposer
+from stereotrack_core.arrays import FloatArray
+from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.project.history import Changed
+from stereotrack_core.project.prefilling import clicks_around
+from stereotrack_core.project.selection import gaps_of
+from stereotrack_core.recording.landmarks import LANDMARKS
+from stereotrack_core.recording.reader import FrameReader
+
+from ....services.tasks.newest import LatestOnly, NewestAnswer
+from ....services.tasks.shared import Shared
+from ....session.document import DocumentPresenter
+from ....session.project import ProjectPresenter
+from ....session.runs import RunEntry
+from .annotating import Annotating
+
+_SOON_MS = 20
+_TRAIL = 4
+"""Clicked frames that the trail shows."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Way:
+    """Clicks of frames near by that are to be followed to one frame."""
+
+    reader: Shared[FrameReader]
+    clicks: tuple[Click, ...]
+    frame: int
+    overtaken: threading.Event = field(default_factory=threading.Event)
+
+
+def _follow(way: _Way) -> tuple[Prediction, ...] | None:
+    """Where the clicks have come to; None where it was stopped."""
+    with way.reader.used() as reader:
+        found = follow_clicks(reader, way.clicks, (way.frame,), cancelled=way.overtaken.is_set)
+    return None if way.overtaken.is_set() else found
+
+
+class ProposalPresenter(QObject):
+    """Proposes beside the window's thread whenever clicks or the frame change.
+
+    Parameters
+    ----------
+    cameras : callable
+        Names of the cameras whose images are shown and take clicks.
+    """
+
+    changed = Signal()
+    """Other proposals hold for the frame that is shown."""
+    ahead_changed = Signal()
+    """Other landmarks are proposed one step ahead."""
+    failed = Signal(object)
+
+    def __init__(
+        self,
+        document: DocumentPresenter,
+        project: ProjectPresenter,
+        annotating: Annotating,
+        cameras: Callable[[], Sequence[str]],
+    ) -> None:
+        super().__init__()
+        self._document, self._project, self._annotating = document, project, annotating
+        self._shown = cameras
+        self._active = False
+        self._run: RunEntry | None = None
+        self._motion: Mapping[int, FloatArray] = {}
+        self._cameras: Mapping[str, Camera] = {}
+        self._around: tuple[int, tuple[Click, ...]] | None = None
+        self._followed: dict[tuple[ClickKey, object, int], Prediction | None] = {}
+        self._way: _Way | None = None
+        self._answer: NewestAnswer[Proposals] = NewestAnswer(
+            self._question, Proposer(), "proposals"
+        )
+        self._answer.changed.connect(self.changed)
+        self._answer.failed.connect(self.failed)
+        self._following = LatestOnly(_follow, "follow clicks")
+        self._following.answered.connect(self._on_followed)
+        self._following.failed.connect(self._on_not_followed)
+        # the click or the picture is painted first
+        self._soon = QTimer(self, singleShot=True, interval=_SOON_MS)
+        self._soon.timeout.connect(self._ask)
+        annotating.clicks_changed.connect(self._soon.start)
+        project.changed.connect(self._on_changed)
+        for signal in (project.opened, project.closed, document.opened, document.closed):
+            signal.connect(self._forget)
+        document.playing_changed.connect(self._soon.start)
+
+    # ---- what is known
+
+    def now(self) -> tuple[Prediction, ...]:
+        """Proposals of what is not clicked in the frame that is shown."""
+        known = self._answer.at(self._document.frame) if self._wanted() else None
+        if known is None:
+            return ()
+        clicks = self._annotating.clicks()
+        return tuple(one for one in known.predictions if one.key not in clicks)
+
+    def trail(self) -> tuple[Click, ...]:
+        """Clicks of the frames before, the newest frame last; nothing while clicking blindly."""
+        if not self._wanted():
+            return ()
+        frame = self._document.frame
+        before = [one for one in self._clicks_around() if one.frame < frame]
+        frames = sorted({one.frame for one in before})[-_TRAIL:]
+        return tuple(sorted((o for o in before if o.frame in frames), key=lambda o: o.frame))
+
+    def ahead(self) -> dict[int, frozenset[str]]:
+        """Landmarks that are proposed, by frame: in the one that is shown and the one after it."""
+        found = {self._document.frame: frozenset(one.landmark for one in self.now())}
+        after = self._annotating.following_frame()
+        if after is not None and self._wanted():
+            clicked = self._clicked_in(after)
+            names = {one.landmark for one in self._found(after) if one.key not in clicked}
+            found[after] = frozenset(names)
+        return {frame: names for frame, names in found.items() if names}
+
+    def settled(self) -> bool:
+        """Whether everything that was asked for is there."""
+        return not self._soon.isActive() and self._answer.settled() and self._following.settled()
+
+    # ---- what changes it
+
+    def set_active(self, active: bool) -> None:
+        """Propose from now on, or rest."""
+        self._active = active
+        self._soon.start()
+
+    def set_run(self, run: RunEntry | None) -> None:
+        """Let a finished run tell how the landmarks move; None: no run."""
+        self._run, self._motion = run, {}
+        if run is not None:
+            trajectory = run.trajectory()
+            names = self._annotating.landmark_set.names
+            places = [LANDMARKS.index(name) if name in LANDMARKS else -1 for name in names]
+            points = trajectory.points[:, places]
+            points[:, [place < 0 for place in places]] = np.nan
+            self._motion = dict(zip(trajectory.frame.tolist(), points, strict=True))
+        self._soon.start()
+
+    def close(self) -> None:
+        """End the threads."""
+        self._soon.stop()
+        self._overtake()
+        self._answer.close()
+        self._following.close()
+
+    @Slot()
+    def _forget(self, _what: object = None) -> None:
+        """Know nothing of another recording or project."""
+        self.close()
+        self._around, self._followed = None, {}
+        self._soon.start()
+
+    @Slot(object)
+    def _on_changed(self, changed: Changed) -> None:
+        if changed.tables & {"choice", "landmark_set", "frame_flag"}:
+            self._around = None
+            self.set_run(self._run)
+        if changed.frames("click") - {self._document.frame}:
+            self._around = None
+            self._soon.start()
+
+    # ---- asking
+
+    def _wanted(self) -> bool:
+        document = self._document
+        there = self._project.project is not None and document.recording is not None
+        return there and self._active and not document.playing and not self._annotating.blind()
+
+    @Slot()
+    def _ask(self) -> None:
+        self._overtake()
+        self._answer.ask()
+        self._follow_next()
+        self.ahead_changed.emit()
+
+    def _overtake(self) -> None:
+        if self._way is not None:
+            self._way.overtaken.set()
+            self._following.forget()
+            self._way = None
+
+    def _follow_next(self) -> None:
+        """Follow what is missing, to the frame that is shown and then to the one after it."""
+        reader = self._document.reader
+        if not self._wanted() or reader is None:
+            return
+        for frame in (self._document.frame, self._annotating.following_frame()):
+            clicks = () if frame is None else self._to_follow(frame)
+            if frame is not None and clicks:
+                self._way = _Way(reader, clicks, frame)
+                self._following.ask(self._way)
+                return
+
+    def _to_follow(self, frame: int) -> tuple[Click, ...]:
+        """Clicks that nobody has followed to a frame yet and that lead to something open there."""
+        clicked = self._clicked_in(frame)
+        return tuple(
+            one
+            for one in self._nearest(frame)
+            if (one.key, one.position, frame) not in self._followed
+            and ClickKey(frame, one.camera, one.landmark) not in clicked
+        )
+
+    def _clicked_in(self, frame: int) -> frozenset[ClickKey]:
+        project = self._project.project
+        if frame == self._document.frame:
+            return frozenset(self._annotating.clicks())
+        return frozenset(one.key for one in project.clicks.at(frame)) if project else frozenset()
+
+    def _nearest(self, frame: int) -> tuple[Click, ...]:
+        """Clicks of the nearest clicked frames on both sides of a frame."""
+        known = [*self._clicks_around(), *self._annotating.clicks().values()]
+        frames = {one.frame for one in known}
+        before = max((one for one in frames if one < frame), default=frame)
+        after = min((one for one in frames if one > frame), default=frame)
+        near = {one for one in (before, after) if 0 < abs(frame - one) <= MOST_FRAMES}
+        return tuple(one for one in known if one.frame in near and one.position is not None)
+
+    def _found(self, frame: int) -> tuple[Prediction, ...]:
+        """Where the nearest clicks were followed to."""
+        keys = [(one.key, one.position, frame) for one in self._nearest(frame)]
+        return tuple(p for key in keys if (p := self._followed.get(key)) is not None)
+
+    def _question(self) -> ProposalQuestion | None:
+        recording, frame = self._document.recording, self._document.frame
+        if recording is None or not self._wanted():
+            return None
+        around, own = self._clicks_around(), tuple(self._annotating.clicks().values())
+        names = {one.camera for one in (*around, *own)} | set(self._shown())
+        if set(self._cameras) != names & set(recording.cameras):
+            self._cameras = {n: one for n, one in recording.cameras.items() if n in names}
+        project = self._project.project
+        return ProposalQuestion(
+            frame, own, around, self._found(frame), self._cameras,
+            self._annotating.landmark_set.names, recording.fps,
+            project.click_sigmas() if project is not None else {}, self._motion,
+        )  # fmt: skip
+
+    def _clicks_around(self) -> tuple[Click, ...]:
+        """Clicks of the clicked frames around the one that is shown, up to the next gap."""
+        frame, project = self._document.frame, self._project.project
+        if project is None:
+            return ()
+        if self._around is None or self._around[0] != frame:
+            gaps = gaps_of(project)
+            inside = any(frame in gap for gap in gaps)
+            self._around = (frame, () if inside else clicks_around(project, frame, gaps)[1])
+        return self._around[1]
+
+    # ---- answers
+
+    @Slot(object, object)
+    def _on_followed(self, way: _Way, found: tuple[Prediction, ...] | None) -> None:
+        if found is None:
+            return
+        by_key = {(one.camera, one.landmark): one for one in found}
+        for one in way.clicks:
+            place = by_key.get((one.camera, one.landmark))
+            self._followed[one.key, one.position, way.frame] = place
+        self._way = None
+        if way.frame == self._document.frame:
+            self._answer.ask()
+        self._follow_next()
+        self.ahead_changed.emit()
+
+    @Slot(object, object)
+    def _on_not_followed(self, _way: object, error: Exception) -> None:
+        self._way = None
+        self.failed.emit(error)

@@ -1,0 +1,98 @@
+"""No frame starts empty: proposals come by themselves, are accepted with keys, and corrected."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from PySide6.QtCore import Qt
+
+from app.widgets.timeline.lanes import Mark
+from stereotrack_core.annotation.click import ACCEPTED, Click
+from stereotrack_core.annotation.landmark_set import NINE
+from stereotrack_core.project.clicks import PlaceClicks
+from tests.gui.hands import (
+    CTRL,
+    SHIFT,
+    at,
+    clicks,
+    drag,
+    key,
+    point,
+    point_and_click,
+    truth,
+    undo_words,
+    view,
+)
+
+pytestmark = pytest.mark.window
+
+VIEWS = "NOSW"
+
+
+def settle(window, qtbot):
+    qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
+
+
+def click_all_but_one(window, frame=0):
+    """All landmarks in all views where they are, but the last view's head."""
+    places = [(f"{view}_right", name, truth(window, name, view)) for view in VIEWS
+              for name in NINE.names]  # fmt: skip
+    made = tuple(Click(frame, *place) for place in places if place[:2] != ("W_right", "head"))
+    window.context.session.project.project.apply(PlaceClicks(made))
+
+
+def proposed(window, name):
+    return {m.landmark: (m.x, m.y) for m in view(window, name).marks.predictions if m.proposed}
+
+
+def origins(window, name):
+    return [one.origin for one in clicks(window).values() if one.camera == f"{name}_right"]
+
+
+def test_the_next_frame_is_there_to_be_accepted_and_corrected(four, qtbot, monkeypatch):
+    project = four.context.session.project.project
+    monkeypatch.setattr(four.features.annotate.clicking.annotating, "goes_on", True)
+    click_all_but_one(four)
+    point_and_click(four, *truth(four, "head", "W"), "W")
+    assert four.context.session.document.frame == 1, "the frame is clicked, the next one follows"
+    settle(four, qtbot)
+    for name in VIEWS:
+        found = proposed(four, name)
+        assert set(found) == set(NINE.names)
+        for landmark, place in found.items():
+            assert place == pytest.approx(truth(four, landmark, name), abs=3.0)
+        assert len(view(four, name).marks.trails) == 9, "where they were before"
+    assert project.clicks.at(1) == (), "a proposal is no click"
+    lanes = {lane.id: lane.values for lane in four.context.docks.timeline.lanes}
+    assert {lanes[name][1] for name in NINE.names} == {Mark.PROPOSED}, "hatched"
+
+    point(four, 100.0, 100.0, "N")
+    key(four, Qt.Key.Key_Q, name="N")
+    assert origins(four, "N") == [ACCEPTED] * 9
+    assert len(clicks(four)) == 9
+    settle(four, qtbot)
+    key(four, Qt.Key.Key_Z, CTRL, name="N")
+    assert len(clicks(four)) == 0, "taken back as one step"
+    settle(four, qtbot)
+
+    before = {name: proposed(four, name)["left_hand"] for name in "NSW"}
+    start = proposed(four, "O")["left_hand"]
+    drag(four, at(four, *start, "O"), at(four, start[0] + 16.0, start[1] + 9.0, "O"), "O")
+    settle(four, qtbot)
+    (own,) = clicks(four).values()
+    assert (own.landmark, own.camera, own.origin) == ("left_hand", "O_right", "hand")
+    assert own.position == pytest.approx((start[0] + 16.0, start[1] + 9.0), abs=4.0)
+    moved = {n: np.hypot(*np.subtract(proposed(four, n)["left_hand"], before[n])) for n in before}
+    assert max(moved.values()) > 4.0, "the other views of the landmark follow"
+
+    key(four, Qt.Key.Key_Q, SHIFT, name="N")
+    assert "accept" in undo_words(four)
+    assert sorted(click.origin for click in clicks(four, 1).values()) == [ACCEPTED] * 35 + ["hand"]
+    assert four.context.session.document.frame == 2, "all is clicked, so it goes on"
+    settle(four, qtbot)
+    assert set(proposed(four, "S")) == set(NINE.names)
+    four.context.session.document.visit(1)
+    settle(four, qtbot)
+    assert not proposed(four, "S")
+    key(four, Qt.Key.Key_Z, CTRL, name="N")
+    assert len(clicks(four)) == 1
