@@ -190,7 +190,6 @@ class ProposalPresenter(QObject):
     def _overtake(self) -> None:
         if self._way is not None:
             self._way.overtaken.set()
-            self._following.forget()
             self._way = None
 
     def _follow_next(self) -> None:
@@ -265,7 +264,7 @@ class ProposalPresenter(QObject):
 
     @Slot(object, object)
     def _on_followed(self, way: _Way, found: tuple[Prediction, ...] | None) -> None:
-        if found is None:
+        if found is None or way is not self._way:
             return
         by_key = {(one.camera, one.landmark): one for one in found}
         for one in way.clicks:
