@@ -11,9 +11,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.ndimage import gaussian_filter, map_coordinates
-from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
-from vtkmodules.vtkCommonDataModel import vtkImageData
-from vtkmodules.vtkFiltersCore import vtkFlyingEdges3D
 
 from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.simulation.people import Person, girth_scale
@@ -51,6 +48,11 @@ def rest_surface(
     high = np.max([np.maximum(p.a + p.radius_a, p.b + p.radius_b) for p in pieces], axis=0) + 0.04
     axes = [np.arange(lo, hi, spacing) for lo, hi in zip(low, high, strict=True)]
     field = _distance_on_grid(pieces, axes)
+    # VTK takes its time to load, and a window that simulates nothing does without
+    from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
+    from vtkmodules.vtkCommonDataModel import vtkImageData
+    from vtkmodules.vtkFiltersCore import vtkFlyingEdges3D
+
     image = vtkImageData()
     image.SetDimensions(*field.shape)
     image.SetSpacing(spacing, spacing, spacing)

@@ -22,8 +22,8 @@ def program(tmp_path):
     environment["XDG_STATE_HOME"] = str(tmp_path / "state")
     environment["QT_QPA_PLATFORM_PLUGIN_PATH"] = str(tmp_path / "nowhere")
 
-    def start(*arguments, module="app"):
-        command = [sys.executable, "-m", module, *map(str, arguments)]
+    def start(*arguments, module="app", how="-m"):
+        command = [sys.executable, how, *([module] if how == "-m" else []), *map(str, arguments)]
         return subprocess.run(
             command, env=environment, capture_output=True, text=True, timeout=300, check=False
         )
@@ -44,6 +44,29 @@ def test_a_picture_is_made_without_a_screen(program, small_recording, tmp_path):
         image.pixel(x, y) for x in range(0, image.width(), 40) for y in range(0, image.height(), 40)
     }
     assert len(colours) > 50, "the picture is not blank"
+
+
+_AFTER_THE_WINDOW = ("vtkmodules", "pyvista", "matplotlib", "scipy.stats", "scipy.signal")
+"""What takes long to load and nobody needs before a recording is shown."""
+
+_SHOWN = """
+import sys
+from app.start import prepare, load_qt
+prepare(needs_screen=False)
+load_qt()
+from app.program import WindowProgram
+program = WindowProgram()
+program.window.show()
+program.app.processEvents()
+print(*[name for name in sys.argv[1:] if name in sys.modules])
+program.window.close()
+"""
+
+
+def test_the_window_shows_before_what_takes_long_is_loaded(program):
+    done = program(_SHOWN, *_AFTER_THE_WINDOW, how="-c")
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.split() == []
 
 
 @pytest.mark.parametrize(

@@ -22,8 +22,7 @@ from ...widgets.camera.click_marks import CLICK_OVERLAYS
 from ...widgets.camera.display_panel import DisplayPanel
 from ...widgets.camera.overlays import OVERLAYS
 from ...widgets.camera.picture import PICTURE_KINDS
-from ...widgets.scene.content import Ellipsoid
-from ...widgets.scene.drawing import frustum_corners, frustum_depth
+from ...widgets.scene.content import Ellipsoid, frustum_corners, frustum_depth
 from ...widgets.style.theme import current_theme
 from .scene import ellipsoids_of, scene_of
 

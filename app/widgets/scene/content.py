@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -117,3 +117,22 @@ class SceneContent:
         points = np.concatenate(parts) if parts else _no_points()
         finite: FloatArray = points[np.isfinite(points).all(axis=1)]
         return finite
+
+
+_FRUSTUM_SHARE, _FRUSTUM_DEEPEST = 0.12, 0.45
+
+
+def frustum_depth(cameras: Sequence[Camera]) -> float:
+    """Metres from cameras to their pictures: less for a small rig, so that none hides the rest."""
+    places = np.array([camera.position_world for camera in cameras]).reshape(-1, 3)
+    wide = float(np.linalg.norm(np.ptp(places, axis=0))) if len(places) > 1 else np.inf
+    return min(_FRUSTUM_SHARE * wide, _FRUSTUM_DEEPEST)
+
+
+def frustum_corners(camera: Camera, depth: float) -> FloatArray:
+    """Corners (4, 3), world, of a camera's picture `depth` metres before it, from the top left."""
+    right, bottom = camera.width - 0.5, camera.height - 0.5
+    pixels = np.array([[-0.5, -0.5], [right, -0.5], [right, bottom], [-0.5, bottom]])
+    flat = camera.normalised(pixels)
+    in_camera = np.column_stack([flat, np.ones(4)]) * depth
+    return camera.world_from_camera.apply(in_camera)

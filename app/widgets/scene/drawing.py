@@ -17,7 +17,14 @@ from stereotrack_core.recording.landmarks import LANDMARKS, SKELETON
 
 from ..style.limb_colours import LIMB_COLOURS
 from ..style.theme import Theme
-from .content import FLOOR_HALF, NORTH_TIP, Ellipsoid, SceneContent
+from .content import (
+    FLOOR_HALF,
+    NORTH_TIP,
+    Ellipsoid,
+    SceneContent,
+    frustum_corners,
+    frustum_depth,
+)
 
 _SKIN = {
     "lighting": True,
@@ -33,7 +40,6 @@ _RING = 8
 _RIM = 0.012
 _FAR = 100.0
 _FLOOR_STEP = 0.5
-_FRUSTUM_SHARE, _FRUSTUM_DEEPEST = 0.12, 0.45
 _CORNERS = np.array([[0.0, 1.0], [1.0, 1.0], [1.0, 0.0], [0.0, 0.0]])
 """Where the corners of a picture are in its texture, whose rows count from below."""
 
@@ -278,22 +284,6 @@ def limb_at(meshes: tuple[PartMesh, ...], eye: FloatArray, direction: FloatArray
         if distance < best:
             best, found = distance, mesh.limb
     return found if found in LIMB_COLOURS else ""
-
-
-def frustum_depth(cameras: Sequence[Camera]) -> float:
-    """Metres from cameras to their pictures: less for a small rig, so that none hides the rest."""
-    places = np.array([camera.position_world for camera in cameras]).reshape(-1, 3)
-    wide = float(np.linalg.norm(np.ptp(places, axis=0))) if len(places) > 1 else np.inf
-    return min(_FRUSTUM_SHARE * wide, _FRUSTUM_DEEPEST)
-
-
-def frustum_corners(camera: Camera, depth: float) -> FloatArray:
-    """Corners (4, 3), world, of a camera's picture `depth` metres before it, from the top left."""
-    right, bottom = camera.width - 0.5, camera.height - 0.5
-    pixels = np.array([[-0.5, -0.5], [right, -0.5], [right, bottom], [-0.5, bottom]])
-    flat = camera.normalised(pixels)
-    in_camera = np.column_stack([flat, np.ones(4)]) * depth
-    return camera.world_from_camera.apply(in_camera)
 
 
 def _surface(mesh: PartMesh) -> pv.PolyData:

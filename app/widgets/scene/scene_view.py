@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import cast
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 from PySide6.QtCore import QEvent, QPointF, QRectF, QSize, Qt, QTimer, Signal
@@ -28,10 +28,11 @@ from ..style.building import action_button, hbox, label, tool_button
 from ..style.colours import paint_runs_legend
 from ..style.theme import current_theme
 from .content import LAYERS, SceneContent
-from .drawing import limb_at
 from .lettering import paint_lettering
 from .orbit import Orbit, orbit_around
-from .renderer import SceneRenderer, SceneUnavailable
+
+if TYPE_CHECKING:
+    from .renderer import SceneRenderer
 
 _ICON = QSize(16, 16)
 
@@ -261,9 +262,11 @@ class SceneView(QWidget):
 
     def _renderer_or_none(self) -> SceneRenderer | None:
         if self._renderer is None and not self.unavailable_because:
+            from . import renderer  # VTK takes its time to load: only where a scene is seen
+
             try:
-                self._renderer = SceneRenderer()
-            except SceneUnavailable as problem:
+                self._renderer = renderer.SceneRenderer()
+            except renderer.SceneUnavailable as problem:
                 self.unavailable_because = str(problem)
         return self._renderer
 
@@ -334,6 +337,8 @@ class SceneView(QWidget):
             return ""
         orbit = self.orbit
         ray = orbit.ray(position.x(), position.y(), self.width(), self.height())
+        from .drawing import limb_at
+
         return limb_at(self.content.meshes, orbit.eye, ray)
 
     def wheelEvent(self, event: QWheelEvent) -> None:

@@ -17,7 +17,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import stats
+from scipy.special import stdtrit
 
 from stereotrack_core.arrays import BoolArray, FloatArray
 
@@ -174,7 +174,7 @@ def interval(values: FloatArray, weight: FloatArray, block: int) -> tuple[float,
     away = (values - mean) * weight / weight.mean()
     variance = float(np.mean(_block_sums(away, block) ** 2)) / (block * n)
     blocks = n / block
-    student = float(stats.t.ppf(0.5 * (1.0 + LEVEL), blocks - 1.0))
+    student = float(stdtrit(blocks - 1.0, 0.5 * (1.0 + LEVEL)))
     half = student * math.sqrt(variance * blocks / (blocks - 1.0))
     return mean - half, mean + half
 
@@ -191,7 +191,9 @@ def signed_rank(differences: FloatArray) -> float:
 
     Zeros are ranked with the others and have no sign (Pratt 1959, doi:10.2307/2282543).
     """
-    ranks = stats.rankdata(np.abs(differences))[differences != 0.0]
+    from scipy.stats import rankdata  # it takes its time to load
+
+    ranks = rankdata(np.abs(differences))[differences != 0.0]
     if not len(ranks):
         return 1.0
     signs = np.array(list(itertools.product((-1.0, 1.0), repeat=len(ranks))))

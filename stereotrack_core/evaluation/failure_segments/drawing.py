@@ -9,7 +9,6 @@ from functools import cache
 from pathlib import Path
 
 import cv2
-import matplotlib
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
@@ -164,6 +163,8 @@ def write(
 
 @cache
 def _font(size: float, bold: bool) -> ImageFont.FreeTypeFont:
+    import matplotlib  # only where something is written: loading it takes its time
+
     name = "DejaVuSans-Bold.ttf" if bold else "DejaVuSans.ttf"
     place = Path(matplotlib.get_data_path()) / "fonts" / "ttf" / name
     return ImageFont.truetype(place, size, layout_engine=ImageFont.Layout.BASIC)

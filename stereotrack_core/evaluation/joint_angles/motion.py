@@ -13,7 +13,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, fields
 
 import numpy as np
-from scipy import signal
 
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.errors import InputError
@@ -115,6 +114,8 @@ def low_pass(values: FloatArray, fps: float, cut_off: float) -> FloatArray:
     Before the first and after the last value they are continued by point reflection, as far as
     there are values to reflect.
     """
+    from scipy import signal  # it loads all of scipy.stats
+
     warped = np.tan(np.pi * cut_off / fps) / _CORRECTION
     section = signal.butter(2, 2.0 * np.arctan(warped) / np.pi, output="sos")
     wanted = max(24, round(6.0 * fps / cut_off))

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
-from scipy.stats import chi2
+from scipy.special import gammaincinv
 
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.manifold import Columns, point_jacobian
@@ -233,6 +233,6 @@ def _best_part(detection: Detection, setup: Setup, prior: Belief) -> int | None:
         variance = _undistorted(detection)[1] ** 2 / detection.confidence
         S = J @ prior.P @ J.T + np.eye(len(nu)) * variance
         squared = float(nu @ np.linalg.solve(S, nu))
-        if squared < min(least, float(chi2.ppf(_PROBABLE, len(nu)))):
+        if squared < min(least, 2.0 * float(gammaincinv(0.5 * len(nu), _PROBABLE))):
             best, least = part, squared
     return best

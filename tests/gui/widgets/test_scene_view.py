@@ -5,7 +5,7 @@ import pytest
 from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
 from PySide6.QtGui import QColor, QImage, QKeyEvent, QPainter, QWheelEvent
 
-from app.widgets.scene import scene_view as scene_view_module
+from app.widgets.scene import renderer
 from app.widgets.scene.content import LAYERS, Ellipsoid, SceneContent
 from app.widgets.scene.orbit import Orbit
 from app.widgets.scene.renderer import SceneUnavailable
@@ -402,7 +402,7 @@ class TestWithoutOpenGL:
         def unavailable():
             raise SceneUnavailable("No OpenGL is available.")
 
-        monkeypatch.setattr(scene_view_module, "SceneRenderer", unavailable)
+        monkeypatch.setattr(renderer, "SceneRenderer", unavailable)
         return shown(SceneView(), 300, 200)
 
     def test_widget_says_so(self, blind):
