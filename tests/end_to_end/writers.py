@@ -18,8 +18,7 @@ from stereotrack_core.annotation.landmark_set import NINE, write_landmark_set
 from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.cli.sources import write_angles
 from stereotrack_core.evaluation.failure_segments.export import film_of, write_strips
-from stereotrack_core.evaluation.failure_segments.find import Subject as JudgedRun
-from stereotrack_core.evaluation.failure_segments.find import find_failures
+from stereotrack_core.evaluation.failure_segments.find import FailureSearch, find_failures
 from stereotrack_core.evaluation.joint_angles.series import angles_of_run
 from stereotrack_core.experiments.sweep.table import (
     axis_of,
@@ -98,10 +97,10 @@ class Things:
         ]
 
     @property
-    def judged(self) -> JudgedRun:
+    def judged(self) -> FailureSearch:
         """The run as failures are found in it."""
         recording = self.recording
-        return JudgedRun(self.run, recording.fps, self.truth, recording, pictures=False)
+        return FailureSearch(self.run, recording.fps, self.truth, recording, pictures=False)
 
     @property
     def picture(self) -> np.ndarray:

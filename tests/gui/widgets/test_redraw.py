@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import pytest
-from PySide6.QtCore import QEvent, QObject
+from PySide6.QtCore import QCoreApplication, QEvent, QObject
 from PySide6.QtWidgets import QApplication, QWidget
-from shiboken6 import delete
 
 from app.widgets.redraw import RedrawQueue
 
@@ -70,7 +69,8 @@ def test_what_is_gone_is_not_drawn(drawing, qtbot):
     widget = QWidget()
     drawing.queue.soon(widget.update)
     drawing.queue.soon(drawing.scene)
-    delete(widget)
+    widget.deleteLater()
+    QCoreApplication.sendPostedEvents(widget, QEvent.Type.DeferredDelete)
     assert drawn(drawing, qtbot) == ["scene"]
 
 
