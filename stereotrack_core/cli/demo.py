@@ -9,7 +9,8 @@ from pathlib import Path
 from stereotrack_core.cli.arguments import JSON, SETTINGS, flag, option
 from stereotrack_core.cli.output import FAILED, OK, put_json, put_table, say
 from stereotrack_core.cli.progress import progress, stoppable
-from stereotrack_core.cli.track import UnfinishedOutput, say_signs
+from stereotrack_core.cli.track import say_signs
+from stereotrack_core.cli.track_plan import UnfinishedOutput
 from stereotrack_core.cli.workbench import show_window
 from stereotrack_core.evaluation.accuracy import Accuracy, accuracy_facts, accuracy_of, error_facts
 from stereotrack_core.evaluation.errors import truth_of

@@ -1,18 +1,23 @@
-"""What ``stereotrack track`` shall do: from the command line, or as a run says with ``--like``."""
+"""What ``stereotrack track`` shall do, from the command line or a run, and where its frames go."""
 
 from __future__ import annotations
 
 import dataclasses
+import shlex
 from argparse import Namespace
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from stereotrack_core.cli.output import say
+from stereotrack_core.cli.progress import progress, stoppable
+from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
+from stereotrack_core.experiments.tracked_run import TrackedRun, steps, track_recording
 from stereotrack_core.interop.first_pose import first_pose
-from stereotrack_core.interop.run_file import read_run
+from stereotrack_core.interop.run_file import read_run, write_run
+from stereotrack_core.interop.run_journal import Wish, has_frames, part_of, read_unfinished
 from stereotrack_core.interop.run_npz import check_run
 from stereotrack_core.parameters import parsed_settings
 from stereotrack_core.recording.description import Recording
@@ -32,10 +37,93 @@ from stereotrack_core.tracking.repeating import (
 from stereotrack_core.tracking.run_spec import RunSpec
 from stereotrack_core.tracking.unfinished import UnfinishedRun
 
-if TYPE_CHECKING:
-    from stereotrack_core.cli.track import UnfinishedOutput
-
 USUAL_PRESET = "accurate"
+
+
+class UnfinishedOutput:
+    """The file ``RUN.part`` that the frames of a run go to at once.
+
+    What stands at the output before is not touched until the new run is complete.
+    """
+
+    def __init__(self, recording: Path, output: Path) -> None:
+        self.output, self.part = output, part_of(output)
+        words = ("stereotrack", "track", str(recording), "-o", str(output), "--resume")
+        self.command = shlex.join(words)
+
+    def begun(self) -> tuple[UnfinishedRun, Wish]:
+        """The run to go on with. Raises InputError where there is none, or it cannot be read."""
+        if not self.part.is_file():
+            raise InputError(
+                "there is no unfinished run to resume",
+                where=str(self.part),
+                remedy="Omit --resume to start a run.",
+            )
+        return read_unfinished(self.part)
+
+    def refuse_to_lose(self) -> None:
+        """Refuse to begin where an earlier run waits to be gone on with.
+
+        Raises InputError where there is one.
+        """
+        if has_frames(self.part):
+            raise InputError(
+                "there is an unfinished run here",
+                where=str(self.part),
+                remedy="Resume it with --resume. To start again, delete it or choose another "
+                "output.",
+            )
+
+    def track(
+        self,
+        recording: Recording,
+        spec: RunSpec,
+        count: int | None = None,
+        begun: UnfinishedRun | None = None,
+    ) -> TrackedRun:
+        """Track, with progress, until it is done or stopped with Ctrl-C.
+
+        Raises Cancelled where it is stopped before the first frame.
+        """
+        total = steps(spec, count or len(spec.frames_of(0)), begun)
+        with progress("Tracking", total) as show, stoppable() as stopped:
+            return track_recording(
+                recording, spec, count=count, part=self.part, begun=begun, on_step=show,
+                cancelled=stopped,
+            )  # fmt: skip
+
+    @contextmanager
+    def telling(self) -> Iterator[None]:
+        """Say where the frames are when an error ends the work."""
+        try:
+            yield
+        except BaseException:
+            if has_frames(self.part):
+                say(f"The frames tracked so far are in {self.part}. To resume: {self.command}")
+            raise
+
+    def write(self, job: TrackedRun) -> Path | None:
+        """Write what came out, and say so where that is not the complete run.
+
+        Gives the place where it is; None where nothing was tracked and an older run stands there.
+        """
+        done = f"{len(job.run.frame)} of {counted(job.wanted, 'frame')}"
+        if job.stopped and self.output.exists():
+            say(
+                f"Stopped after {done}; they are in {self.part}. {self.output} was not changed. "
+                f"To resume: {self.command}"
+            )
+            return self.part
+        if job.nothing and self.output.exists():
+            say(f"{self.output} was not changed.")
+            self.part.unlink(missing_ok=True)
+            return None
+        write_run(self.output, job.run)
+        if job.stopped:
+            say(f"Stopped after {done}; they are in {self.output}. To resume: {self.command}")
+        else:
+            self.part.unlink(missing_ok=True)
+        return self.output
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,7 +11,7 @@ import pytest
 
 from stereotrack_core.body.model import body_model, landmarks
 from stereotrack_core.body.proportions import AVERAGE
-from stereotrack_core.cli import track
+from stereotrack_core.cli import track_plan
 from stereotrack_core.evaluation.errors import errors_against
 from stereotrack_core.interop.first_pose import first_pose
 from stereotrack_core.interop.run_file import RUN_SUFFIXES, read_run, read_trajectory
@@ -199,7 +199,7 @@ def test_track_that_is_stopped_keeps_what_it_has(run, recording, tmp_path, monke
         assert total == 10
         yield lambda done: os.kill(os.getpid(), signal.SIGINT) if done == 3 else None
 
-    monkeypatch.setattr(track, "progress", interrupting)
+    monkeypatch.setattr(track_plan, "progress", interrupting)
     path = tmp_path / "run.npz"
     ended = run("track", recording, "-o", path, *QUICK, "--json")
     assert ended.status == 1

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 
 import pytest
 
-from stereotrack_core.cli import track
+from stereotrack_core.cli import track_plan
 from stereotrack_core.interop.run_file import read_run
 from tests.end_to_end.conftest import FRAMES
 
@@ -23,7 +23,7 @@ def interrupted(monkeypatch):
     def progress(what: str, total: int | None) -> Iterator[Callable[[int], None]]:
         yield lambda done: signal.raise_signal(signal.SIGINT) if done == DONE else None
 
-    monkeypatch.setattr(track, "progress", progress)
+    monkeypatch.setattr(track_plan, "progress", progress)
 
 
 @pytest.mark.usefixtures("interrupted")
