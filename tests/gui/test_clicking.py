@@ -283,7 +283,7 @@ def test_flags_on_keys(annotating, qtbot):
     key(annotating, Qt.Key.Key_I)
     assert clicks(annotating)[place].visibility == Visibility.SEEN
     key(annotating, Qt.Key.Key_U, SHIFT)
-    dialog = annotating.findChild(QInputDialog)
+    dialog = next(one for one in annotating.findChildren(QInputDialog) if one.isVisible())
     dialog.setDoubleValue(4.5)
     dialog.accept()
     assert clicks(annotating)[place].sigma == 4.5

@@ -251,7 +251,7 @@ def test_undo_names_the_edit_and_goes_to_its_frame(window, qtbot, folder):
 def test_who_annotates_is_a_setting(window, qtbot, folder, settings):
     open_path(qtbot, window, folder)
     window.context.actions.action("annotator").trigger()
-    dialog = window.findChild(QInputDialog)
+    dialog = next(one for one in window.findChildren(QInputDialog) if one.isVisible())
     dialog.setTextValue("Somebody Else")
     dialog.accept()
     clicked(window)
