@@ -139,14 +139,19 @@ def test_probable_mistakes_and_high_residuals_are_to_be_looked_at_again():
     assert found[far].gain_deg > 1.0
 
 
-def test_clicks_of_a_camera_that_is_wrong_itself_are_not_to_be_clicked_again():
-    points = bodies(20)
-    clicks = [
+def clicked_with_one_camera_off(points):
+    """Clicks in every fifth frame; those of S lie 40 px to the right."""
+    return [
         replace(one, position=(one.position[0] + 40.0, one.position[1]))
         if one.camera == "S"
         else one
         for one in clicked_every(points, 5)
     ]
+
+
+def test_clicks_of_a_camera_that_is_wrong_itself_are_not_to_be_clicked_again():
+    points = bodies(20)
+    clicks = clicked_with_one_camera_off(points)
     keys = [one.key for one in clicks if one.camera == "S"]
     keys.append(ClickKey(10, "O", "right_hand"))  # drawn aside by that camera
     fit = fit_of(
@@ -163,12 +168,7 @@ def test_clicks_of_a_camera_that_is_wrong_itself_are_not_to_be_clicked_again():
 
 def test_what_would_be_guessed_or_is_seen_by_a_wrong_camera_comes_last():
     points = bodies(20)
-    clicks = [
-        replace(one, position=(one.position[0] + 40.0, one.position[1]))
-        if one.camera == "S"
-        else one
-        for one in clicked_every(points, 5)
-    ]
+    clicks = clicked_with_one_camera_off(points)
     outside = [
         Click(frame, camera, "left_hand", None, Visibility.OUTSIDE)
         for frame in range(20)

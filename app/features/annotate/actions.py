@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 
+from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QInputDialog
 
 from stereotrack_core.counting import frames_in_words
@@ -121,6 +122,7 @@ def _ask_for_keyframes(p: AnnotationPanels) -> None:
     if not p.timeline.selection and p.frame_count:
         chosen, where = Selection(range(p.frame_count)), "the whole recording"
     dialog = QInputDialog(p.window)
+    dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
     dialog.setWindowTitle("Keyframes")
     dialog.setLabelText(f"Frames between keyframes in {where}:")
     dialog.setInputMode(QInputDialog.InputMode.IntInput)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 from pathlib import Path
 
-from PySide6.QtCore import QObject, QTimer, Slot
+from PySide6.QtCore import QObject, Qt, QTimer, Slot
 from PySide6.QtWidgets import QFileDialog, QInputDialog, QMessageBox
 
 from stereotrack_core.errors import InputError
@@ -112,6 +112,7 @@ class ProjectController(QObject):
     def ask_annotator(self) -> None:
         """Let the person say whose name edits get."""
         dialog = QInputDialog(self._context.docks.dialog_parent)
+        dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         dialog.setWindowTitle("Annotator")
         dialog.setLabelText("Name to store your edits under:")
         dialog.setTextValue(self._session.project.annotator or user())

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
-from PySide6.QtCore import QObject, Slot
+from PySide6.QtCore import QObject, Qt, Slot
 from PySide6.QtWidgets import QInputDialog
 
 from stereotrack_core.annotation.click import Prediction, Visibility
@@ -280,6 +280,7 @@ class ClickController(QObject):
         if click is None:
             return
         dialog = QInputDialog(self._context.docks.dialog_parent)
+        dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         dialog.setWindowTitle("Click uncertainty")
         dialog.setLabelText("Standard deviation in pixels; 0: as usual for this landmark")
         dialog.setInputMode(QInputDialog.InputMode.DoubleInput)
