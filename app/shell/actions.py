@@ -58,9 +58,11 @@ def _panels(context: Context) -> list[Command]:
         )
         for name, title in docks.titles().items()
     ] + [
-        Command("next_panel", _MENU, "Next panel", "Give the keys to the next panel, or the views.",
+        Command("next_panel", _MENU, "Next panel",
+                "Move the keyboard focus to the next panel or view.",
                 partial(docks.focus.walk, 1), "F6", section=True),
-        Command("previous_panel", _MENU, "Previous panel", "Give the keys to the panel before.",
+        Command("previous_panel", _MENU, "Previous panel",
+                "Move the keyboard focus to the previous panel.",
                 partial(docks.focus.walk, -1), "Shift+F6"),
     ]  # fmt: skip
 

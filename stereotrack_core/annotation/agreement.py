@@ -93,7 +93,7 @@ class Agreement:
     sigma: float
     """Standard deviation of a single click per axis, if both readings are equally good: the mean
     square of the distance is 4 sigma^2. NaN without a common image."""
-    robust_sigma: float  # the same from the median distance, which single mistakes do not change
+    robust_sigma: float  # the same from the median distance, which single outliers do not change
     median: float
     p95: float
     largest: float
@@ -144,7 +144,7 @@ def click_sigmas(
 ) -> dict[str, float]:
     """Standard deviation of a click in pixels per axis, by landmark, measured by annotating again.
 
-    It is told by the median distance of first and second readings, so that a mistake does not make
+    It is told by the median distance of first and second readings, so that an outlier does not make
     every click look bad. `enough` pairs weigh as much as what is known without them: the variance
     of all landmarks together for each single one, the `usual` variance for all together.
     """

@@ -5,7 +5,7 @@ other's epipolar lines. Of all ways to exchange left and right in some of the vi
 the least distances is looked for; where it is clearly better than the clicks as they are, the views
 that have to change are told.
 
-A click that is a gross mistake with the probability p gives nothing to the fit, which leaves it out
+A click that is an outlier with the probability p gives nothing to the fit, which leaves it out
 in proportion: to click right there would gain p times what a new click gains. As far as the fit has
 believed it, with 1 - p, it has pulled the limb, by at most the angle of its residual. Clicks of a
 camera that contradicts the others are not blamed.
@@ -22,7 +22,7 @@ import numpy as np
 
 from stereotrack_core.annotation.click import ACCEPTED, USUAL_SIGMA, Click, ClickKey
 from stereotrack_core.annotation.click_points import ClickPixels, click_pixels
-from stereotrack_core.annotation.fit.results import MISTAKEN, TrajectoryFit
+from stereotrack_core.annotation.fit.results import PROBABLE, TrajectoryFit
 from stereotrack_core.annotation.landmark_set import LandmarkSet
 from stereotrack_core.annotation.predict import PredictedPoint, predicted_point
 from stereotrack_core.arrays import FloatArray, IntArray
@@ -45,7 +45,7 @@ LEAST_GAIN = 8.0
 """Log likelihood that an exchange has to gain."""
 
 _GROSS = 12.0
-"""Distances of more than so many sigma count as this: one gross mistake shall not decide."""
+"""Distances of more than so many sigma count as this: one outlier shall not decide."""
 
 _TOO_NEAR = 1e-6  # metres between two optical centres below which there are no epipolar lines
 
@@ -273,7 +273,7 @@ def what_to_do(found: Disagreement) -> str:
     return "Check its calibration and synchronisation. Its clicks may be correct."
 
 
-def own_mistakes(
+def own_outliers(
     flagged: Iterable[ClickKey],
     found: Disagreement | None,
     clicks: Iterable[Click],
@@ -323,7 +323,7 @@ _LIMB_LENGTH = 0.3  # metres; what a place that is off does to a direction
 class Doubt:
     """Something about a click that is there."""
 
-    mistake: float  # probability that it is a gross mistake
+    outlier_probability: float
     angle_deg: float  # what its residual would do to a limb, degrees
     words: str
 
@@ -331,21 +331,21 @@ class Doubt:
 def doubts_of(
     fit: TrajectoryFit, cameras: Mapping[str, Camera], sigma: float
 ) -> dict[ClickKey, Doubt]:
-    """Clicks that are probably mistakes, or lie far from the fit."""
+    """Clicks that are probably outliers, or lie far from the fit."""
     rows = {int(frame): row for row, frame in enumerate(fit.frame)}
     found = {}
     for key, residual in fit.residual_px.items():
-        mistake = float(fit.mistake.get(key, 0.0))
+        outlier = float(fit.outlier_probability.get(key, 0.0))
         length = float(np.linalg.norm(residual))
         camera = cameras.get(key.camera)
-        if camera is None or not (mistake > MISTAKEN or length > _HIGH_RESIDUAL * sigma):
+        if camera is None or not (outlier > PROBABLE or length > _HIGH_RESIDUAL * sigma):
             continue
         if key.frame not in rows or key.landmark not in fit.names:
             continue
         point = fit.landmarks[rows[key.frame], fit.names.index(key.landmark)]
         angle = _angle_deg(camera, point, length)
-        what = "probable outlier" if mistake > MISTAKEN else "far from the fit"
-        found[key] = Doubt(mistake, angle, f"{what}, {length:.0f} px")
+        what = "probable outlier" if outlier > PROBABLE else "far from the fit"
+        found[key] = Doubt(outlier, angle, f"{what}, {length:.0f} px")
     return found
 
 

@@ -189,8 +189,8 @@ class ShownFit:
     meshes: tuple[PartMesh, ...]  # of the limbs whose direction is known
     residuals: Mapping[ClickKey, FloatArray]
     """Mapping from ClickKey to (2,); click minus model, raw pixels."""
-    mistakes: Mapping[ClickKey, float]
-    """Mapping from ClickKey to float; probability that the click is a gross mistake."""
+    outliers: Mapping[ClickKey, float]
+    """Mapping from ClickKey to float; probability that the click is an outlier."""
     places: Mapping[str, FloatArray]
     """Mapping from landmark to (3,); landmarks of the model, world, metres."""
 
@@ -214,7 +214,7 @@ class Fitter:
             fit,
             tuple(mesh for mesh in meshes if mesh.limb in known),
             dict(zip(keys, fit.residual_px, strict=True)),
-            dict(zip(keys, fit.mistake.tolist(), strict=True)),
+            dict(zip(keys, fit.outlier_probability.tolist(), strict=True)),
             dict(zip(question.landmark_set.names, fit.landmarks_world, strict=True)),
         )
 

@@ -21,7 +21,7 @@ from stereotrack_core.annotation.doubts import (
     disagreement_deg,
     doubtful_camera,
     doubts_of,
-    own_mistakes,
+    own_outliers,
     swaps_of,
 )
 from stereotrack_core.annotation.fit.results import TrajectoryFit
@@ -154,7 +154,7 @@ class NextClicks:
         self._unsound = () if doubtful is None else doubtful.doubtful
         # to click again where a camera is wrong would help nobody
         doubts = doubts_of(fit, cameras, self._sigma)
-        kept = own_mistakes(doubts, doubtful, known, cameras)
+        kept = own_outliers(doubts, doubtful, known, cameras)
         self._doubts = {key: doubts[key] for key in kept}
         suspicious = {key.frame for key in self._doubts}
         self._swaps = swaps_of(known, cameras, landmark_set, suspicious, self._sigma)
@@ -241,7 +241,10 @@ class NextClicks:
             if self.gains.state[row, camera, landmark] != Place.CLICKED:
                 continue
             new_click = float(self.gains.gain[row, camera, landmark])
-            gain = doubt.mistake * new_click + (1.0 - doubt.mistake) * doubt.angle_deg
+            gain = (
+                doubt.outlier_probability * new_click
+                + (1.0 - doubt.outlier_probability) * doubt.angle_deg
+            )
             clicked = self.gains.clicked()[:, landmark]
             total = gain * float(shares_around(row, clicked, REACH)[1].sum())
             yield Suggestion(*key, gain, doubt.words, click_there=True, over_frames_deg=total)

@@ -19,8 +19,8 @@ from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 from stereotrack_core.version import __version__
 
-_MISTAKES = "mistakes"
-_WORTH_KEEPING = 0.05  # clicks that are less probably mistakes are not listed
+_OUTLIERS = "outliers"
+_WORTH_KEEPING = 0.05  # clicks that are less probably outliers are not listed
 _STATED = ("covariance", "limb_sigma_deg", "filled")  # what a reference that was fitted states
 
 
@@ -80,7 +80,9 @@ def reference_of_fit(fit: TrajectoryFit, meta: Mapping[str, Any]) -> Reference:
     others = [name for name in LANDMARKS if name not in fit.names]
     extra = fit.nine[:, [LANDMARKS.index(name) for name in others]]
     unknown = np.full((*extra.shape[:2], 3, 3), np.nan)
-    mistakes = [[*key, p] for key, p in sorted(fit.mistake.items()) if p > _WORTH_KEEPING]
+    outliers = [
+        [*key, p] for key, p in sorted(fit.outlier_probability.items()) if p > _WORTH_KEEPING
+    ]
     return Reference(
         frame=fit.frame,
         points=np.concatenate([fit.landmarks, extra], axis=1),
@@ -88,7 +90,7 @@ def reference_of_fit(fit: TrajectoryFit, meta: Mapping[str, Any]) -> Reference:
         limb_sigma_deg=fit.limb_sigma_deg,
         filled=np.asarray(fit.kind == INTERPOLATED),
         landmark_names=(*fit.names, *others),
-        meta={**meta, _MISTAKES: mistakes, "sigma_factor": float(fit.sigma_factor)},
+        meta={**meta, _OUTLIERS: outliers, "sigma_factor": float(fit.sigma_factor)},
     )
 
 
@@ -134,9 +136,9 @@ def fit_of_reference(
         kind=np.where(empty, GAP, np.where(reference.filled, INTERPOLATED, CLICKED)),
         nine=reference.trajectory().points,
         residual_px=_residuals(reference, points, landmarks, clicks, cameras),
-        mistake={
+        outlier_probability={
             ClickKey(int(frame), str(camera), str(landmark)): float(p)
-            for frame, camera, landmark, p in reference.meta.get(_MISTAKES, ())
+            for frame, camera, landmark, p in reference.meta.get(_OUTLIERS, ())
         },
         sigma_factor=float(reference.meta.get("sigma_factor", 1.0)),
     )
@@ -197,6 +199,6 @@ def merged_reference(old: Reference | None, new: Reference, frames: range) -> Re
         name: np.concatenate([getattr(kept, name), getattr(taken, name)])[order]
         for name in ("frame", "points", *_STATED)
     }
-    before = [one for one in old.meta.get(_MISTAKES, ()) if one[0] not in frames]
-    mistakes = before + [one for one in new.meta.get(_MISTAKES, ()) if one[0] in frames]
-    return replace(new, **arrays, meta={**old.meta, **new.meta, _MISTAKES: mistakes})
+    before = [one for one in old.meta.get(_OUTLIERS, ()) if one[0] not in frames]
+    outliers = before + [one for one in new.meta.get(_OUTLIERS, ()) if one[0] in frames]
+    return replace(new, **arrays, meta={**old.meta, **new.meta, _OUTLIERS: outliers})

@@ -397,6 +397,6 @@ def _annotation_facts(score: AnnotationScore) -> dict[str, Any]:
         "seed": score.seed,
         "frames": score.summary.frames,
         "clicks": score.clicks,
-        "mistakes": score.mistakes,
+        "outliers": score.outliers,
         **_values(score),
     }

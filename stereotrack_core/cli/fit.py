@@ -14,7 +14,7 @@ from stereotrack_core.annotation.click import USUAL_SIGMA, Click, ClickKey
 from stereotrack_core.annotation.click_points import lengths_of_clicks, subject_of
 from stereotrack_core.annotation.doubts import (
     doubtful_camera,
-    own_mistakes,
+    own_outliers,
     residuals_by_camera,
     what_disagrees,
     what_to_do,
@@ -94,7 +94,7 @@ OPTIONS = (
 
 _MEASURED = "measured"
 _LISTED = 20
-"""Probable mistakes that are listed one by one."""
+"""Probable outliers that are listed one by one."""
 
 
 def run(args: Namespace) -> int:
@@ -134,9 +134,9 @@ def _tell(
     args: Namespace, fit: TrajectoryFit, recording: Recording, clicks: Sequence[Click]
 ) -> None:
     doubtful = doubtful_camera(clicks, recording.cameras, NINE)
-    mistakes = own_mistakes(fit.flagged(), doubtful, clicks, recording.cameras)
+    outliers = own_outliers(fit.flagged(), doubtful, clicks, recording.cameras)
     residuals = residuals_by_camera(clicks, recording.cameras, NINE, doubtful)
-    facts = _facts(fit, mistakes, doubtful)
+    facts = _facts(fit, outliers, doubtful)
     facts["cameras"] = {
         one.camera: {"clicks": one.count, "residual_px": one.median_px} for one in residuals
     }
@@ -144,7 +144,7 @@ def _tell(
         put_json({"reference": args.output, **facts})
     else:
         put_table(_table(facts, f"{recording.name} in {args.output}"))
-        _say_mistakes(fit, mistakes, doubtful)
+        _say_outliers(fit, outliers, doubtful)
 
 
 def _settings(args: Namespace) -> FitSettings:
@@ -174,7 +174,7 @@ def _proportions(subject: str | None, recording: Recording, clicks: Sequence[Cli
 
 
 def _facts(
-    fit: TrajectoryFit, mistakes: Sequence[ClickKey], doubtful: Disagreement | None
+    fit: TrajectoryFit, outliers: Sequence[ClickKey], doubtful: Disagreement | None
 ) -> dict[str, Any]:
     flagged = set(fit.flagged())
     right = [residual for key, residual in fit.residual_px.items() if key not in flagged]
@@ -187,27 +187,27 @@ def _facts(
         "residual_px": float(np.sqrt(np.nanmean(np.square(right)))) if right else None,
         "sigma_factor": fit.sigma_factor,
         "limb_sigma_deg": dict(zip(LIMBS, sigma.tolist(), strict=True)),
-        "probable_mistakes": [_far_off(fit, key) for key in mistakes],
+        "probable_outliers": [_far_off(fit, key) for key in outliers],
         "disagreement": None,
     }
     if doubtful is not None:
         facts["disagreement"] = {
             **asdict(doubtful),
-            "clicks_far_off": [_far_off(fit, key) for key in sorted(flagged - set(mistakes))],
+            "clicks_far_off": [_far_off(fit, key) for key in sorted(flagged - set(outliers))],
         }
     return facts
 
 
 def _far_off(fit: TrajectoryFit, key: ClickKey) -> dict[str, Any]:
     off = float(np.linalg.norm(fit.residual_px[key]))
-    return {**key._asdict(), "residual_px": off, "probability": fit.mistake[key]}
+    return {**key._asdict(), "residual_px": off, "probability": fit.outlier_probability[key]}
 
 
 def _table(facts: Mapping[str, Any], title: str) -> Table:
     rows = [(f"frames {kind}", str(count)) for kind, count in facts["frames"].items()]
     rows += [
         ("clicks", str(facts["clicks"])),
-        ("probable outliers", str(len(facts["probable_mistakes"]))),
+        ("probable outliers", str(len(facts["probable_outliers"]))),
         ("residual of clicks, per axis", f"{number(facts['residual_px'] or np.nan)} px"),
         ("scatter of clicks relative to their sigma", number(facts["sigma_factor"], 2)),
     ]
@@ -222,16 +222,16 @@ def _table(facts: Mapping[str, Any], title: str) -> Table:
     return Table(title, ("what", ">value"), rows)
 
 
-def _say_mistakes(
-    fit: TrajectoryFit, mistakes: Sequence[ClickKey], doubtful: Disagreement | None
+def _say_outliers(
+    fit: TrajectoryFit, outliers: Sequence[ClickKey], doubtful: Disagreement | None
 ) -> None:
     if doubtful is not None:
-        count = counted(len(fit.flagged()) - len(mistakes), "click")
+        count = counted(len(fit.flagged()) - len(outliers), "click")
         say(f"{what_disagrees(doubtful)}. {what_to_do(doubtful)}")
         say(f"{count} outliers may be due to that. Use --views to leave the view out.")
-    for key in mistakes[:_LISTED]:
+    for key in outliers[:_LISTED]:
         off = float(np.linalg.norm(fit.residual_px[key]))
         place = f"frame {key.frame}, {key.camera}, {key.landmark}"
         say(f"{place}: {off:.0f} px from the fit, probable outlier")
-    if len(mistakes) > _LISTED:
-        say(f"and {len(mistakes) - _LISTED} more; --json lists all of them")
+    if len(outliers) > _LISTED:
+        say(f"and {len(outliers) - _LISTED} more; --json lists all of them")

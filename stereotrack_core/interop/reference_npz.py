@@ -33,7 +33,7 @@ _META: Kind = {
     "fps": float,
     "sigma_factor": float,
     "recording_folder": str,
-    "mistakes": [[int, str, str, float]],
+    "outliers": [[int, str, str, float]],
 }
 
 _FILE = ArchiveFormat(

@@ -14,7 +14,7 @@ from stereotrack_core.annotation.click_gains import SCORED
 from stereotrack_core.annotation.click_points import click_pixels, click_residuals, limb_residuals
 from stereotrack_core.annotation.doubts import (
     doubtful_camera,
-    own_mistakes,
+    own_outliers,
     what_disagrees,
     what_to_do,
 )
@@ -145,7 +145,7 @@ class ShownReference:
     residuals: FloatArray | None
     """(frames, 6); of each limb's clicks in pixels, over the frames of the recording."""
     words: str  # how good it is
-    mistakes: tuple[ClickKey, ...] = ()  # clicks that look like gross mistakes
+    outliers: tuple[ClickKey, ...] = ()  # clicks that look like outliers
 
 
 def read_reference(
@@ -164,13 +164,13 @@ def read_reference(
     inside = fit.frame < frames
     residuals[fit.frame[inside]] = residuals_of(fit, clicks, cameras, landmarks)[inside]
     doubtful = doubtful_camera(clicks, cameras, landmarks)
-    mistakes = own_mistakes(fit.flagged(), doubtful, clicks, cameras)
-    words = f"“{name}”: {_words(fit, len(mistakes), doubtful, recording.camera_names())}"
-    return ShownReference(name, reference, fit, residuals, words, mistakes)
+    outliers = own_outliers(fit.flagged(), doubtful, clicks, cameras)
+    words = f"“{name}”: {_words(fit, len(outliers), doubtful, recording.camera_names())}"
+    return ShownReference(name, reference, fit, residuals, words, outliers)
 
 
 def _words(
-    fit: TrajectoryFit, mistakes: int, doubtful: Disagreement | None, names: Mapping[str, str]
+    fit: TrajectoryFit, outliers: int, doubtful: Disagreement | None, names: Mapping[str, str]
 ) -> str:
     """How good a fit is: ``30 frames: 6 clicked …; limb uncertainty 2.3° overall …``."""
     kinds = {kind: int((fit.kind == kind).sum()) for kind in (CLICKED, INTERPOLATED, GAP)}
@@ -190,8 +190,8 @@ def _words(
         )
     if doubtful is not None:
         parts.append(what_disagrees(doubtful, names))
-    if mistakes:
-        verb = "looks like an outlier" if mistakes == 1 else "look like outliers"
-        parts.append(f"{counted(mistakes, 'click')} {verb}")
+    if outliers:
+        verb = "looks like an outlier" if outliers == 1 else "look like outliers"
+        parts.append(f"{counted(outliers, 'click')} {verb}")
     words = "; ".join(parts) + "."
     return words if doubtful is None else f"{words} {what_to_do(doubtful)}"

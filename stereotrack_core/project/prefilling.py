@@ -165,8 +165,8 @@ def fill_in(
         ]
     kept = _keep_predictions(project, filling.source, found, selection)
     if not kept:
-        return f"Nothing to fill from {filling.words} in {selection.words()}."
-    return f"{counted(kept, 'point')} filled from {filling.words}."
+        return f"Nothing to predict from {filling.words} in {selection.words()}."
+    return f"{counted(kept, 'point')} predicted from {filling.words}."
 
 
 def _keep_predictions(

@@ -9,7 +9,7 @@ from stereotrack_core.annotation.fit.results import CLICKED, GAP, INTERPOLATED, 
 from stereotrack_core.annotation.landmark_set import NINE
 
 
-def fit_of(points, clicked, *, sure=0.01, unsure=0.06, unknown=(), residuals=None, mistakes=None):
+def fit_of(points, clicked, *, sure=0.01, unsure=0.06, unknown=(), residuals=None, outliers=None):
     """A fit of landmarks (F, 9, 3), known to `sure` metres at clicked frames, worse between."""
     frames = len(points)
     clicked = np.array(sorted(clicked))
@@ -31,5 +31,5 @@ def fit_of(points, clicked, *, sure=0.01, unsure=0.06, unknown=(), residuals=Non
         kind=kind,
         nine=points,
         residual_px=residuals or {},
-        mistake=mistakes or {},
+        outlier_probability=outliers or {},
     )

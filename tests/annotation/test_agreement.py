@@ -65,7 +65,7 @@ def test_the_sigma_of_a_click_is_found_from_two_readings():
     assert np.hypot(*found.bias) < 0.15
 
 
-def test_single_mistakes_do_not_change_the_robust_sigma():
+def test_single_outliers_do_not_change_the_robust_sigma():
     first, second = two_readings(2.0, 500)
     for i in range(0, 1000, 50):
         x, y = second[i].position

@@ -11,7 +11,7 @@ from stereotrack_core.annotation.click import ACCEPTED, Click, ClickKey
 from stereotrack_core.annotation.doubts import (
     doubtful_camera,
     frames_asked,
-    own_mistakes,
+    own_outliers,
     residuals_by_camera,
     what_disagrees,
     what_to_do,
@@ -147,7 +147,7 @@ def test_a_turned_camera_is_told_from_wrong_clicks_by_residuals(count, least, wr
         assert list(residuals) == list(cameras)
         assert residuals[bad].median_px == pytest.approx(found.off_px, rel=0.2)
         assert all(one.median_px < 5.0 for name, one in residuals.items() if name != bad), seed
-        blamed = set(own_mistakes([one.key for one in clicks], found, clicks, cameras))
+        blamed = set(own_outliers([one.key for one in clicks], found, clicks, cameras))
         assert not {key for key in blamed if key.camera == bad}
         right += len(keys & blamed)
     assert named >= least
@@ -223,7 +223,7 @@ def test_two_cameras_cannot_tell_which_is_wrong():
     assert "cannot be told which" in what_disagrees(found)
     assert "third view" in what_to_do(found)
     keys = [one.key for one in clicks]
-    assert own_mistakes(keys, found, clicks, cameras) == ()
+    assert own_outliers(keys, found, clicks, cameras) == ()
 
 
 def test_clicks_are_to_blame_only_for_what_is_wrong_without_that_camera():
@@ -235,9 +235,9 @@ def test_clicks_are_to_blame_only_for_what_is_wrong_without_that_camera():
     found = doubtful_camera(wrong, cameras, NINE)
     same = (wrong[4].frame, wrong[4].landmark)
     keys = [one.key for one in wrong if one.camera == "cam3" or (one.frame, one.landmark) == same]
-    assert own_mistakes(keys, found, wrong, cameras) == (wrong[4].key,)
-    assert own_mistakes(keys, None, wrong, cameras) == tuple(keys)
-    assert own_mistakes([], found, wrong, cameras) == ()
+    assert own_outliers(keys, found, wrong, cameras) == (wrong[4].key,)
+    assert own_outliers(keys, None, wrong, cameras) == tuple(keys)
+    assert own_outliers([], found, wrong, cameras) == ()
 
 
 def test_mixed_up_sides_are_no_bad_camera():

@@ -121,7 +121,7 @@ def test_stretch_of_which_nothing_is_known_comes_first():
     assert found[0].reason == "no information on 19 frames"
 
 
-def test_probable_mistakes_and_high_residuals_are_to_be_looked_at_again():
+def test_probable_outliers_and_high_residuals_are_to_be_looked_at_again():
     points = bodies(20)
     clicks = clicked_every(points, 5)
     wrong, far = ClickKey(5, "N", "left_elbow"), ClickKey(10, "O", "right_hand")
@@ -129,7 +129,7 @@ def test_probable_mistakes_and_high_residuals_are_to_be_looked_at_again():
         points,
         range(0, 20, 5),
         residuals={wrong: np.array([60.0, 0]), far: np.array([0.0, 20])},
-        mistakes={wrong: 0.97, far: 0.2},
+        outliers={wrong: 0.97, far: 0.2},
     )
     found = {one.key: one for one in NextClicks(RIG, NINE, fit, clicks).best(Wish(500))}
     assert found[wrong].reason == "probable outlier, 60 px"
@@ -158,7 +158,7 @@ def test_clicks_of_a_camera_that_is_wrong_itself_are_not_to_be_clicked_again():
         points,
         range(0, 20, 5),
         residuals=dict.fromkeys(keys, np.array([30.0, 0.0])),
-        mistakes=dict.fromkeys(keys, 0.9),
+        outliers=dict.fromkeys(keys, 0.9),
     )
     found = NextClicks(RIG, NINE, fit, clicks).best(Wish(500))
     assert not [one for one in found if "outlier" in one.reason]
@@ -200,7 +200,7 @@ def test_swapped_sides_are_told():
         points,
         range(0, 12, 4),
         residuals=dict.fromkeys(keys, away),
-        mistakes=dict.fromkeys(keys, 0.9),
+        outliers=dict.fromkeys(keys, 0.9),
     )
     found = {s.key: s for s in NextClicks(RIG, NINE, fit, clicks.values()).best(Wish(500))}
     assert "seem to be swapped" in found[keys[0]].reason

@@ -96,7 +96,7 @@ def test_error_of_two_clicks_is_counted_from_the_curves():
     )
 
 
-def test_gross_mistake_is_an_outlier_and_does_not_move_the_point():
+def test_outlier_is_an_outlier_and_does_not_move_the_point():
     rig = cameras()
     world = np.array([0.1, 0.0, 1.4])
     clicks = clicked(rig, world, "NOSW", 1.0)

@@ -122,7 +122,7 @@ def test_good_clicks_are_left_alone():
     assert find_swaps(clicks(1, frames=100), CAMERAS, NINE.pairs()) == ()
 
 
-def test_most_mistakes_are_found_and_none_is_put_right_in_the_wrong_view():
+def test_most_outliers_are_found_and_none_is_put_right_in_the_wrong_view():
     """Where the landmarks lie in one epipolar plane nothing can be told, and nothing is."""
     good = clicks(2, frames=100)
     rng = np.random.default_rng(0)
@@ -159,7 +159,7 @@ def test_a_view_with_one_of_both_is_judged_by_the_others():
     assert (found.cameras, found.certain) == (("S",), True)
 
 
-def test_one_gross_mistake_is_not_taken_for_a_swap():
+def test_one_outlier_is_not_taken_for_a_swap():
     good = clicks(3)
     gross = [
         replace(one, position=(one.position[0] + 150.0, one.position[1] - 60.0))

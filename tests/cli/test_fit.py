@@ -49,8 +49,8 @@ def test_fit_writes_a_reference(run, recording, clicks, tmp_path, depth, worst):
     assert ended.json["frames"] == {"clicked": 4, "interpolated": 6, "gap": 0}
     assert ended.json["clicks"] == 72
     assert set(ended.json["limb_sigma_deg"]) == set(LIMBS)
-    (mistake,) = ended.json["probable_mistakes"]
-    assert (mistake["frame"], mistake["landmark"]) == (3, "left_hand")
+    (outlier,) = ended.json["probable_outliers"]
+    assert (outlier["frame"], outlier["landmark"]) == (3, "left_hand")
     found = read_landmarks(tmp_path / "reference.csv")
     assert found.frame.tolist() == list(range(10))
     errors = errors_against(found, open_recording(recording).reference)
@@ -91,7 +91,7 @@ def test_a_bad_camera_is_named_instead_of_its_clicks(run, shifted_view, tmp_path
     assert set(residuals) == {"N", "O", "W"}
     assert max(residuals.values()) < 4.0
     assert len(found["clicks_far_off"]) > 10
-    assert ended.json["probable_mistakes"] == []
+    assert ended.json["probable_outliers"] == []
     ended = fit(run, folder, path, tmp_path / "a.csv")
     assert "S disagrees with the other three by 40 px" in ended.err
     assert "Check its calibration and synchronisation" in ended.err

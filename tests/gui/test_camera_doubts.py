@@ -69,9 +69,7 @@ def test_the_camera_is_named_wherever_its_clicks_would_be_blamed(four, qtbot):
     assert all(float(value.removesuffix(" px")) < 1.0 for value in distances.values())
     assert ["O", "40.0 px", "disagrees with the others"] in shown
     assert not any("in O: " in one for one in said)
-    assert not any(
-        mark.mistaken for mark in four.context.docks.views.tiles["O"].camera.marks.clicks
-    )
+    assert not any(mark.outlier for mark in four.context.docks.views.tiles["O"].camera.marks.clicks)
     four.features.annotate.panels.reference.fit()
     qtbot.waitUntil(
         lambda: four.features.annotate.panels.reference.now is not None, timeout=120_000
@@ -79,7 +77,7 @@ def test_the_camera_is_named_wherever_its_clicks_would_be_blamed(four, qtbot):
     qtbot.waitUntil(four.context.tasks.settled, timeout=120_000)
     now = four.features.annotate.panels.reference.now
     assert words in now.words
-    assert now.mistakes == ()
+    assert now.outliers == ()
     assert "look like outliers" not in now.words
     assert len(now.fit.flagged()) > 10, "what would have been blamed"
     assert "O disagrees" in four.statusBar().currentMessage()
@@ -113,7 +111,7 @@ def test_one_wrong_click_stays_a_wrong_click(four, qtbot):
     place(four, qtbot, clicks)
     assert four.context.session.cameras.now is None
     marks = four.context.docks.views.tiles["O"].camera.marks.clicks
-    assert [mark.landmark for mark in marks if mark.mistaken] == [clicks[wrong].landmark]
+    assert [mark.landmark for mark in marks if mark.outlier] == [clicks[wrong].landmark]
     assert (
         NINE[clicks[wrong].landmark].label
         in words_of_frame(four.features.annotate.clicking.facts.now())[0]

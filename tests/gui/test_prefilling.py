@@ -115,7 +115,7 @@ def test_the_fit_fills_in_what_is_selected_once_there_is_one(clicked, qtbot):
     clicked.features.annotate.panels.said.connect(said.append)
     done(clicked, qtbot, "annotate-fill-fit")
     kept = clicked.context.session.project.project.predictions.of_source(FIT)
-    assert said[-1] == f"{len(kept)} points filled from the fit."
+    assert said[-1] == f"{len(kept)} points predicted from the fit."
     assert {p.frame for p in kept} == set(BETWEEN)
     assert np.median(off_px(clicked, kept)) < 4.0
     assert all(p.sigma is not None and p.sigma > 0 for p in kept)

@@ -103,7 +103,7 @@ def test_three_frames_of_a_real_person(seated, qtbot):
         assert len(off) == len(placed)
         assert np.median(off) < 20.0
         assert np.mean(off) < 25.0
-        assert max(facts.fit.mistakes.values()) < 0.5
+        assert max(facts.fit.outliers.values()) < 0.5
         assert seated.context.docks.views.tiles["cam_1"].camera.marks.model
     assert project.clicks.frames().tolist() == sorted(FRAMES)
     count = project.clicks.count()

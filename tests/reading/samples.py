@@ -87,7 +87,7 @@ def made_samples(folder: Path) -> Samples:
     reference = Reference(
         run.frame, run.landmarks, np.tile(1e-4 * np.eye(3), (FRAMES, 9, 1, 1)),
         run.limb_sigma_deg, np.zeros(FRAMES, dtype=bool),
-        meta={"fps": 10.0, "sigma_factor": 1.0, "mistakes": [[0, "S", "head", 0.5]]},
+        meta={"fps": 10.0, "sigma_factor": 1.0, "outliers": [[0, "S", "head", 0.5]]},
     )  # fmt: skip
     return Samples(recording, run, reference, made_clicks())
 

@@ -198,7 +198,7 @@ def test_meta_that_is_no_table(samples, tmp_path, text):
         read_run(tmp_path / "run.npz")
 
 
-@pytest.mark.parametrize("meta", [{"fps": "x"}, {"mistakes": [[1, "S"]]}, {"sigma_factor": []}])
+@pytest.mark.parametrize("meta", [{"fps": "x"}, {"outliers": [[1, "S"]]}, {"sigma_factor": []}])
 def test_a_reference_states_a_value_of_another_kind(samples, tmp_path, meta):
     path = tmp_path / "reference.npz"
     write_reference(path, samples.reference)

@@ -49,7 +49,7 @@ class AnnotationLanes:
         self._enough = max(1, min(2, cameras))
         self._limbs: dict[str, tuple[Lane, ...]] = {"uncertainty": (), "residual": ()}
         self._filled: BoolArray = np.zeros(frames, dtype=np.bool_)
-        self._mistakes: set[ClickKey] = set()
+        self._outliers: set[ClickKey] = set()
         self._proposed: Mapping[int, Collection[str]] = {}
         self._residuals: FloatArray | None = None
         self.read_again()
@@ -81,7 +81,7 @@ class AnnotationLanes:
         if "keyframe" in changed.tables:
             self._read_keyframes()
         edited = {change.key for change in changed.changes if change.table is CLICK}
-        self._mistakes = {key for key in self._mistakes if key not in edited}
+        self._outliers = {key for key in self._outliers if key not in edited}
         frames = sorted(set().union(*(changed.frames(table) for table in _TABLES)))
         for first, end in _stretches(frames):
             self._read(first, min(end, self._frames))
@@ -91,7 +91,7 @@ class AnnotationLanes:
         self,
         reference: Reference | None,
         residuals: FloatArray | None = None,
-        mistakes: Iterable[ClickKey] = (),
+        outliers: Iterable[ClickKey] = (),
     ) -> None:
         """Show how certain the fitted trajectory is, and which frames it has filled in.
 
@@ -99,10 +99,10 @@ class AnnotationLanes:
         ----------
         residuals : (F, 6) float64, optional
             Root mean square over the clicks of each limb, pixels, NaN where there is none.
-        mistakes : iterable of ClickKey
-            Clicks that look like gross mistakes; they are flagged until they are edited.
+        outliers : iterable of ClickKey
+            Clicks that look like outliers; they are flagged until they are edited.
         """
-        self._mistakes = set(mistakes)
+        self._outliers = set(outliers)
         self._filled = np.zeros(self._frames, dtype=np.bool_)
         sigma = None
         if reference is not None:
@@ -197,7 +197,7 @@ class AnnotationLanes:
             self._dress(first, end)
 
     def _dress(self, first: int, end: int) -> None:
-        """Let marks say also what the fit has filled in, and what looks like a mistake."""
+        """Let marks say also what the fit has filled in, and what looks like an outlier."""
         marks = self._base[:, first:end].copy()
         marks[(marks == Mark.NONE) & self._filled[first:end]] = Mark.INTERPOLATED
         places = {name: place for place, name in enumerate(self._set.names)}
@@ -206,7 +206,7 @@ class AnnotationLanes:
                 lane = places.get(name, -1), frame - first
                 if lane[0] >= 0 and marks[lane] in (Mark.NONE, Mark.INTERPOLATED, Mark.MISSING):
                     marks[lane] = Mark.PROPOSED
-        for key in self._mistakes:
+        for key in self._outliers:
             if first <= key.frame < end and key.landmark in places:
                 marks[places[key.landmark], key.frame - first] = Mark.FLAGGED
         for place, new in enumerate(marks):

@@ -363,7 +363,7 @@ class AnnotationPanels(QObject):
                 now.residuals is None or len(now.residuals) == self.frame_count
             )
             if now is not None and fits:
-                self.lanes.show_reference(now.reference, now.residuals, now.mistakes)
+                self.lanes.show_reference(now.reference, now.residuals, now.outliers)
             else:
                 self.lanes.show_reference(None)
 

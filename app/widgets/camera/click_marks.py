@@ -37,9 +37,9 @@ class ClickMark:
     guessed: bool = False
     doubted: bool = False
     accepted: bool = False
-    mistaken: bool = False
-    """`guessed`, `doubted`, `accepted` and `mistaken`: guessed behind something; flagged as
-    uncertain; was a prediction; the fit takes it for a gross mistake."""
+    outlier: bool = False
+    """`guessed`, `doubted`, `accepted` and `outlier`: guessed behind something; flagged as
+    uncertain; was a prediction; the fit takes it for an outlier."""
     chosen: bool = False
     at_hand: bool = False
     held: bool = False

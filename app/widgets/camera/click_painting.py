@@ -65,7 +65,7 @@ def short_label(label: str) -> str:
 def _paint_clicks(painter: QPainter, clicks: Sequence[ClickMark], to_widget: QTransform) -> None:
     for mark in sorted(clicks, key=_importance):
         place = to_widget.map(QPointF(mark.x, mark.y))
-        if mark.at_hand or mark.mistaken:
+        if mark.at_hand or mark.outlier:
             _paint_ring(painter, mark, place)
         _paint_dot(painter, mark, place)
 
@@ -131,8 +131,8 @@ def _paint_dot(painter: QPainter, mark: ClickMark, place: QPointF) -> None:
 
 
 def _paint_ring(painter: QPainter, mark: ClickMark, place: QPointF) -> None:
-    """A ring: keys act on it; four arrows: arrow keys move it; yellow: perhaps a mistake."""
-    if mark.mistaken:
+    """A ring: keys act on it; four arrows: arrow keys move it; yellow: perhaps an outlier."""
+    if mark.outlier:
         dotted = QPen(_WARNING, 2.4, Qt.PenStyle.DotLine)
         _circle(painter, place, RING + 3.0, QPen(_DARK, 4.4), dotted)
     if mark.at_hand:

@@ -64,7 +64,7 @@ class LandmarkRow:
     distance: str = ""
     """How far the clicked point is from the model's, mm."""
     bad: bool = False
-    """Whether the fit takes a click of it for a gross mistake."""
+    """Whether the fit takes a click of it for an outlier."""
 
 
 class LandmarksPanel(QWidget):

@@ -4,7 +4,7 @@ The clicks alone are fitted first, downhill from a few poses to begin with, from
 the clicks to the one that they state, or to the one that they really have where that is larger.
 Linearised again and again without damping, a body that begins far from its clicks is thrown about
 and comes to rest anywhere; with Levenberg's and Marquardt's damping every step must make the cost
-smaller: of what is expected, of the clicks, each a mixture of right ones and gross mistakes, and of
+smaller: of what is expected, of the clicks, each a mixture of right ones and outliers, and of
 the limits. Measured points help to choose among the poses that are left, and are then fitted
 together with the clicks.
 """

@@ -189,7 +189,7 @@ _ENOUGH = 6  # clicks whose scatter can be told
 class Judgement:
     """What the rest says about each of M clicks."""
 
-    mistake: FloatArray  # (M,); probability of an outlier
+    outlier_probability: FloatArray  # (M,)
     leverage: FloatArray
     """(M,); share (0 to 1) that the click has in where the fit puts its landmark in this
     picture."""
@@ -200,7 +200,7 @@ class Judgement:
     @property
     def weight(self) -> FloatArray:
         """How far each click is believed (M,)."""
-        return np.maximum(1.0 - self.mistake, _LEAST_WEIGHT)
+        return np.maximum(1.0 - self.outlier_probability, _LEAST_WEIGHT)
 
 
 _OUTLIER_SPREAD = 70.0  # pixels per axis; standard deviation of outliers
@@ -238,8 +238,8 @@ def judged(
     surprise = np.einsum("mi,mi->m", alone, np.linalg.solve(right, alone[..., None])[..., 0])
     log_right = _log_normal(alone, right) + np.log1p(-share)
     log_wrong = _log_normal(alone, wrong) + np.log(max(share, 1e-12))
-    mistake = np.exp(log_wrong - np.logaddexp(log_right, log_wrong))
-    return Judgement(mistake, leverage, surprise)
+    outlier = np.exp(log_wrong - np.logaddexp(log_right, log_wrong))
+    return Judgement(outlier, leverage, surprise)
 
 
 def mixture_cost(residual: FloatArray, sigma: FloatArray, share: float) -> FloatArray:
@@ -257,8 +257,8 @@ def mixture_weight(residual: FloatArray, sigma: FloatArray, share: float) -> Flo
     A wrong click still pulls, as weakly as its spread is wide, so that none is lost for ever.
     """
     right, wrong = _mixture(residual, sigma, share)
-    mistake = np.exp(wrong - np.logaddexp(right, wrong))
-    return 1.0 - mistake + mistake * sigma**2 / (sigma**2 + _OUTLIER_SPREAD**2)
+    outlier = np.exp(wrong - np.logaddexp(right, wrong))
+    return 1.0 - outlier + outlier * sigma**2 / (sigma**2 + _OUTLIER_SPREAD**2)
 
 
 def _mixture(

@@ -23,8 +23,8 @@ from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 CLICKED, INTERPOLATED, GAP = "clicked", "interpolated", "gap"
 """Kinds of frames: with clicks of their own, filled between them, nothing known."""
 
-MISTAKEN = 0.5
-"""A click is flagged where it is more probably a gross mistake than not."""
+PROBABLE = 0.5
+"""A click is flagged where it is more probably an outlier than not."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,7 +36,7 @@ class FrameFit:
     landmark_covariance: FloatArray  # (L, 3, 3), square metres, world
     residual_px: FloatArray
     """(M, 2); click minus fitted place, raw pixels, in the order of the measurements."""
-    mistake: FloatArray  # (M,); probability that the click is a gross mistake
+    outlier_probability: FloatArray  # (M,)
     limb_sigma_deg: FloatArray
     """(6,); root mean square angle by which each limb may be off, in the order of ``LIMBS``."""
     words: tuple[str, ...]  # what a person should know, most important first
@@ -59,8 +59,8 @@ class TrajectoryFit:
     """(F, 9, 3), world, metres; the landmarks of every reference, whatever set was clicked."""
     residual_px: Mapping[ClickKey, FloatArray]
     """Mapping from ClickKey to (2,); click minus fitted place, raw pixels."""
-    mistake: Mapping[ClickKey, float]
-    """Mapping from ClickKey to float; probability that the click is a gross mistake."""
+    outlier_probability: Mapping[ClickKey, float]
+    """Mapping from ClickKey to float; probability that the click is an outlier."""
     sigma_factor: float = 1.0  # by what the clicks scatter more than their sigmas say
 
     def trajectory(self) -> LandmarkTrajectory:
@@ -68,8 +68,8 @@ class TrajectoryFit:
         return LandmarkTrajectory(self.frame, self.nine)
 
     def flagged(self) -> tuple[ClickKey, ...]:
-        """Clicks that are more probably gross mistakes than not, in their order."""
-        return tuple(sorted(key for key, p in self.mistake.items() if p > MISTAKEN))
+        """Clicks that are more probably outliers than not, in their order."""
+        return tuple(sorted(key for key, p in self.outlier_probability.items() if p > PROBABLE))
 
 
 _SEEN_BY = {0: "not clicked in any camera", 1: "seen by one camera"}
@@ -149,7 +149,7 @@ def frame_fit(
     judgement, names = found.judgements[0], context.asked.names
     report = reported(freedom, found.states[0], found.P[0], len(names))
     residual = exact_residuals(measurements, names, report.places, context.cameras)
-    said = _words(report, measurements, judgement.mistake, residual, context)
+    said = _words(report, measurements, judgement.outlier_probability, residual, context)
     if factor > 1.0:
         said = [f"the clicks scatter {factor:.1f} times as much as their stated uncertainty", *said]
     return FrameFit(
@@ -157,7 +157,7 @@ def frame_fit(
         landmarks_world=report.places,
         landmark_covariance=report.covariance,
         residual_px=residual,
-        mistake=judgement.mistake,
+        outlier_probability=judgement.outlier_probability,
         limb_sigma_deg=report.limb_sigma_deg,
         words=tuple(said),
         sigma_factor=factor,
@@ -167,18 +167,18 @@ def frame_fit(
 def _words(
     report: Reported,
     measurements: Sequence[Click],
-    mistake: FloatArray,
+    outlier: FloatArray,
     residual: FloatArray,
     context: FitContext,
 ) -> list[str]:
-    """What a person should know: mistakes first, then what is least certain."""
+    """What a person should know: outliers first, then what is least certain."""
     said, names, views = [], context.asked.names, context.views
-    order = np.argsort(-mistake, kind="stable")
-    for i in order[mistake[order] > MISTAKEN]:
+    order = np.argsort(-outlier, kind="stable")
+    for i in order[outlier[order] > PROBABLE]:
         one, off = measurements[i], float(np.linalg.norm(residual[i]))
-        said.append(mistake_words(one.landmark, views.get(one.camera, one.camera), off))
+        said.append(outlier_words(one.landmark, views.get(one.camera, one.camera), off))
     right = Counter(
-        one.landmark for one, p in zip(measurements, mistake, strict=True) if p <= MISTAKEN
+        one.landmark for one, p in zip(measurements, outlier, strict=True) if p <= PROBABLE
     )
     values, vectors = np.linalg.eigh(report.covariance)
     sigma = np.sqrt(np.maximum(values[:, -1], 0.0))
@@ -194,8 +194,8 @@ def _words(
     return said
 
 
-def mistake_words(landmark: str, view: str, off_px: float) -> str:
-    """What is said of a click that is probably a gross mistake."""
+def outlier_words(landmark: str, view: str, off_px: float) -> str:
+    """What is said of a click that is probably an outlier."""
     return f"{_label(landmark)} in {view}: {off_px:.0f} px from the fit, probable outlier"
 
 

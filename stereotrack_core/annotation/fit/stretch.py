@@ -118,7 +118,7 @@ def recorded_depth(
 
 
 _LEAST_SIGMAS = (20.0, 12.0, 6.0)
-"""Pixels that clicks are taken to scatter at least in the first rounds, before gross mistakes
+"""Pixels that clicks are taken to scatter at least in the first rounds, before outliers
 are known."""
 
 _INDEPENDENT_POINTS, _INDEPENDENT_CONTOURS = 60.0, 52.0
@@ -276,7 +276,7 @@ class Stretch:
         s, row = self.settings, self.click_residual(clicks, state, np.ones(2 * len(clicks)))
         residual = row.missed(self.freedom.body_at(state.offsets).frames(state.pose))
         weight = mixture_weight(residual, clicks.sigma, s.outlier_share)
-        return replace(_all_right(clicks), mistake=1.0 - weight)
+        return replace(_all_right(clicks), outlier_probability=1.0 - weight)
 
     def judge(
         self, clicks: Clicks, state: FitState, P: FloatArray, old: Judgement, i: int

@@ -299,7 +299,7 @@ def _put_together(
     limbs, nine = np.full((count, len(LIMBS)), np.nan), np.full((count, len(LANDMARKS), 3), np.nan)
     kind = np.full(count, GAP, dtype="U12")
     residual: dict[ClickKey, FloatArray] = {}
-    mistake: dict[ClickKey, float] = {}
+    outlier: dict[ClickKey, float] = {}
     surprise: list[FloatArray] = []
     for part in filled:
         found = part.found
@@ -312,8 +312,8 @@ def _put_together(
             off = exact_residuals(own, names, report.places, context.cameras)
             judgement = found.judgements[i]
             surprise.append(judgement.surprise)
-            for one, miss, p in zip(own, off, judgement.mistake, strict=True):
-                residual[one.key], mistake[one.key] = miss, float(p)
+            for one, miss, p in zip(own, off, judgement.outlier_probability, strict=True):
+                residual[one.key], outlier[one.key] = miss, float(p)
     squared = np.concatenate(surprise) if surprise else np.zeros(0)
     return TrajectoryFit(
         names=names,
@@ -324,7 +324,7 @@ def _put_together(
         kind=kind,
         nine=nine,
         residual_px=residual,
-        mistake=mistake,
+        outlier_probability=outlier,
         sigma_factor=float(np.sqrt(np.median(squared) / MEDIAN_SURPRISE))
         if len(squared)
         else np.nan,

@@ -35,8 +35,8 @@ from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 COVERED = 0.15
 """Metres of flesh through which an annotator still sees where a joint is."""
 
-MISTAKE_PX = (30.0, 100.0)
-"""Least and largest distance of a gross mistake."""
+OUTLIER_PX = (30.0, 100.0)
+"""Least and largest distance of an outlier."""
 
 INTERVAL, ANGLE_INTERVAL = 1.96, 1.85
 """95 % intervals in standard deviations: of a coordinate, and of a limb's angle, whose two
@@ -56,8 +56,8 @@ class AnnotationCase:
     """Every so many frames are clicked."""
     depth: bool
     missing: float = 0.0
-    mistakes: float = 0.0
-    """`missing` and `mistakes`: shares of clicks that are left out, and that are gross mistakes."""
+    outliers: float = 0.0
+    """`missing` and `outliers`: shares of clicks that are left out, and that are outliers."""
 
 
 CASES: tuple[AnnotationCase, ...] = (
@@ -71,10 +71,10 @@ CASES: tuple[AnnotationCase, ...] = (
 
 @dataclass(frozen=True, eq=False)
 class SimulatedClicks:
-    """Clicks by frame, and which of them are gross mistakes."""
+    """Clicks by frame, and which of them are outliers."""
 
     by_frame: Mapping[int, tuple[Click, ...]]
-    mistakes: frozenset[ClickKey]
+    outliers: frozenset[ClickKey]
 
 
 @dataclass(frozen=True)
@@ -91,10 +91,10 @@ class AnnotationScore:
     """`inside` and `limbs_inside`: shares of coordinates, and of limbs' angles, within their 95 %
     intervals."""
     clicks: int
-    mistakes: int
+    outliers: int
     found: float
     accused: float
-    """`found` and `accused`: shares of the mistakes, and of the right clicks, that are flagged; NaN
+    """`found` and `accused`: shares of the outliers, and of the right clicks, that are flagged; NaN
     without any."""
 
 
@@ -123,10 +123,10 @@ def simulated_clicks(recording: Recording, case: AnnotationCase, seed: int) -> S
     rng = np.random.default_rng(seed)
     noise = rng.normal(0.0, case.sigma, (*seen.shape, 2))
     there = seen & (rng.random(seen.shape) >= case.missing)
-    wrong = rng.random(seen.shape) < case.mistakes
-    angle, away = rng.uniform(0.0, 2.0 * np.pi, seen.shape), rng.uniform(*MISTAKE_PX, seen.shape)
+    wrong = rng.random(seen.shape) < case.outliers
+    angle, away = rng.uniform(0.0, 2.0 * np.pi, seen.shape), rng.uniform(*OUTLIER_PX, seen.shape)
     noise[wrong] += (away[..., None] * np.stack([np.cos(angle), np.sin(angle)], axis=-1))[wrong]
-    by_frame, mistakes = {}, set()
+    by_frame, outliers = {}, set()
     for k in range(0, len(truth.frame), case.every):
         frame, clicks = int(truth.frame[k]), []
         for c, camera in enumerate(cameras):
@@ -136,9 +136,9 @@ def simulated_clicks(recording: Recording, case: AnnotationCase, seed: int) -> S
                 click = Click(frame, camera.name, LANDMARKS[i], (x, y), sigma=case.sigma)
                 clicks.append(click)
                 if wrong[k, c, i]:
-                    mistakes.add(click.key)
+                    outliers.add(click.key)
         by_frame[frame] = tuple(clicks)
-    return SimulatedClicks(by_frame, frozenset(mistakes))
+    return SimulatedClicks(by_frame, frozenset(outliers))
 
 
 def annotated(
@@ -171,7 +171,7 @@ def _scored(
     clicks: SimulatedClicks,
 ) -> AnnotationScore:
     flagged = set(fit.flagged())
-    right = fit.mistake.keys() - clicks.mistakes
+    right = fit.outlier_probability.keys() - clicks.outliers
     errors = errors_against(fit.trajectory(), truth)
     _, own, theirs = np.intersect1d(fit.frame, truth.frame, return_indices=True)
     away = np.abs(fit.landmarks[own] - truth.points[theirs])
@@ -187,9 +187,9 @@ def _scored(
         summary=summarise(errors),
         inside=float((away < INTERVAL * sigma)[known].mean()),
         limbs_inside=float((angles < ANGLE_INTERVAL * good_to)[limbs].mean()),
-        clicks=len(fit.mistake),
-        mistakes=len(clicks.mistakes),
-        found=_share(clicks.mistakes & flagged, clicks.mistakes),
+        clicks=len(fit.outlier_probability),
+        outliers=len(clicks.outliers),
+        found=_share(clicks.outliers & flagged, clicks.outliers),
         accused=_share(flagged & right, right),
     )
 

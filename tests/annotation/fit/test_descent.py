@@ -59,15 +59,15 @@ def test_clicks_without_a_trunk_are_met_all_the_same(k):
     clicks = clicked(k, np.random.default_rng(k), names=NO_TRUNK)
     found = fitting().frame(clicks)
     assert np.median(np.linalg.norm(found.residual_px, axis=1)) < 4.0
-    assert (found.mistake < 0.5).all()
+    assert (found.outlier_probability < 0.5).all()
 
 
 @pytest.mark.parametrize("k", [0, 5, 11])
-def test_rough_clicks_are_rough_and_no_mistakes(k):
+def test_rough_clicks_are_rough_and_no_outliers(k):
     rng = np.random.default_rng(k)
     rough = [moved_click(one, rng.normal(0.0, 12.0, 2)) for one in clicked(k, rng)]
     found = fitting().frame(rough)
-    assert (found.mistake < 0.5).mean() > 0.9
+    assert (found.outlier_probability < 0.5).mean() > 0.9
     assert 3.0 < found.sigma_factor < 10.0
     assert f"{found.sigma_factor:.1f} times" in found.words[0]
     assert np.median(np.linalg.norm(found.residual_px, axis=1)) < 1.5 * 12.0

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stereotrack_core.annotation.fit.results import MISTAKEN
+from stereotrack_core.annotation.fit.results import PROBABLE
 from stereotrack_core.annotation.landmark_set import NINE, LandmarkSet
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.model import BodyModel
@@ -24,7 +24,7 @@ def test_exact_clicks_give_the_pose():
     fit = fitting().frame(clicked(0, np.random.default_rng(0), sigma=0.05))
     assert off(fit).max() < 1e-3
     assert np.abs(fit.residual_px).max() < 0.5
-    assert (fit.mistake < 0.1).all()
+    assert (fit.outlier_probability < 0.1).all()
     assert fit.words == ()
 
 
@@ -39,12 +39,12 @@ def test_the_fit_is_better_than_its_clicks_and_knows_how_good():
     assert 0.6 < np.sqrt(np.mean(np.square(z))) < 1.2
 
 
-def test_a_gross_mistake_is_named_and_does_not_pull():
+def test_an_outlier_is_named_and_does_not_pull():
     clicks = list(clicked(0, np.random.default_rng(2)))
     wrong = 11  # the right shoulder in the second camera
     clicks[wrong] = moved_click(clicks[wrong], [45.0, 20.0])
     fit = fitting().frame(clicks)
-    assert np.flatnonzero(fit.mistake > MISTAKEN).tolist() == [wrong]
+    assert np.flatnonzero(fit.outlier_probability > PROBABLE).tolist() == [wrong]
     assert off(fit).max() < 0.03
     landmark = clicks[wrong].landmark
     assert f"{landmark.replace('_', ' ')} in {clicks[wrong].camera}" in fit.words[0]
@@ -117,7 +117,7 @@ def _without_mirror(name):
     return type(one)(one.name, one.colour, one.limb, one.part, one.along, one.across, one.offset)
 
 
-def test_an_unknown_camera_is_a_mistake_of_the_caller():
+def test_an_unknown_camera_is_an_error_of_the_caller():
     click = clicked(0, np.random.default_rng(0))[0]
     with pytest.raises(KeyError, match="X"):
         fitting().frame([replace(click, camera="X")])

@@ -54,7 +54,7 @@ def test_residuals_belong_to_their_clicks(third):
     assert len(third.residual_px) == 8 * 36
     key = ClickKey(3, "N", "head")
     assert np.linalg.norm(third.residual_px[key]) < 12
-    assert third.mistake[key] < 0.5
+    assert third.outlier_probability[key] < 0.5
     assert 0.7 < third.sigma_factor < 1.3
 
 
@@ -85,7 +85,7 @@ def test_no_clicks_at_all_fill_nothing():
     assert np.isnan(found.sigma_factor)
 
 
-def test_gross_mistakes_are_flagged_and_good_clicks_are_not():
+def test_outliers_are_flagged_and_good_clicks_are_not():
     rng, clicks = np.random.default_rng(1), every(1)
     wrong = set()
     for frame, own in clicks.items():

@@ -12,7 +12,7 @@ from stereotrack_core.annotation.fit.settings import FitSettings
 from stereotrack_core.errors import InputError
 from stereotrack_core.experiments.benchmark.annotation import (
     CASES,
-    MISTAKE_PX,
+    OUTLIER_PX,
     AnnotationCase,
     annotated,
     seen_landmarks,
@@ -46,21 +46,21 @@ def test_clicks_scatter_as_the_case_says():
     clicks = simulated_clicks(RECORDING, AnnotationCase("a", 2.0, 1, depth=False), 0)
     off = np.array(list(away(clicks).values()))
     assert 1.8 < off.std() < 2.2
-    assert not clicks.mistakes
+    assert not clicks.outliers
 
 
-def test_mistakes_and_missing_clicks_are_as_many_as_the_case_says():
+def test_outliers_and_missing_clicks_are_as_many_as_the_case_says():
     all_of = simulated_clicks(RECORDING, AnnotationCase("a", 0.01, 1, depth=False), 0)
-    case = AnnotationCase("b", 0.01, 1, depth=False, missing=0.3, mistakes=0.2)
+    case = AnnotationCase("b", 0.01, 1, depth=False, missing=0.3, outliers=0.2)
     some = simulated_clicks(RECORDING, case, 0)
     off = away(some)
     share = len(off) / len(away(all_of))
     assert 0.6 < share < 0.8
-    assert 0.1 < len(some.mistakes) / len(off) < 0.3
+    assert 0.1 < len(some.outliers) / len(off) < 0.3
     for key, miss in off.items():
         distance = float(np.linalg.norm(miss))
-        if key in some.mistakes:
-            assert MISTAKE_PX[0] - 1 < distance < MISTAKE_PX[1] + 1
+        if key in some.outliers:
+            assert OUTLIER_PX[0] - 1 < distance < OUTLIER_PX[1] + 1
         else:
             assert distance < 1
 
@@ -91,7 +91,7 @@ def test_what_is_outside_the_image_is_not_clicked():
 
 
 def test_a_fit_is_scored_against_the_truth():
-    case = AnnotationCase("a", 2.0, 1, depth=False, mistakes=0.03)
+    case = AnnotationCase("a", 2.0, 1, depth=False, outliers=0.03)
     score = annotated(RECORDING, case, 0, FitSettings(), None)
     assert score.summary.frames == 8
     assert score.summary.measure("upper_arms").statistics.mean < 5

@@ -121,12 +121,12 @@ def test_a_keyframe_that_is_filled_in_is_still_missing(project, lanes, make):
     assert marks_of(lanes, "head")[13] == Mark.GAP
 
 
-def test_what_looks_like_a_mistake_is_flagged_until_it_is_edited(project, lanes, make):
+def test_what_looks_like_an_outlier_is_flagged_until_it_is_edited(project, lanes, make):
     project.apply(PlaceClicks(make.clicks_at([10, 20])))
     frame = np.array([10, 20])
     points = np.stack([make.places_at(int(k)) for k in frame])
     key = ClickKey(10, "N", "head")
-    lanes.show_reference(Reference(frame, points), mistakes=[key])
+    lanes.show_reference(Reference(frame, points), outliers=[key])
     assert marks_of(lanes, "head")[10] == Mark.FLAGGED
     assert lanes.flagged_frames().tolist() == [10]
     project.apply(MoveClicks((key,), (10.0, 0.0)))

@@ -38,7 +38,7 @@ def fit_between(make, clicked, *, unsure=0.05) -> TrajectoryFit:
         kind=np.where(away == 0, CLICKED, INTERPOLATED),
         nine=points,
         residual_px={},
-        mistake={},
+        outlier_probability={},
     )
 
 

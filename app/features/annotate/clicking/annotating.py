@@ -398,7 +398,7 @@ class Annotating(QObject):
         if after is None:
             project = self._project.project
             kind = "keyframe" if project is not None and project.marks.keyframes() else "frame"
-            self.said.emit(f"All is clicked in this frame, and no {kind} follows.")
+            self.said.emit(f"Every landmark is clicked in this frame. No {kind} follows.")
         else:
             self._document.visit(after)
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from stereotrack_core.annotation.click import UNCERTAIN, USUAL_SIGMA, Click, Visibility
 from stereotrack_core.annotation.doubts import what_disagrees, what_to_do
-from stereotrack_core.annotation.fit.results import mistake_words
+from stereotrack_core.annotation.fit.results import outlier_words
 from stereotrack_core.annotation.frame_clicks import ShownFit
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.counting import UNKNOWN_DEG
@@ -48,7 +48,7 @@ def landmark_rows(facts: FrameMarks, cameras: Sequence[str]) -> tuple[LandmarkRo
             ),
             residual=_residual(facts, landmark.name),
             distance=_distance(facts, landmark.name),
-            bad=_mistaken(facts, landmark.name),
+            bad=_is_outlier(facts, landmark.name),
         )
         for place, landmark in enumerate(facts.landmark_set.landmarks, start=1)
     )
@@ -60,7 +60,7 @@ def limb_rows(facts: FrameMarks) -> tuple[CellRow, ...]:
         return ()
     sigmas = facts.fit.fit.limb_sigma_deg
     names = facts.landmark_set.names
-    astray = {facts.landmark_set[name].limb for name in names if _mistaken(facts, name)}
+    astray = {facts.landmark_set[name].limb for name in names if _is_outlier(facts, name)}
     return tuple(
         _body_cells(
             limb,
@@ -146,12 +146,12 @@ def _frame_words(facts: FrameMarks, fit: ShownFit) -> tuple[str, ...]:
     """What the fit says, without what a camera that contradicts the others makes look wrong."""
     views = facts.views or {}
     blamed = {
-        mistake_words(
+        outlier_words(
             key.landmark,
             views.get(key.camera, key.camera),
             float(np.linalg.norm(fit.residuals[key])),
         )
-        for key in facts.flagged - facts.mistakes
+        for key in facts.flagged - facts.outliers
     }
     return tuple(words for words in fit.fit.words if words not in blamed)
 
@@ -205,5 +205,5 @@ def _distance(facts: FrameMarks, landmark: str) -> str:
     return f"{1000.0 * away:.0f}"
 
 
-def _mistaken(facts: FrameMarks, landmark: str) -> bool:
-    return any(key.landmark == landmark for key in facts.mistakes)
+def _is_outlier(facts: FrameMarks, landmark: str) -> bool:
+    return any(key.landmark == landmark for key in facts.outliers)

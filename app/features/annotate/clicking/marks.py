@@ -9,8 +9,8 @@ from functools import cached_property
 import numpy as np
 
 from stereotrack_core.annotation.click import UNCERTAIN, Click, ClickKey, Prediction, Visibility
-from stereotrack_core.annotation.doubts import own_mistakes
-from stereotrack_core.annotation.fit.results import MISTAKEN
+from stereotrack_core.annotation.doubts import own_outliers
+from stereotrack_core.annotation.fit.results import PROBABLE
 from stereotrack_core.annotation.frame_clicks import ClickHints, ShownFit
 from stereotrack_core.annotation.landmark_set import LandmarkSet
 from stereotrack_core.annotation.propose import PROPOSED
@@ -75,15 +75,15 @@ class FrameMarks:
 
     @cached_property
     def flagged(self) -> frozenset[ClickKey]:
-        """Clicks that the fit of this frame takes for gross mistakes."""
-        found = self.fit.mistakes if self.fit is not None else {}
-        return frozenset(key for key, chance in found.items() if chance > MISTAKEN)
+        """Clicks that the fit of this frame takes for outliers."""
+        found = self.fit.outliers if self.fit is not None else {}
+        return frozenset(key for key, chance in found.items() if chance > PROBABLE)
 
     @cached_property
-    def mistakes(self) -> frozenset[ClickKey]:
+    def outliers(self) -> frozenset[ClickKey]:
         """Those of them that no camera is to blame for."""
         cameras = self.fit.question.cameras if self.fit is not None else {}
-        return frozenset(own_mistakes(self.flagged, self.doubtful, self.clicks, cameras))
+        return frozenset(own_outliers(self.flagged, self.doubtful, self.clicks, cameras))
 
 
 def marks_of(facts: FrameMarks, cameras: Iterable[Camera]) -> dict[str, ClickMarks]:
@@ -176,7 +176,7 @@ def _click_mark(facts: FrameMarks, click: Click) -> ClickMark | None:
         guessed=click.visibility == Visibility.GUESSED,
         doubted=click.flag == UNCERTAIN,
         accepted=click.origin == "accepted",
-        mistaken=click.key in facts.mistakes,
+        outlier=click.key in facts.outliers,
         chosen=click.landmark == facts.chosen,
         at_hand=click.key == facts.at_hand,
         held=click.key == facts.held,

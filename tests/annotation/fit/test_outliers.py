@@ -47,19 +47,19 @@ def test_leverages_count_the_unknowns(seed):
     np.testing.assert_allclose(found.leverage.sum(), 1.0, rtol=1e-6)  # times two, for x and y
 
 
-def test_what_is_far_off_is_a_mistake_and_what_is_near_is_not():
+def test_what_is_far_off_is_an_outlier_and_what_is_near_is_not():
     pixels = np.array([[0.0, 0.5], [1.0, -1.0], [-1.0, 0.0], [40.0, 10.0]])
     sigma, weight = np.full(4, 2.0), np.array([1.0, 1.0, 1.0, 1e-3])
     residual, spread = fitted_line(pixels, sigma, weight, 200.0)
     found = judged(residual, spread, sigma, weight, 0.03)
-    assert found.mistake[3] > 0.99
-    assert (found.mistake[:3] < 0.05).all()
+    assert found.outlier_probability[3] > 0.99
+    assert (found.outlier_probability[:3] < 0.05).all()
 
 
 def test_a_click_that_nothing_else_knows_about_is_not_accused():
     residual, spread = fitted_line(np.array([[30.0, 0.0]]), np.array([2.0]), np.ones(1), 500.0)
     found = judged(residual, spread, np.array([2.0]), np.ones(1), 0.03)
-    assert found.mistake[0] < 0.05
+    assert found.outlier_probability[0] < 0.05
     assert found.leverage[0] > 0.99
 
 
@@ -79,7 +79,7 @@ def test_the_weight_is_the_slope_of_what_a_residual_costs(size, sigma, share):
     np.testing.assert_allclose(slope, 2.0 * weight * size / sigma**2, rtol=1e-3, atol=1e-9)
 
 
-def test_scatter_is_seen_whatever_the_gross_mistakes():
+def test_scatter_is_seen_whatever_the_outliers():
     rng = np.random.default_rng(0)
     surprise = (rng.normal(0.0, 3.0, (400, 2)) ** 2).sum(axis=1)
     surprise[::20] = 1e4
