@@ -100,8 +100,8 @@ class InstantPresenter(QObject):
             cloud=cloud if drawing is None else drawing.cloud,
             meshes=self.meshes(frame),
             reference=reference_at(self.reference or recording.reference, frame),
-            ghosts=self._ghosts(frame) if drawing is None else (),
-            runs=self._shown_runs() if drawing is None else (),
+            ghosts=self._ghosts(frame),
+            runs=self._shown_runs(),
             correspondences=self._correspondences(frame) if drawing is None else None,
             inside=None if drawing is None else drawing.scene,
         )

@@ -20,7 +20,7 @@ from stereotrack_core.recording.description import Recording
 
 from ...services.failures import message_of
 from ...services.tasks.task import TaskList
-from ...widgets.forms.message import RepeatBar
+from ...widgets.forms.message import StateBar
 from ...widgets.tables.history_panel import HistoryPanel
 from ...widgets.tables.next_panel import NextPanel
 from ...widgets.timeline.bars import AnnotationBar
@@ -70,7 +70,11 @@ class AnnotationPanels(QObject):
         self.bar = AnnotationBar()
         self.next_panel = NextPanel()
         self.history_panel = HistoryPanel()
-        self.repeat_bar = RepeatBar()
+        self.repeat_bar = StateBar(
+            "Blind repeat",
+            "Finish and show",
+            "Finish the blind repeat; both passes are kept in the project",
+        )
         self.lanes: AnnotationLanes | None = None
         self._proposed: Mapping[int, Collection[str]] = {}
         self._kept: Mapping[int, Collection[str]] = {}
@@ -108,7 +112,7 @@ class AnnotationPanels(QObject):
         self.reference.shown.connect(self._on_reference)
         self.reference.residuals_changed.connect(self._on_residuals)
         self.reference.busy_changed.connect(self.changed)
-        self.repeat_bar.finish_requested.connect(self.finish_repeat)
+        self.repeat_bar.ended.connect(self.finish_repeat)
         for source in (self.history, self.next, self.reference):
             source.failed.connect(self._on_failed)
 

@@ -14,7 +14,9 @@ from ...context import Context
 from ...services.actions import ActionRegistry
 from ...services.tasks.newest import LatestOnly
 from ...session.pictures import StepDrawing
+from ...session.runs import RunEntry
 from ...session.tracking import LiveRun
+from ...widgets.forms.message import StateBar
 from ...widgets.plots.inside_panel import InsidePanel, StepName
 from .contents import content_of
 from .drawing import drawing_of
@@ -49,9 +51,13 @@ class InspectController(QObject):
         self._document, self._runs, self._track = session.document, session.runs, session.track
         self.panel = InsidePanel()
         context.docks.add("inside", "Inspect step", self.panel)
+        self.bar = StateBar("Inspect step", "Close", "Stop inspecting and show the run again")
+        self.bar.ended.connect(self.leave)
+        context.docks.lay_over_views(self.bar)
         self.inspects = False
         self.known: Answer | None = None
         self.index = 0
+        self._in_progress: RunEntry | None = None
         self._asked: Question | None = None
         self._drawing: StepDrawing | None = None
         self._worker = LatestOnly(answer, "record step trace")
@@ -61,11 +67,12 @@ class InspectController(QObject):
         self._soon.timeout.connect(self._ask)
         for changed in (
             session.document.frame_changed, session.document.playing_changed,
-            session.runs.active_changed, session.track.state_changed,
+            session.track.state_changed,
         ):  # fmt: skip
             changed.connect(self._ask_soon)
         self.panel.step_chosen.connect(self.go)
-        context.docks.workspace_changed.connect(self._on_workspace)
+        session.runs.active_changed.connect(self._leave_if_inspecting)
+        context.docks.workspace_changed.connect(self._leave_if_inspecting)
         session.leaving.connect(self.leave)
         session.closing.connect(self.close)
         context.tasks.watch(self.settled)
@@ -191,7 +198,7 @@ class InspectController(QObject):
     # ---- asking
 
     def _look(self) -> None:
-        self.inspects = True
+        self.inspects, self._in_progress = True, self._track.entry
         self._ask()
         self._show(self.known, self.index)
 
@@ -208,6 +215,9 @@ class InspectController(QObject):
     def _ask(self) -> None:
         self._soon.stop()
         if not self.inspects or self._document.recording is None:
+            return
+        if self._in_progress is not None and self._track.entry is not self._in_progress:
+            self.leave()  # the run that was inspected has ended
             return
         if self._waits():
             if self.known is None or self.known.question is not self._asked:
@@ -269,9 +279,19 @@ class InspectController(QObject):
             busy = elsewhere and self.inspects and not self.settled()
             content = content_of(known.done.trace, step, known.compared)
             panel.show_content(content, known.done.words, busy=busy)
+        self.bar.show_words(self._words())
         if not self.inspects:
             context.docks.give_room_back()
         context.actions.refresh_soon()
+
+    def _words(self) -> str:
+        """What the bar says; nothing hides it."""
+        if not self.inspects:
+            return ""
+        run = self._runs.active
+        name = f" of run “{run.name}”" if run is not None else ""
+        frame = self._document.frame if self.known is None else self.known.question.frame
+        return f"Inspecting the tracker's step in frame {frame}{name}. The views show its stages."
 
     @Slot()
     def _make_room(self) -> None:
@@ -279,6 +299,6 @@ class InspectController(QObject):
             self._context.docks.make_room("inside", _SHARE)
 
     @Slot()
-    def _on_workspace(self) -> None:
-        if self.inspects and self._context.docks.workspace:
-            self._make_room()
+    def _leave_if_inspecting(self) -> None:
+        if self.inspects:
+            self.leave()

@@ -1,4 +1,4 @@
-"""Messages, the bar over the views that shows them, and the one of a blind repeat."""
+"""Messages, and the bars over the views that show them and say what state the views are in."""
 
 from __future__ import annotations
 
@@ -97,22 +97,21 @@ class BarsOver(QWidget):
         self.raise_()
 
 
-class RepeatBar(_Bar):
-    """Says, while the first reading of a frame is hidden, that it is annotated again."""
+class StateBar(_Bar):
+    """Says what state the views are in while it lasts, and ends it with a button."""
 
-    finish_requested = Signal()
+    ended = Signal()
+    """The button was pressed."""
 
-    def __init__(self, parent: QWidget | None = None) -> None:
+    def __init__(self, name: str, button: str, tip: str, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.words = label()
         self.words.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
-        self.finish_button = QPushButton("Finish and show")
-        self.finish_button.setToolTip(
-            "Finish the blind repeat; both passes are kept in the project"
-        )
-        self.finish_button.clicked.connect(self.finish_requested)
-        self.setLayout(hbox((self.words, 1), self.finish_button, margins=(8, 4, 8, 4)))
-        self.setAccessibleName("Blind repeat")
+        self.button = QPushButton(button)
+        self.button.setToolTip(tip)
+        self.button.clicked.connect(self.ended)
+        self.setLayout(hbox((self.words, 1), self.button, margins=(8, 4, 8, 4)))
+        self.setAccessibleName(name)
         self._dress()
         self.hide()
 

@@ -235,7 +235,7 @@ def test_a_finished_frame_may_come_again_blindly(qtbot, project, stage, make):
     project.apply(BlindRepeat(1, PlaceClicks(again)))
     assert "5 clicks done, 31 to go" in stage.panels.repeat_bar.words.text()
     stage.go_to(frame)
-    qtbot.mouseClick(stage.panels.repeat_bar.finish_button, LEFT)
+    qtbot.mouseClick(stage.panels.repeat_bar.button, LEFT)
     assert not stage.panels.repeat_bar.isVisible()
     assert stage.timeline.frame == 0  # where one was before
 

@@ -10,7 +10,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QGuiApplication
 
 from app.features.annotate.exchange.agreement import AgreementDialog, agreement_report
-from app.widgets.forms.message import RepeatBar
+from app.widgets.forms.message import StateBar
 from stereotrack_core.annotation.agreement import differences
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.project.blind_repeats import BlindRepeats
@@ -125,10 +125,10 @@ def test_the_dialog_shows_and_copies(qtbot, annotated, make, shown):
 
 
 def test_the_bar_says_that_clicks_are_hidden(qtbot, shown):
-    bar = shown(RepeatBar(), 600, 40)
+    bar = shown(StateBar("Blind repeat", "Finish and show", "Finish it"), 600, 40)
     bar.show_words("Blind repeat of frame 3")
     assert bar.isVisible()
-    with qtbot.waitSignal(bar.finish_requested):
-        qtbot.mouseClick(bar.finish_button, LEFT)
+    with qtbot.waitSignal(bar.ended):
+        qtbot.mouseClick(bar.button, LEFT)
     bar.show_words("")
     assert not bar.isVisible()
