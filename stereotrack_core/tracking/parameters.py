@@ -125,8 +125,9 @@ class TrackingParameters(ParameterGroup):
     search_gain: float = parameter(3.0, _SEARCH, (0.0, 1000.0))(
         "A pair replaces the tracked arms only if its cost is lower by more than this."
     )
-    sight_cost: float = parameter(1.0, _SEARCH, (0.0, 100.0))(
-        "Factor on the costs of positions that views see through or do not support."
+    sight_cost: float = parameter(0.0, _SEARCH, (0.0, 100.0), fast=1.0)(
+        "Factor on the costs of positions that views see through or do not support. It helps where "
+        "render-and-compare is off, and misleads with one depth view."
     )
     picture_cost: float = parameter(1000.0, _SEARCH, (0.0, 100000.0), unit="1/m^2", fast=0.0)(
         "Render-and-compare cost per square metre in which a view does not show the rendered pose."

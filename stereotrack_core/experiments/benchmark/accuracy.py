@@ -118,7 +118,7 @@ ABLATIONS: tuple[Ablation, ...] = (
     Ablation("no arm search", {"search_arms": False}),
     Ablation("no silhouettes", {"measure_silhouettes": False}),
     Ablation("no render-and-compare", {"picture_cost": 0.0}),
-    Ablation("no free space", {"sight_cost": 0.0}),
+    Ablation("with free space", {"sight_cost": 1.0}),
     Ablation("a third of the proposals", {"search_proposals": 73}),
     Ablation("no fitted shape", {"fit_shape": False}),
     Ablation("no legs", {"legs": False}),

@@ -309,6 +309,8 @@ class ArmSearch:
         return own - change + _NATURAL * natural if self._free else own
 
     def _sight(self, evidence: Evidence, shape: ArmShape, arms: Arms) -> FloatArray:
+        if self.parameters.sight_cost == 0.0:
+            return np.zeros(len(arms))
         seen = sight_cost(evidence.frames, evidence.depths, shape, arms)
         return self.parameters.sight_cost * seen
 
