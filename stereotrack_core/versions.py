@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import platform
+from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from types import ModuleType
 
@@ -39,6 +40,7 @@ def extra_library(module: str, extra: str, *, missing: str, where: str, instead:
         ) from None
 
 
+@cache  # it reads and parses a file
 def _installed(package: str) -> str:
     try:
         return version(package)

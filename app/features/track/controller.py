@@ -68,7 +68,8 @@ class RunsController(QObject):
         self.panel.details_wanted.connect(self.show_details)
         self.details.asked.connect(self._on_details_asked)
         redraw = self._context.docks.redraw
-        session.judging.judged.connect(lambda: redraw.soon(self.show))
+        for piece in (self._show_runs, self._show_numbers, self.show_comparison):
+            session.judging.judged.connect(partial(redraw.soon, piece))
         session.opened.connect(self.show)
         session.closed.connect(self.show)
         session.document.frame_changed.connect(lambda: redraw.soon(self._show_numbers))
@@ -81,9 +82,13 @@ class RunsController(QObject):
     @Slot()
     def show(self) -> None:
         """Show the runs and their numbers as they are now."""
-        self.panel.show_rows([self.row(entry) for entry in self._session.runs.entries])
+        self._show_runs()
         self._show_numbers()
         self.show_comparison()
+
+    @Slot()
+    def _show_runs(self) -> None:
+        self.panel.show_rows([self.row(entry) for entry in self._session.runs.entries])
         if self._finished is not None and self._session.judging.settled():
             self._say_how_it_ended(self._finished)
             self._finished = None

@@ -106,13 +106,15 @@ class RunKeeper(QObject):
         """What a run was made with; None while that is not known."""
         if entry.facts is not None:
             return entry.facts
+        if entry is self._track.entry:
+            return None
         known = self._facts.get(entry)
         if known is not None and known[0] == len(entry.frames):
             return known[1]
         meta = entry.stored.meta if entry.stored is not None else None
         if meta is None and entry.origin is not None:
             meta = {**entry.origin.meta(), "wall_seconds": entry.wall_seconds}
-        if meta is None or entry is self._track.entry:
+        if meta is None:
             return None
         tracked = sum(frame.tracked for frame in entry.frames.values())
         facts = run_facts(facts_of_meta(meta, entry.numbers(), tracked))

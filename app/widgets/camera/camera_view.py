@@ -50,8 +50,6 @@ class CameraView(PictureView):
     """The view was clicked into, or got the keys."""
     limb_clicked = Signal(str)
     """A limb's outline was clicked, or empty for a click beside the model."""
-    painted = Signal(int)
-    """The frame that has just been painted."""
     clicked = Signal(object)
     """What a person did with clicks; only where :meth:`set_clicking` allows for it."""
     refused = Signal(str)
@@ -144,7 +142,6 @@ class CameraView(PictureView):
         painter.end()
         if self.picture is not None:
             self.painted_frame = self.picture.frame
-            self.painted.emit(self.picture.frame)
 
     def _paint_picture(self, painter: QPainter, transform: QTransform, scale: float) -> None:
         if self.picture is None or self.picture.pixels is None:

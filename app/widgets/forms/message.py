@@ -6,13 +6,13 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from PySide6.QtCore import QEvent, QObject, Qt, Signal
-from PySide6.QtWidgets import QFrame, QPushButton, QSizePolicy, QWidget
+from PySide6.QtWidgets import QPushButton, QSizePolicy, QWidget
 
 from stereotrack_core.errors import visible
 
 from ..style.building import hbox, label, tool_button, vbox
 from ..style.icons import set_icon
-from ..style.theme import current_theme
+from ..style.theme import Dressed, current_theme
 
 
 @dataclass(frozen=True)
@@ -41,16 +41,15 @@ class Message:
 _ICONS = {"error": "warning", "warning": "warning", "note": "info"}
 
 
-class _Bar(QFrame):
+class _Bar(Dressed):
     """A raised strip with a coloured edge, in the colours of the theme that is shown."""
 
     edge = "accent"
     """Name of the theme's colour for the edge."""
 
-    def changeEvent(self, event: QEvent) -> None:
-        super().changeEvent(event)
-        if event.type() == QEvent.Type.PaletteChange:
-            self._dress()
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
 
     def _dress(self) -> None:
         theme = current_theme()

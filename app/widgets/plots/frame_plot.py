@@ -72,18 +72,22 @@ class FramePlot(Dressed):
         first, last = self._box.viewRange()[0]
         low, high = self._extent()
         was_whole = not self._curves or (first <= low + 0.5 and high - 0.5 <= last)
-        self._curves = tuple(curves)
+        before, self._curves = self._curves, tuple(curves)
+        if [_look(curve) for curve in before] != [_look(curve) for curve in self._curves]:
+            self._renew_items()
+        self.legend.set_curves(self._curves)
+        self._limit()
+        if was_whole and self._extent() != (low, high):
+            self.show_everything()
+        self._on_toggled()
+
+    def _renew_items(self) -> None:
         for item, bands in self._items:
             for old in (item, *bands):
                 self._plot.removeItem(old)
         bands_below = [self._new_bands(curve) for curve in self._curves]
         lines = [self._new_line(curve) for curve in self._curves]
         self._items = list(zip(lines, bands_below, strict=True))
-        self.legend.set_curves(self._curves)
-        self._limit()
-        if was_whole and self._extent() != (low, high):
-            self.show_everything()
-        self._on_toggled()
 
     def set_range(self, frame_count: int) -> None:
         """Let the axis be that of a recording of `frame_count` frames."""
@@ -217,6 +221,12 @@ class FramePlot(Dressed):
             self.visible_range_changed.emit(*self._extent())
         else:
             super().keyPressEvent(event)
+
+
+def _look(curve: Curve) -> tuple[object, ...]:
+    """What a curve's items are made for: other values of the same curve go into the same line."""
+    band = None if curve.sigma is None else curve
+    return curve.name, curve.limb, curve.colour, curve.style, band
 
 
 def thinned(

@@ -238,7 +238,7 @@ class Shown:
                 if thing.colour is None:
                     actor.mapper.color_mode = "direct"
             if thing.image is not known["image"]:
-                actor.texture = None if thing.image is None else _texture(thing.image)
+                actor.texture = _texture(thing.image, actor.texture)
                 known["image"] = thing.image
             width = {"line_width": thing.width * scale, "point_size": thing.size * scale}
             colour = {} if thing.colour is None else {"color": thing.colour}
@@ -355,7 +355,14 @@ def _dashes(starts: FloatArray, ends: FloatArray, length: float = 0.025) -> Floa
     return np.concatenate(pieces)
 
 
-def _texture(image: ImageArray) -> pv.Texture:
-    texture = pv.Texture(image if image.ndim == 3 else np.repeat(image[..., None], 3, axis=2))
+def _texture(image: ImageArray | None, before: pv.Texture | None) -> pv.Texture | None:
+    """The texture of an image; one that is there already is given the pixels, if they fit it."""
+    if image is None:
+        return None
+    pixels = image if image.ndim == 3 else np.repeat(image[..., None], 3, axis=2)
+    if before is not None and before.dimensions == pixels.shape[1::-1]:
+        before.to_image().active_scalars[:] = pixels[::-1].reshape(-1, 3)
+        return before
+    texture = pv.Texture(pixels)
     texture.interpolate = True
     return texture

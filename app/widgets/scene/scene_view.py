@@ -72,6 +72,9 @@ class SceneBar(QWidget):
 
 
 _REST_MS = 180
+_STILL_MS = 700
+"""How long the eye, and the content, have to be at rest until a fine picture is rendered: one of
+each frame while a tracker runs would hold up the window."""
 _COARSE_SECONDS = 0.016
 """How long it may take to render a picture while the eye or the content moves."""
 _COARSEST = 4
@@ -108,8 +111,6 @@ class SceneView(QWidget):
 
     limb_clicked = Signal(str)
     """The limb that was clicked."""
-    orbit_changed = Signal()
-    """The eye was moved by mouse or key."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -136,7 +137,7 @@ class SceneView(QWidget):
         self._last: QPointF | None = None
         self._dragged = False
         self._turning = True
-        self._rest = QTimer(self, interval=_REST_MS, singleShot=True)
+        self._rest = QTimer(self, singleShot=True)
         self._rest.timeout.connect(self.update)
         self.destroyed.connect(_Closer(self))
 
@@ -187,7 +188,7 @@ class SceneView(QWidget):
 
     def set_view(self, view: str) -> None:
         """Look from one of :data:`~app.widgets.scene.orbit.STANDARD_VIEWS`."""
-        self._turn_to(self._standard(view))
+        self.set_orbit(self._standard(view))
         self._standing = view
 
     def set_orbit(self, orbit: Orbit) -> None:
@@ -201,10 +202,6 @@ class SceneView(QWidget):
         if self._held is not None:
             points = np.vstack([self._held, points])
         return orbit_around(points, view, aspect)
-
-    def _turn_to(self, orbit: Orbit) -> None:
-        self.set_orbit(orbit)
-        self.orbit_changed.emit()
 
     def _changed(self, *, content: bool = False) -> None:
         self._content_changed |= content
@@ -240,6 +237,7 @@ class SceneView(QWidget):
         if renderer is None:
             return False
         scale = self.devicePixelRatioF()
+        still = _STILL_MS if self._content_changed else _REST_MS
         if self._content_changed:
             renderer.set_content(self.content, self._layers, current_theme(), scale)
             self._content_changed = False
@@ -252,7 +250,7 @@ class SceneView(QWidget):
         self._image_is_fine = fine
         if not fine:
             self._coarsen(time.perf_counter() - begun)
-            self._rest.start()
+            self._rest.start(max(still, self._rest.remainingTime()))
         return True
 
     def _coarsen(self, seconds: float) -> None:
@@ -317,7 +315,7 @@ class SceneView(QWidget):
             orbit = self.orbit.turned(-step.x() * _TURN_PER_PIXEL, step.y() * _TURN_PER_PIXEL)
         else:
             orbit = self.orbit.moved(-step.x() / self.height(), step.y() / self.height())
-        self._turn_to(orbit)
+        self.set_orbit(orbit)
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
         clicked = self._press is not None and not self._dragged
@@ -342,7 +340,7 @@ class SceneView(QWidget):
         return limb_at(self.content.meshes, orbit.eye, ray)
 
     def wheelEvent(self, event: QWheelEvent) -> None:
-        self._turn_to(self.orbit.zoomed(1.0015 ** event.angleDelta().y()))
+        self.set_orbit(self.orbit.zoomed(1.0015 ** event.angleDelta().y()))
         event.accept()
 
     def event(self, event: QEvent) -> bool:
@@ -361,7 +359,7 @@ class SceneView(QWidget):
         elif plain and key in _VIEW_KEYS:
             self.set_view(_VIEW_KEYS[key])
         else:
-            self._turn_to(orbit)
+            self.set_orbit(orbit)
 
     def _orbit_for(self, event: QKeyEvent) -> Orbit | None:
         key = Qt.Key(event.key())
