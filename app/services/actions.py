@@ -265,6 +265,7 @@ class ActionRegistry(QObject):
             self._share_keys(command)
         words = f"{command.tip} Unavailable: {why_not}" if why_not else command.tip
         action.setStatusTip(words)
+        action.setWhatsThis(words)
         action.setToolTip(f"{words}  [{keys}]" if keys else words)
 
     def _give_keys(self, command: Command, keys: QKeySequence) -> None:

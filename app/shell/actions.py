@@ -11,6 +11,8 @@ from ..services.actions import Command, Menu
 from ..widgets.forms.message import MessageBar
 from ..widgets.style.theme import THEME_NAMES, ThemeName, apply_theme, chosen_theme
 from .dialogs import Dialogs
+from .help import Help
+from .tour import Tour
 
 MENUS = ("&File", "&Edit", "&View", "&Go", "&Annotate", "&Track", "T&une", "&Review")
 """Menus that features fill, in their order; those of the shell come behind."""
@@ -18,12 +20,15 @@ MENUS = ("&File", "&Edit", "&View", "&Go", "&Annotate", "&Track", "T&une", "&Rev
 _MENU = "&Window"
 
 
-def commands(context: Context, dialogs: Dialogs, messages: MessageBar) -> list[Command]:
+def commands(
+    context: Context, dialogs: Dialogs, messages: MessageBar, guide: Help, tour: Tour
+) -> list[Command]:
     """Commands of the menus Window and Help, and the last ones of the menu File."""
     return [
         *_workspaces(context),
         *_panels(context),
         *_themes(context),
+        *_guide(guide, tour),
         *_help_and_file(dialogs, messages),
     ]
 
@@ -89,6 +94,20 @@ def _themes(context: Context) -> list[Command]:
     ]  # fmt: skip
 
 
+def _guide(guide: Help, tour: Tour) -> list[Command]:
+    command = Menu("&Help").command
+    return [
+        command("help", "Help on this panel", "Open the user guide at the panel under the cursor, "
+                "or at the one with the focus.", guide.show_for_panel, "F1", "help"),
+        command("guide", "User guide", "Show the contents of the user guide, and search it.",
+                guide.show_contents, "Ctrl+F1"),
+        command("whats_this", "What is this?", "Click a control to see what it is for.",
+                guide.explain_control, "Shift+F1", "info"),
+        command("tour", "Tour", "Show the window in five steps, on the demo if no recording is "
+                "open.", tour.start),
+    ]  # fmt: skip
+
+
 def _help_and_file(dialogs: Dialogs, messages: MessageBar) -> list[Command]:
     def no_message() -> str:
         return "" if messages.message is not None else "No message is shown."
@@ -96,7 +115,7 @@ def _help_and_file(dialogs: Dialogs, messages: MessageBar) -> list[Command]:
     command, file = Menu("&Help").command, Menu("&File").command
     return [
         command("palette", "Command palette …", "Search all commands.", dialogs.show_palette,
-                "Ctrl+K", "palette-of-commands"),
+                "Ctrl+K", "palette-of-commands", section=True),
         command("shortcuts", "Shortcuts …", "Change the keyboard shortcuts of commands.",
                 dialogs.show_shortcuts, "Ctrl+Alt+K", "settings"),
         command("close_message", "Dismiss message", "Dismiss the message over the views.",

@@ -354,7 +354,7 @@ def test_computed_pictures_take_no_clicks_and_say_why(annotating, qtbot):
     click(annotating, 200.0, 150.0)
     assert clicks(annotating) == {}
     assert "this image is computed" in annotating.statusBar().currentMessage()
-    assert "F1" in annotating.statusBar().currentMessage()
+    assert "Shift+F2" in annotating.statusBar().currentMessage()
 
 
 def test_other_workspaces_take_no_clicks(annotating, qtbot):

@@ -13,6 +13,7 @@ from stereotrack_core.recording.landmarks import LANDMARKS
 from tests.gui.hands import (
     CTRL,
     LEFT,
+    SHIFT,
     annotate_all,
     at,
     click,
@@ -29,7 +30,7 @@ pytestmark = pytest.mark.window
 
 def test_one_click_gives_a_curve_two_a_prediction_that_one_key_accepts(annotating, qtbot):
     key(annotating, Qt.Key.Key_F2)  # left images too, so that there are four cameras
-    key(annotating, Qt.Key.Key_F1)
+    key(annotating, Qt.Key.Key_F2, SHIFT)
     qtbot.waitUntil(annotating.context.tasks.settled, timeout=60_000)
     annotating.context.actions.action("advance_none").trigger()
     click_truth(annotating, "left_hand", "N")

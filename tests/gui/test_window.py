@@ -235,8 +235,10 @@ def test_the_reference_is_painted_where_the_camera_sees_it(opened, qtbot):
 
 
 def test_disparity_and_foreground_are_shown_at_the_same_instant(opened, qtbot):
-    for key in (Qt.Key.Key_F3, Qt.Key.Key_F4, Qt.Key.Key_F5, Qt.Key.Key_F2, Qt.Key.Key_F1):
-        press(qtbot, opened, key)
+    none, shift = Qt.KeyboardModifier.NoModifier, Qt.KeyboardModifier.ShiftModifier
+    keys = [(key, none) for key in (Qt.Key.Key_F3, Qt.Key.Key_F4, Qt.Key.Key_F5, Qt.Key.Key_F2)]
+    for key, modifier in (*keys, (Qt.Key.Key_F2, shift)):
+        press(qtbot, opened, key, modifier)
         qtbot.waitUntil(opened.context.tasks.settled, timeout=60_000)
         kinds = {tile.camera.picture.kind for tile in opened.context.docks.views.tiles.values()}
         assert kinds == {opened.context.view_state.kinds["N"]}

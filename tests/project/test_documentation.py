@@ -9,6 +9,7 @@ from pathlib import Path
 
 import yaml
 
+from app.services.guide import Guide
 from stereotrack_core import __version__
 from stereotrack_core.cli.commands import COMMANDS
 from stereotrack_core.recording.calibration import read_calibration
@@ -69,6 +70,24 @@ def test_links_between_the_pages_lead_somewhere():
         if "://" not in target and not (page.parent / target).is_file()
     ]
     assert lost == []
+
+
+def test_links_lead_to_headings_that_exist():
+    guide = Guide(ROOT / "docs")
+    known = {section.address for section in guide.sections}
+    lost = [
+        f"{page.name}: {target}"
+        for page in (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")))
+        for target in re.findall(r"\]\(([^):]*#[^)]+)\)", page.read_text(encoding="utf-8"))
+        if f"{target.split('#')[0].removeprefix('docs/') or page.name}#{target.split('#')[1]}"
+        not in known
+    ]
+    assert lost == []
+
+
+def test_the_contents_page_names_every_page():
+    listed = set(re.findall(r"\]\(([\w-]+\.md)\)", (ROOT / "docs/index.md").read_text("utf-8")))
+    assert listed == {path.name for path in (ROOT / "docs").glob("*.md")} - {"index.md"}
 
 
 def test_every_page_is_reached_from_the_readme():

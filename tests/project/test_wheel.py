@@ -92,13 +92,14 @@ def test_the_wheel_carries_the_two_packages_and_nothing_else(installed):
         "stereotrack_core",
         "stereotrack",
     }
-    packed = {name for name in names if name.startswith("stereotrack_app/resources/")}
-    present = {
-        "stereotrack_app/" + path.relative_to(ROOT).as_posix()
-        for path in (ROOT / "resources").rglob("*")
-        if path.is_file()
-    }
-    assert packed == present != set()
+    for folder in ("resources", "docs"):
+        packed = {name for name in names if name.startswith(f"stereotrack_app/{folder}/")}
+        present = {
+            "stereotrack_app/" + path.relative_to(ROOT).as_posix()
+            for path in (ROOT / folder).rglob("*")
+            if path.is_file()
+        }
+        assert packed == present != set()
 
 
 def test_the_wheel_says_its_licence_and_its_authors(installed):
@@ -126,11 +127,12 @@ WHERE_THINGS_ARE = """
 import stereotrack_app, stereotrack_core
 from PySide6.QtWidgets import QApplication
 from stereotrack_app.widgets.style.icons import icon
-from stereotrack_app.widgets.style.icons import resource_folder
+from stereotrack_app.widgets.style.icons import data_folder
 
 application = QApplication([])
-print(stereotrack_app.__file__, stereotrack_core.__file__, resource_folder(), sep="\\n")
-names = [path.stem for path in (resource_folder() / "icons").glob("*.svg")]
+print(stereotrack_app.__file__, stereotrack_core.__file__, data_folder("resources"), sep="\\n")
+print(data_folder("docs"))
+names = [path.stem for path in (data_folder("resources") / "icons").glob("*.svg")]
 print(len(names), any(icon(name).isNull() for name in names))
 """
 
@@ -138,7 +140,7 @@ print(len(names), any(icon(name).isNull() for name in names))
 def test_code_and_resources_come_from_the_wheel(installed, tmp_path):
     done = installed.run("python", "-c", WHERE_THINGS_ARE, folder=tmp_path)
     *places, icons = done.stdout.splitlines()
-    assert len(places) == 3
+    assert len(places) == 4
     for place in places:
         assert Path(place).is_relative_to(installed.site_packages), place
     drawings = list((ROOT / "resources" / "icons").glob("*.svg"))

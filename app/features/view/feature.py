@@ -30,7 +30,7 @@ _OVERLAY_KEYS = {
 """Keys and icon of every overlay."""
 _IN_ANNOTATE = " In Annotate it is off until you ask for it, because it would lead your clicks."
 _KIND_KEYS: dict[PictureKind, str] = {
-    "image": "F1", "left": "F2", "disparity": "F3", "foreground": "F4", "depth": "F5"
+    "image": "Shift+F2", "left": "F2", "disparity": "F3", "foreground": "F4", "depth": "F5"
 }  # fmt: skip
 _KIND_TIPS: dict[PictureKind, str] = {
     "image": "Show the reference images: the right image of a stereo view.",

@@ -22,8 +22,8 @@ from PySide6.QtWidgets import QAbstractButton, QApplication
 _APP = Path(__file__).resolve().parents[2]
 
 
-def resource_folder() -> Path:
-    """Folder of the data files.
+def data_folder(name: str) -> Path:
+    """Folder of data files: ``resources``, or the pages of the user guide in ``docs``.
 
     An installed wheel carries them inside this package; in a checkout they stand at the top level,
     beside ``app``.
@@ -33,15 +33,15 @@ def resource_folder() -> Path:
     FileNotFoundError
         If neither is there, which means that the installation is damaged.
     """
-    for folder in (_APP / "resources", _APP.parent / "resources"):
+    for folder in (_APP / name, _APP.parent / name):
         if folder.is_dir():
             return folder
-    raise FileNotFoundError(f"{_APP / 'resources'} is missing: reinstall stereotrack")
+    raise FileNotFoundError(f"{_APP / name} is missing: reinstall stereotrack")
 
 
 def resource_path(*parts: str) -> Path:
     """Path of one data file, such as ``resource_path("icons", "play.svg")``."""
-    path = resource_folder().joinpath(*parts)
+    path = data_folder("resources").joinpath(*parts)
     if not path.is_file():
         raise FileNotFoundError(f"{path} is missing: reinstall stereotrack")
     return path

@@ -19,4 +19,4 @@ def test_wheel_carries_them_inside_the_package(tmp_path, monkeypatch):
 def test_damaged_installation_says_so(tmp_path, monkeypatch):
     monkeypatch.setattr(icons, "_APP", tmp_path / "app")
     with pytest.raises(FileNotFoundError, match="reinstall stereotrack"):
-        icons.resource_folder()
+        icons.data_folder("resources")

@@ -15,7 +15,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.widgets.style.icons import icon, resource_folder, resource_path, set_icon
+from app.widgets.style.icons import data_folder, icon, resource_path, set_icon
 from app.widgets.style.limb_colours import LANDMARK_LIMBS, LIMB_COLOURS, limb_rgb, limb_words
 from app.widgets.style.theme import apply_theme, chosen_theme, current_theme, load_theme
 from stereotrack_core.body.limbs import LIMBS
@@ -115,7 +115,7 @@ def test_unknown_theme_is_refused(qapp):
         apply_theme(qapp, "pink")
 
 
-ICONS = sorted(path.stem for path in (resource_folder() / "icons").glob("*.svg"))
+ICONS = sorted(path.stem for path in (data_folder("resources") / "icons").glob("*.svg"))
 
 
 @pytest.mark.parametrize("name", ICONS)

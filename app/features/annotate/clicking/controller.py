@@ -237,7 +237,7 @@ class ClickController(QObject):
         return (
             ""
             if self.camera_at_hand()
-            else "This view shows no camera image. Show the reference image (F1) or the left "
+            else "This view shows no camera image. Show the reference image (Shift+F2) or the left "
             "image (F2)."
         )
 
