@@ -161,9 +161,7 @@ class RunsPanel(QWidget):
 
     def show_rows(self, rows: Sequence[RunRow]) -> None:
         """Show these runs."""
-        before, self._rows = self._rows, tuple(rows)
-        if rows and self._rows == before:
-            return
+        self._rows = tuple(rows)
         self._none.setVisible(not rows)
         self.foot.setVisible(bool(rows))
         self._show_foot()
@@ -174,8 +172,7 @@ class RunsPanel(QWidget):
             while self.tree.topLevelItemCount() < len(rows):
                 self.tree.addTopLevelItem(QTreeWidgetItem())
             for place, row in enumerate(rows):
-                if before[place : place + 1] != (row,):
-                    self._fill(self.tree.topLevelItem(place), row)
+                self._fill(self.tree.topLevelItem(place), row)
         for column, heading in enumerate(("time", "seed", "when"), start=3):
             self.tree.setColumnHidden(column, not any(getattr(row, heading) for row in rows))
         self._fit()
