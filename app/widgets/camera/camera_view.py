@@ -30,7 +30,7 @@ from .picture import Picture, PictureView, alike
 _CLICK_PIXELS, _BAND_PIXELS = 4, 12
 _COMPUTED = (
     "Clicks are placed in camera images, and this image is computed. Show the reference image "
-    "(F1) or the left image (F2)."
+    "(Shift+F2) or the left image (F2)."
 )
 
 
