@@ -92,7 +92,7 @@ def test_one_landmark_goes_through_the_keyframes(four, qtbot):
         qtbot.waitUntil(four.context.tasks.settled, timeout=60_000)
         for name in VIEWS:
             point_and_click(four, 100.0, 100.0, name)
-    assert "no keyframe follows" in four.statusBar().currentMessage()
+    assert "No keyframe follows" in four.statusBar().currentMessage()
     point_and_click(four, 140.0, 140.0, "N")
     assert document.frame == 2, "a click that is moved finishes nothing"
     assert len(clicks(four, 0)) == len(clicks(four, 2)) == 4
