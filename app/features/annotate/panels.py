@@ -70,11 +70,8 @@ class AnnotationPanels(QObject):
         self.bar = AnnotationBar()
         self.next_panel = NextPanel()
         self.history_panel = HistoryPanel()
-        self.repeat_bar = StateBar(
-            "Blind repeat",
-            "Finish and show",
-            "Finish the blind repeat; both passes are kept in the project",
-        )
+        tip = "Finish the blind repeat; both passes are kept in the project"
+        self.repeat_bar = StateBar("Blind repeat", "Finish and show", tip)
         self.lanes: AnnotationLanes | None = None
         self._proposed: Mapping[int, Collection[str]] = {}
         self._kept: Mapping[int, Collection[str]] = {}
