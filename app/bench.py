@@ -29,13 +29,21 @@ def main(arguments: list[str] | None = None) -> int:
         default=0,
         help="number of clicks in the project during the measurement",
     )
+    options.add_argument(
+        "--tracking",
+        action="store_true",
+        help="track so many frames, and measure how long the event loop takes to come round",
+    )
     args = options.parse_args(arguments)
     prepare(needs_screen=False)
     load_qt()
     from .services.failures import leave_out_noise
 
     leave_out_noise()
-    result = measure(args.recording, args.frames, args.workspace, args.clicks)
+    if args.tracking:
+        result = measure_tracking(args.recording, args.frames)
+    else:
+        result = measure(args.recording, args.frames, args.workspace, args.clicks)
     sys.stdout.write(json.dumps(result, indent=2) + "\n")
     return 0
 
@@ -85,6 +93,58 @@ def measure(recording: Path, frames: int, workspace: str, clicks: int = 0) -> di
         "workspace": workspace,
         "platform": app.platformName(),
         **(_click_times(clicked, clicking, clicks) if clicked else {}),
+    }
+
+
+def measure_tracking(recording: Path, frames: int) -> dict[str, Any]:
+    """Milliseconds from one round of the event loop to the next while it tracks and draws.
+
+    A timer of 5 ms notes when it comes; a round that takes longer makes it late. The run begins in
+    the T pose with `accurate`; rounds count from its first frame to its last one.
+    """
+    from PySide6.QtCore import QElapsedTimer, QEventLoop, QSettings, Qt, QTimer
+    from PySide6.QtWidgets import QApplication
+
+    from .program import make_window
+    from .services.tasks.garbage import GarbageTimer
+    from .widgets.style.theme import apply_theme
+
+    existing = QApplication.instance()
+    app = existing if isinstance(existing, QApplication) else QApplication(["stereotrack"])
+    with tempfile.TemporaryDirectory() as folder:
+        settings = QSettings(str(Path(folder) / "bench.ini"), QSettings.Format.IniFormat)
+        settings.setValue("projects_folder", folder)
+        apply_theme(app, "dark")
+        garbage = GarbageTimer()
+        window: Any = make_window(settings)[0]
+        window.resize(1366, 768)
+        _open(window, recording, 0, "track")
+        session = window.context.session
+        opened, track = session.document.recording, session.track
+        came: list[int] = []
+        clock, beat, loop = QElapsedTimer(), QTimer(), QEventLoop()
+        clock.start()
+        beat.setTimerType(Qt.TimerType.PreciseTimer)
+        beat.timeout.connect(lambda: came.append(clock.nsecsElapsed()))
+        first: list[int] = []
+        track.advanced.connect(lambda _: first.append(clock.nsecsElapsed()))
+        track.finished.connect(loop.quit)
+        beat.start(5)
+        track.begin(opened, range(min(frames, session.document.frame_count)), "tpose")
+        loop.exec()
+        beat.stop()
+        end = first[-1]
+        window.close()
+        garbage.deleteLater()
+    times = np.array([t for t in came if first[0] <= t <= end]) / 1e6
+    rounds = np.diff(times)
+    return {
+        "round_ms": round(float(np.median(rounds)), 2),
+        "round_ms_p95": round(float(np.percentile(rounds, 95)), 2),
+        "round_ms_max": round(float(np.max(rounds)), 2),
+        "rounds": len(rounds),
+        "frames_per_second": round(1e9 * (frames - 1) / max(end - first[0], 1), 2),
+        "platform": app.platformName(),
     }
 
 
