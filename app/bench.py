@@ -99,8 +99,9 @@ def measure(recording: Path, frames: int, workspace: str, clicks: int = 0) -> di
 def measure_tracking(recording: Path, frames: int) -> dict[str, Any]:
     """Milliseconds from one round of the event loop to the next while it tracks and draws.
 
-    A timer of 5 ms notes when it comes; a round that takes longer makes it late. The run begins in
-    the T pose with `accurate`; rounds count from its first frame to its last one.
+    A timer of 5 ms notes when it comes; a round that takes longer makes it late. What the window's
+    thread computes in a round does not depend on what else the machine does. The run begins in the
+    T pose with `accurate`; rounds count from its first frame to its last one.
     """
     from PySide6.QtCore import QElapsedTimer, QEventLoop, QSettings, Qt, QTimer
     from PySide6.QtWidgets import QApplication
@@ -121,11 +122,11 @@ def measure_tracking(recording: Path, frames: int) -> dict[str, Any]:
         _open(window, recording, 0, "track")
         session = window.context.session
         opened, track = session.document.recording, session.track
-        came: list[int] = []
+        came: list[tuple[int, float]] = []
         clock, beat, loop = QElapsedTimer(), QTimer(), QEventLoop()
         clock.start()
         beat.setTimerType(Qt.TimerType.PreciseTimer)
-        beat.timeout.connect(lambda: came.append(clock.nsecsElapsed()))
+        beat.timeout.connect(lambda: came.append((clock.nsecsElapsed(), time.thread_time())))
         first: list[int] = []
         track.advanced.connect(lambda _: first.append(clock.nsecsElapsed()))
         track.finished.connect(loop.quit)
@@ -136,12 +137,14 @@ def measure_tracking(recording: Path, frames: int) -> dict[str, Any]:
         end = first[-1]
         window.close()
         garbage.deleteLater()
-    times = np.array([t for t in came if first[0] <= t <= end]) / 1e6
-    rounds = np.diff(times)
+    inside = np.array([beat for beat in came if first[0] <= beat[0] <= end])
+    rounds, computing = np.diff(inside[:, 0]) / 1e6, np.diff(inside[:, 1]) * 1e3
     return {
         "round_ms": round(float(np.median(rounds)), 2),
         "round_ms_p95": round(float(np.percentile(rounds, 95)), 2),
         "round_ms_max": round(float(np.max(rounds)), 2),
+        "round_computing_ms_p95": round(float(np.percentile(computing, 95)), 2),
+        "round_computing_ms_max": round(float(np.max(computing)), 2),
         "rounds": len(rounds),
         "frames_per_second": round(1e9 * (frames - 1) / max(end - first[0], 1), 2),
         "platform": app.platformName(),
