@@ -108,6 +108,11 @@ class DepthParameters(ParameterGroup):
         "looks like the background image; or outside the sharp silhouette (border points remain "
         "available for the arm search, but are not measurements)."
     )
+    volume_from_recording: bool = parameter(True, _VOLUME, thesis=False)(
+        "Where the cameras do not stand around the origin, put the volume around the places where "
+        "somebody is seen, and search as many disparities as that needs. Has no effect on values "
+        "that are not the defaults."
+    )
     volume_centre_x: float = parameter(0.0, _VOLUME, unit="m")("Centre of the volume, east.")
     volume_centre_y: float = parameter(0.0, _VOLUME, unit="m")("Centre of the volume, north.")
     volume_bottom: float = parameter(0.0, _VOLUME, unit="m")("Lower end of the volume.")

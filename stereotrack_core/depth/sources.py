@@ -18,7 +18,7 @@ from stereotrack_core.depth.subpixel import refined_disparity
 from stereotrack_core.recording.reader import ViewImages
 
 _DARK_BELOW = 16  # of 255
-_NEAREST_RANGE = 0.3  # metres; nothing nearer is looked for even where the volume allows it
+NEAREST_RANGE = 0.3  # metres; nothing nearer is looked for even where the volume allows it
 _NOMINAL_BASELINE = 0.12  # metres; makes inverse depth comparable with a stereo disparity
 
 
@@ -168,7 +168,7 @@ def disparity_range(geometry: DepthGeometry, p: DepthParameters) -> DisparityRan
     highest = lowest + p.disparity_count - 1
     if p.disparity_from_volume:
         corners = geometry.world_from_depth.inverse().apply(Volume.of(p).corners())
-        nearest = max(float(corners[:, 2].min()), _NEAREST_RANGE)
+        nearest = max(float(corners[:, 2].min()), NEAREST_RANGE)
         highest = min(highest, geometry.focal * geometry.baseline / nearest + 1.0)
     minimum = int(np.floor(lowest + geometry.disparity_offset))
     maximum = int(np.ceil(highest + geometry.disparity_offset))

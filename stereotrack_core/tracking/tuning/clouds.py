@@ -17,10 +17,12 @@ from stereotrack_core.depth.match import Region
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.rectify import Rectification
 from stereotrack_core.depth.sources import DepthSource, StereoFrame, StereoSource
+from stereotrack_core.depth.volume import settled
 from stereotrack_core.errors import Cancelled
 from stereotrack_core.memory import Memory, bytes_of
 from stereotrack_core.recording.description import Recording, View
 from stereotrack_core.recording.reader import FrameReader, FrameSet, ViewImages
+from stereotrack_core.recording.selection import usable_views
 from stereotrack_core.tracking.tuning.stages import Stage, stage_key
 
 _CHAINS = 4
@@ -184,9 +186,12 @@ class CloudStore:
                 self._rectified[place] = rectification_of(recording, view, p)
             if view.left is None:
                 return DepthSource(self._rectified[place])
-            return _RememberingStereo(self._rectified[place], key, view.name, self)
+            of = key.until(Stage.MATCHING), view.name
+            return _RememberingStereo(self._rectified[place], p, of, self)
 
-        chain = DepthChain(self.recording, key.depth, sources=source)
+        views = usable_views(self.recording, None)
+        depth = settled(self.recording, key.depth, self.reader, views)
+        chain = DepthChain(self.recording, depth, sources=source)
         learned = self._learned(key)
         try:
             if learned is not None:
@@ -297,10 +302,14 @@ class _RememberingStereo(StereoSource):
     """A stereo source of a store, which keeps the frames that were opened."""
 
     def __init__(
-        self, rectification: Rectification, key: CloudKey, view: str, store: CloudStore
+        self,
+        rectification: Rectification,
+        parameters: DepthParameters,
+        of: tuple[Hashable, str],
+        store: CloudStore,
     ) -> None:
-        super().__init__(rectification, key.depth)
-        self._store, self._of = store, (key.until(Stage.MATCHING), view)
+        super().__init__(rectification, parameters)
+        self._store, self._of = store, of
 
     def open(self, images: ViewImages) -> _RememberedFrame:
         """Rectify, or take what was rectified; see :class:`StereoSource`."""
