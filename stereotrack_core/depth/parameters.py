@@ -89,6 +89,9 @@ class DepthParameters(ParameterGroup):
     background_percentile: float = parameter(5.0, _BACKGROUND, (0.0, 100.0), unit="%")(
         "Percentile of a pixel's disparities used as background."
     )
+    background_standing: bool = parameter(True, _BACKGROUND, thesis=False)(
+        "Keep somebody who stands still out of a background that is learned from the recording."
+    )
     background_doubt: bool = parameter(True, _BACKGROUND, thesis=False)(
         "Use the silhouette (difference from the background image) as evidence: background "
         "disparities inside it are discarded."

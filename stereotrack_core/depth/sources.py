@@ -116,6 +116,12 @@ class StereoSource:
         """Range z = f b / (d - offset), metres."""
         return range_of_disparity(self.geometry, disparity)
 
+    def disparity_of(self, ranges: Float32Array) -> Float32Array:
+        """Disparity, pixels, of ranges z, metres."""
+        geometry = self.geometry
+        scale = np.float32(geometry.focal * geometry.baseline)
+        return scale / ranges + np.float32(geometry.disparity_offset)
+
 
 class DepthSource:
     """Takes a measured depth image; stands in the chain where matching does for a pair."""
@@ -139,6 +145,10 @@ class DepthSource:
     def ranges(self, disparity: Float32Array) -> Float32Array:
         """Range z, metres, of inverse depth."""
         return self._scale / disparity
+
+    def disparity_of(self, ranges: Float32Array) -> Float32Array:
+        """Inverse depth, pixels of the nominal base line, of ranges z, metres."""
+        return self._scale / ranges
 
     def person_mask(self, images: ViewImages) -> BoolArray | None:
         """Rectified mask (H, W) of the person, or None."""
