@@ -11,6 +11,7 @@ import numpy as np
 from stereotrack_core.arrays import BoolArray, Float32Array, ImageArray
 from stereotrack_core.depth.match import Region, changed_region
 from stereotrack_core.depth.parameters import DepthParameters
+from stereotrack_core.depth.points import Volume
 from stereotrack_core.depth.sources import DepthSource, StereoSource
 from stereotrack_core.depth.standing import standing_person
 
@@ -169,7 +170,8 @@ class ViewBackground:
         learned = source.ranges(np.where(np.isfinite(limit), model.disparity, np.float32(np.nan)))
         in_front = [disparity > limit for disparity in disparities]
         ranges = [source.ranges(disparity) for disparity in disparities]
-        standing = standing_person(source.geometry, learned, in_front, ranges)
+        volume = Volume.of(self._p)
+        standing = standing_person(source.geometry, volume, learned, in_front, ranges)
         if not standing.any():
             return False
         behind = learned + np.float32(_BEHIND)

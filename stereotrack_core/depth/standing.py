@@ -7,8 +7,9 @@ from collections.abc import Sequence
 import cv2
 import numpy as np
 
-from stereotrack_core.arrays import BoolArray, Float32Array
+from stereotrack_core.arrays import BoolArray, Float32Array, FloatArray
 from stereotrack_core.depth.cloud import DepthGeometry
+from stereotrack_core.depth.points import Volume
 
 _MOVES = 0.1
 """Share of the frames in which what moves stands in front of the learned background."""
@@ -16,11 +17,15 @@ _MOVES = 0.1
 _JUMP = 0.06
 """Metres between neighbouring pixels at which a surface ends."""
 
-_AREA = (0.08, 1.6)
+_AREA = (0.03, 1.6)
 """Square metres of a person that a camera sees, without what moves."""
 
 _LARGEST = 2.3
 """Metres that a person measures at most, in any direction."""
+
+_MOST_PLANES, _TRIES, _SAMPLED = 6, 300, 1500
+_THICKNESS, _PLANE = 0.08, 2.0
+"""Metres of noise around floor and walls, and their least area, in square metres."""
 
 _TOUCHING = np.ones((7, 7), np.uint8)
 _NEAR = 0.35
@@ -32,14 +37,16 @@ _LEAST_TOUCHING = 12
 
 def standing_person(
     geometry: DepthGeometry,
+    volume: Volume,
     learned: Float32Array,
     in_front: Sequence[BoolArray],
     ranges: Sequence[Float32Array],
 ) -> BoolArray:
     """Pixels (H, W) of the learned background that are a person, parts of whom move.
 
-    A surface of a person's size that touches, in the image and in range, what moves in front of
-    the background or beside it. A wall or a floor is larger, furniture is not touched as a rule.
+    A surface of a person's size in the working volume that touches, in the image and in range, what
+    moves in front of the background or beside it. A wall or a floor is larger, furniture is not
+    touched as a rule.
 
     Parameters
     ----------
@@ -58,9 +65,11 @@ def standing_person(
     shown = np.where(np.stack(in_front), np.stack(ranges), np.nan)
     with np.errstate(all="ignore"):
         moving_range = np.nanmedian(shown[:, moving], axis=0)
-    mover = np.zeros(learned.shape, dtype=np.float32)
+    mover = np.full(learned.shape, np.nan, dtype=np.float32)
     mover[moving] = moving_range
-    surfaces = _surfaces(learned).astype(np.uint8)
+    moving &= _inside(geometry, volume, mover)
+    learned = np.where(_inside(geometry, volume, learned), learned, np.float32(np.nan))
+    surfaces = (_surfaces(learned) & ~_planes(geometry, learned)).astype(np.uint8)
     _, labels = cv2.connectedComponents(surfaces, connectivity=4)
     touched = cv2.dilate(labels.astype(np.int16), _TOUCHING)
     for label in np.unique(touched[moving]):
@@ -69,11 +78,57 @@ def standing_person(
     return _closed(standing, learned)
 
 
+def _inside(geometry: DepthGeometry, volume: Volume, ranges: Float32Array) -> BoolArray:
+    """Pixels (H, W) whose points are in the volume."""
+    inside = np.isfinite(ranges)
+    v, u = np.nonzero(inside)
+    inside[v, u] = volume.contains(geometry.points(u, v, ranges[v, u].astype(np.float64)))
+    return inside
+
+
 def _surfaces(learned: Float32Array) -> BoolArray:
     """Pixels (H, W) whose surface goes on to the next row and column."""
     steps = [np.abs(np.diff(learned, axis=axis, append=np.nan)) for axis in (0, 1)]
     result: BoolArray = (steps[0] < _JUMP) & (steps[1] < _JUMP)
     return result
+
+
+def _planes(geometry: DepthGeometry, learned: Float32Array) -> BoolArray:
+    """Pixels (H, W) of floor and walls: planes of more than a person's area.
+
+    Found one after the other as the plane through three of the points that explains most: random
+    sample consensus (Fischler and Bolles, doi:10.1145/358669.358692).
+    """
+    v, u = np.nonzero(np.isfinite(learned))
+    points = geometry.points(u, v, learned[v, u].astype(np.float64))
+    area = np.square(learned[v, u].astype(np.float64) / geometry.focal)
+    left, random = np.arange(len(points)), np.random.default_rng(0)
+    found = np.zeros(learned.shape, dtype=bool)
+    for _ in range(_MOST_PLANES):
+        some = random.permutation(left)[:_SAMPLED]
+        if len(some) < _SAMPLED:
+            break  # too few pixels for a plane of that area
+        normal, offset = _best_plane(points[some], area[some], random)
+        on_it = np.abs(points[left] @ normal - offset) < _THICKNESS
+        if area[left[on_it]].sum() < _PLANE:
+            break
+        found[v[left[on_it]], u[left[on_it]]] = True
+        left = left[~on_it]
+    return found
+
+
+def _best_plane(
+    points: FloatArray, area: FloatArray, random: np.random.Generator
+) -> tuple[FloatArray, float]:
+    """Normal (3,) and offset of the plane near which most of the area (N,) of points (N, 3) is."""
+    three = points[random.integers(len(points), size=(_TRIES, 3))]
+    normals = np.cross(three[:, 1] - three[:, 0], three[:, 2] - three[:, 0])
+    length = np.linalg.norm(normals, axis=1)
+    three, normals = three[length > 0], normals[length > 0] / length[length > 0, None]
+    offsets = (normals * three[:, 0]).sum(axis=1)
+    near = np.abs(points @ normals.T - offsets) < _THICKNESS
+    best = int(np.argmax(area @ near))
+    return normals[best], float(offsets[best])
 
 
 def _is_person(

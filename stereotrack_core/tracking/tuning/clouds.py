@@ -20,6 +20,7 @@ from stereotrack_core.depth.sources import DepthSource, StereoFrame, StereoSourc
 from stereotrack_core.depth.volume import settled
 from stereotrack_core.errors import Cancelled
 from stereotrack_core.memory import Memory, bytes_of
+from stereotrack_core.parameters import Value
 from stereotrack_core.recording.description import Recording, View
 from stereotrack_core.recording.reader import FrameReader, FrameSet, ViewImages
 from stereotrack_core.recording.selection import usable_views
@@ -121,6 +122,7 @@ class CloudStore:
         self.cancelled: Callable[[], bool] = never
         self._rectified: dict[tuple[str, float], Rectification] = {}
         self._chains: OrderedDict[CloudKey, DepthChain] = OrderedDict()
+        self._fitting: dict[Hashable, dict[str, Value]] = {}
 
     def close(self) -> None:
         """Forget everything and end the threads."""
@@ -189,9 +191,7 @@ class CloudStore:
             of = key.until(Stage.MATCHING), view.name
             return _RememberingStereo(self._rectified[place], p, of, self)
 
-        views = usable_views(self.recording, None)
-        depth = settled(self.recording, key.depth, self.reader, views)
-        chain = DepthChain(self.recording, depth, sources=source)
+        chain = DepthChain(self.recording, self._settled(key), sources=source)
         learned = self._learned(key)
         try:
             if learned is not None:
@@ -202,6 +202,15 @@ class CloudStore:
             chain.close()
             raise
         return chain
+
+    def _settled(self, key: CloudKey) -> DepthParameters:
+        """Parameters that fit the recording, which is looked at once for all that do not differ."""
+        before, wanted = key.depth.values(), key.until(Stage.BACKGROUND)
+        if wanted not in self._fitting:
+            views = usable_views(self.recording, None)
+            found = settled(self.recording, key.depth, self.reader, views).values()
+            self._fitting[wanted] = {k: v for k, v in found.items() if v != before[k]}
+        return key.depth.replaced(**self._fitting[wanted])
 
     def _learned(self, key: CloudKey) -> DepthChain | None:
         """A chain that knows the same empty scene, once and for all."""
