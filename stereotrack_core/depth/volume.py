@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Protocol
 
 import cv2
 import numpy as np
 
 from stereotrack_core.arrays import BoolArray, Float32Array, FloatArray, ImageArray
 from stereotrack_core.depth.background import empty_scene_model, percentile_model
-from stereotrack_core.depth.chain import rectification_of, source_of
+from stereotrack_core.depth.chain import Pictures, rectification_of, source_of
 from stereotrack_core.depth.cloud import DepthGeometry
 from stereotrack_core.depth.match import Region
 from stereotrack_core.depth.parameters import DepthParameters
@@ -18,7 +19,7 @@ from stereotrack_core.depth.points import Volume
 from stereotrack_core.depth.sources import NEAREST_RANGE, DepthSource, NoDepth
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.recording.description import Recording, View
-from stereotrack_core.recording.reader import FrameReader, ViewImages
+from stereotrack_core.recording.reader import ViewImages
 
 _FRAMES = 10
 """Frames, spread over the recording, in which the person is looked for."""
@@ -53,8 +54,16 @@ _SEEN_NEARER = 0.8
 _PLACE = ("volume_centre_x", "volume_centre_y", "volume_bottom", "volume_x", "volume_y", "volume_z")
 
 
+class AllPictures(Pictures, Protocol):
+    """Where the images of a whole recording come from; see :class:`FrameReader`."""
+
+    @property
+    def frame_count(self) -> int:
+        """Number of frame sets."""
+
+
 def settled(
-    recording: Recording, parameters: DepthParameters, reader: FrameReader, views: Sequence[str]
+    recording: Recording, parameters: DepthParameters, pictures: AllPictures, views: Sequence[str]
 ) -> DepthParameters:
     """Parameters with a working volume and a range of disparities that fit the recording.
 
@@ -75,7 +84,7 @@ def settled(
         middle = volume.corners().mean(axis=0)
         nearest = [float(view.project(middle[None])[2][0]) - _ARM for view in geometry]
         return _searched(parameters, geometry, nearest)
-    seen = _seen(recording, parameters, reader, views)
+    seen = _seen(recording, parameters, pictures, views)
     points = np.concatenate(seen)
     if len(points) < _FEW_POINTS:
         return parameters
@@ -136,17 +145,17 @@ def _searched(
 
 
 def _seen(
-    recording: Recording, parameters: DepthParameters, reader: FrameReader, views: Sequence[str]
+    recording: Recording, parameters: DepthParameters, pictures: AllPictures, views: Sequence[str]
 ) -> list[FloatArray]:
     """Points (N, 3), world, metres, of the person over the whole recording, view by view."""
     reduced = [_ReducedView(recording, recording.view(name), parameters) for name in views]
     if parameters.background_empty_scene:
         for view in reduced:
-            view.look_at_empty_scene(reader.background(view.name))
-    frames = range(reader.frame_count)
+            view.look_at_empty_scene(pictures.background(view.name))
+    frames = range(pictures.frame_count)
     most = min(_FRAMES, len(frames))
     for place in np.unique(np.linspace(0, len(frames) - 1, most).astype(int)):
-        images = reader.frame_set(frames[place]).views
+        images = pictures.frame_set(frames[place]).views
         for view in reduced:
             if view.name in images:
                 view.look(images[view.name])

@@ -205,10 +205,11 @@ class CloudStore:
 
     def _settled(self, key: CloudKey) -> DepthParameters:
         """Parameters that fit the recording, which is looked at once for all that do not differ."""
-        before, wanted = key.depth.values(), key.until(Stage.BACKGROUND)
+        before = key.depth.values()
+        wanted = stage_key(key.depth, Stage.MATCHING), key.depth.background_empty_scene
         if wanted not in self._fitting:
             views = usable_views(self.recording, None)
-            found = settled(self.recording, key.depth, self.reader, views).values()
+            found = settled(self.recording, key.depth, self.pictures, views).values()
             self._fitting[wanted] = {k: v for k, v in found.items() if v != before[k]}
         return key.depth.replaced(**self._fitting[wanted])
 
@@ -291,6 +292,11 @@ class _NumberedReader:
         self._store = store
         self._numbers: WeakKeyDictionary[ViewImages, int] = WeakKeyDictionary()
 
+    @property
+    def frame_count(self) -> int:
+        """Number of frame sets."""
+        return self._store.reader.frame_count
+
     def frame_set(self, k: int) -> FrameSet:
         """All images of one instant."""
         self._store.go_on()
@@ -300,6 +306,7 @@ class _NumberedReader:
 
     def background(self, view: str) -> tuple[ImageArray | None, ImageArray] | None:
         """Left and reference image of a view without anybody, where there are any."""
+        self._store.go_on()
         return self._store.reader.background(view)
 
     def number(self, images: ViewImages) -> int:
