@@ -18,6 +18,7 @@ from stereotrack_core.cli.arguments import (
 )
 from stereotrack_core.cli.output import OK, put_result, say
 from stereotrack_core.depth.chain import DepthChain
+from stereotrack_core.depth.volume import settled
 from stereotrack_core.interop.ply import write_cloud
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.reader import FrameReader
@@ -49,7 +50,8 @@ def run(args: Namespace) -> int:
     views = usable_views(recording, views_of(recording, args.views))
     with FrameReader(recording, views=views, colour=False) as reader:
         frame_set = reader.frame_set(args.frame)
-        chain = DepthChain(recording, settings.depth, views=views)
+        depth = settled(recording, settings.depth, reader, views)
+        chain = DepthChain(recording, depth, views=views)
         try:
             chain.learn_background(reader, range(reader.frame_count))
             cloud = chain.process(frame_set)

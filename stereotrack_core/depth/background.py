@@ -11,7 +11,9 @@ import numpy as np
 from stereotrack_core.arrays import BoolArray, Float32Array, ImageArray
 from stereotrack_core.depth.match import Region, changed_region
 from stereotrack_core.depth.parameters import DepthParameters
+from stereotrack_core.depth.points import Volume
 from stereotrack_core.depth.sources import DepthSource, StereoSource
+from stereotrack_core.depth.standing import standing_person
 
 _VALID_ABOVE = 0.5
 """How often a pixel's disparity must have been valid for its background to be known."""
@@ -115,6 +117,9 @@ def sharp_outline(picture: ImageArray, empty: ImageArray, foreground: BoolArray)
     return cv2.morphologyEx(closed, cv2.MORPH_OPEN, _OPENED).astype(bool)
 
 
+_BEHIND = 0.5
+"""Metres behind somebody who stood still from which the scene begins."""
+
 _REGION_MARGIN = 16  # px beyond the matcher's window
 
 
@@ -143,6 +148,8 @@ class ViewBackground:
         """The model from a recording, by the mode in the parameters."""
         if self._p.background_mode == "percentile":
             self._set(percentile_model(disparities, self._p.background_percentile))
+            if self._p.background_standing and self._forget_standing(disparities):
+                return  # the pictures show the person too
             if pictures:
                 stack = np.sort(np.stack(pictures, axis=-1), axis=-1)
                 self._picture = np.ascontiguousarray(stack[..., len(pictures) // 2])
@@ -150,6 +157,27 @@ class ViewBackground:
             whole = Region.whole(self._source.geometry.width, self._source.geometry.height)
             for disparity in disparities:
                 self.learn(disparity, whole)
+
+    def _forget_standing(self, disparities: Sequence[Float32Array]) -> bool:
+        """Take somebody who stood still out of the model; whether there was anybody.
+
+        What is nearer than half a metre behind the person is foreground there from now on.
+        """
+        model, limit = self.model, self._limit
+        if model is None or limit is None:
+            return False
+        source = self._source
+        learned = source.ranges(np.where(np.isfinite(limit), model.disparity, np.float32(np.nan)))
+        in_front = [disparity > limit for disparity in disparities]
+        ranges = [source.ranges(disparity) for disparity in disparities]
+        volume = Volume.of(self._p)
+        standing = standing_person(source.geometry, volume, learned, in_front, ranges)
+        if not standing.any():
+            return False
+        behind = learned + np.float32(_BEHIND)
+        disparity = np.where(standing, source.disparity_of(behind), model.disparity)
+        self._set(BackgroundModel(disparity.astype(np.float32), model.frequency))
+        return True
 
     def learn(self, disparity: Float32Array, region: Region) -> None:
         """One step of the running average; nothing is valid outside the region."""

@@ -89,6 +89,9 @@ class DepthParameters(ParameterGroup):
     background_percentile: float = parameter(5.0, _BACKGROUND, (0.0, 100.0), unit="%")(
         "Percentile of a pixel's disparities used as background."
     )
+    background_standing: bool = parameter(True, _BACKGROUND, thesis=False)(
+        "Keep somebody who stands still out of a background that is learned from the recording."
+    )
     background_doubt: bool = parameter(True, _BACKGROUND, thesis=False)(
         "Use the silhouette (difference from the background image) as evidence: background "
         "disparities inside it are discarded."
@@ -107,6 +110,11 @@ class DepthParameters(ParameterGroup):
         "Remove the border that block matching adds around the person: never; where the image "
         "looks like the background image; or outside the sharp silhouette (border points remain "
         "available for the arm search, but are not measurements)."
+    )
+    volume_from_recording: bool = parameter(True, _VOLUME, thesis=False)(
+        "Where the cameras do not stand around the origin, put the volume around the places where "
+        "somebody is seen, and search as many disparities as that needs. Has no effect on values "
+        "that are not the defaults."
     )
     volume_centre_x: float = parameter(0.0, _VOLUME, unit="m")("Centre of the volume, east.")
     volume_centre_y: float = parameter(0.0, _VOLUME, unit="m")("Centre of the volume, north.")

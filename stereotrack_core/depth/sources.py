@@ -18,7 +18,7 @@ from stereotrack_core.depth.subpixel import refined_disparity
 from stereotrack_core.recording.reader import ViewImages
 
 _DARK_BELOW = 16  # of 255
-_NEAREST_RANGE = 0.3  # metres; nothing nearer is looked for even where the volume allows it
+NEAREST_RANGE = 0.3  # metres; nothing nearer is looked for even where the volume allows it
 _NOMINAL_BASELINE = 0.12  # metres; makes inverse depth comparable with a stereo disparity
 
 
@@ -116,6 +116,12 @@ class StereoSource:
         """Range z = f b / (d - offset), metres."""
         return range_of_disparity(self.geometry, disparity)
 
+    def disparity_of(self, ranges: Float32Array) -> Float32Array:
+        """Disparity, pixels, of ranges z, metres."""
+        geometry = self.geometry
+        scale = np.float32(geometry.focal * geometry.baseline)
+        return scale / ranges + np.float32(geometry.disparity_offset)
+
 
 class DepthSource:
     """Takes a measured depth image; stands in the chain where matching does for a pair."""
@@ -139,6 +145,10 @@ class DepthSource:
     def ranges(self, disparity: Float32Array) -> Float32Array:
         """Range z, metres, of inverse depth."""
         return self._scale / disparity
+
+    def disparity_of(self, ranges: Float32Array) -> Float32Array:
+        """Inverse depth, pixels of the nominal base line, of ranges z, metres."""
+        return self._scale / ranges
 
     def person_mask(self, images: ViewImages) -> BoolArray | None:
         """Rectified mask (H, W) of the person, or None."""
@@ -168,7 +178,7 @@ def disparity_range(geometry: DepthGeometry, p: DepthParameters) -> DisparityRan
     highest = lowest + p.disparity_count - 1
     if p.disparity_from_volume:
         corners = geometry.world_from_depth.inverse().apply(Volume.of(p).corners())
-        nearest = max(float(corners[:, 2].min()), _NEAREST_RANGE)
+        nearest = max(float(corners[:, 2].min()), NEAREST_RANGE)
         highest = min(highest, geometry.focal * geometry.baseline / nearest + 1.0)
     minimum = int(np.floor(lowest + geometry.disparity_offset))
     maximum = int(np.ceil(highest + geometry.disparity_offset))

@@ -20,6 +20,7 @@ from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.proportions import proportions_of
 from stereotrack_core.depth.chain import DepthChain
 from stereotrack_core.depth.cloud import FRAMES_APART, Cloud, contradicted_share
+from stereotrack_core.depth.volume import settled
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.detections import Detections
 from stereotrack_core.recording.folder import fingerprint
@@ -110,25 +111,25 @@ class Pipeline:
             recording = dataclasses.replace(recording, subject=subject_of_meta(begun.meta))
         self.recording = recording
         self.spec = spec
-        self.settings = settings = spec.settings
         self.views = usable_views(recording, spec.views)
         self._shared = clouds
         self._detections = spec.detections or Detections()
-        coloured = False
+        self._owns_reader = clouds is None and reader is None
         if clouds is None:
-            coloured = settings.tracking.wants_colour and has_colours(recording, self.views)
-            self.chain = DepthChain(recording, settings.depth, views=self.views, colour=coloured)
+            coloured = spec.settings.tracking.wants_colour and has_colours(recording, self.views)
+            self.reader = reader or FrameReader(
+                recording, views=self.views, colour=coloured if spec.colour is None else spec.colour
+            )
+            depth = settled(recording, spec.settings.depth, self.reader, self.views)
+            self.chain = DepthChain(recording, depth, views=self.views, colour=coloured)
         else:
-            self.chain, reader = clouds.chain, clouds.reader
+            self.chain, self.reader = clouds.chain, clouds.reader
+        self.settings = settings = dataclasses.replace(spec.settings, depth=self.chain.parameters)
         self._cameras = cameras_of(recording, self.views)
         self._track(body_model(proportions_of(recording.subject), settings.body))
         self._init, self._given = spec.init, "pose"
         self._found: Pose | None = None
-        self._owns_reader = reader is None
         self._release_blas = one_blas_thread.hold()
-        self.reader = reader or FrameReader(
-            recording, views=self.views, colour=coloured if spec.colour is None else spec.colour
-        )
         self._asked: range | None = None
         now = datetime.now(UTC).isoformat(timespec="milliseconds")
         self._made_at = now if begun is None else str(begun.meta.get("made", now))

@@ -16,7 +16,9 @@ import numpy as np
 from stereotrack_core.depth.cloud import PointCounts
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.points import Volume
+from stereotrack_core.depth.volume import settled
 from stereotrack_core.recording.description import Recording, View
+from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.tracking.frame import Run, TrackedFrame
 from stereotrack_core.tracking.parameters import Settings
 
@@ -226,7 +228,10 @@ class Untracked:
         away = float(np.linalg.norm(np.array(middle) - camera))
         if not _NEAR < away < _FAR:
             return f"{what}: they are {away:.3g} m from the camera", _UNIT
-        volume = Volume.of(self.settings.depth)
+        used = tuple(self._counts)
+        with FrameReader(self.recording, views=used, colour=False) as reader:
+            depth = settled(self.recording, self.settings.depth, reader, used)
+        volume = Volume.of(depth)
         spans = (
             f"{low:.1f} to {high:.1f}" for low, high in zip(volume.low, volume.high, strict=True)
         )

@@ -30,6 +30,7 @@ from stereotrack_core.body.skeleton import PARENTS, PARTS, TORSO
 from stereotrack_core.depth.chain import DepthChain
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.depth.parameters import DepthParameters
+from stereotrack_core.depth.volume import settled
 from stereotrack_core.errors import Cancelled
 from stereotrack_core.filtering.linearisation import Information, posterior
 from stereotrack_core.filtering.smoothing import smooth
@@ -104,7 +105,8 @@ def recorded_depth(
         yield None
         return
     with FrameReader(recording, views=names, colour=False) as reader:
-        chain = DepthChain(recording, DepthParameters(), views=names)
+        parameters = settled(recording, DepthParameters(), reader, names)
+        chain = DepthChain(recording, parameters, views=names)
         try:
             chain.learn_background(reader, range(reader.frame_count))
 

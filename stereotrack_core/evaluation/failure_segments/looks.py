@@ -15,11 +15,13 @@ from stereotrack_core.body.surface import limbs_of_cones, nearest_on_surface
 from stereotrack_core.depth.chain import DepthChain
 from stereotrack_core.depth.cloud import Cloud, ViewDepth
 from stereotrack_core.depth.parameters import DepthParameters
+from stereotrack_core.depth.volume import settled
 from stereotrack_core.errors import Cancelled
 from stereotrack_core.evaluation.circumstances import limb_ends
 from stereotrack_core.geometry.triangulation import segment_distance
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.reader import FrameReader
+from stereotrack_core.recording.selection import usable_views
 from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.shared_clouds import read_cloud
 from stereotrack_core.tracking.stored import body_of_run, pose_of_run
@@ -70,9 +72,11 @@ class Looker:
         known = {row.name for row in DepthParameters.rows()}
         stored = {k: v for k, v in run.meta.get("parameters", {}).items() if k in known}
         views = [v for v in run.meta.get("views", []) if v in {w.name for w in recording.views}]
-        parameters = DepthParameters().replaced(**stored)
-        self._chain = DepthChain(recording, parameters, views=views or None)
-        self._reader = FrameReader(recording, views=self._chain.view_names, colour=False)
+        used = usable_views(recording, views or None)
+        self._reader = FrameReader(recording, views=used, colour=False)
+        given = DepthParameters().replaced(**stored)
+        parameters = settled(recording, given, self._reader, used)
+        self._chain = DepthChain(recording, parameters, views=used)
         self._body = body_of_run(run)
         self._learned = False
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.depth.chain import DepthChain
+from stereotrack_core.depth.volume import settled
 from stereotrack_core.errors import Cancelled
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.reader import FrameReader, has_colours
@@ -161,10 +162,9 @@ def _clouds_for(given: RunInput, stack: ExitStack) -> SharedClouds:
     recording, settings = given.recording, given.spec.settings
     names = usable_views(recording, given.spec.views)
     colour = settings.tracking.wants_colour and has_colours(recording, names)
-    chain = stack.enter_context(
-        closing(DepthChain(recording, settings.depth, views=names, colour=colour))
-    )
     reader = stack.enter_context(FrameReader(recording, views=names, colour=colour))
+    depth = settled(recording, settings.depth, reader, names)
+    chain = stack.enter_context(closing(DepthChain(recording, depth, views=names, colour=colour)))
     return SharedClouds(chain, reader)
 
 

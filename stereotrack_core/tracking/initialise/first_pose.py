@@ -13,6 +13,7 @@ from stereotrack_core.body.pose import Pose
 from stereotrack_core.depth.chain import DepthChain
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.depth.parameters import DepthParameters
+from stereotrack_core.depth.volume import settled
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.tracking.estimate import Estimate
 from stereotrack_core.tracking.initialise.finder import PoseFinder
@@ -75,7 +76,8 @@ def first_pose_from_images(
     learned_from : range
         Frames from which the background is learned where there are no images of it.
     """
-    chain = DepthChain(reader.recording, DepthParameters(), views=views)
+    parameters = settled(reader.recording, DepthParameters(), reader, views)
+    chain = DepthChain(reader.recording, parameters, views=views)
     try:
         chain.learn_background(reader, learned_from)
         clouds = [chain.process(reader.frame_set(frame)) for frame in frames]

@@ -17,10 +17,13 @@ from stereotrack_core.depth.match import Region
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.rectify import Rectification
 from stereotrack_core.depth.sources import DepthSource, StereoFrame, StereoSource
+from stereotrack_core.depth.volume import settled
 from stereotrack_core.errors import Cancelled
 from stereotrack_core.memory import Memory, bytes_of
+from stereotrack_core.parameters import Value
 from stereotrack_core.recording.description import Recording, View
 from stereotrack_core.recording.reader import FrameReader, FrameSet, ViewImages
+from stereotrack_core.recording.selection import usable_views
 from stereotrack_core.tracking.tuning.stages import Stage, stage_key
 
 _CHAINS = 4
@@ -119,6 +122,7 @@ class CloudStore:
         self.cancelled: Callable[[], bool] = never
         self._rectified: dict[tuple[str, float], Rectification] = {}
         self._chains: OrderedDict[CloudKey, DepthChain] = OrderedDict()
+        self._fitting: dict[Hashable, dict[str, Value]] = {}
 
     def close(self) -> None:
         """Forget everything and end the threads."""
@@ -184,9 +188,10 @@ class CloudStore:
                 self._rectified[place] = rectification_of(recording, view, p)
             if view.left is None:
                 return DepthSource(self._rectified[place])
-            return _RememberingStereo(self._rectified[place], key, view.name, self)
+            of = key.until(Stage.MATCHING), view.name
+            return _RememberingStereo(self._rectified[place], p, of, self)
 
-        chain = DepthChain(self.recording, key.depth, sources=source)
+        chain = DepthChain(self.recording, self._settled(key), sources=source)
         learned = self._learned(key)
         try:
             if learned is not None:
@@ -197,6 +202,16 @@ class CloudStore:
             chain.close()
             raise
         return chain
+
+    def _settled(self, key: CloudKey) -> DepthParameters:
+        """Parameters that fit the recording, which is looked at once for all that do not differ."""
+        before = key.depth.values()
+        wanted = stage_key(key.depth, Stage.MATCHING), key.depth.background_empty_scene
+        if wanted not in self._fitting:
+            views = usable_views(self.recording, None)
+            found = settled(self.recording, key.depth, self.pictures, views).values()
+            self._fitting[wanted] = {k: v for k, v in found.items() if v != before[k]}
+        return key.depth.replaced(**self._fitting[wanted])
 
     def _learned(self, key: CloudKey) -> DepthChain | None:
         """A chain that knows the same empty scene, once and for all."""
@@ -277,6 +292,11 @@ class _NumberedReader:
         self._store = store
         self._numbers: WeakKeyDictionary[ViewImages, int] = WeakKeyDictionary()
 
+    @property
+    def frame_count(self) -> int:
+        """Number of frame sets."""
+        return self._store.reader.frame_count
+
     def frame_set(self, k: int) -> FrameSet:
         """All images of one instant."""
         self._store.go_on()
@@ -286,6 +306,7 @@ class _NumberedReader:
 
     def background(self, view: str) -> tuple[ImageArray | None, ImageArray] | None:
         """Left and reference image of a view without anybody, where there are any."""
+        self._store.go_on()
         return self._store.reader.background(view)
 
     def number(self, images: ViewImages) -> int:
@@ -297,10 +318,14 @@ class _RememberingStereo(StereoSource):
     """A stereo source of a store, which keeps the frames that were opened."""
 
     def __init__(
-        self, rectification: Rectification, key: CloudKey, view: str, store: CloudStore
+        self,
+        rectification: Rectification,
+        parameters: DepthParameters,
+        of: tuple[Hashable, str],
+        store: CloudStore,
     ) -> None:
-        super().__init__(rectification, key.depth)
-        self._store, self._of = store, (key.until(Stage.MATCHING), view)
+        super().__init__(rectification, parameters)
+        self._store, self._of = store, of
 
     def open(self, images: ViewImages) -> _RememberedFrame:
         """Rectify, or take what was rectified; see :class:`StereoSource`."""

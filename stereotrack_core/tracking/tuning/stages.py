@@ -35,6 +35,7 @@ _OF_DEPTH: Mapping[str, Stage] = MappingProxyType(
             "background_rate",
             "background_validity_rate",
             "background_percentile",
+            "background_standing",
         ),
         Stage.BACKGROUND,
     )

@@ -1,0 +1,162 @@
+"""Somebody who stands still while the background is learned, told from the scene."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import cv2
+import numpy as np
+
+from stereotrack_core.arrays import BoolArray, Float32Array, FloatArray
+from stereotrack_core.depth.cloud import DepthGeometry
+from stereotrack_core.depth.points import Volume
+
+_MOVES = 0.1
+"""Share of the frames in which what moves stands in front of the learned background."""
+
+_JUMP = 0.06
+"""Metres between neighbouring pixels at which a surface ends."""
+
+_AREA = (0.03, 1.6)
+"""Square metres of a person that a camera sees, without what moves."""
+
+_LARGEST = 2.3
+"""Metres that a person measures at most, in any direction."""
+
+_MOST_PLANES, _TRIES, _SAMPLED = 6, 300, 1500
+_THICKNESS, _PLANE = 0.08, 2.0
+"""Metres of noise around floor and walls, and their least area, in square metres."""
+
+_TOUCHING = np.ones((7, 7), np.uint8)
+_NEAR = 0.35
+"""Metres of range between a trunk and the limbs that move in front of it or beside it."""
+
+_LEAST_TOUCHING = 12
+"""Pixels."""
+
+
+def standing_person(
+    geometry: DepthGeometry,
+    volume: Volume,
+    learned: Float32Array,
+    in_front: Sequence[BoolArray],
+    ranges: Sequence[Float32Array],
+) -> BoolArray:
+    """Pixels (H, W) of the learned background that are a person, parts of whom move.
+
+    A surface of a person's size in the working volume that touches, in the image and in range, what
+    moves in front of the background or beside it. A wall or a floor is larger, furniture is not
+    touched as a rule.
+
+    Parameters
+    ----------
+    learned : array (H, W)
+        Ranges of the learned background, metres, NaN where it is not known.
+    in_front : sequence of array (H, W)
+        Foreground of the frames that it was learned from.
+    ranges : sequence of array (H, W)
+        Ranges of these frames, metres.
+    """
+    standing = np.zeros(learned.shape, dtype=bool)
+    share = np.mean(in_front, axis=0)
+    moving = share >= _MOVES
+    if not moving.any():
+        return standing
+    shown = np.where(np.stack(in_front), np.stack(ranges), np.nan)
+    with np.errstate(all="ignore"):
+        moving_range = np.nanmedian(shown[:, moving], axis=0)
+    mover = np.full(learned.shape, np.nan, dtype=np.float32)
+    mover[moving] = moving_range
+    moving &= _inside(geometry, volume, mover)
+    learned = np.where(_inside(geometry, volume, learned), learned, np.float32(np.nan))
+    surfaces = (_surfaces(learned) & ~_planes(geometry, learned)).astype(np.uint8)
+    _, labels = cv2.connectedComponents(surfaces, connectivity=4)
+    touched = cv2.dilate(labels.astype(np.int16), _TOUCHING)
+    for label in np.unique(touched[moving]):
+        if label and _is_person(geometry, learned, labels == label, moving, mover):
+            standing |= labels == label
+    return _closed(standing, learned)
+
+
+def _inside(geometry: DepthGeometry, volume: Volume, ranges: Float32Array) -> BoolArray:
+    """Pixels (H, W) whose points are in the volume."""
+    inside = np.isfinite(ranges)
+    v, u = np.nonzero(inside)
+    inside[v, u] = volume.contains(geometry.points(u, v, ranges[v, u].astype(np.float64)))
+    return inside
+
+
+def _surfaces(learned: Float32Array) -> BoolArray:
+    """Pixels (H, W) whose surface goes on to the next row and column."""
+    steps = [np.abs(np.diff(learned, axis=axis, append=np.nan)) for axis in (0, 1)]
+    result: BoolArray = (steps[0] < _JUMP) & (steps[1] < _JUMP)
+    return result
+
+
+def _planes(geometry: DepthGeometry, learned: Float32Array) -> BoolArray:
+    """Pixels (H, W) of floor and walls: planes of more than a person's area.
+
+    Found one after the other as the plane through three of the points that explains most: random
+    sample consensus (Fischler and Bolles, doi:10.1145/358669.358692).
+    """
+    v, u = np.nonzero(np.isfinite(learned))
+    points = geometry.points(u, v, learned[v, u].astype(np.float64))
+    area = np.square(learned[v, u].astype(np.float64) / geometry.focal)
+    left, random = np.arange(len(points)), np.random.default_rng(0)
+    found = np.zeros(learned.shape, dtype=bool)
+    for _ in range(_MOST_PLANES):
+        some = random.permutation(left)[:_SAMPLED]
+        if len(some) < _SAMPLED:
+            break  # too few pixels for a plane of that area
+        normal, offset = _best_plane(points[some], area[some], random)
+        on_it = np.abs(points[left] @ normal - offset) < _THICKNESS
+        if area[left[on_it]].sum() < _PLANE:
+            break
+        found[v[left[on_it]], u[left[on_it]]] = True
+        left = left[~on_it]
+    return found
+
+
+def _best_plane(
+    points: FloatArray, area: FloatArray, random: np.random.Generator
+) -> tuple[FloatArray, float]:
+    """Normal (3,) and offset of the plane near which most of the area (N,) of points (N, 3) is."""
+    three = points[random.integers(len(points), size=(_TRIES, 3))]
+    normals = np.cross(three[:, 1] - three[:, 0], three[:, 2] - three[:, 0])
+    length = np.linalg.norm(normals, axis=1)
+    three, normals = three[length > 0], normals[length > 0] / length[length > 0, None]
+    offsets = (normals * three[:, 0]).sum(axis=1)
+    near = np.abs(points @ normals.T - offsets) < _THICKNESS
+    best = int(np.argmax(area @ near))
+    return normals[best], float(offsets[best])
+
+
+def _is_person(
+    geometry: DepthGeometry,
+    learned: Float32Array,
+    surface: BoolArray,
+    moving: BoolArray,
+    mover: Float32Array,
+) -> bool:
+    """Whether a surface is of a person's size and touches what moves."""
+    z = learned[surface].astype(np.float64)
+    low, high = _AREA
+    if not low < float(np.square(z / geometry.focal).sum()) < high:
+        return False
+    v, u = np.nonzero(surface)
+    points = geometry.points(u, v, z)
+    extent = np.ptp(np.percentile(points, [2, 98], axis=0), axis=0)
+    if float(np.linalg.norm(extent)) > _LARGEST:
+        return False
+    weight = cv2.blur(surface.astype(np.float32), _TOUCHING.shape)
+    filled = cv2.blur(np.where(surface, learned, np.float32(0)), _TOUCHING.shape)
+    beside = moving & (weight > 0)
+    apart = np.abs(mover[beside] - filled[beside] / weight[beside])
+    return int(np.count_nonzero(apart < _NEAR)) >= _LEAST_TOUCHING
+
+
+def _closed(standing: BoolArray, learned: Float32Array) -> BoolArray:
+    """With the borders and small gaps that its surfaces leave."""
+    grown = cv2.morphologyEx(standing.astype(np.uint8), cv2.MORPH_CLOSE, _TOUCHING)
+    result: BoolArray = (cv2.dilate(grown, np.ones((3, 3), np.uint8)) > 0) & np.isfinite(learned)
+    return result

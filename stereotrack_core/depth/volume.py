@@ -1,0 +1,245 @@
+"""Where the person is: the working volume and the disparities to search, from the recording."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Protocol
+
+import cv2
+import numpy as np
+
+from stereotrack_core.arrays import BoolArray, Float32Array, FloatArray, ImageArray
+from stereotrack_core.depth.background import empty_scene_model, percentile_model
+from stereotrack_core.depth.chain import Pictures, rectification_of, source_of
+from stereotrack_core.depth.cloud import DepthGeometry
+from stereotrack_core.depth.match import Region
+from stereotrack_core.depth.parameters import DepthParameters
+from stereotrack_core.depth.points import Volume
+from stereotrack_core.depth.sources import NEAREST_RANGE, DepthSource, NoDepth
+from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.recording.description import Recording, View
+from stereotrack_core.recording.reader import ViewImages
+
+_FRAMES = 10
+"""Frames, spread over the recording, in which the person is looked for."""
+
+_COLUMNS = 320
+"""Width that images are reduced to, so that a wide range of disparities costs little."""
+
+_AROUND = np.cos(np.radians(30.0))
+"""Cosine of the angle between optical axes from which cameras stand around what they look at."""
+
+_NEARER = 1.0
+"""Pixels of disparity, in the reduced images, from which something stands in front of what is there
+at other times."""
+
+_USUAL = 20.0
+"""Percentile of a pixel's disparities that is taken for what is there at other times."""
+
+_OPENED = np.ones((3, 3), np.uint8)
+_FEW_POINTS = 100
+_MOSTLY = 0.6
+"""Share of the points inside the default volume from which that one is taken."""
+
+_MARGIN = 0.6
+"""Metres around the places where the person was seen: arms reach farther at other times."""
+
+_ARM = 0.9
+"""Metres that a person in the middle of the volume reaches towards a camera."""
+
+_SEEN_NEARER = 0.8
+"""Share of the least range at which the person is seen that is searched as well."""
+
+_PLACE = ("volume_centre_x", "volume_centre_y", "volume_bottom", "volume_x", "volume_y", "volume_z")
+
+
+class AllPictures(Pictures, Protocol):
+    """Where the images of a whole recording come from; see :class:`FrameReader`."""
+
+    @property
+    def frame_count(self) -> int:
+        """Number of frame sets."""
+
+
+def settled(
+    recording: Recording, parameters: DepthParameters, pictures: AllPictures, views: Sequence[str]
+) -> DepthParameters:
+    """Parameters with a working volume and a range of disparities that fit the recording.
+
+    The volume's default, around the world's origin, is taken where cameras stand around it.
+    Elsewhere the person is looked for, in some frames of reduced images with depths from 0.3 m on,
+    as what a mask shows or what is nearer than at other times; the volume is put around all places
+    where that was. As many disparities are searched as the person's least range asks for. Values
+    that somebody has changed stay as they are. What is found does not depend on the frames that are
+    tracked.
+    """
+    if not parameters.volume_from_recording:
+        return parameters
+    geometry = [rectification_of(recording, recording.view(n), parameters).geometry for n in views]
+    volume, usual = Volume.of(parameters), DepthParameters()
+    if any(getattr(parameters, name) != getattr(usual, name) for name in _PLACE):
+        return parameters
+    if _stand_around(volume, geometry):
+        middle = volume.corners().mean(axis=0)
+        nearest = [float(view.project(middle[None])[2][0]) - _ARM for view in geometry]
+        return _searched(parameters, geometry, nearest)
+    seen = _seen(recording, parameters, pictures, views)
+    points = np.concatenate(seen)
+    if len(points) < _FEW_POINTS:
+        return parameters
+    if volume.contains(points).mean() < _MOSTLY:
+        parameters = _placed(parameters, points)
+    nearest = [
+        _SEEN_NEARER * float(np.percentile(view.project(own)[2], 5)) if len(own) else np.inf
+        for view, own in zip(geometry, seen, strict=True)
+    ]
+    return _searched(parameters, geometry, nearest)
+
+
+def _stand_around(volume: Volume, geometry: Sequence[DepthGeometry]) -> bool:
+    """Whether views from clearly different sides see the middle of the volume, low and high."""
+    middle = volume.corners().mean(axis=0)
+    column = middle + np.linspace(-0.4, 0.4, 3)[:, None] * [0.0, 0.0, 1.0]
+    axes = []
+    for view in geometry:
+        with np.errstate(divide="ignore", invalid="ignore"):
+            u, v, z = view.project(column)
+        inside = (z > NEAREST_RANGE) & (u >= 0) & (u < view.width) & (v >= 0) & (v < view.height)
+        if inside.all():
+            axes.append(view.world_from_depth.rotation[:, 2])
+    return len(axes) > 1 and bool((np.array(axes) @ np.array(axes).T).min() < _AROUND)
+
+
+def _placed(parameters: DepthParameters, points: FloatArray) -> DepthParameters:
+    """The volume around points (N, 3), world, metres; nowhere smaller than the default."""
+    low, high = np.percentile(points, [2, 98], axis=0)
+    centre, size = 0.5 * (low + high), high - low + 2.0 * _MARGIN
+    least = np.array([parameters.volume_x, parameters.volume_y, parameters.volume_z])
+    size = np.maximum(size, least)
+    x, y, z = np.round(centre, 2).tolist()
+    width, depth, height = np.round(size, 2).tolist()
+    return parameters.replaced(
+        volume_centre_x=x,
+        volume_centre_y=y,
+        volume_bottom=round(z - 0.5 * height, 2),
+        volume_x=width,
+        volume_y=depth,
+        volume_z=height,
+    )
+
+
+def _searched(
+    parameters: DepthParameters, geometry: Sequence[DepthGeometry], nearest: Sequence[float]
+) -> DepthParameters:
+    """At least as many disparities as the views need to see what is so near, in metres."""
+    needed = [
+        view.focal * view.baseline / max(near, NEAREST_RANGE) + 2.0
+        for view, near in zip(geometry, nearest, strict=True)
+    ]
+    row = next(row for row in parameters.rows() if row.name == "disparity_count")
+    count = 16 * int(np.ceil(max(needed) / 16.0))
+    if parameters.disparity_count != row.default or count <= row.default:
+        return parameters
+    return parameters.replaced(disparity_count=min(count, int(row.maximum or count)))
+
+
+def _seen(
+    recording: Recording, parameters: DepthParameters, pictures: AllPictures, views: Sequence[str]
+) -> list[FloatArray]:
+    """Points (N, 3), world, metres, of the person over the whole recording, view by view."""
+    reduced = [_ReducedView(recording, recording.view(name), parameters) for name in views]
+    if parameters.background_empty_scene:
+        for view in reduced:
+            view.look_at_empty_scene(pictures.background(view.name))
+    frames = range(pictures.frame_count)
+    most = min(_FRAMES, len(frames))
+    for place in np.unique(np.linspace(0, len(frames) - 1, most).astype(int)):
+        images = pictures.frame_set(frames[place]).views
+        for view in reduced:
+            if view.name in images:
+                view.look(images[view.name])
+    return [view.person() for view in reduced]
+
+
+class _ReducedView:
+    """Looks for the person in reduced images of one view."""
+
+    def __init__(self, recording: Recording, view: View, p: DepthParameters) -> None:
+        self.name = view.name
+        self._shrink = max(1, round(recording.reference_camera(view).width / _COLUMNS))
+        cameras = {n: _reduced(camera, self._shrink) for n, camera in recording.cameras.items()}
+        small = replace(recording, cameras=cameras)
+        coarse = p.replaced(
+            matcher="bm", disparity_minimum=0, disparity_from_volume=False, least_focal=0.0
+        )
+        geometry = rectification_of(small, view, coarse).geometry
+        count = int(np.clip(geometry.focal * geometry.baseline / NEAREST_RANGE, 16, 512))
+        self._source = source_of(small, view, coarse.replaced(disparity_count=count))
+        self._empty: Float32Array | None = None
+        self._seen: list[tuple[Float32Array, BoolArray | None]] = []
+
+    def look_at_empty_scene(self, images: tuple[ImageArray | None, ImageArray] | None) -> None:
+        """Measure what is there when nobody is."""
+        if images is not None and images[0] is not None:
+            found = self._measured(ViewImages(image=images[1], left=images[0]))
+            self._empty = None if found is None else found[0]
+
+    def look(self, images: ViewImages) -> None:
+        """Measure one frame."""
+        found = self._measured(images)
+        if found is not None:
+            self._seen.append(found)
+
+    def _measured(self, images: ViewImages) -> tuple[Float32Array, BoolArray | None] | None:
+        """Disparities and mask (h, w); None without depth."""
+        s, geometry = self._shrink, self._source.geometry
+        sampled = slice(s // 2, s * geometry.height, s), slice(s // 2, s * geometry.width, s)
+        small = ViewImages(
+            image=self._small(images.image),
+            left=None if images.left is None else self._small(images.left),
+            depth=None if images.depth is None else images.depth[sampled],
+            mask=None if images.mask is None else images.mask[sampled],
+        )
+        try:
+            frame = self._source.open(small)
+        except NoDepth:
+            return None
+        depth = self._source if isinstance(self._source, DepthSource) else None
+        mask = None if depth is None else depth.person_mask(small)
+        return frame.disparity(Region.whole(geometry.width, geometry.height)), mask
+
+    def _small(self, image: ImageArray) -> ImageArray:
+        geometry, s = self._source.geometry, self._shrink
+        cut = image[: s * geometry.height, : s * geometry.width]
+        size = geometry.width, geometry.height
+        return cv2.resize(cut, size, interpolation=cv2.INTER_AREA).astype(np.uint8, copy=False)
+
+    def person(self) -> FloatArray:
+        """Points (N, 3), world, metres, of what a mask shows or what is nearer than usually."""
+        found = [np.zeros((0, 3))]
+        if not self._seen:
+            return found[0]
+        disparities = [disparity for disparity, _ in self._seen]
+        if self._empty is None:
+            usual = percentile_model(disparities, _USUAL)
+        else:
+            usual = empty_scene_model(self._empty)
+        limit = usual.limit(_NEARER)
+        for disparity, mask in self._seen:
+            shown = np.isfinite(limit) & (disparity > limit) if mask is None else mask
+            opened = cv2.morphologyEx(shown.astype(np.uint8), cv2.MORPH_OPEN, _OPENED)
+            ranges = self._source.ranges(disparity)
+            v, u = np.nonzero(opened.astype(bool) & np.isfinite(ranges))
+            z = ranges[v, u].astype(np.float64)
+            found.append(self._source.geometry.points(u, v, z))
+        return np.concatenate(found)
+
+
+def _reduced(camera: Camera, shrink: int) -> Camera:
+    """The camera as its images are reduced by a whole number."""
+    matrix = camera.matrix.copy()
+    matrix[:2] /= shrink
+    matrix[:2, 2] += 0.5 / shrink - 0.5  # the centre of the first pixel is (0, 0)
+    width, height = camera.width // shrink, camera.height // shrink
+    return replace(camera, matrix=matrix, width=width, height=height)
