@@ -9,7 +9,6 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-import numba
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray, IntArray
@@ -24,9 +23,10 @@ from stereotrack_core.body.skeleton import (
     TORSO,
     Skeleton,
 )
+from stereotrack_core.compiled import compiled
 
 
-@numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+@compiled()
 def chain(
     turns: Any,
     position: Any,
@@ -80,7 +80,7 @@ def chain(
                 origins[s, part, i] = origins[s, above, i] + (a * x + b * y + c * z)
 
 
-@numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+@compiled()
 def turn_towards(rotation: Any, direction: Any, result: Any) -> None:
     """Turn N rotations (N, 3, 3) the shortest way so that z points along directions (N, 3)."""
     turn = result[0].copy()
@@ -106,7 +106,7 @@ def turn_towards(rotation: Any, direction: Any, result: Any) -> None:
                 result[n, i, j] = R[i, 0] * turn[0, j] + R[i, 1] * turn[1, j] + R[i, 2] * turn[2, j]
 
 
-@numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+@compiled()
 def displace(rotations: Any, joints: Any, delta: Any, result: Any) -> None:
     """Turn the parts of one pose (P, 3, 3) by error states (S, 6 + 2 J) of its joints (J,).
 
@@ -122,7 +122,7 @@ def displace(rotations: Any, joints: Any, delta: Any, result: Any) -> None:
             _multiplied(rotations[joints[k]], turn, result[s, joints[k]])
 
 
-@numba.njit(cache=True, nogil=True, inline="always")  # type: ignore[untyped-decorator]
+@compiled(inline="always")
 def _turn(x: float, y: float, z: float, turn: Any) -> None:
     """Fill the rotation matrix of a rotation vector (Rodrigues)."""
     squared = x * x + y * y + z * z
@@ -137,14 +137,14 @@ def _turn(x: float, y: float, z: float, turn: Any) -> None:
     turn[2, 0], turn[2, 1], turn[2, 2] = xz - a * y, yz + a * x, 1.0 - xx - yy
 
 
-@numba.njit(cache=True, nogil=True, inline="always")  # type: ignore[untyped-decorator]
+@compiled(inline="always")
 def _multiplied(A: Any, B: Any, result: Any) -> None:
     for i in range(3):
         for j in range(3):
             result[i, j] = A[i, 0] * B[0, j] + A[i, 1] * B[1, j] + A[i, 2] * B[2, j]
 
 
-@numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+@compiled()
 def localise(points: Any, part: Any, rotations: Any, origins: Any, local: Any) -> None:
     """Fill places (N, 3) in the frames of their parts of points (N, 3), world."""
     for n in range(points.shape[0]):
