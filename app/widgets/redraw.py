@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TypeAlias
 
+from pyqtgraph.Qt import isQObjectAlive
 from PySide6.QtCore import QObject, QTimer, Slot
-from shiboken6 import isValid
 
 Piece: TypeAlias = Callable[[], None]
 """A method of an object; nothing is drawn of a Qt object that is gone."""
@@ -41,5 +41,5 @@ class RedrawQueue(QObject):
         if not self._waiting:
             self._timer.stop()
         owner = getattr(piece, "__self__", None)
-        if not isinstance(owner, QObject) or isValid(owner):
+        if not isinstance(owner, QObject) or isQObjectAlive(owner):
             piece()
