@@ -65,6 +65,7 @@ def scene_of(
         point_legend=legend,
         meshes=tuple(meshes),
         reference=instant.reference,
+        reference_is_old=instant.reference_is_old,
         cameras=cameras,
         camera_images=_small_images(instant),
         highlighted=highlighted,
