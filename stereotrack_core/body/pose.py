@@ -60,17 +60,19 @@ def chain(
         Filled in.
     """
     for s in range(turns.shape[0]):
-        rotations[s, 0] = turns[s, 0]
-        origins[s, 0] = position[s]
+        _copy(turns[s, 0], rotations[s, 0])
+        for i in range(3):
+            origins[s, 0, i] = position[s, i]
         for part in range(1, turns.shape[1]):
             above, carrier = parents[part], carriers[part]
-            x, y, z = joints[part]
+            x, y, z = joints[part, 0], joints[part, 1], joints[part, 2]
             if carrier >= 0:
                 x += lengths[carrier] * (turns[s, carrier, 0, 2] - rest[carrier, 0, 2])
                 y += lengths[carrier] * (turns[s, carrier, 1, 2] - rest[carrier, 1, 2])
                 z += lengths[carrier] * (turns[s, carrier, 2, 2] - rest[carrier, 2, 2])
             for i in range(3):
-                a, b, c = rotations[s, above, i]
+                R = rotations[s, above, i]
+                a, b, c = R[0], R[1], R[2]
                 for j in range(3):
                     rotations[s, part, i, j] = (
                         a * turns[s, part, 0, j]
@@ -83,7 +85,7 @@ def chain(
 @compiled()
 def turn_towards(rotation: Any, direction: Any, result: Any) -> None:
     """Turn N rotations (N, 3, 3) the shortest way so that z points along directions (N, 3)."""
-    turn = result[0].copy()
+    turn = np.empty((3, 3))
     for n in range(rotation.shape[0]):
         R, d = rotation[n], direction[n]
         x = R[0, 0] * d[0] + R[1, 0] * d[1] + R[2, 0] * d[2]
@@ -114,7 +116,8 @@ def displace(rotations: Any, joints: Any, delta: Any, result: Any) -> None:
     """
     turn = np.empty((3, 3))
     for s in range(delta.shape[0]):
-        result[s] = rotations
+        for part in range(rotations.shape[0]):
+            _copy(rotations[part], result[s, part])
         _turn(delta[s, 3], delta[s, 4], delta[s, 5], turn)
         _multiplied(turn, rotations[0], result[s, 0])
         for k in range(joints.shape[0]):
@@ -135,6 +138,14 @@ def _turn(x: float, y: float, z: float, turn: Any) -> None:
     turn[0, 0], turn[0, 1], turn[0, 2] = 1.0 - yy - zz, xy - a * z, xz + a * y
     turn[1, 0], turn[1, 1], turn[1, 2] = xy + a * z, 1.0 - xx - zz, yz - a * x
     turn[2, 0], turn[2, 1], turn[2, 2] = xz - a * y, yz + a * x, 1.0 - xx - yy
+
+
+@compiled(inline="always")
+def _copy(A: Any, result: Any) -> None:
+    """An assignment of whole arrays does the same, and takes seconds to compile."""
+    for i in range(3):
+        for j in range(3):
+            result[i, j] = A[i, j]
 
 
 @compiled(inline="always")
