@@ -72,7 +72,8 @@ def _place(
                 row[9 + i] = origins[k, part[c], i] + (
                     R[i, 0] * places[c, 0] + R[i, 1] * places[c, 1] + R[i, 2] * places[c, 2]
                 )
-            row[12:] = sizes[c]
+            for i in range(sizes.shape[1]):  # assigned as a whole it takes seconds to compile
+                row[12 + i] = sizes[c, i]
 
 
 def nearest_on_surface(
