@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
-import scipy.linalg  # noqa: F401  loads its BLAS, which a limit only reaches once it is loaded
+import scipy
 from threadpoolctl import ThreadpoolController
 
 
@@ -60,6 +60,7 @@ class OneBlasThread:
     def _limited(self) -> Any:
         # Looking for the libraries takes milliseconds, a live fit only some tens of them.
         if self._controller is None:
+            _ = scipy.linalg  # loads its BLAS, which a limit only reaches once it is loaded
             self._controller = ThreadpoolController()
         return self._controller.limit(limits=1, user_api="blas")
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from PySide6.QtCore import QObject, QTimer, Signal, Slot
 
 from stereotrack_core.body.mesh import PartMesh, body_mesh
@@ -45,6 +47,8 @@ class InstantPresenter(QObject):
         self._newest: TrackedFrame | None = None
         self.reference: LandmarkTrajectory | None = None
         """Shown instead of the recording's own."""
+        self.is_old: Callable[[int], bool] = lambda _frame: False
+        """Whether it was fitted before the last click of a frame."""
         self.told: Instant | None = None
         """What was told last."""
         self._drawn: list[object] = []
@@ -92,14 +96,15 @@ class InstantPresenter(QObject):
             self._clouds.ask(frame)
             if self._pictures_need_it() and not self._clouds.given_up(frame):
                 return
-        drawing = self._drawing_at(frame)
+        drawing, own = self._drawing_at(frame), self.reference
         self._drawn = self._drawn_runs(frame)
         self.told = Instant(
             recording=recording,
             frame_set=frame_set,
             cloud=cloud if drawing is None else drawing.cloud,
             meshes=self.meshes(frame),
-            reference=reference_at(self.reference or recording.reference, frame),
+            reference=reference_at(own or recording.reference, frame),
+            reference_is_old=own is not None and self.is_old(frame),
             ghosts=self._ghosts(frame),
             runs=self._shown_runs(),
             correspondences=self._correspondences(frame) if drawing is None else None,

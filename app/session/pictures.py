@@ -53,6 +53,8 @@ class Instant:
     """The active run's model."""
     reference: FloatArray | None = None
     """(9, 3), world, metres."""
+    reference_is_old: bool = False
+    """Whether it was fitted before the last click."""
     ghosts: tuple[Ghost, ...] = ()
     """Models of the other runs that are shown."""
     runs: tuple[tuple[str, LineStyle], ...] = ()
@@ -199,6 +201,7 @@ def _overlay(
         shapes=shapes,
         paths=limb_paths(shapes),
         reference=project(reference) if reference is not None else None,
+        reference_is_old=instant.reference_is_old,
         ghosts=tuple(
             (ghost.style, ghost_paths(ghost.meshes, project))
             for ghost in (instant.ghosts if "others" in shown else ())

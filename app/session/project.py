@@ -40,6 +40,8 @@ class ProjectPresenter(QObject):
 
     opened = Signal()
     """A project is there, perhaps for reading only."""
+    followed = Signal()
+    """The open recording's project is there, or it is known that there is none."""
     closing = Signal()
     """The project is about to be closed; it can still be read."""
     closed = Signal()
@@ -274,6 +276,7 @@ class ProjectPresenter(QObject):
         folder, opened = found
         recording = self._document.recording
         if opened is None:
+            self.followed.emit()
             return
         if recording is None or recording.folder.resolve() != folder or self.project is not None:
             opened.project.close()
@@ -285,6 +288,7 @@ class ProjectPresenter(QObject):
         opened.project.on_change(self._edited.emit)  # on whichever thread the edit was made
         self._read_history()
         self.opened.emit()
+        self.followed.emit()
         # what was said about the recording before is cleared away first
         QTimer.singleShot(0, self, partial(self._tell, opened))
 
@@ -323,6 +327,7 @@ class ProjectPresenter(QObject):
     @Slot(object)
     def _on_task_failed(self, error: Exception) -> None:
         self._problem = f"The project could not be opened: {message_of(error).what}."
+        self.followed.emit()
 
 
 def _corrected_by(project: Project) -> FindCorrections:

@@ -36,13 +36,11 @@ from stereotrack_core.tracking.run_spec import FirstPose, RunSpec
 from stereotrack_core.worker_processes import Lost
 
 from ..services.failures import message_of
-from ..services.tasks.task import Task
+from ..services.tasks.task import Task, how_far, time_left
 from ..widgets.forms.message import Message
 from .runs import RunEntry, RunList
 
 UPDATE_MS = 50
-_FIRST_GUESS = 0.05
-"""Share of a stage that has to be done before its end is estimated."""
 
 
 class LiveRun:
@@ -60,6 +58,7 @@ class LiveRun:
         self.order = partial(process.order, run)
         self._number = run.allowed.number
         self._stage_begun = 0.0
+        self._first_seconds: float | None = None
 
     def allow(self, frames: float) -> None:
         """Let it go on for so many frames; infinity lets it run, 0 holds it."""
@@ -87,6 +86,8 @@ class LiveRun:
             case Tracked():
                 self.waiting.append(word.frame)
                 self.entry.wall_seconds = word.seconds
+                if self._first_seconds is None:
+                    self._first_seconds = word.seconds
             case Held():
                 self.held = word.number == self._number
             case RecordedStep() if self.asked is not None:
@@ -112,10 +113,16 @@ class LiveRun:
         if progress is None:
             return "starting"
         share = progress.done / max(progress.count, 1)
-        if share < _FIRST_GUESS:
-            return progress.stage
-        left = (time.monotonic() - self._stage_begun) * (1.0 - share) / share
-        return f"{progress.stage}, {100.0 * share:.0f} %, about {left:.0f} s left"
+        far = how_far(share, time.monotonic() - self._stage_begun)
+        return f"{progress.stage}, {far}" if far else progress.stage
+
+    def left_words(self) -> str:
+        """``about 40 s left``; empty where nobody knows it yet."""
+        done, first = len(self.entry.frames) - 1, self._first_seconds
+        if done < 1 or first is None:
+            return ""
+        each = (self.entry.wall_seconds - first) / done
+        return time_left(each * (len(self.entry.wanted) - done - 1))
 
 
 class TrackPresenter(QObject):
@@ -276,6 +283,10 @@ class TrackPresenter(QObject):
     def preparing_words(self) -> str:
         """What the run in progress does before its first frame, and how far it is."""
         return self._live.preparing_words() if self._live is not None else ""
+
+    def left_words(self) -> str:
+        """How long the run in progress takes until its last frame, about."""
+        return self._live.left_words() if self._live is not None else ""
 
     @property
     def preparing_share(self) -> float:

@@ -64,7 +64,8 @@ def _tracker_words(session: Session, recording: Recording) -> str:
             return "paused before the first frame"
         newest = entry.frames[max(entry.frames)]
         told = words(shown, active) if shown is not None else words(newest, entry)
-        return _joined(f"{verb} {done} of {wanted}", told)
+        left = track.left_words() if track.running else ""
+        return _joined(_joined(f"{verb} {done} of {wanted}", left), told)
     if active is not None and shown is not None:
         return _joined(f"frame {frame}, run “{active.name}”", words(shown, active))
     if active is not None:

@@ -12,6 +12,7 @@ from stereotrack_core.annotation.click import Click, ClickKey
 from stereotrack_core.annotation.click_points import click_pixels
 from stereotrack_core.annotation.fit.results import CLICKED, GAP, INTERPOLATED, TrajectoryFit
 from stereotrack_core.annotation.fit.settings import FitSettings
+from stereotrack_core.annotation.fitted_clicks import FITTED_TO
 from stereotrack_core.annotation.landmark_set import LandmarkSet
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 from stereotrack_core.geometry.camera import Camera
@@ -199,6 +200,10 @@ def merged_reference(old: Reference | None, new: Reference, frames: range) -> Re
         name: np.concatenate([getattr(kept, name), getattr(taken, name)])[order]
         for name in ("frame", "points", *_STATED)
     }
-    before = [one for one in old.meta.get(_OUTLIERS, ()) if one[0] not in frames]
-    outliers = before + [one for one in new.meta.get(_OUTLIERS, ()) if one[0] in frames]
-    return replace(new, **arrays, meta={**old.meta, **new.meta, _OUTLIERS: outliers})
+    meta = {**old.meta, **new.meta}
+    for name in (_OUTLIERS, FITTED_TO):  # their rows begin with a frame
+        before = [row for row in old.meta.get(name, ()) if row[0] not in frames]
+        meta[name] = before + [row for row in new.meta.get(name, ()) if row[0] in frames]
+    if FITTED_TO not in old.meta:
+        del meta[FITTED_TO]  # nobody knows which clicks the old frames were fitted to
+    return replace(new, **arrays, meta=meta)

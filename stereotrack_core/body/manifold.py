@@ -10,12 +10,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-import numba
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.body.pose import PartFrames, Pose, displace
 from stereotrack_core.body.skeleton import CARRIERS, PARENTS, PARTS
+from stereotrack_core.compiled import compiled
 from stereotrack_core.geometry.rotation import vector_from_rotation
 
 
@@ -135,7 +135,7 @@ def points_along(
     return along
 
 
-@numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+@compiled()
 def _project(
     points: Any, directions: Any, part: Any, rotations: Any, origins: Any, along: Any
 ) -> None:
@@ -154,7 +154,7 @@ def _project(
             along[s, i] = total
 
 
-@numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+@compiled()
 def _fill(
     points: Any,
     directions: Any,
@@ -185,14 +185,14 @@ def _fill(
             p = parents[p]
 
 
-@numba.njit(cache=True, nogil=True, inline="always")  # type: ignore[untyped-decorator]
+@compiled(inline="always")
 def _moment(point: Any, about: Any, n: Any) -> Any:
     """(p - o) x n."""
     x, y, z = point[0] - about[0], point[1] - about[1], point[2] - about[2]
     return y * n[2] - z * n[1], z * n[0] - x * n[2], x * n[1] - y * n[0]
 
 
-@numba.njit(cache=True, nogil=True, inline="always")  # type: ignore[untyped-decorator]
+@compiled(inline="always")
 def _along_axis(rotation: Any, axis: int, x: float, y: float, z: float) -> float:
     total: float = x * rotation[0, axis] + y * rotation[1, axis] + z * rotation[2, axis]
     return total

@@ -9,7 +9,6 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-import numba
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray, IntArray
@@ -24,9 +23,10 @@ from stereotrack_core.body.skeleton import (
     TORSO,
     Skeleton,
 )
+from stereotrack_core.compiled import compiled
 
 
-@numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+@compiled()
 def chain(
     turns: Any,
     position: Any,
@@ -60,17 +60,19 @@ def chain(
         Filled in.
     """
     for s in range(turns.shape[0]):
-        rotations[s, 0] = turns[s, 0]
-        origins[s, 0] = position[s]
+        _copy(turns[s, 0], rotations[s, 0])
+        for i in range(3):
+            origins[s, 0, i] = position[s, i]
         for part in range(1, turns.shape[1]):
             above, carrier = parents[part], carriers[part]
-            x, y, z = joints[part]
+            x, y, z = joints[part, 0], joints[part, 1], joints[part, 2]
             if carrier >= 0:
                 x += lengths[carrier] * (turns[s, carrier, 0, 2] - rest[carrier, 0, 2])
                 y += lengths[carrier] * (turns[s, carrier, 1, 2] - rest[carrier, 1, 2])
                 z += lengths[carrier] * (turns[s, carrier, 2, 2] - rest[carrier, 2, 2])
             for i in range(3):
-                a, b, c = rotations[s, above, i]
+                R = rotations[s, above, i]
+                a, b, c = R[0], R[1], R[2]
                 for j in range(3):
                     rotations[s, part, i, j] = (
                         a * turns[s, part, 0, j]
@@ -80,10 +82,10 @@ def chain(
                 origins[s, part, i] = origins[s, above, i] + (a * x + b * y + c * z)
 
 
-@numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+@compiled()
 def turn_towards(rotation: Any, direction: Any, result: Any) -> None:
     """Turn N rotations (N, 3, 3) the shortest way so that z points along directions (N, 3)."""
-    turn = result[0].copy()
+    turn = np.empty((3, 3))
     for n in range(rotation.shape[0]):
         R, d = rotation[n], direction[n]
         x = R[0, 0] * d[0] + R[1, 0] * d[1] + R[2, 0] * d[2]
@@ -106,7 +108,7 @@ def turn_towards(rotation: Any, direction: Any, result: Any) -> None:
                 result[n, i, j] = R[i, 0] * turn[0, j] + R[i, 1] * turn[1, j] + R[i, 2] * turn[2, j]
 
 
-@numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+@compiled()
 def displace(rotations: Any, joints: Any, delta: Any, result: Any) -> None:
     """Turn the parts of one pose (P, 3, 3) by error states (S, 6 + 2 J) of its joints (J,).
 
@@ -114,7 +116,8 @@ def displace(rotations: Any, joints: Any, delta: Any, result: Any) -> None:
     """
     turn = np.empty((3, 3))
     for s in range(delta.shape[0]):
-        result[s] = rotations
+        for part in range(rotations.shape[0]):
+            _copy(rotations[part], result[s, part])
         _turn(delta[s, 3], delta[s, 4], delta[s, 5], turn)
         _multiplied(turn, rotations[0], result[s, 0])
         for k in range(joints.shape[0]):
@@ -122,7 +125,7 @@ def displace(rotations: Any, joints: Any, delta: Any, result: Any) -> None:
             _multiplied(rotations[joints[k]], turn, result[s, joints[k]])
 
 
-@numba.njit(cache=True, nogil=True, inline="always")  # type: ignore[untyped-decorator]
+@compiled(inline="always")
 def _turn(x: float, y: float, z: float, turn: Any) -> None:
     """Fill the rotation matrix of a rotation vector (Rodrigues)."""
     squared = x * x + y * y + z * z
@@ -137,14 +140,22 @@ def _turn(x: float, y: float, z: float, turn: Any) -> None:
     turn[2, 0], turn[2, 1], turn[2, 2] = xz - a * y, yz + a * x, 1.0 - xx - yy
 
 
-@numba.njit(cache=True, nogil=True, inline="always")  # type: ignore[untyped-decorator]
+@compiled(inline="always")
+def _copy(A: Any, result: Any) -> None:
+    """An assignment of whole arrays does the same, and takes seconds to compile."""
+    for i in range(3):
+        for j in range(3):
+            result[i, j] = A[i, j]
+
+
+@compiled(inline="always")
 def _multiplied(A: Any, B: Any, result: Any) -> None:
     for i in range(3):
         for j in range(3):
             result[i, j] = A[i, 0] * B[0, j] + A[i, 1] * B[1, j] + A[i, 2] * B[2, j]
 
 
-@numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+@compiled()
 def localise(points: Any, part: Any, rotations: Any, origins: Any, local: Any) -> None:
     """Fill places (N, 3) in the frames of their parts of points (N, 3), world."""
     for n in range(points.shape[0]):

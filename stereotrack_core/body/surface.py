@@ -10,13 +10,13 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-import numba
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.body.model import BodyModel, Cones, PlacedCones
 from stereotrack_core.body.pose import PartFrames
 from stereotrack_core.body.skeleton import LIMB_OF_PART
+from stereotrack_core.compiled import compiled
 
 _NO_PENALTY = np.zeros((0, 0))
 
@@ -54,7 +54,7 @@ def cone_tables(cones: Cones, frames: PartFrames) -> FloatArray:
     return tables.reshape(*lead, len(cones), 18)
 
 
-@numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+@compiled()
 def _place(
     part: Any, turns: Any, places: Any, sizes: Any, rotations: Any, origins: Any, tables: Any
 ) -> None:
@@ -72,7 +72,8 @@ def _place(
                 row[9 + i] = origins[k, part[c], i] + (
                     R[i, 0] * places[c, 0] + R[i, 1] * places[c, 1] + R[i, 2] * places[c, 2]
                 )
-            row[12:] = sizes[c]
+            for i in range(sizes.shape[1]):  # assigned as a whole it takes seconds to compile
+                row[12 + i] = sizes[c, i]
 
 
 def nearest_on_surface(
@@ -110,7 +111,7 @@ def limbs_of_cones(body: BodyModel, cone: IntArray) -> IntArray:
     return np.where(cone >= 0, LIMB_OF_PART[body.cones.part[cone]], -1)
 
 
-@numba.njit(cache=True, nogil=True, inline="always")  # type: ignore[untyped-decorator]
+@compiled(inline="always")
 def closest_on_cone(row: Any, px: float, py: float, pz: float) -> Any:
     """Signed distance, closest point (3) and direction (3) of a point, all in the cone's own frame.
 
@@ -148,7 +149,7 @@ def closest_on_cone(row: Any, px: float, py: float, pz: float) -> Any:
     return d, fx, fy, fz, nx, ny, nz
 
 
-@numba.njit(cache=True, nogil=True, inline="always")  # type: ignore[untyped-decorator]
+@compiled(inline="always")
 def _ball(r: float, centre: float, s: float, px: float, py: float, pz: float) -> Any:
     y, z = py / s, pz - centre
     norm = math.sqrt(px * px + y * y + z * z)
@@ -164,7 +165,7 @@ def _ball(r: float, centre: float, s: float, px: float, py: float, pz: float) ->
     return sign * d, fx, fy, fz, sign * dx / d, sign * dy / d, sign * dz / d
 
 
-@numba.njit(cache=True, nogil=True, inline="always")  # type: ignore[untyped-decorator]
+@compiled(inline="always")
 def _is_farther(row: Any, px: float, py: float, pz: float, limit: float) -> Any:
     """Whether a round cone is surely farther than a limit: the cylinder around it is."""
     if row[15] != 1.0:
@@ -174,7 +175,7 @@ def _is_farther(row: Any, px: float, py: float, pz: float, limit: float) -> Any:
     return px * px + py * py + past * past > room * room
 
 
-@numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+@compiled()
 def _nearest(
     points: Any,
     table: Any,

@@ -13,8 +13,7 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from scipy.sparse import csgraph
-from scipy.spatial import cKDTree
+import scipy
 
 from stereotrack_core.arrays import FloatArray, ImageArray, IntArray
 from stereotrack_core.depth.cloud import ViewDepth
@@ -97,7 +96,9 @@ def shared_colours(views: Sequence[str], depths: Mapping[str, ViewDepth]) -> lis
         for b, (places_b, colours_b) in seen.items():
             if b <= a or not len(places_a) or not len(places_b):
                 continue
-            distance, nearest = cKDTree(places_b).query(places_a, distance_upper_bound=_SAME)
+            distance, nearest = scipy.spatial.cKDTree(places_b).query(
+                places_a, distance_upper_bound=_SAME
+            )
             near = np.isfinite(distance)
             pairs.append(ColourPairs(a, b, colours_a[near], colours_b[nearest[near]]))
     return pairs
@@ -145,6 +146,6 @@ def fitted_gains(views: int, pairs: Sequence[ColourPairs]) -> FloatArray:
 def _reached(rows: FloatArray) -> FloatArray:
     """1 for views (V,) that pairs connect with the first one, else 0."""
     linked = (rows != 0.0).astype(np.float64)
-    _, group = csgraph.connected_components(linked.T @ linked, directed=False)
+    _, group = scipy.sparse.csgraph.connected_components(linked.T @ linked, directed=False)
     result: FloatArray = (group == group[0]).astype(np.float64)
     return result

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from stereotrack_core.arrays import BoolArray, Float32Array, FloatArray, IntArray
+from stereotrack_core.compiled import compiled
 from stereotrack_core.depth.cloud import DepthGeometry
 from stereotrack_core.depth.parameters import DepthParameters
 
@@ -104,7 +104,7 @@ def _have_neighbours(points: FloatArray, neighbours: int, distance: float) -> Bo
     return result
 
 
-@numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+@compiled()
 def _count(
     points: FloatArray,
     cell: NDArray[np.int64],

@@ -11,10 +11,10 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import numba
 import numpy as np
 
 from stereotrack_core.arrays import BoolArray, FloatArray, ImageArray, IntArray
+from stereotrack_core.compiled import compiled
 
 _ITERATIONS = 6
 _ENOUGH = 0.02
@@ -70,7 +70,7 @@ def refined_disparity(
     return result
 
 
-@numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+@compiled()
 def _align(left: Any, right: Any, person: Any, pixels: Any, near: Any, disparity: Any) -> None:
     """Refine all disparities (N,) in place."""
     sums = np.empty(9)
@@ -93,7 +93,7 @@ def _align(left: Any, right: Any, person: Any, pixels: Any, near: Any, disparity
             disparity[i] = d
 
 
-@numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+@compiled()
 def _gather(
     left: Any, right: Any, person: Any, place: Any, robust: bool, near: Any, sums: Any
 ) -> float:
@@ -138,7 +138,7 @@ def _gather(
     return total
 
 
-@numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+@compiled()
 def _solved(sums: Any, gain: float) -> Any:
     """Whether there is a solution, and the step and the changes of gain and offset."""
     # Model: left = gain right + offset - slope step, so J = (slope, -right, -1) times the rest.

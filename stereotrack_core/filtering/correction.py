@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import lapack
+import scipy
 
 from stereotrack_core.arrays import FloatArray
 
@@ -71,7 +71,9 @@ def correct(
     right = np.empty((k, k + 1), order="F")
     right[:, 0], right[:, 1:] = q, GW
     # For 29 unknowns the checks around numpy's solve cost as much as the solution.
-    *_, solved, info = lapack.dgesv(np.eye(k) + GW, right, overwrite_a=1, overwrite_b=1)
+    *_, solved, info = scipy.linalg.lapack.dgesv(
+        np.eye(k) + GW, right, overwrite_a=1, overwrite_b=1
+    )
     if info:
         raise np.linalg.LinAlgError("the innovation covariance is singular")
     weighted = dX.T * Wc

@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.linalg
+import scipy
 
 from stereotrack_core.arrays import BoolArray, FloatArray
 from stereotrack_core.filtering.linearisation import Information, posterior

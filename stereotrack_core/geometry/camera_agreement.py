@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.special import bdtrc
+import scipy
 
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 from stereotrack_core.geometry.camera import Camera
@@ -198,7 +198,7 @@ def _fit_better(one: FloatArray, other: FloatArray) -> bool:
     """Whether most of the points have smaller errors in the first case, by more than chance."""
     both = np.isfinite(one) & np.isfinite(other)
     count, better = int(both.sum()), int((one[both] < other[both]).sum())
-    chance = float(bdtrc(better - 1, count, 0.5))
+    chance = float(scipy.special.bdtrc(better - 1, count, 0.5))
     return better > _CLEAR_SHARE * count and chance < _CLEAR_CHANCE
 
 
@@ -275,7 +275,7 @@ def _judged(
         count, far = int(chosen.sum()), int((astray & chosen).sum())
         if count < _LEAST_COUNT or far < _LEAST_SHARE * count:
             return False
-        chance = cameras * float(bdtrc(far - 1, count, usual))
+        chance = cameras * float(scipy.special.bdtrc(far - 1, count, usual))
         middle = float(np.median(distance[chosen]))
         return chance < _MOST_CHANCE and middle > max(_LEAST_PX, LEAST_RATIO * error)
 

@@ -1,7 +1,7 @@
 """Rotation vectors and matrices, for single rotations and for stacks of them."""
 
 import numpy as np
-from scipy.spatial.transform import Rotation
+import scipy
 
 from stereotrack_core.arrays import FloatArray
 
@@ -36,7 +36,8 @@ def vector_from_rotation(rotation: FloatArray) -> FloatArray:
         factor = np.where(small, 1.0, np.arctan2(sine, cosine) / np.where(small, 1.0, sine))
         return factor[..., None] * axis
     # Near half a turn the axis is in the symmetric part.
-    vectors: FloatArray = Rotation.from_matrix(matrices.reshape(-1, 3, 3)).as_rotvec()
+    rotations = scipy.spatial.transform.Rotation.from_matrix(matrices.reshape(-1, 3, 3))
+    vectors: FloatArray = rotations.as_rotvec()
     return vectors.reshape(*matrices.shape[:-2], 3)
 
 

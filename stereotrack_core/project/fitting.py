@@ -21,6 +21,12 @@ from stereotrack_core.annotation.doubts import (
 from stereotrack_core.annotation.fit.fit import fit_reference
 from stereotrack_core.annotation.fit.results import CLICKED, GAP, INTERPOLATED, TrajectoryFit
 from stereotrack_core.annotation.fit.settings import FitSettings
+from stereotrack_core.annotation.fitted_clicks import (
+    FITTED_TO,
+    FittedClicks,
+    checksums,
+    fitted_clicks,
+)
 from stereotrack_core.annotation.landmark_set import LandmarkSet
 from stereotrack_core.annotation.reference import (
     Reference,
@@ -91,6 +97,7 @@ def fit_project(
     clicked = {(click.frame, click.landmark) for click in clicks if click.position is not None}
     meta = {
         **origin_of(recording, len(clicks), sigma, settings),
+        FITTED_TO: [list(row) for row in sorted(checksums(clicks).items())],
         "subject": "" if subject is None else subject.name,
         "seconds": time.monotonic() - begun,
     }
@@ -146,6 +153,8 @@ class ShownReference:
     """(frames, 6); of each limb's clicks in pixels, over the frames of the recording."""
     words: str  # how good it is
     outliers: tuple[ClickKey, ...] = ()  # clicks that look like outliers
+    clicks: FittedClicks | None = None
+    """What it was fitted to, and where that has changed; None where nobody knows."""
 
 
 def read_reference(
@@ -166,7 +175,8 @@ def read_reference(
     doubtful = doubtful_camera(clicks, cameras, landmarks)
     outliers = own_outliers(fit.flagged(), doubtful, clicks, cameras)
     words = f"“{name}”: {_words(fit, len(outliers), doubtful, recording.camera_names())}"
-    return ShownReference(name, reference, fit, residuals, words, outliers)
+    known = fitted_clicks(reference.meta, clicks)
+    return ShownReference(name, reference, fit, residuals, words, outliers, known)
 
 
 def _words(

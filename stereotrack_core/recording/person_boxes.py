@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import TypeAlias
 
 import cv2
 import numpy as np
 
-from stereotrack_core.arrays import BoolArray, Float32Array, ImageArray
+from stereotrack_core.arrays import BoolArray, Float32Array, FloatArray, ImageArray
 from stereotrack_core.errors import Cancelled
 from stereotrack_core.recording.description import Recording, View
 from stereotrack_core.recording.reader import FrameReader
@@ -18,23 +18,35 @@ Box: TypeAlias = tuple[float, float, float, float]
 """Left, top, right and bottom, in pixels of a view's reference image."""
 
 _FRAMES = 8
+_MANY_FRAMES = 40  # where somebody who stands still is looked for
 _SIDE = 240  # pixels of the longer side of the images that are compared
 _LEAST_DIFFERENCE, _NOISE = 12.0, 6.0  # grey values, and times what is usual between two images
 _REACH = 0.04  # share of the side over which parts belong together: arms are thin
+_LEAST_SWAY, _SWAY = 1.5, 3.0  # grey values, and times what is usual, by which a place changes
+_LEAST_SHARE = 0.6  # of all that changes a little: else it is the camera, or the light
+_AROUND = 0.25  # share of the longer side of a box of landmarks, which lie inside the body
+_LEAST_LANDMARKS = 2
 _LEAST_AREA, _MOST_AREA = 0.003, 0.6  # shares of the image; more is a lamp, not a person
 
 
 def person_boxes(
-    recording: Recording, cancelled: Callable[[], bool] = lambda: False
+    recording: Recording,
+    known: Mapping[str, FloatArray] | None = None,
+    cancelled: Callable[[], bool] = lambda: False,
 ) -> dict[str, Box]:
     """Boxes around all that a person does, by the name of the view.
 
     A few frames spread over the recording are compared with the empty scene where the recording
-    has it, and else with what they show most of the time. A view in which nothing differs, or
-    nearly everything, has no box.
+    has it, and else with what they show most of the time. The box takes in where the person is
+    known to be. Who stands still before an unknown scene, and is known nowhere, is looked for in
+    more frames: nobody stands quite still. A view in which nothing differs, or nearly everything,
+    has no box.
 
     Parameters
     ----------
+    known : mapping
+        Pixels (N, 2) in a view's reference image at which the person was clicked or tracked, by
+        the name of the view.
     cancelled : callable
         Whether nobody waits for it any more; asked between frames.
 
@@ -44,29 +56,76 @@ def person_boxes(
         Where a stream cannot be read.
     Cancelled
     """
+    known = known or {}
     views = tuple(_image_alone(view) for view in recording.views)
-    seen: dict[str, list[Float32Array]] = {view.name: [] for view in views}
-    empty: dict[str, Float32Array] = {}
     alone = replace(recording, views=views)
+    boxes: dict[str, Box] = {}
     with FrameReader(alone, colour=False, cache_bytes=1, read_ahead=0) as reader:
         count, _ = reader.frame_count_so_far()
-        for k in sorted({round(k) for k in np.linspace(0, count - 1, min(_FRAMES, count))}):
-            if cancelled():
-                raise Cancelled
-            for name, images in reader.frame_set(k).views.items():
-                seen[name].append(_small(images.image))
-        for name in seen:
-            background = reader.background(name)
-            if background is not None:
-                empty[name] = _small(background[1])
-    boxes = {}
-    for view in recording.views:
-        camera = recording.reference_camera(view)
-        box = _box(seen[view.name], empty.get(view.name))
-        if box is not None:
-            factor = max(camera.width, camera.height) / _SIDE
-            boxes[view.name] = (box[0] * factor, box[1] * factor, box[2] * factor, box[3] * factor)
+        seen = _seen(reader, _spread(_FRAMES, count), cancelled)
+        for view in views:
+            background = reader.background(view.name)
+            empty = None if background is None else _small(background[1])
+            found = _box(seen[view.name], empty)
+            box = None if found is None else _scaled(found, recording, view)
+            more = _AROUND if found is None else 0.0  # what has moved shows how far a body reaches
+            around = _around(known.get(view.name), more, recording, view)
+            if both := [one for one in (box, around) if one is not None]:
+                boxes[view.name] = _united(both)
+        if boxes.keys() < seen.keys():
+            seen = _seen(reader, _spread(_MANY_FRAMES, count), cancelled)
+            for view in views:
+                sways = None if view.name in boxes else _swaying(seen[view.name])
+                if sways is not None:
+                    boxes[view.name] = _scaled(sways, recording, view)
     return boxes
+
+
+def _spread(wanted: int, count: int) -> list[int]:
+    """So many frames, or all, spread over a recording."""
+    return sorted({round(k) for k in np.linspace(0, count - 1, min(wanted, count))})
+
+
+def _seen(
+    reader: FrameReader, frames: Iterable[int], cancelled: Callable[[], bool]
+) -> dict[str, list[Float32Array]]:
+    """Small images of some frames, by the name of the view."""
+    seen: dict[str, list[Float32Array]] = {view.name: [] for view in reader.recording.views}
+    for frame in frames:
+        if cancelled():
+            raise Cancelled
+        for name, images in reader.frame_set(frame).views.items():
+            seen[name].append(_small(images.image))
+    return seen
+
+
+def _scaled(box: Box, recording: Recording, view: View) -> Box:
+    """A box in pixels of the view's image, of one in those of the small image."""
+    camera = recording.reference_camera(view)
+    factor = max(camera.width, camera.height) / _SIDE
+    return box[0] * factor, box[1] * factor, box[2] * factor, box[3] * factor
+
+
+def _around(
+    pixels: FloatArray | None, share: float, recording: Recording, view: View
+) -> Box | None:
+    """Box around landmarks at these pixels, and this share of its longer side, in the image."""
+    inside = np.empty((0, 2)) if pixels is None else pixels[np.isfinite(pixels).all(axis=1)]
+    camera = recording.reference_camera(view)
+    size = np.array([camera.width, camera.height], dtype=np.float64)
+    inside = inside[((inside >= 0.0) & (inside < size)).all(axis=1)]
+    if len(inside) < _LEAST_LANDMARKS:
+        return None
+    low, high = np.percentile(inside, (1.0, 99.0), axis=0)
+    more = share * float((high - low).max())
+    left, top = np.maximum(low - more, 0.0)
+    right, bottom = np.minimum(high + more, size)
+    return float(left), float(top), float(right), float(bottom)
+
+
+def _united(boxes: Sequence[Box]) -> Box:
+    left, top, right, bottom = zip(*boxes, strict=True)
+    return min(left), min(top), max(right), max(bottom)
 
 
 def _image_alone(view: View) -> View:
@@ -92,9 +151,25 @@ def _box(seen: Sequence[Float32Array], empty: Float32Array | None) -> Box | None
     difference = np.abs(stack - empty)
     differs = difference > max(_LEAST_DIFFERENCE, _NOISE * float(np.median(difference)))
     found = [part for part in map(_largest, differs) if part is not None]
-    if not found:
+    return _bounds(np.any(found, axis=0)) if found else None
+
+
+def _swaying(seen: Sequence[Float32Array]) -> Box | None:
+    """Box around what changes more than the noise does, over many images of a view."""
+    if len(seen) < _FRAMES:
         return None
-    rows, columns = (np.flatnonzero(np.any(found, axis=(0, axis))) for axis in (2, 1))
+    stack = np.stack(seen)
+    stack = stack - np.median(stack, axis=(1, 2), keepdims=True)  # lamps flicker
+    spread = stack.std(axis=0)
+    differs = spread > max(_LEAST_SWAY, _SWAY * float(np.median(spread)))
+    found = _largest(differs)
+    if found is None or found.sum() < _LEAST_SHARE * differs.sum():
+        return None
+    return _bounds(found)
+
+
+def _bounds(found: BoolArray) -> Box:
+    rows, columns = (np.flatnonzero(found.any(axis=axis)) for axis in (1, 0))
     return float(columns[0]), float(rows[0]), float(columns[-1] + 1), float(rows[-1] + 1)
 
 

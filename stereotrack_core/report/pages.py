@@ -11,10 +11,9 @@ import tempfile
 from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
 from stereotrack_core.atomic import write_file
@@ -30,6 +29,9 @@ from stereotrack_core.report.drawing import Kind, limb_curves
 from stereotrack_core.report.reported import Reported, ShownFailure
 from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.presets import PRESETS
+
+if TYPE_CHECKING:
+    from jinja2 import Environment
 
 
 def embedded(data: bytes, kind: str) -> str:
@@ -54,6 +56,9 @@ def page(template: str, title: str, *, for_print: bool = False, **content: objec
 
 @cache
 def _environment() -> Environment:
+    # the window asks for reports, but should not wait for what writes them before it shows
+    from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
     return Environment(
         loader=FileSystemLoader(Path(__file__).parent / "templates"),
         autoescape=True,

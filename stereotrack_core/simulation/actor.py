@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.spatial.transform import Rotation
+import scipy
 
 from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.simulation.materials import borders, material_table, worn
@@ -128,7 +128,7 @@ def _dual_quaternions(rest: FloatArray, bones: PosedBones) -> FloatArray:
 
 def _rigid_quaternions(rotation: FloatArray, shift: FloatArray) -> FloatArray:
     """Unit dual quaternions (N, 8) of turns (N, 3, 3) and then shifts (N, 3)."""
-    real = np.roll(Rotation.from_matrix(rotation).as_quat(), 1, axis=1)
+    real = np.roll(scipy.spatial.transform.Rotation.from_matrix(rotation).as_quat(), 1, axis=1)
     real *= np.where(real[:, :1] < 0, -1.0, 1.0)
     dual = 0.5 * _product(np.concatenate([np.zeros((len(shift), 1)), shift], axis=1), real)
     return np.concatenate([real, dual], axis=1)

@@ -7,25 +7,17 @@ pixels give the picture of the distorted lens; every pixel is sampled 2 x 2.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from typing import Any, TypeVar, cast
+from typing import Any
 
-import numba
 import numpy as np
 
-_FunctionT = TypeVar("_FunctionT", bound=Callable[..., Any])
-
-
-def compiled(function: _FunctionT) -> _FunctionT:
-    """Compile a kernel of the renderer; without fast-math, so that results are repeatable."""
-    return cast(_FunctionT, numba.njit(cache=True, nogil=True)(function))
-
+from stereotrack_core.compiled import compiled
 
 SAMPLES = 2
 """Samples per pixel along each axis."""
 
 
-@compiled
+@compiled()
 def rasterise(
     pixels: Any,
     nearness: Any,
@@ -80,7 +72,7 @@ def rasterise(
                 weights[y, x, 1] = wc * nc / near
 
 
-@compiled
+@compiled()
 def _sample(pixel: float, origin: int) -> float:
     """Coordinate in samples of a pixel coordinate; sample centres are whole numbers."""
     return (pixel - origin + 0.5) * SAMPLES - 0.5
@@ -102,7 +94,7 @@ SKIN, HAIR, SHIRT, SLEEVE, TROUSERS, SHOE = range(6)
 """Rows of a person's material table."""
 
 
-@compiled
+@compiled()
 def shade(
     ids: Any,
     weights: Any,
@@ -163,7 +155,7 @@ def shade(
                 picture[y, x, c] = value * bright
 
 
-@compiled
+@compiled()
 def mark(
     ids: Any, weights: Any, first_id: int, triangles: Any, points: Any, marks: Any, stuff: Any
 ) -> None:
@@ -179,7 +171,7 @@ def mark(
             stuff[y, x] = _region(p[0], p[1], p[2], marks)
 
 
-@compiled
+@compiled()
 def _brightness(nx: float, ny: float, nz: float, light: Any) -> float:
     length = max(np.sqrt(nx * nx + ny * ny + nz * nz), 1e-9)
     strong = (nx * light[0, 0] + ny * light[0, 1] + nz * light[0, 2]) / length
@@ -188,7 +180,7 @@ def _brightness(nx: float, ny: float, nz: float, light: Any) -> float:
     return float(_EXPOSURE * total)
 
 
-@compiled
+@compiled()
 def _region(x: float, y: float, z: float, marks: Any) -> int:
     """Which stuff a point of a person at rest wears.
 
@@ -211,7 +203,7 @@ def _region(x: float, y: float, z: float, marks: Any) -> int:
     return SHOE
 
 
-@compiled
+@compiled()
 def _lattice_noise(lattice: Any, x: float, y: float, z: float) -> float:
     """Trilinear value of the lattice at a point in lattice units."""
     fx, fy, fz = math.floor(x), math.floor(y), math.floor(z)
@@ -225,7 +217,7 @@ def _lattice_noise(lattice: Any, x: float, y: float, z: float) -> float:
     return float((a * (1 - v) + b * v) * (1 - u) + (c * (1 - v) + d * v) * u)
 
 
-@compiled
+@compiled()
 def reflectance(
     table: Any, m: int, lattice: Any, x: float, y: float, z: float, stripe: float, out: Any
 ) -> None:

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import gaussian_filter, map_coordinates
+import scipy
 
 from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.simulation.people import Person, girth_scale
@@ -73,10 +73,8 @@ def rest_surface(
 
 def _field_normals(field: FloatArray, cells: FloatArray) -> FloatArray:
     """Directions (V, 3) in which the field grows at points (V, 3) in units of its grid."""
-    slopes = [
-        map_coordinates(gaussian_filter(field, 1.0, order=order), cells.T, order=1)
-        for order in np.eye(3, dtype=int)
-    ]
+    grown = [scipy.ndimage.gaussian_filter(field, 1.0, order=o) for o in np.eye(3, dtype=int)]
+    slopes = [scipy.ndimage.map_coordinates(one, cells.T, order=1) for one in grown]
     normals = np.stack(slopes, axis=1)
     result: FloatArray = normals / np.maximum(np.linalg.norm(normals, axis=1), 1e-9)[:, None]
     return result

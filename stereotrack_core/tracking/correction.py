@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Protocol, TypeAlias
 
 import numpy as np
-import scipy.linalg
+import scipy
 
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.manifold import Columns, difference, displaced

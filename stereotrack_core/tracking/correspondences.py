@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import numba
 import numpy as np
 
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
@@ -13,6 +12,7 @@ from stereotrack_core.body.model import BodyModel, placed_cones
 from stereotrack_core.body.pose import PartFrames, Pose
 from stereotrack_core.body.skeleton import HEAD, LIMB_OF_PART, TORSO
 from stereotrack_core.body.surface import cone_table, nearest_on_surface
+from stereotrack_core.compiled import compiled
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.tracking.estimate import Memory
 from stereotrack_core.tracking.residuals.surface import SurfaceResidual, Trust, surface_residual
@@ -141,7 +141,7 @@ class PartColours:
         return height, np.where(self._turns[cone], angle, 0)
 
 
-@numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+@compiled()
 def _differences(
     points: Any,
     features: Any,

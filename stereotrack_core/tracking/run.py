@@ -210,7 +210,6 @@ class Pipeline:
             self.take_lengths(frames)
         if self._init == "auto":
             clouds = self._first_clouds(frames)
-            self.on_preparing("finding the initial pose", 0, 1)
             self._found = self._look_for_pose(clouds) if clouds else None
         if self.settings.tracking.fit_shape and self._follows_data:
             self.fit_shape(frames)
@@ -308,10 +307,12 @@ class Pipeline:
         return found
 
     def _look_for_pose(self, clouds: Sequence[Cloud]) -> Pose | None:
+        told = partial(self.on_preparing, "finding the initial pose")
         if self._follows_data:
-            return first_pose_in(self._initialiser(), clouds)
+            return first_pose_in(self._initialiser(), clouds, told)
         frames, known = [cloud.frame for cloud in clouds], self._asked or range(0)
-        return first_pose_from_images(self._initialiser(), self.reader, self.views, frames, known)
+        seen = self._initialiser(), self.reader, self.views, frames, known
+        return first_pose_from_images(*seen, told)
 
     @property
     def _follows_data(self) -> bool:

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.linalg
+import scipy
 
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.manifold import displaced

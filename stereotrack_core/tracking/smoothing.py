@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
-import scipy.linalg
+import scipy
 
 from stereotrack_core.arrays import BoolArray, FloatArray
 from stereotrack_core.body.angles import THESIS_JOINTS, pose_of_state, state_of_pose

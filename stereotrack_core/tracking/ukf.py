@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.spatial import cKDTree
+import scipy
 
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.angles import THESIS_JOINTS, pose_of_state, state_names, state_of_pose
@@ -103,7 +103,7 @@ class ThesisTracker:
         prior = None if self._anew else Prior(self.P, np.ones(len(x), np.bool_))
         if len(cloud.points) < p.least_points:
             return self.lost(f"the cloud has only {len(cloud.points)} points")
-        tree = cKDTree(cloud.points, balanced_tree=False, compact_nodes=False)
+        tree = scipy.spatial.cKDTree(cloud.points, balanced_tree=False, compact_nodes=False)
         innovations = []
         for _ in range(p.iterations):
             sampled = self.sample(trace)
@@ -132,7 +132,7 @@ class ThesisTracker:
         frames, told = setup.body.frames(self.pose), None if trace is None else trace.sampled
         return visible_points(setup.body, frames, setup.cameras, p.model_points, rng, told)
 
-    def closest(self, sampled: SurfacePoints, tree: cKDTree) -> Projection:
+    def closest(self, sampled: SurfacePoints, tree: scipy.spatial.cKDTree) -> Projection:
         """Pair every model point with the nearest measured one: the operator C (2.3)."""
         predicted = self.setup.body.frames(self.pose).apply(sampled.part, sampled.points)
         distance, index = tree.query(predicted)

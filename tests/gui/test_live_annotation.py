@@ -140,3 +140,33 @@ def test_a_click_is_painted_where_it_was_placed(annotating, qtbot):
     place = at(annotating, *clicks(annotating)[("N_right", "right_elbow")].position)
     colour = view(annotating).grab().toImage().pixelColor(place)
     assert colour.name().lower() == NINE["right_elbow"].colour.lower()
+
+
+def test_the_reference_is_drawn_as_old_after_a_later_click(annotating, qtbot):
+    def old():
+        qtbot.waitUntil(annotating.context.tasks.settled, timeout=60_000)
+        return view(annotating, "N").picture.overlay.reference_is_old
+
+    def picture():
+        return view(annotating, "N").grab().toImage()
+
+    annotating.features.annotate.clicking.toggle_depth()
+    annotate_all(annotating, qtbot)
+    annotating.context.actions.action("annotate-fit").trigger()
+    reference = annotating.features.annotate.panels.reference
+    qtbot.waitUntil(lambda: reference.now is not None, timeout=120_000)
+    key(annotating, Qt.Key.Key_R)
+    assert not old(), "it was fitted a moment ago"
+    fresh = picture()
+    key(annotating, Qt.Key.Key_4)
+    click(annotating, 20.0, 20.0)
+    assert old()
+    faded = picture()
+    assert faded != fresh
+    key(annotating, Qt.Key.Key_Z, CTRL)
+    assert not old(), "the click is undone"
+    key(annotating, Qt.Key.Key_4)
+    click(annotating, 30.0, 20.0)
+    assert old()
+    annotating.context.actions.action("annotate-fit").trigger()
+    assert not old(), "it was fitted again"

@@ -131,6 +131,7 @@ def test_step_tracks_one_frame_and_holds(opened, qtbot):
     assert opened.context.session.document.frame == 1
     opened.context.actions.refresh()
     assert "paused at 2 of 8" in opened.status.state.text()
+    assert opened.context.session.track.left_words().endswith(" left"), "as soon as one may know"
 
 
 @unix

@@ -25,7 +25,19 @@ def walker(k):
     return image
 
 
+def sways(k):
+    """A person who stands still, but for a third of a pixel to and fro."""
+    image = np.full((HEIGHT, WIDTH), 100.0)
+    edges = 0.5 + 0.3 * np.sin(k)
+    image[80:280, 150:191] = 190.0
+    image[80:280, 150] = image[80, 150:191] = 190.0 - 90.0 * edges
+    image[80:280, 190] = image[279, 150:191] = 100.0 + 90.0 * edges
+    image += np.random.default_rng(k).normal(0.0, 2.0, image.shape)
+    return image.round().astype(np.uint8)
+
+
 SCENES = {
+    "sways": sways,
     "walks": walker,
     "stands": lambda k: walker(0),
     "empty": lambda k: np.random.default_rng(k).integers(96, 104, (HEIGHT, WIDTH), dtype=np.uint8),
@@ -52,7 +64,8 @@ def recording(tmp_path):
 
 def test_the_whole_person_is_in_the_box_and_nothing_else(recording):
     boxes = person_boxes(recording)
-    assert boxes.keys() == {"walks", "known"}
+    assert boxes.keys() == {"walks", "known", "sways"}
+    assert boxes["sways"] == pytest.approx((150, 80, 190, 280), abs=12), "nobody stands quite still"
     last = 150 + 8 * (COUNT - 1)
     assert boxes["walks"] == pytest.approx((150, 80, last + 100, 280), abs=8)
     assert boxes["known"] == pytest.approx((150, 80, 250, 280), abs=8), "also one who stands still"
@@ -60,4 +73,20 @@ def test_the_whole_person_is_in_the_box_and_nothing_else(recording):
 
 def test_nobody_waits_for_it_any_more(recording):
     with pytest.raises(Cancelled):
-        person_boxes(recording, lambda: True)
+        person_boxes(recording, None, lambda: True)
+
+
+def test_who_stands_still_is_where_clicks_and_trajectories_say(recording):
+    known = {"stands": np.array([[160.0, 90.0], [180.0, 260.0], [np.nan, 5.0], [9e9, 0.0]])}
+    left, top, right, bottom = person_boxes(recording, known)["stands"]
+    assert (left, right) == pytest.approx((120.0, 220.0), abs=5)
+    assert (top, bottom) == pytest.approx((48.0, 302.0), abs=5)
+    assert "stands" not in person_boxes(recording, {"stands": np.array([[160.0, 90.0]])})
+
+
+def test_the_box_takes_in_what_moves_and_what_is_known(recording):
+    alone = person_boxes(recording)["walks"]
+    known = {"walks": np.array([[20.0, 100.0], [30.0, 150.0]])}
+    left, *others = person_boxes(recording, known)["walks"]
+    assert left == pytest.approx(20.0, abs=1.0)
+    assert tuple(others) == alone[1:]

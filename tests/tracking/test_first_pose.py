@@ -26,7 +26,11 @@ def test_the_first_pose_is_that_of_the_first_cloud(initialiser, rng):
         cloud_of(surface_points(initialiser.setup.body, pose, 2000, rng, 0.005), k)
         for k, pose in enumerate(poses)
     ]
-    found = first_pose_in(initialiser, clouds)
+    shares = []
+    found = first_pose_in(initialiser, clouds, lambda done, count: shares.append(done / count))
+    assert shares == sorted(shares)
+    assert shares[0] == 0.0
+    assert 0.5 < shares[-1] < 1.0
     assert found is not None
     assert np.abs(difference(found, poses[0], initialiser.setup.joints)[:3]).max() < 0.03
     assert first_pose_in(initialiser, [cloud_of(np.empty((0, 3)))]) is None

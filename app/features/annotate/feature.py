@@ -101,6 +101,8 @@ class _AnnotateController(QObject):
             changed.connect(self._on_run)
         clicking.body.with_depth.toggled.connect(self._on_depth)
         session.judging.truth_changed.connect(self._draw_reference)
+        session.instant.is_old = panels.reference.is_old
+        panels.reference.aged.connect(self._on_aged)
         session.closing.connect(panels.shutdown)
         context.tasks.watch(panels.settled)
         self._run: tuple[RunEntry, int] | None = None
@@ -183,3 +185,12 @@ class _AnnotateController(QObject):
         if drawn is not self._session.instant.reference:
             self._session.instant.reference = drawn
             self._session.instant.tell_soon()
+
+    @Slot()
+    def _on_aged(self) -> None:
+        """Draw the project's reference as old where it is, and no longer where it is not."""
+        told = self._session.instant.told
+        if told is not None:
+            old = self.panels.reference.is_old(told.frame_set.index)
+            if old is not told.reference_is_old:
+                self._session.instant.tell_soon()

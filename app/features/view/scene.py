@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 
 import cv2
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
-from scipy.spatial import cKDTree
 
 from stereotrack_core.arrays import FloatArray, ImageArray
 from stereotrack_core.body.angles import THESIS_JOINTS, pose_of_state
@@ -65,6 +65,7 @@ def scene_of(
         point_legend=legend,
         meshes=tuple(meshes),
         reference=instant.reference,
+        reference_is_old=instant.reference_is_old,
         cameras=cameras,
         camera_images=_small_images(instant),
         highlighted=highlighted,
@@ -130,7 +131,7 @@ def _nearest(
     limbs = np.repeat(
         [LIMBS.index(mesh.limb) for mesh in meshes], [len(mesh.vertices) for mesh in meshes]
     )
-    distance, index = cKDTree(corners).query(points)
+    distance, index = scipy.spatial.cKDTree(corners).query(points)
     return distance, limbs[index]
 
 

@@ -11,6 +11,7 @@ from typing import Any
 
 from PySide6.QtCore import QObject, Qt, Signal, Slot
 
+from stereotrack_core.counting import in_words
 from stereotrack_core.errors import Cancelled
 from stereotrack_core.task_process import TaskProcess
 
@@ -85,6 +86,26 @@ class CancelToken:
         return self._event.is_set()
 
 
+_FIRST_GUESS = 0.05
+"""Share of the work that has to be done before its end is estimated."""
+_AT_ONCE_S = 1.0
+"""What takes less is over before anybody has read how far it is."""
+
+
+def how_far(share: float, seconds: float) -> str:
+    """``40 %, about 3 s left``, of work that has taken so many seconds; empty as long as nobody
+    knows.
+    """
+    if not _FIRST_GUESS <= share < 1.0:
+        return ""
+    return f"{100.0 * share:.0f} %, {time_left(seconds * (1.0 - share) / share)}"
+
+
+def time_left(seconds: float) -> str:
+    """``about 3 s left``, ``under a second left``."""
+    return f"{'' if seconds < 1.0 else 'about '}{in_words(seconds)} left"
+
+
 class Task(Threaded):
     """One piece of work in a thread of its own.
 
@@ -135,9 +156,11 @@ class Task(Threaded):
         self.words = ""
         self._work = work
         self._given_up = False
+        self._begun = time.monotonic()
 
     def start(self) -> None:
         """Begin."""
+        self._begun = time.monotonic()
         self._begin()
 
     def cancel(self) -> None:
@@ -169,8 +192,10 @@ class Task(Threaded):
             self._heard.emit()
 
     def says(self) -> str:
-        """What is being done: ``fitting the body to the clicks, frame 12 of 490 taken in``."""
-        return f"{self.title}, {self.words}" if self.words else self.title
+        """What is being done: ``Writing report, reading images, 40 %, about 3 s left``."""
+        seconds = time.monotonic() - self._begun
+        far = how_far(self.share, seconds) if seconds > _AT_ONCE_S else ""
+        return ", ".join(part for part in (self.title, self.words, far) if part)
 
     def _run(self) -> None:
         try:

@@ -131,9 +131,11 @@ class CameraView(PictureView):
             self._paint_picture(painter, self._to_widget(), self._scale())
             if self._display.loupe and self._cursor is not None:
                 self._paint_loupe(painter, self._cursor, QColor(theme.accent))
-            marks, area = self.marks, QRectF(self.rect())
-            if marks is not None:
-                paint_notes(painter, marks, self._display.overlays, area)
+            area, overlay = QRectF(self.rect()), self.picture and self.picture.overlay
+            paint_notes(
+                painter, self.marks, self._display.overlays, area,
+                reference_is_old=bool(overlay and overlay.reference_is_old),
+            )  # fmt: skip
             if self.picture is not None and self.legend:
                 paint_runs_legend(painter, self.picture.overlay.runs, area)
         if self._by_keys:

@@ -8,6 +8,7 @@ from math import hypot, isfinite
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPen, QPolygonF, QTransform
 
+from ..style.colours import OLD
 from ..style.limb_colours import LIMB_COLOURS
 from .click_marks import ClickMark, ClickMarks, CurveMark, PredictionMark, ResidualMark, TrailMark
 
@@ -18,7 +19,6 @@ _DIAMOND = 7.0
 _DARK = QColor(0, 0, 0, 190)
 _WHITE = QColor(255, 255, 255)
 _WARNING = QColor("#F0E442")
-_OLD = 0.4  # opacity of a model that was fitted before the last click
 _LEAST_RESIDUAL = 3.0
 """Widget pixels below which a residual is hidden by its click."""
 
@@ -160,14 +160,23 @@ def _arrow(place: QPointF, x: float, y: float, start: float) -> QPolygonF:
 
 
 def paint_notes(
-    painter: QPainter, marks: ClickMarks, shown: frozenset[str], bounds: QRectF
+    painter: QPainter,
+    marks: ClickMarks | None,
+    shown: frozenset[str],
+    bounds: QRectF,
+    *,
+    reference_is_old: bool = False,
 ) -> None:
-    """Say in the lower left corner what is not in the picture, and whether the model is old."""
-    said = []
-    if marks.outside and "clicks" in shown:
+    """Say in the lower left corner what is not in the picture, and what that is drawn is old."""
+    said, old = [], []
+    if marks is not None and marks.outside and "clicks" in shown:
         said.append(f"outside: {', '.join(short_label(label) for label in marks.outside)}")
-    if marks.model and marks.model_is_old and "fit" in shown:
-        said.append("model from before the last click")
+    if marks is not None and marks.model and marks.model_is_old and "fit" in shown:
+        old.append("model")
+    if reference_is_old and "reference" in shown:
+        old.append("reference")
+    if old:
+        said.append(f"{' and '.join(old)} from before the last click")
     if not said:
         return
     text = "; ".join(said)
@@ -314,7 +323,7 @@ def _paint_model(painter: QPainter, marks: ClickMarks, to_widget: QTransform) ->
     dashes = Qt.PenStyle.DotLine if marks.model_is_old else Qt.PenStyle.DashLine
     for mark in marks.model:
         line = to_widget.map(mark.path)
-        painter.setOpacity(mark.opacity * (_OLD if marks.model_is_old else 1.0))
+        painter.setOpacity(mark.opacity * (OLD if marks.model_is_old else 1.0))
         for colour, width in ((QColor(0, 0, 0, 130), 2.8), (QColor(LIMB_COLOURS[mark.limb]), 1.5)):
             painter.setPen(QPen(colour, width, dashes, Qt.PenCapStyle.FlatCap))
             painter.drawPath(line)

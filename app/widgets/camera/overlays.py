@@ -17,7 +17,7 @@ from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.mesh import PartMesh
 from stereotrack_core.recording.landmarks import LANDMARKS, SKELETON
 
-from ..style.colours import PEN_STYLES, LineStyle
+from ..style.colours import OLD, PEN_STYLES, LineStyle
 from ..style.limb_colours import LANDMARK_LIMBS, LIMB_COLOURS
 
 Projection: TypeAlias = Callable[[FloatArray], FloatArray]
@@ -104,6 +104,8 @@ class Overlay:
     """Outline of each limb."""
     reference: FloatArray | None = None
     """(9, 2) float64 or None, pixels."""
+    reference_is_old: bool = False
+    """Whether it was fitted before the last click."""
     ghosts: tuple[tuple[LineStyle, tuple[tuple[str, QPainterPath], ...]], ...] = ()
     """Line style and outline of each limb of the models of further runs."""
     runs: tuple[tuple[str, LineStyle], ...] = ()
@@ -219,7 +221,9 @@ def paint_overlay(
     if overlay.inside is not None:
         _paint_inside(painter, overlay.inside, scale)
     if "reference" in shown and overlay.reference is not None:
+        painter.setOpacity(OLD if overlay.reference_is_old else 1.0)
         _paint_skeleton(painter, overlay.reference, scale)
+        painter.setOpacity(1.0)
 
 
 def _paint_models(

@@ -25,10 +25,9 @@ _SHADE = 45
 
 def new_plot(parent: QWidget | None = None) -> pg.PlotWidget:
     """Make a plot without buttons and menu of its own."""
-    plot = pg.PlotWidget(parent)
+    plot = pg.PlotWidget(parent, enableMenu=False)
     for part in (plot, plot.viewport()):  # no key means anything to them
         part.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-    plot.setMenuEnabled(False)
     plot.hideButtons()
     plot.getPlotItem().layout.setContentsMargins(6.0, 3.0, 8.0, 0.0)
     return plot

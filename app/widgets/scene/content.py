@@ -75,6 +75,8 @@ class SceneContent:
     """Parts of the body model."""
     reference: FloatArray | None = None
     """(9, 3) float64, world, metres, or None. Landmarks of the reference; NaN where not known."""
+    reference_is_old: bool = False
+    """Whether it was fitted before the last click."""
     cameras: tuple[Camera, ...] = ()
     """Drawn as frusta."""
     camera_images: Mapping[str, ImageArray] = field(default_factory=dict)

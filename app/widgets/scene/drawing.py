@@ -15,6 +15,7 @@ from stereotrack_core.body.mesh import PartMesh
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.recording.landmarks import LANDMARKS, SKELETON
 
+from ..style.colours import OLD
 from ..style.limb_colours import LIMB_COLOURS
 from ..style.theme import Theme
 from .content import (
@@ -128,9 +129,10 @@ def _reference(content: SceneContent, theme: Theme) -> list[Drawn]:
     starts = np.concatenate([points[_BONES[:, 0]], middle[None]])
     ends = np.concatenate([points[_BONES[:, 1]], points[[LANDMARKS.index("head")]]])
     known = pv.PolyData(points[np.isfinite(points).all(axis=1)])
-    balls = {"render_points_as_spheres": True}
+    opacity = OLD if content.reference_is_old else 1.0
+    balls = {"render_points_as_spheres": True, "opacity": opacity}
     return [
-        Drawn(_lines(_dashes(starts, ends)), theme.reference, 2.0),
+        Drawn(_lines(_dashes(starts, ends)), theme.reference, 2.0, look={"opacity": opacity}),
         Drawn(known, theme.reference, metres=0.03, limits=(2.5, 7.0), look=balls),
     ]
 

@@ -24,6 +24,9 @@ PEN_STYLES: dict[LineStyle, Qt.PenStyle] = {
 }
 """No run has the style of the reference."""
 
+OLD = 0.4
+"""Opacity of what was fitted before the last click."""
+
 _LINE = 26.0
 _ROW = 17.0
 _GAP = 6.0

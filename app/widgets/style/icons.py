@@ -8,7 +8,6 @@ from pathlib import Path
 from PySide6.QtCore import QByteArray, QObject, QRectF, Qt
 from PySide6.QtGui import (
     QAction,
-    QColor,
     QGuiApplication,
     QIcon,
     QPainter,
@@ -53,16 +52,14 @@ _NAME = "icon_name"
 
 def icon(name: str) -> QIcon:
     """Icon in the palette's colours, sharp from 16 to 64 pixels."""
-    drawing = _drawing(name)
     colours = QGuiApplication.palette()
     result = QIcon()
     for mode, group in (
         (QIcon.Mode.Normal, QPalette.ColorGroup.Active),
         (QIcon.Mode.Disabled, QPalette.ColorGroup.Disabled),
     ):
-        colour = colours.color(group, QPalette.ColorRole.ButtonText)
-        for size in _SIZES:
-            result.addPixmap(_drawn(name, drawing, colour, size), mode)
+        for pixmap in _drawn(name, colours.color(group, QPalette.ColorRole.ButtonText).name()):
+            result.addPixmap(pixmap, mode)
     return result
 
 
@@ -87,16 +84,22 @@ def _drawing(name: str) -> str:
     return resource_path("icons", f"{name}.svg").read_text(encoding="utf-8")
 
 
-def _drawn(name: str, drawing: str, colour: QColor, size: int) -> QPixmap:
-    key = f"stereotrack/{name}/{colour.name()}/{size}"
-    kept = QPixmap()
-    if QPixmapCache.find(key, kept):
-        return kept
-    renderer = QSvgRenderer(QByteArray(drawing.replace("currentColor", colour.name()).encode()))
+def _drawn(name: str, colour: str) -> list[QPixmap]:
+    """Draw an icon in all sizes, or find it among those that were drawn before."""
+    kept = {size: QPixmap() for size in _SIZES}
+    if all(QPixmapCache.find(f"{name}/{colour}/{size}", kept[size]) for size in _SIZES):
+        return list(kept.values())
+    drawing = QSvgRenderer(QByteArray(_drawing(name).replace("currentColor", colour).encode()))
+    for size in _SIZES:
+        kept[size] = _pixmap(drawing, size)
+        QPixmapCache.insert(f"{name}/{colour}/{size}", kept[size])
+    return list(kept.values())
+
+
+def _pixmap(drawing: QSvgRenderer, size: int) -> QPixmap:
     pixmap = QPixmap(size, size)
     pixmap.fill(Qt.GlobalColor.transparent)
     painter = QPainter(pixmap)
-    renderer.render(painter, QRectF(0, 0, size, size))
+    drawing.render(painter, QRectF(0, 0, size, size))
     painter.end()
-    QPixmapCache.insert(key, pixmap)
     return pixmap

@@ -15,7 +15,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-import scipy.linalg
+import scipy
 
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.annotation.fit.context import (

@@ -17,7 +17,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import stdtrit
+import scipy
 
 from stereotrack_core.arrays import BoolArray, FloatArray
 
@@ -174,7 +174,7 @@ def interval(values: FloatArray, weight: FloatArray, block: int) -> tuple[float,
     away = (values - mean) * weight / weight.mean()
     variance = float(np.mean(_block_sums(away, block) ** 2)) / (block * n)
     blocks = n / block
-    student = float(stdtrit(blocks - 1.0, 0.5 * (1.0 + LEVEL)))
+    student = float(scipy.special.stdtrit(blocks - 1.0, 0.5 * (1.0 + LEVEL)))
     half = student * math.sqrt(variance * blocks / (blocks - 1.0))
     return mean - half, mean + half
 

@@ -7,11 +7,11 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image, ImageDraw, ImageFont
 
 from stereotrack_core.arrays import FloatArray, ImageArray, IntArray
 from stereotrack_core.body.limbs import LIMBS
@@ -27,6 +27,9 @@ from stereotrack_core.recording.landmarks import LANDMARKS, SKELETON, LandmarkTr
 from stereotrack_core.recording.reader import FrameReader, FrameSet
 from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.stored import body_of_run, pose_of_run
+
+if TYPE_CHECKING:
+    from PIL.ImageFont import FreeTypeFont
 
 _SHIFT = 4
 _FARTHEST = 1e4
@@ -154,6 +157,8 @@ def write(
     colour : (int, int, int)
         Blue, green, red.
     """
+    from PIL import Image, ImageDraw  # only where something is written: it takes its time
+
     drawn = Image.fromarray(picture)
     pen = ImageDraw.Draw(drawn)
     anchor = "ms" if middle else "ls"
@@ -162,8 +167,9 @@ def write(
 
 
 @cache
-def _font(size: float, bold: bool) -> ImageFont.FreeTypeFont:
-    import matplotlib  # only where something is written: loading it takes its time
+def _font(size: float, bold: bool) -> FreeTypeFont:
+    import matplotlib  # it takes its time as well
+    from PIL import ImageFont
 
     name = "DejaVuSans-Bold.ttf" if bold else "DejaVuSans.ttf"
     place = Path(matplotlib.get_data_path()) / "fonts" / "ttf" / name

@@ -8,8 +8,7 @@ from types import MappingProxyType
 from typing import Literal, TypeAlias
 
 import numpy as np
-from scipy.sparse import csr_array
-from scipy.sparse.csgraph import maximum_bipartite_matching
+import scipy
 
 from stereotrack_core.body.limbs import LIMBS
 
@@ -178,7 +177,7 @@ def agreement(
     allowed = truth if right is None else right
     overlap = np.array([[one.overlaps(other) for other in called] for one in truth], dtype=np.bool_)
     overlap = overlap.reshape(len(truth), len(called))
-    matched = maximum_bipartite_matching(csr_array(overlap))
+    matched = scipy.sparse.csgraph.maximum_bipartite_matching(scipy.sparse.csr_array(overlap))
     return Agreement(
         true=len(truth),
         found=int(overlap.any(axis=1).sum()),

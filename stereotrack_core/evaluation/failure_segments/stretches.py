@@ -9,11 +9,8 @@ from types import MappingProxyType
 from typing import TypeAlias
 
 import numpy as np
+import scipy
 from numpy.lib.stride_tricks import sliding_window_view
-from scipy.ndimage import maximum_filter1d, median_filter, uniform_filter1d
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
-from scipy.special import expit
 
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 from stereotrack_core.body.limbs import LIMBS
@@ -126,8 +123,10 @@ def joined(
         (i, j) for (i, one), (j, other) in combinations(enumerate(every), 2) if _belong(one, other)
     ]
     links = np.array(pairs, dtype=np.int64).reshape(-1, 2).T
-    graph = coo_array((np.ones(len(pairs)), (links[0], links[1])), shape=(len(every),) * 2)
-    count, label = connected_components(graph, directed=False) if every else (0, [])
+    size = (len(every),) * 2
+    graph = scipy.sparse.coo_array((np.ones(len(pairs)), (links[0], links[1])), shape=size)
+    grouped = scipy.sparse.csgraph.connected_components
+    count, label = grouped(graph, directed=False) if every else (0, [])
     failures = [
         _failure([each for each, own in zip(every, label, strict=True) if own == k], found, measure)
         for k in range(count)
@@ -230,13 +229,13 @@ def failure_signs(run: Run, fps: float, *, said: bool) -> FloatArray:
     if said:
         chance = np.clip(np.nan_to_num(run.limb_lost, nan=0.5), 1e-3, 1.0 - 1e-3)
         lost = np.log(chance / (1.0 - chance))
-        mean = uniform_filter1d(lost, around, axis=0, mode="nearest")
-        largest = maximum_filter1d(lost, around, axis=0, mode="nearest")
+        mean = scipy.ndimage.uniform_filter1d(lost, around, axis=0, mode="nearest")
+        largest = scipy.ndimage.maximum_filter1d(lost, around, axis=0, mode="nearest")
         columns += [mean, largest, mean[:, list(NEIGHBOUR)]]
     else:
         sigma = np.log(np.clip(np.nan_to_num(run.limb_sigma_deg, nan=20.0), 0.3, 90.0))
         cover = np.minimum(np.nan_to_num(run.unexplained_fraction, nan=1.0), 1.0)
-        columns += [sigma, uniform_filter1d(sigma, around, axis=0, mode="nearest")]
+        columns += [sigma, scipy.ndimage.uniform_filter1d(sigma, around, axis=0, mode="nearest")]
         of_all = (cover, _over_usual(run.residual, usual))
         columns += [np.repeat(values[:, None], len(LIMBS), axis=1) for values in of_all]
     signs = np.stack(columns, axis=-1)
@@ -255,7 +254,7 @@ def _largest_before(values: FloatArray, frames: int) -> FloatArray:
 def _over_usual(values: FloatArray, usual: int) -> FloatArray:
     known = np.isfinite(values) & (values > 0)
     filled = np.where(known, values, np.median(values[known]) if known.any() else 1.0)
-    result: FloatArray = np.log(filled / median_filter(filled, usual, mode="nearest"))
+    result: FloatArray = np.log(filled / scipy.ndimage.median_filter(filled, usual, mode="nearest"))
     return np.clip(result, -3.0, 3.0)
 
 
@@ -291,7 +290,9 @@ def lost_chances(run: Run, fps: float, fitted: Coefficients = _FITTED) -> FloatA
     result: FloatArray = np.full((len(run.frame), len(LIMBS)), np.nan)
     for half, limbs in ARM_HALVES.items():
         constant, *slopes = fitted[half if said else f"{half}{UNSAID}"]
-        result[:, list(limbs)] = expit(constant + signs[:, list(limbs)] @ np.array(slopes))
+        result[:, list(limbs)] = scipy.special.expit(
+            constant + signs[:, list(limbs)] @ np.array(slopes)
+        )
     for limb in (TORSO, *UPPER_ARMS, *FOREARMS):
         result[~run.tracked, limb] = 1.0
     return result

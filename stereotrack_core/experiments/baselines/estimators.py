@@ -9,7 +9,7 @@ from abc import abstractmethod
 from dataclasses import dataclass, replace
 
 import numpy as np
-import scipy.linalg
+import scipy
 
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.manifold import Columns, difference, displaced, point_jacobian

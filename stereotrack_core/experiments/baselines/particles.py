@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-import numba
 import numpy as np
-import scipy.optimize
+import scipy
 
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 from stereotrack_core.body.manifold import difference, displaced
@@ -15,6 +14,7 @@ from stereotrack_core.body.model import BodyModel
 from stereotrack_core.body.pose import PartFrames, Pose, t_pose
 from stereotrack_core.body.skeleton import CLAVICLES, FOREARMS, PARENTS, TORSO
 from stereotrack_core.body.surface import closest_on_cone, cone_tables
+from stereotrack_core.compiled import compiled
 from stereotrack_core.experiments.baselines.estimators import RANDOM, Baseline
 from stereotrack_core.tracking.correction import Residual
 from stereotrack_core.tracking.estimate import Memory
@@ -268,7 +268,7 @@ class PoseEnergy:
         return total
 
 
-@numba.njit(cache=True, nogil=True, inline="always")  # type: ignore[untyped-decorator]
+@compiled(inline="always")
 def _distance(row: Any, p: Any) -> float:
     x, y, z = p[0] - row[9], p[1] - row[10], p[2] - row[11]
     px = row[0] * x + row[3] * y + row[6] * z
@@ -277,7 +277,7 @@ def _distance(row: Any, p: Any) -> float:
     return closest_on_cone(row, px, py, pz)[0]  # type: ignore[no-any-return]
 
 
-@numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+@compiled()
 def _robust_sums(points: Any, tables: Any, reach: float, squared_scale: float, out: Any) -> None:
     for k in range(tables.shape[0]):
         total = 0.0
@@ -290,7 +290,7 @@ def _robust_sums(points: Any, tables: Any, reach: float, squared_scale: float, o
         out[k] = total
 
 
-@numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+@compiled()
 def _least_distances(places: Any, rows: Any, out: Any) -> None:
     for k in range(rows.shape[0]):
         least = 1e9

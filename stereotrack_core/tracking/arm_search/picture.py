@@ -6,13 +6,13 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-import numba
 import numpy as np
 
 from stereotrack_core.arrays import Float32Array, FloatArray
 from stereotrack_core.body.model import Cones
 from stereotrack_core.body.pose import PartFrames
 from stereotrack_core.body.surface import cone_tables
+from stereotrack_core.compiled import compiled
 from stereotrack_core.depth.cloud import Cloud, ViewDepth
 
 _AROUND = 25
@@ -119,7 +119,7 @@ def outline_table(cones: Cones, frames: PartFrames) -> FloatArray:
     return table
 
 
-@numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+@compiled()
 def cone_images(table: Any, place: Any, pinhole: Any, eye: Any, images: Any) -> None:
     """Fill the cones' images (C, 11) in one view.
 
@@ -151,7 +151,7 @@ def cone_images(table: Any, place: Any, pinhole: Any, eye: Any, images: Any) -> 
         images[c, 10] = front
 
 
-@numba.njit(cache=True, nogil=True, inline="always")  # type: ignore[untyped-decorator]
+@compiled(inline="always")
 def reached(im: Any, left: float, top: float, step: float, height: int, width: int) -> Any:
     """First and last row and column of a picture that a cone's image (11,) can reach."""
     most = max(im[2], im[7])
@@ -162,7 +162,7 @@ def reached(im: Any, left: float, top: float, step: float, height: int, width: i
     return i0, i1, j0, j1
 
 
-@numba.njit(cache=True, nogil=True, inline="always")  # type: ignore[untyped-decorator]
+@compiled(inline="always")
 def near_at(im: Any, column: float, line: float) -> Any:
     """Inverse range of a cone's front at a pixel; 0 beside it."""
     bx, by = im[5] - im[0], im[6] - im[1]
@@ -177,7 +177,7 @@ def near_at(im: Any, column: float, line: float) -> Any:
     return 1.0 / (1.0 / axis - bulge * math.sqrt(1.0 - across))
 
 
-@numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+@compiled()
 def _draw(images: Any, left: float, top: float, step: float, picture: Any) -> None:
     """Draw cones into a picture (h, w) of inverse ranges, nearer ones in front; 0 is nothing."""
     for c in range(images.shape[0]):
@@ -191,7 +191,7 @@ def _draw(images: Any, left: float, top: float, step: float, picture: Any) -> No
                 picture[i, j] = max(picture[i, j], near)
 
 
-@numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+@compiled()
 def _draw_each(tables: Any, place: Any, pinhole: Any, eye: Any, box: Any, pictures: Any) -> None:
     """Draw cones in K poses (K, C, 18) into pictures (K, h, w); `box` is left, top and step."""
     images = np.empty((tables.shape[1], COLUMNS))
@@ -200,7 +200,7 @@ def _draw_each(tables: Any, place: Any, pinhole: Any, eye: Any, box: Any, pictur
         _draw(images, box[0], box[1], box[2], pictures[k])
 
 
-@numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+@compiled()
 def disagreements(
     rest: Any,
     left: Any,

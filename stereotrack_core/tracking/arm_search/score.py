@@ -6,13 +6,13 @@ import math
 from collections.abc import Iterable
 from typing import Any
 
-import numba
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.body.model import BodyModel
 from stereotrack_core.body.pose import PartFrames
 from stereotrack_core.body.skeleton import TORSO
+from stereotrack_core.compiled import compiled
 from stereotrack_core.depth.cloud import ViewDepth
 from stereotrack_core.geometry.rotation import angle_between
 from stereotrack_core.geometry.triangulation import segment_distance
@@ -133,7 +133,7 @@ def crossing_cost(left: FloatArray, right: FloatArray, least: float) -> FloatArr
     return total
 
 
-@numba.njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator]
+@compiled(error_model="numpy")
 def arm_distances(points: Any, nodes: Any, radii: Any, result: Any) -> None:
     """Fill unsigned distances (K, N) of points (3, N) from the surfaces of arms (K, 4, 3)."""
     result[:] = math.inf
@@ -155,7 +155,7 @@ def arm_distances(points: Any, nodes: Any, radii: Any, result: Any) -> None:
                 near[i] = min(near[i], abs(off))
 
 
-@numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+@compiled()
 def unexplained_sums(others: Any, own: Any, squared_scale: float, result: Any) -> None:
     """Fill sums (K,) of d^2 / (d^2 + s^2), d the lesser of others (N,) and own (K, N)."""
     for k in range(own.shape[0]):
@@ -166,7 +166,7 @@ def unexplained_sums(others: Any, own: Any, squared_scale: float, result: Any) -
         result[k] = total
 
 
-@numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+@compiled()
 def pair_sums(others: Any, left: Any, right: Any, squared_scale: float, result: Any) -> None:
     """Fill sums (K, L) of d^2 / (d^2 + s^2) for all pairs of left (K, N) and right (L, N)."""
     for k in range(left.shape[0]):
@@ -178,7 +178,7 @@ def pair_sums(others: Any, left: Any, right: Any, squared_scale: float, result: 
             result[k, m] = total
 
 
-@numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+@compiled()
 def _count_sight(
     points: Any,
     radius: Any,
@@ -218,7 +218,7 @@ def _count_sight(
             seen[i, 2] += 1
 
 
-@numba.njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator]
+@compiled(error_model="numpy")
 def _anatomy_costs(
     upper: Any, fore: Any, mirrored: float, places: Any, cone: Any, result: Any
 ) -> None:
@@ -247,7 +247,7 @@ def _anatomy_costs(
         result[k] = cost
 
 
-@numba.njit(cache=True, nogil=True, inline="always")  # type: ignore[untyped-decorator]
+@compiled(inline="always")
 def _steps(excess: float) -> float:
     """An excess in units of its step, between none and two."""
     return min(2.0, max(0.0, excess))

@@ -9,9 +9,8 @@ import dataclasses
 from time import perf_counter
 from typing import Any
 
-import numba
 import numpy as np
-from scipy.special import expit
+import scipy
 
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.limbs import LIMBS
@@ -19,6 +18,7 @@ from stereotrack_core.body.model import BodyModel, placed_cones
 from stereotrack_core.body.pose import PartFrames, Pose
 from stereotrack_core.body.skeleton import FOREARMS, LIMB_OF_PART, TORSO, UPPER_ARMS
 from stereotrack_core.body.surface import nearest_on_surface
+from stereotrack_core.compiled import compiled
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.tracking.arm_search.picture import (
     COLUMNS,
@@ -105,7 +105,7 @@ def failure_probability(features: FloatArray | None) -> FloatArray:
     every, slopes = with_neighbours(features), np.array(list(SLOPES.values()))
     for k, limbs in enumerate((UPPER_ARMS, FOREARMS)):
         own = np.concatenate([slopes[:, k], slopes[:, k + 2]])
-        result[list(limbs)] = expit(CONSTANTS[k] + every[list(limbs)] @ own)
+        result[list(limbs)] = scipy.special.expit(CONSTANTS[k] + every[list(limbs)] @ own)
     return result
 
 
@@ -268,7 +268,7 @@ def _crossed(body: BodyModel, frames: PartFrames) -> FloatArray:
     return result
 
 
-@numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+@compiled()
 def _draw_owned(
     images: Any, part: Any, left: float, top: float, step: float, picture: Any, owner: Any
 ) -> None:
@@ -286,7 +286,7 @@ def _draw_owned(
                     owner[i, j] = part[c]
 
 
-@numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+@compiled()
 def _look(
     picture: Any,
     owner: Any,
@@ -314,7 +314,7 @@ def _look(
                 looks[p, UNKNOWN] += 1.0
 
 
-@numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+@compiled()
 def _unexplained_near(
     picture: Any,
     measured: Any,

@@ -37,25 +37,52 @@ _FITTED = 8
 """Clouds that both ways of facing are followed over; every second one is fitted to."""
 
 
-def first_pose_in(initialiser: PersonTracker, clouds: Sequence[Cloud]) -> Pose | None:
+Told = Callable[[int, int], object]
+"""Is told how many of how many parts are done."""
+
+
+def first_pose_in(
+    initialiser: PersonTracker, clouds: Sequence[Cloud], told: Told = lambda _done, _count: None
+) -> Pose | None:
     """Pose in the first of successive clouds in which somebody is tracked; None without anybody.
 
     The clouds are followed forwards, until it has shown which of the poses that explain the first
     one is right, and then back to it. Where the pose in which recordings usually begin, the T
     pose facing north, explains the clouds about as well, it is taken. At last it is looked at
     from both sides with bodies of their own shape. Nothing of the initialiser is left as it was.
+    `told` may raise :class:`Cancelled`.
     """
+    step = _Steps(initialiser, told, 3 * len(clouds) + 2 * len(clouds[:_FITTED]))
     initialiser.reinitialise()
-    estimates = [initialiser.step(cloud) for cloud in clouds]
+    estimates = [step(cloud) for cloud in clouds]
     tracked = [k for k, estimate in enumerate(estimates) if estimate.tracked]
     if not tracked:
         return None
     first, last = tracked[0], tracked[-1]
     usual = t_pose_in_cloud(initialiser.setup.body, clouds[first].points)
-    if _explains_as_well(initialiser, usual, clouds[first:], estimates[first:]):
+    if _explains_as_well(initialiser, usual, clouds[first:], estimates[first:], step):
         return usual
-    found = _followed_back(initialiser, clouds, estimates, first, last)
-    return facing_right(initialiser, found, clouds[first : last + 1])
+    step.done = 2 * len(clouds)
+    found = _followed_back(initialiser, clouds, estimates, first, last, step)
+    step.done = 3 * len(clouds)
+    return facing_right(initialiser, found, clouds[first : last + 1], step.tell)
+
+
+class _Steps:
+    """Steps of a tracker, of which somebody is told how many are done."""
+
+    def __init__(self, tracker: PersonTracker, told: Told, count: int) -> None:
+        self._tracker, self._told, self._count = tracker, told, count
+        self.done = 0
+
+    def tell(self) -> None:
+        """One more begins."""
+        self._told(self.done, self._count)
+        self.done += 1
+
+    def __call__(self, cloud: Cloud) -> Estimate:
+        self.tell()
+        return self._tracker.step(cloud)
 
 
 def first_pose_from_images(
@@ -64,6 +91,7 @@ def first_pose_from_images(
     views: Sequence[str],
     frames: Sequence[int],
     learned_from: range,
+    told: Told = lambda _done, _count: None,
 ) -> Pose | None:
     """First pose for a tracker whose own clouds are not made for search, followed to its place.
 
@@ -75,6 +103,8 @@ def first_pose_from_images(
         Successive frames.
     learned_from : range
         Frames from which the background is learned where there are no images of it.
+    told : callable
+        As for :func:`first_pose_in`.
     """
     parameters = settled(reader.recording, DepthParameters(), reader, views)
     chain = DepthChain(reader.recording, parameters, views=views)
@@ -83,7 +113,7 @@ def first_pose_from_images(
         clouds = [chain.process(reader.frame_set(frame)) for frame in frames]
     finally:
         chain.close()
-    found = first_pose_in(initialiser, clouds)
+    found = first_pose_in(initialiser, clouds, told)
     if found is None:
         return None
     initialiser.start(found)
@@ -138,16 +168,22 @@ def _followed_back(
     estimates: Sequence[Estimate],
     first: int,
     last: int,
+    step: _Steps,
 ) -> Pose:
     initialiser.start(estimates[last].pose, clouds[last].frame)
     for cloud in reversed(clouds[first:last]):
-        estimate = initialiser.step(cloud)
+        estimate = step(cloud)
         if not estimate.tracked:
             return estimates[first].pose
     return initialiser.pose
 
 
-def facing_right(initialiser: PersonTracker, found: Pose, clouds: Sequence[Cloud]) -> Pose:
+def facing_right(
+    initialiser: PersonTracker,
+    found: Pose,
+    clouds: Sequence[Cloud],
+    told: Callable[[], object] = lambda: None,
+) -> Pose:
     """The pose, or the one that looks most alike from the other side if that is more natural.
 
     A body of average shape that faces the wrong way may explain the data better than one that
@@ -160,18 +196,25 @@ def facing_right(initialiser: PersonTracker, found: Pose, clouds: Sequence[Cloud
         In the first of the clouds.
     clouds : sequence of Cloud
         At least one.
+    told : callable
+        Called before every step; may raise :class:`Cancelled`.
     """
     away = turned_round(found)
-    here = _gain_of_turning(initialiser, found, clouds[:_FITTED])
-    there = _gain_of_turning(initialiser, away, clouds[:_FITTED])
+    here = _gain_of_turning(initialiser, found, clouds[:_FITTED], told)
+    there = _gain_of_turning(initialiser, away, clouds[:_FITTED], told)
     return away if here - there > 2.0 * _TURN_GAIN else found
 
 
-def _gain_of_turning(initialiser: PersonTracker, pose: Pose, clouds: Sequence[Cloud]) -> float:
+def _gain_of_turning(
+    initialiser: PersonTracker, pose: Pose, clouds: Sequence[Cloud], told: Callable[[], object]
+) -> float:
     """How much more natural the other way round is, for a body fitted to this way of facing."""
     setup = initialiser.setup
     follower = initialiser.finder.follower(pose)
-    poses = [follower.step(cloud).pose for cloud in clouds]
+    poses = []
+    for cloud in clouds:
+        told()
+        poses.append(follower.step(cloud).pose)
     pairs = list(zip(clouds, poses, strict=True))[len(clouds) > 1 :: 2]
     seen = [
         SeenPose(initialiser.leader.correspondences.choose(cloud), pose) for cloud, pose in pairs
@@ -183,13 +226,17 @@ def _gain_of_turning(initialiser: PersonTracker, pose: Pose, clouds: Sequence[Cl
 
 
 def _explains_as_well(
-    initialiser: PersonTracker, usual: Pose, clouds: Sequence[Cloud], found: Sequence[Estimate]
+    initialiser: PersonTracker,
+    usual: Pose,
+    clouds: Sequence[Cloud],
+    found: Sequence[Estimate],
+    step: _Steps,
 ) -> bool:
     """Whether following from the usual pose costs no more than what was found, or little more."""
     initialiser.start(usual)
     more = []
     for cloud, other in zip(clouds, found, strict=True):
-        estimate = initialiser.step(cloud)
+        estimate = step(cloud)
         if not estimate.tracked:
             return False
         if other.tracked:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy import ndimage
+import scipy
 
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 from stereotrack_core.body.model import BodyModel, placed_cones
@@ -43,8 +43,8 @@ def groups_of(points: FloatArray, *, on_floor: bool) -> IntArray:
     cell = np.floor((use - use.min(axis=0)) / _CELL).astype(np.int64)
     counts = np.zeros(cell.max(axis=0) + 1, dtype=np.int64)
     np.add.at(counts, tuple(cell.T), 1)
-    around = ndimage.generate_binary_structure(counts.ndim, counts.ndim)
-    labels, _ = ndimage.label(counts >= _LEAST_IN_CELL, around)
+    around = scipy.ndimage.generate_binary_structure(counts.ndim, counts.ndim)
+    labels, _ = scipy.ndimage.label(counts >= _LEAST_IN_CELL, around)
     result: IntArray = labels[tuple(cell.T)].astype(np.int64) - 1
     return result
 

@@ -11,8 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
-from scipy.special import gammaincinv
+import scipy
 
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.manifold import Columns, point_jacobian
@@ -143,7 +142,7 @@ def _assigned(
             allowed = part in _PARTS_OF[detection.kind]
             off = _distance_from(detection, part, body, frames) if allowed else np.inf
             cost[i, k] = min(off**2, 1e6)
-    rows, chosen = linear_sum_assignment(cost)
+    rows, chosen = scipy.optimize.linear_sum_assignment(cost)
     pairs = zip(rows, chosen, strict=True)
     return [(detections[i], parts[k]) for i, k in pairs if k < len(parts) and cost[i, k] < gate**2]
 
@@ -233,6 +232,6 @@ def _best_part(detection: Detection, setup: Setup, prior: Belief) -> int | None:
         variance = _undistorted(detection)[1] ** 2 / detection.confidence
         S = J @ prior.P @ J.T + np.eye(len(nu)) * variance
         squared = float(nu @ np.linalg.solve(S, nu))
-        if squared < min(least, 2.0 * float(gammaincinv(0.5 * len(nu), _PROBABLE))):
+        if squared < min(least, 2.0 * float(scipy.special.gammaincinv(0.5 * len(nu), _PROBABLE))):
             best, least = part, squared
     return best

@@ -12,7 +12,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import cv2
-import numba
 import numpy as np
 
 from stereotrack_core.arrays import BoolArray, Float32Array, FloatArray
@@ -20,6 +19,7 @@ from stereotrack_core.body.model import BodyModel
 from stereotrack_core.body.pose import PartFrames, Pose
 from stereotrack_core.body.skeleton import CLAVICLES, FOREARMS, HEAD, PARTS, TORSO, UPPER_ARMS
 from stereotrack_core.body.surface import ClosestPoints, cone_tables, parts_of_cones
+from stereotrack_core.compiled import compiled
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.tracking.residuals.surface import SurfaceResidual, Trust, residual_of_closest
 
@@ -192,7 +192,7 @@ class SilhouetteObservation:
         return (residual_of_closest(data, parts_of_cones(body, seen.cone), seen, frames, trust),)
 
 
-@numba.njit(cache=True, nogil=True, inline="always")  # type: ignore[untyped-decorator]
+@compiled(inline="always")
 def _grazed(row: Any, ex: float, ey: float, ez: float, u: float, side: float) -> Any:
     """Place on a cone's surface, its own frame, that a camera at (ex, ey, ez), world, grazes.
 
@@ -208,7 +208,7 @@ def _grazed(row: Any, ex: float, ey: float, ez: float, u: float, side: float) ->
     return -side * radius * wy / norm, side * s * radius * wx / norm, u * row[14]
 
 
-@numba.njit(cache=True, nogil=True, inline="always")  # type: ignore[untyped-decorator]
+@compiled(inline="always")
 def _seen(row: Any, place: Any, pinhole: Any, x: float, y: float, z: float) -> Any:
     """World (3), column, row and range of a place (x, y, z) in a cone's frame."""
     px = row[0] * x + row[1] * y + row[2] * z + row[9]
@@ -221,7 +221,7 @@ def _seen(row: Any, place: Any, pinhole: Any, x: float, y: float, z: float) -> A
     return px, py, pz, pinhole[0] * a / near + pinhole[1], pinhole[0] * b / near + pinhole[2], c
 
 
-@numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+@compiled()
 def _capsules(table: Any, place: Any, pinhole: Any, eye: Any, capsules: Any) -> None:
     """Fill the cones' images (C, 7): two ends with radii in pixels, and whether in front."""
     for c in range(table.shape[0]):
@@ -238,7 +238,7 @@ def _capsules(table: Any, place: Any, pinhole: Any, eye: Any, capsules: Any) -> 
         capsules[c, 6] = front
 
 
-@numba.njit(cache=True, nogil=True, inline="always")  # type: ignore[untyped-decorator]
+@compiled(inline="always")
 def _covered(capsules: Any, own: int, u: float, v: float) -> Any:
     """Whether another cone's image covers a pixel."""
     for c in range(capsules.shape[0]):
@@ -255,7 +255,7 @@ def _covered(capsules: Any, own: int, u: float, v: float) -> Any:
     return False
 
 
-@numba.njit(cache=True, nogil=True, inline="always")  # type: ignore[untyped-decorator]
+@compiled(inline="always")
 def _shared(capsules: Any, limb: Any, u: float, v: float) -> Any:
     """Whether the outline of the trunk, the head or a leg lies at an edge as well."""
     for c in range(capsules.shape[0]):
@@ -273,7 +273,7 @@ def _shared(capsules: Any, limb: Any, u: float, v: float) -> Any:
     return False
 
 
-@numba.njit(cache=True, nogil=True, inline="always")  # type: ignore[untyped-decorator]
+@compiled(inline="always")
 def _at(image: Any, u: float, v: float) -> Any:
     i, j = int(v), int(u)
     a, b = v - i, u - j
@@ -282,7 +282,7 @@ def _at(image: Any, u: float, v: float) -> Any:
     return (1.0 - a) * upper + a * lower
 
 
-@numba.njit(cache=True, nogil=True, inline="always")  # type: ignore[untyped-decorator]
+@compiled(inline="always")
 def _edge_near(edge: Any, range_z: Any, u: float, v: float, depth: float, reach: float) -> Any:
     """Distance from the edge nearest to a pixel and its outward direction (2), in pixels.
 
@@ -303,7 +303,7 @@ def _edge_near(edge: Any, range_z: Any, u: float, v: float, depth: float, reach:
     return value, gu, gv
 
 
-@numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+@compiled()
 def _centre(place: Any) -> Any:
     """World place (3,) of the camera with camera_from_world `place`."""
     eye = np.empty(3)
@@ -314,7 +314,7 @@ def _centre(place: Any) -> Any:
     return eye
 
 
-@numba.njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+@compiled()
 def _measure_outline(
     table: Any,
     measured: Any,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -40,6 +41,8 @@ class ReferenceWork(QObject):
     shown = Signal(object)
     residuals_changed = Signal(list, object)
     """K frames in which clicks were edited, and their limbs' residuals now (K, 6), pixels."""
+    aged = Signal()
+    """Other frames of the reference are old: their clicks have changed since the fit."""
     busy_changed = Signal()
     failed = Signal(object)
 
@@ -126,6 +129,19 @@ class ReferenceWork(QObject):
             self._show_stored()
         elif "click" in changed.tables:
             self._measure_again(sorted(changed.frames()))
+            self._look_what_is_old(sorted(changed.frames()))
+
+    def is_old(self, frame: int) -> bool:
+        """Whether the reference was fitted before the last click that it hangs on in a frame."""
+        known = self.now.clicks if self.now is not None else None
+        return known is not None and known.is_old(frame)
+
+    def _look_what_is_old(self, frames: list[int]) -> None:
+        if self._project is None or self.now is None or self.now.clicks is None:
+            return
+        clicks = [click for frame in frames for click in self._project.clicks.at(frame)]
+        self.now = replace(self.now, clicks=self.now.clicks.after_edit(frames, clicks))
+        self.aged.emit()
 
     def _measure_again(self, frames: list[int]) -> None:
         """Tell how far the clicks of some frames lie from the fit now."""
