@@ -36,6 +36,7 @@ from stereotrack_core.recording.description import Recording
 from stereotrack_core.tables import Table
 
 _MUCH_PX = 1000
+_DOUBTFUL, _DOUBTFUL_PX = 0.01, 4.0  # of the image's diagonal; pixels
 
 DOCUMENTED = "world-to-camera"
 """The convention that every reader gives its cameras in, as its format documents them."""
@@ -161,7 +162,7 @@ def decide(
         note = "the file does not say where the cameras are: each is at the origin of the world"
         cameras = cameras_read(foreign, DOCUMENTED)
         return Decided(cameras, DOCUMENTED, unit or "m", (), (), (*foreign.notes, note))
-    chosen, tried, why = _convention(foreign, evidence, convention)
+    chosen, tried, why, doubts = _convention(foreign, evidence, convention)
     cameras = cameras_read(foreign, chosen)
     scale, scales, because = _unit(foreign, cameras, evidence, unit)
     cameras = moved(cameras, METRES_PER_UNIT[scale])
@@ -171,7 +172,7 @@ def decide(
         scale,
         (tried, scales),
         (why, because),
-        (*foreign.notes, *_notes(cameras)),
+        (*foreign.notes, *doubts, *_notes(cameras)),
     )
 
 
@@ -187,8 +188,8 @@ def _notes(cameras: Mapping[str, Camera]) -> tuple[str, ...]:
 
 def _convention(
     foreign: ForeignCalibration, evidence: Evidence, given: str | None
-) -> tuple[str, Table, str]:
-    """The convention, what was tried, and why it was chosen."""
+) -> tuple[str, Table, str, tuple[str, ...]]:
+    """The convention, what was tried, why it was chosen, and what is doubtful about it."""
     tried = [fit_of(name, cameras_read(foreign, name), evidence) for name in CONVENTIONS]
     seen = evidence.seen and any(math.isfinite(one.error_px) for one in tried)
     best = min((one.error_px for one in tried if one.in_front > 0.5), default=math.inf)
@@ -203,17 +204,23 @@ def _convention(
         fitting = [name for name in fitting if name in orderly] or fitting
     table = _table_of_fits(tried, fitting)
     if given is not None:
-        return given, table, f"convention {given}: given with --convention"
+        return given, table, f"convention {given}: given with --convention", ()
     where = ", ".join(f"{count} points of {name}" for name, count in names_in(evidence).items())
+    doubts: tuple[str, ...] = ()
+    if seen and best > max(_DOUBTFUL_PX, _DOUBTFUL * diagonal):
+        doubts = (
+            f"the cameras miss {where} by {best:.0f} px (median): check that every camera has its"
+            " own name and calibration",
+        )
     if DOCUMENTED in fitting:
         reason = (
             f"nothing else fits {where}"
             if len(fitting) == 1 and seen
             else f"as {foreign.format} documents it, and nothing contradicts it"
         )
-        return DOCUMENTED, table, f"convention {DOCUMENTED}: {reason}"
+        return DOCUMENTED, table, f"convention {DOCUMENTED}: {reason}", doubts
     if len(fitting) == 1 and seen:
-        return fitting[0], table, f"convention {fitting[0]}: only this fits {where}"
+        return fitting[0], table, f"convention {fitting[0]}: only this fits {where}", doubts
     errors = ", ".join(f"{one.convention} {_pixels(one.error_px)}" for one in tried)
     raise Undecided(
         f"no way to read rotations and translations fits ({errors})"

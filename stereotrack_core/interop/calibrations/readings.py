@@ -51,7 +51,7 @@ _TOLERANCE = (0.8, 1.25)  # by which clicked segments may lie outside the range 
 
 CAMERA_DISTANCE_M = (0.4, 15.0)
 BASELINE_M = (0.015, 0.7)
-SQUARE_M = (0.004, 0.3)
+SQUARE_M = (0.004, 0.12)
 
 
 @dataclass(frozen=True)
