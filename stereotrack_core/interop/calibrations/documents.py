@@ -4,16 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from io import BytesIO
 from pathlib import Path
 from typing import Any, Literal
 from xml.etree import ElementTree
 
-import numpy as np
 import yaml
-from scipy.io import loadmat
 
 from stereotrack_core.errors import InputError
+from stereotrack_core.interop.calibrations.mat_file import variables_of
 from stereotrack_core.plain_data import DEEPEST, checked_tree
 from stereotrack_core.reading import MB, decoding, parsed_json, read_bytes, read_text
 from stereotrack_core.recording.toml_table import load_toml
@@ -25,7 +23,6 @@ _TEXT_BYTES = MB
 
 _MAT_BYTES = 64 * MB
 _REMEDY = "Use another copy of the file."
-_MAT_MAGIC = b"MATLAB 5.0"
 _HDF5_MAGIC = b"\x89HDF"
 
 
@@ -141,22 +138,4 @@ def _mat(path: Path) -> Mapping[str, Any]:
             remedy="In MATLAB, save it with save(..., '-v7'), or write JSON with jsonencode.",
         )
     with decoding(path, "this is not a MAT file that can be read", _REMEDY):
-        if data[:10] != _MAT_MAGIC:
-            raise ValueError
-        content = loadmat(BytesIO(data), simplify_cells=True)
-        return {key: _of_matlab(one) for key, one in content.items() if key[:2] != "__"}
-
-
-def _of_matlab(value: Any, depth: int = 0) -> Any:
-    """Structs as tables, arrays as lists; objects of classes as None."""
-    if depth > DEEPEST:
-        raise RecursionError
-    if isinstance(value, Mapping):
-        return {str(key): _of_matlab(one, depth + 1) for key, one in value.items()}
-    if isinstance(value, np.ndarray):
-        if value.dtype.kind in "fiub" and value.size <= 10_000:
-            return value.astype(np.float64).tolist()
-        return None
-    if isinstance(value, np.generic):
-        value = value.item()
-    return value if isinstance(value, str | bool | int | float) else None
+        return variables_of(data)

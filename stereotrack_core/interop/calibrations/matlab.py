@@ -130,7 +130,12 @@ def _camera(
     size = table.get("ImageSize")  # empty where MATLAB was not told
     return ForeignCamera(
         name,
-        None if not size else size_of(list(size)[::-1], f"{place}, ImageSize"),
+        None
+        if not size
+        else size_of(
+            array_of(size, (2,), f"{place}, ImageSize", "a height and a width")[::-1],
+            f"{place}, ImageSize",
+        ),
         _matrix(table, place),
         distortions_of([*radial[:2], *tangential, *radial[2:]], place),
         False,

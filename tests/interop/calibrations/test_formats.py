@@ -1,40 +1,22 @@
 """Files as other tools lay them out are read, and what is written is read again, also by others."""
 
-import json
 import tomllib
-import xml.etree.ElementTree as ET
 
 import cv2
 import numpy as np
 import pytest
-import tomli_w
-from scipy.io import savemat
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.rotation import vector_from_rotation
 from stereotrack_core.geometry.transform import RigidTransform
-from stereotrack_core.interop.calibrations.deciding import completed, decide
-from stereotrack_core.interop.calibrations.evidence import Evidence
 from stereotrack_core.interop.calibrations.formats import (
     UNITS_OF_EXPORT,
     read_foreign,
     write_foreign,
 )
-from tests.interop.calibrations.rigs import assert_same, looking_at, rig
-
-RIG = rig()
-
-
-def written(path, text):
-    path.write_text(text, encoding="utf-8")
-    return path
-
-
-def imported(*paths, size=None):
-    """Cameras of files, without any data."""
-    return list(decide(completed(read_foreign(paths), size=size), Evidence()).cameras.values())
-
+from tests.interop.calibrations.layouts import KALIBR, RIG, imported, sections, toml, written
+from tests.interop.calibrations.rigs import assert_same, rig
 
 # ---- what is written is read again
 
@@ -108,26 +90,6 @@ def test_a_name_that_opencv_does_not_allow(tmp_path):
 # ---- as the tools write them
 
 
-def sections(**changes):
-    """Cameras in the layout of aniposelib."""
-    return {
-        f"cam_{i}": {
-            "name": camera.name,
-            "size": [640, 480],
-            "matrix": camera.matrix.tolist(),
-            "distortions": camera.distortions.tolist(),
-            "rotation": vector_from_rotation(camera.camera_from_world.rotation).tolist(),
-            "translation": camera.camera_from_world.translation.tolist(),
-            **changes,
-        }
-        for i, camera in enumerate(RIG)
-    }
-
-
-def toml(path, content):
-    return written(path, tomli_w.dumps(content))
-
-
 def test_caliscope_with_matrices_without_names_and_beside_other_settings(tmp_path):
     cameras = sections()
     for section, camera in zip(cameras.values(), RIG, strict=True):
@@ -166,279 +128,6 @@ def test_pose2sim_and_freemocap_are_told_apart(tmp_path):
     assert (freemocap.format, freemocap.unit, freemocap.square) == ("FreeMoCap", "mm", 58.0)
     anipose = read_foreign([toml(tmp_path / "a.toml", {**sections(), **extra})])
     assert (anipose.format, anipose.unit) == ("aniposelib", None)
-
-
-YAML_MATRIX = """{name}: !!opencv-matrix
-   rows: {rows}
-   cols: {cols}
-   dt: d
-   data: [ {data} ]
-"""
-
-
-def opencv(**matrices):
-    """YAML as OpenCV 4 writes it, lines broken in the middle of a matrix."""
-    parts = ["%YAML:1.0\n---\n"]
-    for name, value in matrices.items():
-        if isinstance(value, str | int | float):
-            parts.append(f"{name}: {value}\n")
-            continue
-        array = np.atleast_2d(value)
-        data = ", ".join(f"{x:.16e}" for x in array.ravel()).replace(", ", ",\n       ", 1)
-        rows, cols = array.shape
-        parts.append(YAML_MATRIX.format(name=name, rows=rows, cols=cols, data=data))
-    return "".join(parts)
-
-
-def pair():
-    left, right = RIG[0], RIG[1]
-    return left, right, right.camera_from_world @ left.world_from_camera
-
-
-@pytest.mark.parametrize(
-    ("first", "second"),
-    [("M1 D1", "M2 D2"), ("cameraMatrix1 distCoeffs1", "cameraMatrix2 distCoeffs2"),
-     ("left_camera_matrix left_distortion", "right_camera_matrix right_distortion"),
-     ("K_L D_L", "K_R D_R")],
-)  # fmt: skip
-def test_a_stereo_pair_of_opencv_in_two_files(tmp_path, first, second):
-    left, right, right_from_left = pair()
-    lenses = dict(zip(first.split(), (left.matrix, left.distortions), strict=True))
-    lenses |= dict(zip(second.split(), (right.matrix, right.distortions), strict=True))
-    inside = written(
-        tmp_path / "intrinsics.yml", opencv(image_width=640, image_height=480, **lenses)
-    )
-    outside = opencv(R=right_from_left.rotation, T=right_from_left.translation, R1=np.eye(3))
-    paths = inside, written(tmp_path / "extrinsics.yml", outside)
-    found = read_foreign(paths)
-    assert [one.name for one in found.cameras] == ["left", "right"]
-    np.testing.assert_allclose(found.cameras[0].matrix, left.matrix)
-    np.testing.assert_allclose(found.cameras[1].distortions, right.distortions)
-    np.testing.assert_allclose(found.cameras[1].rotation, right_from_left.rotation, atol=1e-12)
-    np.testing.assert_allclose(found.cameras[1].translation, right_from_left.translation)
-    with pytest.raises(InputError, match="no R and T between them"):
-        read_foreign(paths[:1])
-
-
-def test_a_single_camera_of_opencv(tmp_path):
-    lens = {"Camera_Matrix": RIG[0].matrix, "Distortion_Coefficients": RIG[0].distortions}
-    path = written(tmp_path / "front.yml", opencv(image_Width=640, image_Height=480, **lens))
-    (camera,) = imported(path)
-    assert camera.name == "front"
-    np.testing.assert_allclose(camera.matrix, RIG[0].matrix)
-    assert np.array_equal(camera.position_world, np.zeros(3))
-    bare = written(tmp_path / "bare.yml", opencv(**lens))
-    with pytest.raises(InputError, match="does not state the image size of bare"):
-        imported(bare)
-    assert imported(bare, size=(640, 480))[0].width == 640
-
-
-def test_jarvis_with_everything_transposed(tmp_path):
-    paths = [
-        written(
-            tmp_path / f"{camera.name}.yaml",
-            opencv(
-                intrinsicMatrix=camera.matrix.T, distortionCoefficients=camera.distortions,
-                R=camera.camera_from_world.rotation.T,
-                T=1000 * camera.camera_from_world.translation,
-            ),
-        )
-        for camera in RIG
-    ]  # fmt: skip
-    assert_same(imported(*paths, size=(640, 480)), RIG)
-
-
-def test_easymocap_in_two_files(tmp_path):
-    names = 'names:\n   - "A"\n   - "B"\n   - "C"\n'
-    lenses = {f"K_{c.name}": c.matrix for c in RIG} | {f"dist_{c.name}": c.distortions for c in RIG}
-    places = {}
-    for camera in RIG:
-        place = camera.camera_from_world
-        places[f"R_{camera.name}"] = vector_from_rotation(place.rotation)[:, None]
-        places[f"Rot_{camera.name}"] = place.rotation
-        places[f"T_{camera.name}"] = place.translation[:, None]
-    paths = [
-        written(tmp_path / "intri.yml", opencv(**lenses) + names),
-        written(tmp_path / "extri.yml", opencv(**places) + names),
-    ]
-    assert_same(imported(*paths, size=(640, 480)), RIG)
-
-
-KALIBR = """cam0:
-  cam_overlaps: [1]
-  camera_model: pinhole
-  distortion_coeffs: [-0.28, 0.07, 1e-05, 1.76187114e-05]
-  distortion_model: radtan
-  intrinsics: [458.654, 457.296, 367.215, 248.375]
-  resolution: [752, 480]
-  rostopic: /cam0/image_raw
-cam1:
-  T_cn_cnm1:
-  - [1.0, 0.0, 0.0, -0.11]
-  - [0.0, 0.9999500004, -0.0099998333, 0.001]
-  - [0.0, 0.0099998333, 0.9999500004, -0.0002]
-  - [0.0, 0.0, 0.0, 1.0]
-  camera_model: pinhole
-  distortion_coeffs: [0.27, 0.7, -1.7,
-    1.9]
-  distortion_model: equidistant
-  intrinsics: [457.587, 456.134, 379.999, 255.238]
-  resolution: [752, 480]
-cam2:
-  T_cn_cnm1:
-  - [0.0, 0.0, 1.0, -1.5]
-  - [0.0, 1.0, 0.0, 0.0]
-  - [-1.0, 0.0, 0.0, 1.5]
-  - [0.0, 0.0, 0.0, 1.0]
-  camera_model: pinhole
-  distortion_coeffs: [0, 0, 0, 0]
-  distortion_model: radtan
-  intrinsics: [450, 450, 376, 240]
-  resolution: [752, 480]
-"""
-
-
-def test_a_chain_of_kalibr(tmp_path):
-    found = read_foreign([written(tmp_path / "camchain.yaml", KALIBR)])
-    assert (found.format, found.unit) == ("Kalibr", "m")
-    first, second, third = found.cameras
-    assert (first.fisheye, second.fisheye) == (False, True)
-    assert second.distortions.tolist() == [0.27, 0.7, -1.7, 1.9]
-    assert np.array_equal(first.rotation, np.eye(3))
-    one = RigidTransform(second.rotation, second.translation)
-    step = RigidTransform(np.array([[0, 0, 1.0], [0, 1, 0], [-1, 0, 0]]), np.array([-1.5, 0, 1.5]))
-    both = step @ one
-    np.testing.assert_allclose(third.rotation, both.rotation, atol=1e-9)
-    np.testing.assert_allclose(third.translation, both.translation, atol=1e-9)
-
-
-def test_a_model_that_opencv_does_not_have(tmp_path):
-    path = written(tmp_path / "camchain.yaml", KALIBR.replace("pinhole", "omni", 1))
-    with pytest.raises(InputError, match=r"cam0.*omni-radtan cannot be read"):
-        read_foreign([path])
-
-
-def test_a_stereo_pair_of_ros(tmp_path):
-    """Its rectification and projections are OpenCV's own."""
-    left, right = RIG[0], RIG[1]
-    turned = cv2.Rodrigues(np.array([0.01, -0.03, 0.02]))[0]
-    offset = np.array([-0.12, 0.002, 0.004])
-    lenses = (left.matrix, left.distortions, right.matrix, right.distortions)
-    r1, r2, p1, p2, *_ = cv2.stereoRectify(*lenses, (640, 480), turned, offset[:, None])
-    paths = []
-    for name, camera, r, p in (("l", left, r1, p1), ("r", right, r2, p2)):
-        rows = {"camera_matrix": camera.matrix, "distortion_coefficients": camera.distortions,
-                "rectification_matrix": r, "projection_matrix": p}  # fmt: skip
-        text = f"image_width: 640\nimage_height: 480\ncamera_name: {name}\n"
-        text += "distortion_model: plumb_bob\n"
-        for key, value in rows.items():
-            array = np.atleast_2d(value)
-            text += f"{key}:\n  rows: {array.shape[0]}\n  cols: {array.shape[1]}\n"
-            text += f"  data: {array.ravel().tolist()}\n"
-        paths.append(written(tmp_path / f"{name}.yaml", text))
-    one, other = imported(*paths)
-    assert (one.name, other.name) == ("l", "r")
-    both = other.camera_from_world @ one.world_from_camera
-    np.testing.assert_allclose(both.rotation, turned, atol=1e-9)
-    np.testing.assert_allclose(both.translation, offset, atol=1e-9)
-
-
-def test_a_message_of_ros(tmp_path):
-    text = (
-        "header:\n  frame_id: front\nheight: 480\nwidth: 640\ndistortion_model: plumb_bob\n"
-        "d:\n- -0.2\n- 0.05\n- 0.001\n- -0.0005\n- 0.0\n"
-        f"k: {RIG[0].matrix.ravel().tolist()}\nr: [1, 0, 0, 0, 1, 0, 0, 0, 1]\n"
-        "p: [600, 0, 320, 0, 0, 600, 240, 0, 0, 0, 1, 0]\nbinning_x: 0\n---\n"
-    )
-    (camera,) = imported(written(tmp_path / "echo.yaml", text))
-    assert camera.name == "front"
-    np.testing.assert_allclose(camera.matrix, RIG[0].matrix)
-
-
-def qualisys(cameras):
-    root = ET.Element("calibration", {"type": "regular"})
-    parent = ET.SubElement(root, "cameras")
-    for camera in cameras:
-        one = ET.SubElement(parent, "camera", {"serial": camera.name, "model": "Miqus Video"})
-        ET.SubElement(
-            one, "fov_video", {"left": "10", "top": "20", "right": "649", "bottom": "499"}
-        )
-        axes = camera.camera_from_world.rotation * np.array([[1], [-1], [-1]])
-        place = 1000 * camera.position_world
-        stated = {f"r{i + 1}{j + 1}": repr(float(axes[i, j])) for i in range(3) for j in range(3)}
-        stated |= {key: repr(float(value)) for key, value in zip("xyz", place, strict=True)}
-        ET.SubElement(one, "transform", stated)
-        k1, k2, p1, p2, k3 = camera.distortions
-        lens = {
-            "focalLengthU": 64 * camera.matrix[0, 0], "focalLengthV": 64 * camera.matrix[1, 1],
-            "centerPointU": 64 * (camera.matrix[0, 2] + 10),
-            "centerPointV": 64 * (camera.matrix[1, 2] + 20), "skew": 0.0,
-            "radialDistortion1": k1, "radialDistortion2": k2, "radialDistortion3": k3,
-            "tangentalDistortion1": p1, "tangentalDistortion2": p2,
-        }  # fmt: skip
-        ET.SubElement(one, "intrinsic", {key: repr(float(value)) for key, value in lens.items()})
-    return ET.tostring(root, encoding="unicode")
-
-
-def test_qualisys(tmp_path):
-    path = written(tmp_path / "Calib.qca.txt", "<?xml version='1.0'?>\n" + qualisys(RIG))
-    found = read_foreign([path])
-    assert (found.format, found.unit) == ("Qualisys", "mm")
-    assert_same(imported(path), RIG)
-
-
-def matlab(*, new):
-    """A pair 120 mm apart as MATLAB has it: pixels from 1, transposed where it multiplies so."""
-    left, right = RIG[0], RIG[1]
-    turned = looking_at((0, 0, 0), (0.05, 1, 0)).rotation
-    turned = turned @ looking_at((0, 0, 0), (0, 1, 0)).rotation.T
-    offset = [-120.0, 1.0, 2.0]
-    lenses = []
-    for camera in (left, right):
-        matrix = camera.matrix.copy()
-        matrix[:2, 2] += 1.0
-        k1, k2, p1, p2, k3 = camera.distortions
-        lens = {"K": matrix} if new else {"IntrinsicMatrix": matrix.T}
-        lenses.append(
-            {"ImageSize": [480, 640], "RadialDistortion": [k1, k2, k3], "WorldUnits": "millimeters",
-             "TangentialDistortion": [p1, p2], "Skew": 0, **lens}
-        )  # fmt: skip
-    both = {"CameraParameters1": lenses[0], "CameraParameters2": lenses[1]}
-    if new:
-        full = np.eye(4)
-        full[:3, :3], full[:3, 3] = turned, offset
-        both["PoseCamera2"] = {"Dimensionality": 3, "A": full}
-    else:
-        both |= {"RotationOfCamera2": turned.T, "TranslationOfCamera2": offset}
-    expected = [left, right]
-    places = [RigidTransform.identity(), RigidTransform(turned, np.array(offset) / 1000)]
-    return both, [
-        Camera(name, 640, 480, c.matrix, c.distortions, False, place)
-        for name, c, place in zip(("left", "right"), expected, places, strict=True)
-    ]
-
-
-@pytest.mark.parametrize("new", [False, True])
-def test_matlab_as_json_and_as_mat(tmp_path, new):
-    parameters, expected = matlab(new=new)
-    text = json.dumps(parameters, default=lambda array: array.tolist())
-    assert_same(imported(written(tmp_path / "stereo.json", text)), expected, tolerance=1e-8)
-    savemat(tmp_path / "stereo.mat", {"s": parameters, "other": np.zeros(3)})
-    assert_same(imported(tmp_path / "stereo.mat"), expected, tolerance=1e-8)
-    assert read_foreign([tmp_path / "stereo.mat"]).unit == "mm"
-
-
-def test_one_camera_of_matlab(tmp_path):
-    one = {
-        "FocalLength": [600.0, 603.0],
-        "PrincipalPoint": [322.5, 239.25],
-        "RadialDistortion": [-0.2, 0.05],
-        "TangentialDistortion": [0, 0],
-        "ImageSize": [],
-    }
-    path = written(tmp_path / "cam.json", json.dumps({"cameraParams": one}))
-    (camera,) = imported(path, size=(640, 480))
-    np.testing.assert_allclose(camera.matrix[:2, 2], [321.5, 238.25])
 
 
 # ---- what is no calibration, or one that cannot be read
