@@ -290,7 +290,7 @@ def _misfits(cameras: Mapping[str, Camera], turns: Mapping[str, int]) -> dict[st
     found = {}
     for name, camera in cameras.items():
         others = {other: c for other, c in cameras.items() if other != name}
-        if not shows(camera, common_centre(cameras)) and not shows(camera, common_centre(others)):
+        if not _shows(camera, common_centre(cameras)) and not _shows(camera, common_centre(others)):
             found[name] = "does not look towards the place that the other views look at"
         elif name in turns and not _is_upright(camera, turns[name]):
             found[name] = "is not upright: the world's z does not point up in its image"
@@ -311,8 +311,7 @@ def common_centre(cameras: Mapping[str, Camera]) -> FloatArray:
     return np.asarray(np.median(meetings, axis=0), dtype=np.float64)
 
 
-def shows(camera: Camera, point: FloatArray) -> bool:
-    """Whether a point (3,), world, is in a camera's image, or not far beside it."""
+def _shows(camera: Camera, point: FloatArray) -> bool:
     ideal = replace(camera, distortions=np.zeros(4), fisheye=False)
     place = ideal.project(point) / (camera.width, camera.height)
     return bool(np.all((place > -_MARGIN) & (place < 1 + _MARGIN)))

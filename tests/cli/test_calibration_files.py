@@ -64,7 +64,7 @@ def test_a_foreign_calibration_is_decided_on_the_clicks(run, recording, tmp_path
     assert [table["title"] for table in facts["tried"]] == ["Conventions tried", "Units tried"]
     ended = run(*arguments, "--units", "cm")
     assert ended.status == 2
-    assert "do not look at one place" in ended.err
+    assert "the places of the cameras contradict" in ended.err
     assert "--convention" in ended.err
 
 

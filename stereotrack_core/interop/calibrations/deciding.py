@@ -15,7 +15,7 @@ from typing import TypeAlias
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.transform import RigidTransform
-from stereotrack_core.interop.calibrations.evidence import Evidence, names_in
+from stereotrack_core.interop.calibrations.evidence import Evidence, joins_all, names_in
 from stereotrack_core.interop.calibrations.foreign import (
     METRES_PER_UNIT,
     ForeignCalibration,
@@ -194,14 +194,12 @@ def _convention(
     seen = evidence.seen and any(math.isfinite(one.error_px) for one in tried)
     best = min((one.error_px for one in tried if one.in_front > 0.5), default=math.inf)
     diagonal = max(math.hypot(*one.size) for one in foreign.cameras if one.size is not None)
+    held = seen and joins_all(evidence, {one.name for one in foreign.cameras})
     fitting = [
         one.convention
         for one in tried
-        if (fits(one, best, diagonal) if seen else one.in_order is not False)
+        if (not seen or fits(one, best, diagonal)) and (held or one.in_order is not False)
     ]
-    if seen and DOCUMENTED not in fitting and len(fitting) > 1:
-        orderly = {one.convention for one in tried if one.in_order is not False}
-        fitting = [name for name in fitting if name in orderly] or fitting
     table = _table_of_fits(tried, fitting)
     if given is not None:
         return given, table, f"convention {given}: given with --convention", ()
@@ -221,17 +219,34 @@ def _convention(
         return DOCUMENTED, table, f"convention {DOCUMENTED}: {reason}", doubts
     if len(fitting) == 1 and seen:
         return fitting[0], table, f"convention {fitting[0]}: only this fits {where}", doubts
-    errors = ", ".join(f"{one.convention} {_pixels(one.error_px)}" for one in tried)
-    raise Undecided(
-        f"no way to read rotations and translations fits ({errors})"
-        if not fitting
-        else f"the cameras do not look at one place as {foreign.format} documents them; it fits "
-        f"to read them as {' or '.join(fitting)}",
+    raise _no_convention(foreign, tried, fitting, table, seen=bool(seen))
+
+
+def _no_convention(
+    foreign: ForeignCalibration,
+    tried: Sequence[Fit],
+    fitting: Sequence[str],
+    table: Table,
+    *,
+    seen: bool,
+) -> Undecided:
+    """Why no convention could be chosen."""
+    if fitting:
+        against = "the points contradict" if seen else "the places of the cameras contradict"
+        what = f"{against} the convention that {foreign.format} documents; these fit: "
+        what += " or ".join(fitting)
+    elif seen:
+        errors = ", ".join(f"{one.convention} {_pixels(one.error_px)}" for one in tried)
+        what = f"no way to read rotations and translations fits the points ({errors})"
+    else:
+        what = "the cameras look at no common place, however rotations and translations are read"
+    return Undecided(
+        what,
         table,
         where=foreign.where,
-        remedy="Choose one with --convention, and check the cameras in the workbench."
-        if fitting
-        else "Check that calibration and recording belong together.",
+        remedy="Check that calibration and recording belong together."
+        if seen and not fitting
+        else "Choose one with --convention, and check the cameras in the workbench.",
     )
 
 

@@ -18,7 +18,7 @@ from stereotrack_core.recording.toml_table import load_toml
 
 Kind = Literal["toml", "yaml", "json", "xml", "mat"]
 
-_TEXT_BYTES = MB
+_TEXT_BYTES = MB // 2
 """Of a calibration as text: hundreds of cameras; YAML is read slowly."""
 
 _MAT_BYTES = 64 * MB

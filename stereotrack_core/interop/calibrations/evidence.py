@@ -7,7 +7,7 @@ be tried on it.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -29,6 +29,7 @@ _DETAILS = 1500  # details of an image
 _CLEARLY = 0.8  # distance of the best match to the second best, of which it must be less
 _INLIER_PX = 2.0
 _LEAST_MATCHES = 30
+_LEAST_SIGHTINGS = 8  # of a camera that points hold in its place
 _MOST_POINTS = 3000
 _MOST_FRAMES = 10_000_000
 
@@ -179,6 +180,18 @@ def matched_details(left: ImageArray, right: ImageArray) -> tuple[FloatArray, Fl
         return nothing
     inlier = kept.ravel().astype(bool)
     return at_left[inlier], at_right[inlier]
+
+
+def joins_all(evidence: Evidence, cameras: Collection[str]) -> bool:
+    """Whether the points hold all cameras together, so that they alone tell where each stands."""
+    groups: list[set[str]] = []
+    for seen in evidence.seen:
+        known = np.isfinite(seen.pixels).all(axis=-1).sum(axis=1) >= _LEAST_SIGHTINGS
+        group = {name for name, enough in zip(seen.cameras, known, strict=True) if enough}
+        groups = [one for one in groups if not one & group] + [
+            group.union(*(one for one in groups if one & group))
+        ]
+    return any(set(cameras) <= group for group in groups)
 
 
 def names_in(evidence: Evidence) -> Mapping[str, int]:

@@ -22,7 +22,7 @@ from stereotrack_core.interop.calibrations.evidence import (
     bones_of,
     cameras_seen,
 )
-from stereotrack_core.recording.camera_checks import at_one_place, common_centre, shows
+from stereotrack_core.recording.camera_checks import at_one_place, common_centre
 from stereotrack_core.recording.findings import PLAUSIBLE_LENGTHS_M
 
 CONVENTIONS: Mapping[str, Callable[[FloatArray, FloatArray], RigidTransform]] = {
@@ -43,9 +43,11 @@ MEANINGS: Mapping[str, str] = {
 }
 
 _PARALLEL = np.cos(np.radians(20.0))
+_FACING = np.cos(np.radians(30.0))  # from the axis to what the cameras look at, at most
 _NEAR = 0.2  # of the rig's width, within which two cameras count as one place
 _SIDE_BY_SIDE = 0.5
 _WIDEST_ERROR = 0.04  # of the image's diagonal; a reading that is farther off is wrong
+_AS_GOOD, _AS_GOOD_PX = 1.3, 0.3  # of the best one's error, and pixels, that count as equal
 _LEAST_IN_FRONT = 0.8
 _TOLERANCE = (0.8, 1.25)  # by which clicked segments may lie outside the range of human ones
 
@@ -95,7 +97,7 @@ def triangulated(seen: SeenPoints, cameras: Mapping[str, Camera]) -> FloatArray:
 
 def fits(one: Fit, best_px: float, diagonal: float) -> bool:
     """Whether the points that were seen allow a convention."""
-    limit = min(max(2.0 * best_px, best_px + 1.0), _WIDEST_ERROR * diagonal)
+    limit = min(_AS_GOOD * best_px + _AS_GOOD_PX, _WIDEST_ERROR * diagonal)
     return one.error_px <= limit and one.in_front >= _LEAST_IN_FRONT
 
 
@@ -117,6 +119,11 @@ def _apart(a: Camera, b: Camera) -> float:
     return float(np.linalg.norm(a.position_world - b.position_world))
 
 
+def _faces(camera: Camera, point: FloatArray) -> bool:
+    way = camera.camera_from_world.apply(point)
+    return bool(way[2] > _FACING * float(np.linalg.norm(way)))
+
+
 def _same_way(a: Camera, b: Camera) -> bool:
     axes = a.camera_from_world.rotation[2], b.camera_from_world.rotation[2]
     return bool(axes[0] @ axes[1] > _PARALLEL)
@@ -133,7 +140,7 @@ def _in_order(cameras: Mapping[str, Camera], pairs: Sequence[tuple[str, str]]) -
     if at_one_place(apart):
         return False
     centre = common_centre(apart)
-    if not all(shows(camera, centre) for camera in apart.values()):
+    if not all(_faces(camera, centre) for camera in apart.values()):
         return False
     # two cameras alone look at one place in other conventions as well
     return True if len(apart) > 2 or pairs else None
