@@ -5,12 +5,13 @@ import json
 import cv2
 import numpy as np
 import pytest
-from scipy.io import savemat
+from scipy.io import loadmat, savemat
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.rotation import vector_from_rotation
 from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.interop.calibrations.formats import read_foreign
+from stereotrack_core.interop.calibrations.mat_file import variables_of
 from tests.interop.calibrations.layouts import (
     KALIBR,
     RIG,
@@ -61,6 +62,22 @@ def test_a_single_camera_of_opencv(tmp_path):
     with pytest.raises(InputError, match="does not state the image size of bare"):
         imported(bare)
     assert imported(bare, size=(640, 480))[0].width == 640
+
+
+def test_opencv_as_json(tmp_path):
+    storage = cv2.FileStorage(str(tmp_path / "pair.json"), cv2.FILE_STORAGE_WRITE)
+    left, right, right_from_left = pair()
+    storage.write("image_size", np.array([[640, 480]]))
+    for number, camera in ((1, left), (2, right)):
+        storage.write(f"cameraMatrix{number}", camera.matrix)
+        storage.write(f"distCoeffs{number}", camera.distortions)
+    storage.write("R", right_from_left.rotation)
+    storage.write("T", right_from_left.translation)
+    storage.release()
+    found = read_foreign([tmp_path / "pair.json"])
+    assert found.cameras[0].size == (640, 480)
+    np.testing.assert_allclose(found.cameras[1].matrix, right.matrix)
+    np.testing.assert_allclose(found.cameras[1].translation, right_from_left.translation)
 
 
 def test_jarvis_with_everything_transposed(tmp_path):
@@ -159,6 +176,43 @@ def test_matlab_as_json_and_as_mat(tmp_path, new):
     savemat(tmp_path / "stereo.mat", {"s": parameters, "other": np.zeros(3)})
     assert_same(imported(tmp_path / "stereo.mat"), expected, tolerance=1e-8)
     assert read_foreign([tmp_path / "stereo.mat"]).unit == "mm"
+
+
+@pytest.mark.parametrize("compressed", [False, True])
+def test_mat_files_hold_what_scipy_finds_in_them(tmp_path, compressed):
+    rng = np.random.default_rng(1)
+    cell = np.empty((1, 2), dtype=object)
+    cell[0] = "left", rng.normal(size=(2, 3))
+    values = {
+        "matrix": rng.normal(size=(3, 4)),
+        "whole": np.arange(6, dtype=np.int16),
+        "text": "millimeters",
+        "number": 2.5,
+        "cell": cell,
+        "nested": {"a": {"b": np.eye(3), "words": "x"}},
+        "rows": np.array([[{"k": 1.0}, {"k": 2.0}]]),
+        "large": np.zeros((200, 200)),
+    }
+    savemat(tmp_path / "v.mat", values, do_compression=compressed)
+    ours = variables_of((tmp_path / "v.mat").read_bytes())
+    theirs = loadmat(tmp_path / "v.mat", simplify_cells=True)
+    assert ours.keys() == {name for name in theirs if not name.startswith("__")}
+    for name in ("matrix", "whole", "number"):
+        np.testing.assert_array_equal(ours[name], theirs[name])
+    assert ours["text"] == theirs["text"]
+    assert ours["cell"][0] == "left"
+    np.testing.assert_array_equal(ours["cell"][1], theirs["cell"][1])
+    np.testing.assert_array_equal(ours["nested"]["a"]["b"], theirs["nested"]["a"]["b"])
+    assert ours["nested"]["a"]["words"] == "x"
+    assert ours["rows"][1]["k"] == 2.0
+    assert ours["large"] is None
+
+
+def test_a_mat_file_of_version_7_3_says_how_to_save_it(tmp_path):
+    (tmp_path / "new.mat").write_bytes(b"MATLAB 7.3 MAT-file" + bytes(600))
+    with pytest.raises(InputError, match=r"version 7\.3") as refusal:
+        read_foreign([tmp_path / "new.mat"])
+    assert "-v7" in refusal.value.remedy
 
 
 def test_one_camera_of_matlab(tmp_path):
