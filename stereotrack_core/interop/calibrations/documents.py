@@ -18,8 +18,10 @@ from stereotrack_core.recording.toml_table import load_toml
 
 Kind = Literal["toml", "yaml", "json", "xml", "mat"]
 
-_TEXT_BYTES = MB // 2
-"""Of a calibration as text: hundreds of cameras; YAML is read slowly."""
+_TEXT_BYTES = 8 * MB
+"""Of a calibration as text, with all corners of the board that some tools keep in it."""
+
+_YAML_BYTES = MB  # which takes some seconds to read
 
 _MAT_BYTES = 64 * MB
 _REMEDY = "Use another copy of the file."
@@ -91,6 +93,12 @@ _Loader.add_multi_constructor("", _Loader.untagged)
 def _yaml(text: str, path: Path) -> Any:
     if text.startswith("%YAML"):
         text = text.partition("\n")[2]  # OpenCV writes the directive in a way of its own
+    if len(text) > _YAML_BYTES:
+        raise InputError(
+            f"the file has more than {_YAML_BYTES // MB} MB, too large for a calibration as YAML",
+            where=str(path),
+            remedy="Keep only the cameras in it.",
+        )
     with decoding(path, "this is not valid YAML", _REMEDY):
         try:
             documents = yaml.load_all(text, _Loader)
