@@ -104,7 +104,7 @@ def _fill(own: ArgumentParser, module: ModuleType) -> None:
         "--debug", action="store_true", help="show the traceback of an unexpected error"
     )
     if hasattr(module, "SUBCOMMANDS"):
-        chooser = own.add_subparsers(metavar="COMMAND", required=True)
+        chooser = own.add_subparsers(metavar="COMMAND", required=True, help="what to do")
         for command in module.SUBCOMMANDS:
             inner = import_module(f"stereotrack_core.cli.{command.module}")
             text = command.summary

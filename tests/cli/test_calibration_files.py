@@ -1,7 +1,6 @@
 """``stereotrack calibrate import`` and ``export`` on a recording whose calibration is foreign."""
 
 import json
-import shutil
 from dataclasses import replace
 
 import numpy as np
@@ -50,15 +49,16 @@ def test_a_foreign_calibration_is_decided_on_the_clicks(run, recording, tmp_path
     write_foreign(tmp_path / "theirs.toml", inverted(rig()), "freemocap")
     bare = (tmp_path / "theirs.toml").read_text().replace('units = "mm"', "adjusted = false")
     (tmp_path / "theirs.toml").write_text(bare)
-    path = tmp_path / "calibration.toml"
+    path = recording / "calibration.toml"
     arguments = ("calibrate", "import", tmp_path / "theirs.toml", "-o", path)
     ended = run(*arguments, "--recording", recording)
     assert ended.status == 0, ended.err
     assert "camera-to-world: only this fits 18 points of clicks.csv" in ended.out
     assert "unit mm: the only possible one" in ended.out
     assert_same(read_calibration(path).values(), rig())
-    shutil.copy(path, recording / "calibration.toml")
     assert run("info", recording).status == 0
+    assert "never written to" in run(*arguments, "--recording", recording).err
+    arguments = (*arguments[:-1], tmp_path / "again.toml")
     facts = run(*arguments, "--recording", recording, "--json").json
     assert (facts["convention"], facts["units"]) == ("camera-to-world", "mm")
     assert [table["title"] for table in facts["tried"]] == ["Conventions tried", "Units tried"]
@@ -66,6 +66,20 @@ def test_a_foreign_calibration_is_decided_on_the_clicks(run, recording, tmp_path
     assert ended.status == 2
     assert "the places of the cameras contradict" in ended.err
     assert "--convention" in ended.err
+
+
+def test_a_file_with_fewer_cameras_than_the_recording(run, recording, tmp_path):
+    write_foreign(tmp_path / "theirs.toml", rig()[:2], "pose2sim")
+    path = tmp_path / "calibration.toml"
+    arguments = ("calibrate", "import", tmp_path / "theirs.toml", "-o", path)
+    ended = run(*arguments, "--recording", recording)
+    assert ended.status == 0, ended.err
+    assert "Note: the file lacks C of the recording." in ended.err
+    assert "18 points of clicks.csv" in ended.out
+    other = [replace(one, width=600) for one in rig()]
+    write_foreign(tmp_path / "theirs.toml", other, "pose2sim")
+    ended = run(*arguments, "--recording", recording)
+    assert "is for images of 600 x 480 pixels, those of the recording have 640" in ended.err
 
 
 def test_what_data_cannot_tell_is_asked_with_the_table(run, tmp_path):

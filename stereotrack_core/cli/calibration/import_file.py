@@ -69,7 +69,8 @@ def run(args: Namespace) -> int:
     check_suffix(args.output, ".toml")
     size = _size(args.size)
     recording = None if args.recording is None else recording_without_calibration(args.recording)
-    check_output(args.output, recording)
+    # a calibration that a recording lacks may be put there; what it has is never replaced
+    check_output(args.output, recording if args.output.exists() else None)
     if args.clicks is not None and recording is None:
         raise InputError(
             "clicks need the recording that they are in",

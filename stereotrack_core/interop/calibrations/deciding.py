@@ -102,7 +102,9 @@ def completed(
                 remedy="Use a calibration made with images of this size, or the original images.",
             )
         cameras.append(replace(one, name=name, size=own))
-    return replace(foreign, cameras=tuple(cameras))
+    lacking = [name for name in known if name not in chosen]
+    note = (f"the file lacks {', '.join(lacking)} of the recording",) if lacking else ()
+    return replace(foreign, cameras=tuple(cameras), notes=(*foreign.notes, *note))
 
 
 def _names(

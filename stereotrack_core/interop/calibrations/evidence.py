@@ -110,7 +110,11 @@ def evidence_of(recording: Recording, clicks: Path | None = None) -> Evidence:
 
 def _of_file(recording: Recording, path: Path, column: str) -> SeenPoints | None:
     names = {name: name for name in recording.cameras}
-    names |= {view.name: view.image.camera for view in recording.views}
+    names |= {
+        view.name: view.image.camera
+        for view in recording.views
+        if view.image.camera in recording.cameras
+    }
     found = observations(path, column, names, _MOST_FRAMES)
     if found is None:
         return None
