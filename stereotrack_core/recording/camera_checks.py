@@ -219,11 +219,10 @@ def world_camera(cameras: Iterable[Camera]) -> Camera | None:
 
 def _world_is_a_camera(camera: Camera) -> Finding:
     return Finding(
-        "error",
+        "warning",
         f"{CALIBRATION}, camera {camera.name}",
         f"the world is the frame of camera {camera.name}: z is its viewing direction, not up",
-        "Run `stereotrack calibrate align` to make z point up, with north and the origin where"
-        " they belong.",
+        "Tracking needs z to point up: run `stereotrack calibrate align`.",
     )
 
 
