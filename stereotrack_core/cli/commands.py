@@ -5,6 +5,7 @@ from __future__ import annotations
 from argparse import ArgumentParser, Namespace
 from dataclasses import dataclass
 from importlib import import_module
+from types import ModuleType
 from typing import NoReturn
 
 from stereotrack_core.cli.arguments import option
@@ -30,7 +31,8 @@ class Command:
     """A command, whose module is imported when it is chosen.
 
     The module has a ``DESCRIPTION`` for the command's own help, its ``OPTIONS``, and a function
-    ``run`` that is given what was said and returns the exit status.
+    ``run`` that is given what was said and returns the exit status. Where it has ``SUBCOMMANDS``
+    instead of the last two, the next word chooses one of these commands.
     """
 
     name: str
@@ -71,6 +73,7 @@ COMMANDS: tuple[Command, ...] = (
     Command(
         "export", "export a run, or the clicks or the reference of a project, for another tool"
     ),
+    Command("calibrate", "calibrate cameras from pictures of a board, or align a calibration"),
     Command("benchmark", "compare presets and baselines on recordings with a reference"),
     Command("report", "write a report on a run: one page with errors, curves, failures and images"),
     Command("reproduce", "reproduce the tables and curves of the thesis"),
@@ -92,13 +95,24 @@ def parser_of(command: Command) -> ArgumentParser:
     """The parser of a command; ``run`` of what it has read does the command."""
     module = import_module(f"stereotrack_core.cli.{command.module or command.name}")
     own = _Parser(f"{PROGRAM} {command.name}", description=module.DESCRIPTION)
-    for one in module.OPTIONS:
-        own.add_argument(*one.names, **one.keywords)
+    _fill(own, module)
+    return own
+
+
+def _fill(own: ArgumentParser, module: ModuleType) -> None:
     own.add_argument(
         "--debug", action="store_true", help="show the traceback of an unexpected error"
     )
+    if hasattr(module, "SUBCOMMANDS"):
+        chooser = own.add_subparsers(metavar="COMMAND", required=True, help="what to do")
+        for command in module.SUBCOMMANDS:
+            inner = import_module(f"stereotrack_core.cli.{command.module}")
+            text = command.summary
+            _fill(chooser.add_parser(command.name, help=text, description=inner.DESCRIPTION), inner)
+        return
+    for one in module.OPTIONS:
+        own.add_argument(*one.names, **one.keywords)
     own.set_defaults(run=module.run)
-    return own
 
 
 def command_named(name: str) -> Command:

@@ -19,6 +19,7 @@ from stereotrack_core.recording.toml_table import LARGEST, Table, load_toml
 
 _DISTORTION_COUNTS = (4, 5, 8, 12, 14)
 _METRES_PER_UNIT = {"m": 1.0, "mm": 0.001}
+_IMPORT = "If another tool made it, run `stereotrack calibrate import`."
 
 
 def read_calibration(path: Path) -> dict[str, Camera]:
@@ -43,7 +44,10 @@ def parse_calibration(
     try:
         content = load_toml(path)
     except InputError as error:
-        complaints.append(error)
+        foreign = path.suffix.lower() != ".toml" and path.is_file()
+        complaints.append(
+            InputError(error.what, where=error.where, remedy=_IMPORT) if foreign else error
+        )
         return {}, None
     metres = _metres_per_unit(content, path, complaints)
     cameras: dict[str, Camera] = {}
@@ -66,7 +70,8 @@ def parse_calibration(
             InputError(
                 "it contains no camera",
                 where=str(path),
-                remedy="Add a section with name, size, matrix, distortions, rotation, translation.",
+                remedy="Add a section with name, size, matrix, distortions, rotation, translation. "
+                + _IMPORT,
             )
         )
     return cameras, frozenset(str(one["name"]) for one in sections.values() if "name" in one)
@@ -84,7 +89,7 @@ def _metres_per_unit(content: Mapping[str, Any], path: Path, complaints: list[In
         InputError(
             what,
             where=f"{path}, [metadata] units",
-            remedy='Add a section [metadata] with units = "m" or units = "mm".',
+            remedy='Add a section [metadata] with units = "m" or units = "mm". ' + _IMPORT,
         )
     )
     return 1.0

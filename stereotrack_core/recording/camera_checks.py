@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Iterator, Mapping
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
 from dataclasses import replace
 from itertools import combinations
 
@@ -28,13 +28,15 @@ _FIELD_OF_VIEW_DEG = (5.0, 170.0)
 
 def check_cameras(recording: Recording) -> Iterator[Finding]:
     """All findings about the cameras that the views use."""
-    used = {s.camera for view in recording.views for s in view.streams().values() if s.camera}
-    for name in sorted(used & set(recording.cameras)):
-        yield from _check_intrinsics(recording.cameras[name])
+    for _, camera in sorted(cameras_of_views(recording).items()):
+        yield from _check_intrinsics(camera)
     for view in recording.views:
         if view.left is not None:
             yield from _check_pair(recording, view)
-    whole_rig = yield from _check_gaze(recording)
+    own = world_camera(cameras_of_views(recording).values())
+    if own is not None:
+        yield _world_is_a_camera(own)
+    whole_rig = yield from _check_gaze(recording, upright=own is None)
     if not whole_rig:
         yield from _check_distances(recording)
 
@@ -177,6 +179,8 @@ def _check_pair(recording: Recording, view: View) -> Iterator[Finding]:
 _LEAST_VIEWS = 3  # with fewer nobody can tell which one is wrong
 _STEEP = 0.85  # cosine to the vertical above which a camera has no upright
 _LEAST_UPRIGHT = 0.5  # cosine between up in the image and the world's z, seen in the image
+_AT_ORIGIN = 0.01  # of the rig's size, by which the world's own camera may miss the origin
+_AS_THE_WORLD = 0.95  # cosine to the world's axes within which a camera has them
 _MARGIN = 0.5  # of the image size, by which the common centre may miss the image
 
 
@@ -189,17 +193,53 @@ def view_cameras(recording: Recording) -> dict[str, Camera]:
     }
 
 
-def _check_gaze(recording: Recording) -> Generator[Finding, None, bool]:
-    """Findings about rotations; the generator's value says whether the whole rig is wrong."""
+def cameras_of_views(recording: Recording) -> dict[str, Camera]:
+    """All cameras that the views use, those of left images included, by name."""
+    names = [s.camera for view in recording.views for s in view.streams().values()]
+    return {name: recording.cameras[name] for name in names if name in recording.cameras}
+
+
+def world_camera(cameras: Iterable[Camera]) -> Camera | None:
+    """The camera whose own frame is the world's; None where there is none.
+
+    Many tools leave the world where their first camera is. A camera whose centre is the origin and
+    that looks along the world's z would look straight up, if the world were as it should be.
+    Some tools turn that camera a little, so that the boards stand upright.
+    """
+    placed = list(cameras)
+    size = max((float(np.linalg.norm(one.position_world)) for one in placed), default=0.0)
+    for one in placed:
+        along = one.camera_from_world.rotation[2, 2]
+        aside = one.camera_from_world.rotation[0, 0]
+        near = float(np.linalg.norm(one.position_world)) <= _AT_ORIGIN * size
+        if near and min(along, aside) > _AS_THE_WORLD:
+            return one
+    return None
+
+
+def _world_is_a_camera(camera: Camera) -> Finding:
+    return Finding(
+        "warning",
+        f"{CALIBRATION}, camera {camera.name}",
+        f"the world is the frame of camera {camera.name}: z is its viewing direction, not up",
+        "Tracking needs z to point up: run `stereotrack calibrate align`.",
+    )
+
+
+def _check_gaze(recording: Recording, *, upright: bool) -> Generator[Finding, None, bool]:
+    """Findings about rotations; the generator's value says whether the whole rig is wrong.
+
+    `upright`: whether the world's z should point up in the images.
+    """
     cameras = view_cameras(recording)
-    turns = {view.name: view.display_rotation for view in recording.views}
+    turns = {view.name: view.display_rotation for view in recording.views if upright}
     if len(cameras) < _LEAST_VIEWS:
         return False
     misfits = _misfits(cameras, turns)
-    if len(misfits) > len(cameras) // 2 or _at_one_place(cameras):
+    if len(misfits) > len(cameras) // 2 or at_one_place(cameras):
         for way, change in _WAYS.items():
             changed = {name: change(camera) for name, camera in cameras.items()}
-            if not _at_one_place(changed) and not _misfits(changed, turns):
+            if not at_one_place(changed) and not _misfits(changed, turns):
                 yield Finding(
                     "error",
                     f"{CALIBRATION}, rotation and translation",
@@ -234,27 +274,29 @@ _WAYS: dict[str, Callable[[Camera], Camera]] = {
 """Mistakes of conversion that are seen often."""
 
 
-def _at_one_place(cameras: Mapping[str, Camera]) -> bool:
+def at_one_place(cameras: Mapping[str, Camera]) -> bool:
+    """Whether cameras stand nearly at one point, seen from the origin."""
     places = np.array([camera.position_world for camera in cameras.values()])
     size = float(np.linalg.norm(places, axis=1).max())
     return bool(np.ptp(places, axis=0).max() < 0.02 * max(size, 1e-9))
 
 
 def _misfits(cameras: Mapping[str, Camera], turns: Mapping[str, int]) -> dict[str, str]:
-    """What is wrong with views that do not fit the others, by view name."""
+    """What is wrong with views that do not fit the others, by view name.
+
+    `turns` are the display rotations of those that should be upright.
+    """
     found = {}
     for name, camera in cameras.items():
         others = {other: c for other, c in cameras.items() if other != name}
-        if not _shows(camera, _common_centre(cameras)) and not _shows(
-            camera, _common_centre(others)
-        ):
+        if not _shows(camera, common_centre(cameras)) and not _shows(camera, common_centre(others)):
             found[name] = "does not look towards the place that the other views look at"
-        elif not _is_upright(camera, turns[name]):
+        elif name in turns and not _is_upright(camera, turns[name]):
             found[name] = "is not upright: the world's z does not point up in its image"
     return found
 
 
-def _common_centre(cameras: Mapping[str, Camera]) -> FloatArray:
+def common_centre(cameras: Mapping[str, Camera]) -> FloatArray:
     """Place (3,) that the optical axes of most pairs of cameras come near; NaN where none."""
     meetings = []
     for a, b in combinations(cameras.values(), 2):

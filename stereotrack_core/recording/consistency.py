@@ -6,8 +6,9 @@ calibration board that lie beside the recording, and its reference.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Container, Iterator, Mapping
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 
@@ -35,13 +36,14 @@ _CAP_PX = 15.0  # larger errors count as this much, so that wrong points do not 
 
 
 @dataclass(frozen=True, eq=False)
-class _Observations:
+class Observations:
     """Pixels (V, F, L, 2) of points in views over contiguous frames (F,); NaN where not seen.
 
     `mirror` names for each of the L points the one of the other side, or itself.
     """
 
     views: tuple[str, ...]
+    points: tuple[str, ...]
     frame: IntArray
     pixels: FloatArray
     mirror: tuple[int, ...]
@@ -50,15 +52,10 @@ class _Observations:
 def check_consistency(recording: Recording, frame_count: int) -> Iterator[Finding]:
     """Views that contradict the others, in place or in time."""
     for file, column in FILES:
-        if not (recording.folder / file).is_file():
-            continue
-        try:
-            seen = _observations(recording, file, column, frame_count)
-        except InputError:
-            continue  # the format does not name this file: it may be laid out in another way
+        cameras = _cameras(recording)
+        seen = observations(recording.folder / file, column, cameras, frame_count)
         if seen is None or len(seen.views) < 2:
             continue
-        cameras = _cameras(recording)
         misplaced = list(_check_place(file, cameras, seen))
         yield from misplaced
         if not misplaced and len(seen.views) > 2:
@@ -70,17 +67,28 @@ def _cameras(recording: Recording) -> dict[str, Camera]:
     return {**recording.cameras, **view_cameras(recording)}
 
 
-def _observations(
-    recording: Recording, file: str, column: str, frame_count: int
-) -> _Observations | None:
-    path = recording.folder / file
-    cameras = _cameras(recording)
+def observations(
+    path: Path, column: str, views: Container[str], frame_count: int
+) -> Observations | None:
+    """Pixels of a file of :data:`FILES` in views, or cameras, of these names.
+
+    None where there is no such file, or it is laid out in another way: the format does not name it.
+    """
+    if not path.is_file():
+        return None
+    try:
+        return _read(path, column, views, frame_count)
+    except InputError:
+        return None
+
+
+def _read(path: Path, column: str, views: Container[str], frame_count: int) -> Observations | None:
     names: dict[str, int] = {}
     points: dict[str, int] = {}
     rows: list[tuple[int, int, int, float, float]] = []
     header = ("frame", "view", column, "x", "y")
     for line, cells in read_rows(path, header):
-        if cells["view"] not in cameras:
+        if cells["view"] not in views:
             continue
         try:
             x, y = float(cells["x"]), float(cells["y"])
@@ -102,7 +110,7 @@ def _observations(
     pixels = np.full((len(names), len(frames), len(points), 2), np.nan)
     pixels[view_at, frame_at - frames[0], point_at] = table[:, 3:]
     mirror = tuple(points.get(_of_other_side(name), place) for name, place in points.items())
-    return _Observations(tuple(names), frames, pixels, mirror)
+    return Observations(tuple(names), tuple(points), frames, pixels, mirror)
 
 
 def _of_other_side(point: str) -> str:
@@ -111,9 +119,7 @@ def _of_other_side(point: str) -> str:
     return f"{'right' if side == 'left' else 'left'}_{rest}" if side in {"left", "right"} else point
 
 
-def _check_place(
-    file: str, cameras: Mapping[str, Camera], seen: _Observations
-) -> Iterator[Finding]:
+def _check_place(file: str, cameras: Mapping[str, Camera], seen: Observations) -> Iterator[Finding]:
     """The view that contradicts the others in place; what is late is measured by itself."""
     named = [replace(cameras[name], name=name) for name in seen.views]
     found = disagreeing_camera(named, seen.frame, seen.pixels, seen.mirror)
@@ -140,7 +146,7 @@ def _check_place(
 
 
 def _check_time(
-    file: str, cameras: Mapping[str, Camera], seen: _Observations, fps: float
+    file: str, cameras: Mapping[str, Camera], seen: Observations, fps: float
 ) -> Iterator[Finding]:
     """The view whose epipolar error falls most when its frames are taken as earlier or later."""
     verdicts = [(*_best_shift(cameras, seen, i), name) for i, name in enumerate(seen.views)]
@@ -158,7 +164,7 @@ def _check_time(
     )
 
 
-def _best_shift(cameras: Mapping[str, Camera], seen: _Observations, i: int) -> tuple[float, float]:
+def _best_shift(cameras: Mapping[str, Camera], seen: Observations, i: int) -> tuple[float, float]:
     """Shift s in frames for which view i at k + s fits the others at k best, and the gain.
 
     The gain is the relative fall of the mean epipolar error, over the same points for all s.
@@ -175,7 +181,7 @@ def _best_shift(cameras: Mapping[str, Camera], seen: _Observations, i: int) -> t
     for s in _SHIFTS:
         own = _shifted(pixels, float(s))[usable]
         against = [
-            _epipolar_error(own_camera, own, cameras[seen.views[j]], seen.pixels[j][usable])
+            epipolar_error(own_camera, own, cameras[seen.views[j]], seen.pixels[j][usable])
             for j in others
         ]
         if sum(map(len, against)) < _LEAST_POINTS:
@@ -185,7 +191,7 @@ def _best_shift(cameras: Mapping[str, Camera], seen: _Observations, i: int) -> t
     return float(_SHIFTS[best]), (now - errors[best]) / now if now > 0 else 0.0
 
 
-def _epipolar_error(a: Camera, pixels_a: FloatArray, b: Camera, pixels_b: FloatArray) -> FloatArray:
+def epipolar_error(a: Camera, pixels_a: FloatArray, b: Camera, pixels_b: FloatArray) -> FloatArray:
     """Mean distance in pixels, to both sides, of points from each other's epipolar planes."""
     known = np.isfinite(pixels_a).all(axis=-1) & np.isfinite(pixels_b).all(axis=-1)
     if not known.any():

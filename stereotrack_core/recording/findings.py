@@ -135,7 +135,7 @@ def _check_background(view: View) -> Iterator[Finding]:
     )
 
 
-_PLAUSIBLE_LENGTHS_M: dict[str, tuple[float, float]] = {
+PLAUSIBLE_LENGTHS_M: dict[str, tuple[float, float]] = {
     "shoulder_width": (0.2, 0.55),
     "hip_width": (0.12, 0.5),
     "torso_length": (0.3, 0.75),
@@ -201,7 +201,7 @@ def _check_subject(recording: Recording) -> Iterator[Finding]:
     """Lengths that no person has."""
     if recording.subject is None:
         return
-    for key, (low, high) in _PLAUSIBLE_LENGTHS_M.items():
+    for key, (low, high) in PLAUSIBLE_LENGTHS_M.items():
         length = getattr(recording.subject, key)
         if length is None or low <= length <= high:
             continue
@@ -296,7 +296,7 @@ def check_size(reference: LandmarkTrajectory) -> Generator[Finding, None, bool]:
         ),
     }
     for key, length in lengths.items():
-        low, high = _PLAUSIBLE_LENGTHS_M[key]
+        low, high = PLAUSIBLE_LENGTHS_M[key]
         if not np.isfinite(length) or 0.7 * low <= length <= 1.4 * high:
             continue
         tall = 1.7 * length / ((low + high) / 2)

@@ -148,6 +148,7 @@ WRITES_BY_ITSELF = {
     "stereotrack_core/project/database.py": {"copyfile"},
     "stereotrack_core/project/setups.py": {"write_text"},  # a file that is read at once
     "stereotrack_core/interop/sleap.py": {"save_slp"},  # to a temporary file, and read back
+    "stereotrack_core/interop/calibrations/opencv_storage.py": {"FileStorage"},  # into memory
     "stereotrack_core/interop/npz.py": {"savez", "savez_compressed"},  # into memory
     "stereotrack_core/report/drawing.py": {"savefig"},
     "stereotrack_core/recording/writing.py": {"open"},  # to a temporary file, and read back

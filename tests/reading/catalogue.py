@@ -14,6 +14,8 @@ from typing import Any
 
 import cv2
 import numpy as np
+import tomli_w
+from scipy.io import savemat
 
 from stereotrack_core.annotation.landmark_set import NINE, read_landmark_set, write_landmark_set
 from stereotrack_core.errors import InputError
@@ -27,6 +29,10 @@ from stereotrack_core.experiments.sweep.store import (
 )
 from stereotrack_core.experiments.sweep.table import curves_of, table_of_cells
 from stereotrack_core.interop.c3d import write_c3d
+from stereotrack_core.interop.calibrations.deciding import completed, decide
+from stereotrack_core.interop.calibrations.evidence import Evidence
+from stereotrack_core.interop.calibrations.formats import read_foreign
+from stereotrack_core.interop.calibrations.opencv_storage import storage_text
 from stereotrack_core.interop.coco import write_coco
 from stereotrack_core.interop.deeplabcut import write_deeplabcut
 from stereotrack_core.interop.first_pose import first_pose
@@ -53,6 +59,7 @@ from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.presets import UserPreset, read_preset, write_preset
 from stereotrack_core.tracking.repeating import stored_spec, what_differs
 from stereotrack_core.tracking.stored import body_of_run, fps_of_run, pose_of_run
+from tests.interop.calibrations import layouts
 from tests.reading.mutations import (
     Mutation,
     mutated_arrays,
@@ -96,6 +103,7 @@ def readers(samples: Samples, folder: Path) -> dict[str, Reader]:
         **_of_the_recording(samples, folder),
         **_of_arrays(samples, folder),
         **_of_other_tools(samples, folder),
+        **_of_calibrations(folder),
         **_of_sweeps(folder),
         **_of_pictures(folder),
     }
@@ -294,6 +302,34 @@ def _of_other_tools(samples: Samples, folder: Path) -> dict[str, Reader]:
             _written(folder, "S.csv", lambda path: write_deeplabcut(path, clicks, NINE.names)),
             mutated_table, labels,
         ),
+    }  # fmt: skip
+
+
+def _of_calibrations(folder: Path) -> dict[str, Reader]:
+    def decided(path: Path) -> object:
+        foreign = completed(read_foreign([path]), size=(640, 480))
+        return decide(foreign, Evidence())
+
+    pair, _ = layouts.matlab(new=False)
+    text = json.dumps(pair, default=lambda array: array.tolist())
+    r, p = np.eye(3), np.array([[600.0, 0, 320, -72], [0, 600, 240, 0], [0, 0, 1, 0]])
+    files: tuple[tuple[str, str, str | bytes, Mutation], ...] = (
+        ("foreign TOML", "c.toml", tomli_w.dumps(layouts.sections()), mutated_toml),
+        ("OpenCV YAML", "c.yml", layouts.stereo(), mutated_table),
+        ("OpenCV XML", "c.xml", storage_text(layouts.RIG[:2], "mm", ".xml"), mutated_table),
+        ("Kalibr", "k.yaml", layouts.KALIBR, mutated_table),
+        ("ROS", "r.yaml", layouts.ros("r", layouts.RIG[0], r, p), mutated_table),
+        ("Qualisys", "q.txt", layouts.qualisys(layouts.RIG).replace("><", ">\n<"), mutated_table),
+        ("MATLAB JSON", "m.json", text, mutated_json),
+        (
+            *("MATLAB MAT", "m.mat"),
+            *(_written(folder, "m.mat", lambda path: savemat(path, {"s": pair})), mutated_bytes),
+        ),
+    )
+    return {
+        name: Reader(file, content.encode() if isinstance(content, str) else content, damage,
+                     decided)
+        for name, file, content, damage in files
     }  # fmt: skip
 
 

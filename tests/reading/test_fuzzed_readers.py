@@ -17,6 +17,8 @@ NAMES = (
     *("landmark set", "preset", "run.npz", "run.npz, meta", "reference.npz", "reference.npz, meta"),
     "unfinished run",
     *("TRC", "C3D", "clicks", "COCO", "DeepLabCut", "SLEAP"),
+    *("foreign TOML", "OpenCV YAML", "OpenCV XML", "Kalibr", "ROS", "Qualisys"),
+    *("MATLAB JSON", "MATLAB MAT"),
     *("sweep journal", "sweep state", "sweep table", "sweep points"),
     *("PNG", "depth PNG", "JPEG", "TIFF", "BMP", "MP4", "Matroska", "AVI"),
 )

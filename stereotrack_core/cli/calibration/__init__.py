@@ -1,0 +1,1 @@
+"""The commands of ``stereotrack calibrate``, one file each."""

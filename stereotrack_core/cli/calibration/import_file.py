@@ -1,0 +1,154 @@
+"""``stereotrack calibrate import``: a calibration of another tool becomes ``calibration.toml``."""
+
+from __future__ import annotations
+
+import re
+from argparse import Namespace
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from stereotrack_core.cli.arguments import JSON, check_output, check_suffix, option
+from stereotrack_core.cli.output import OK, put_result, put_table, say
+from stereotrack_core.errors import InputError
+from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.interop.calibrations.deciding import Decided, Undecided, completed, decide
+from stereotrack_core.interop.calibrations.evidence import (
+    Evidence,
+    evidence_of,
+    recording_without_calibration,
+)
+from stereotrack_core.interop.calibrations.foreign import METRES_PER_UNIT, ForeignCalibration
+from stereotrack_core.interop.calibrations.formats import read_foreign
+from stereotrack_core.interop.calibrations.readings import CONVENTIONS, MEANINGS
+from stereotrack_core.recording.calibration import write_calibration
+from stereotrack_core.recording.description import Recording
+from stereotrack_core.tables import Table
+
+DESCRIPTION = (
+    "Read a calibration of another tool: aniposelib, FreeMoCap, Pose2Sim or caliscope TOML, "
+    "OpenCV YAML or XML, Kalibr, ROS camera_info, Qualisys .qca.txt, MATLAB JSON or MAT. Where "
+    "units or convention are open, all of them are tried on the data, and the table is printed."
+)
+
+OPTIONS = (
+    option(
+        "files FILE",
+        "calibration of another tool; several files that belong together, such as intrinsics.yml "
+        "extrinsics.yml, or one for each camera",
+        type=Path,
+        nargs="+",
+    ),
+    option("-o --output FILE", "calibration to write (.toml)", type=Path, required=True),
+    option(
+        "--units UNIT",
+        "unit of the file's lengths: m, cm, mm or in (default: stated in the file, usual for the "
+        "format, or decided from the data)",
+        choices=tuple(METRES_PER_UNIT),
+    ),
+    option(
+        "--convention NAME",
+        "how rotation R and translation t of the file map: "
+        + "; ".join(f"{name}: {MEANINGS[name]}".replace("%", "%%") for name in CONVENTIONS),
+        choices=tuple(CONVENTIONS),
+    ),
+    option(
+        "--recording DIR",
+        "recording to try the cameras on; its clicks, board corners and stereo images decide",
+        type=Path,
+    ),
+    option("--clicks CSV", "clicks in the recording to try the cameras on", type=Path),
+    option("--names A,B", "camera names, in the order of the file"),
+    option("--size WIDTHxHEIGHT", "image size, for files that do not state it"),
+    JSON,
+)
+
+
+def run(args: Namespace) -> int:
+    """Read, decide what is open, write."""
+    check_suffix(args.output, ".toml")
+    size = _size(args.size)
+    recording = None if args.recording is None else recording_without_calibration(args.recording)
+    # a calibration that a recording lacks may be put there; what it has is never replaced
+    check_output(args.output, recording if args.output.exists() else None)
+    if args.clicks is not None and recording is None:
+        raise InputError(
+            "clicks need the recording that they are in",
+            where="--clicks",
+            remedy="Give the recording with --recording.",
+        )
+    names = [] if args.names is None else [name.strip() for name in args.names.split(",")]
+    foreign = completed(read_foreign(args.files), recording, names=names, size=size)
+    evidence = Evidence() if recording is None else _evidence(recording, foreign, args.clicks)
+    try:
+        decided = decide(foreign, evidence, convention=args.convention, unit=args.units)
+    except Undecided as open_question:
+        if not args.json:
+            put_table(open_question.table)
+        raise
+    write_calibration(args.output, decided.cameras)
+    for note in decided.notes:
+        say(f"Note: {note}.")
+    put_result(_facts(foreign, decided, args.output), *_tables(foreign, decided), as_json=args.json)
+    return OK
+
+
+def _size(given: str | None) -> tuple[int, int] | None:
+    if given is None:
+        return None
+    found = re.fullmatch(r"(\d{1,5})x(\d{1,5})", given.strip())
+    if found is None or "0" in found.groups():
+        raise InputError(
+            f"{given!r} is not an image size", where="--size", remedy="Write e.g. 1280x720."
+        )
+    return int(found[1]), int(found[2])
+
+
+def _evidence(recording: Recording, foreign: ForeignCalibration, clicks: Path | None) -> Evidence:
+    names = {one.name for one in foreign.cameras}
+    both = {name: camera for name, camera in recording.cameras.items() if name in names}
+    return evidence_of(replace(recording, cameras=both), clicks)
+
+
+def _facts(foreign: ForeignCalibration, decided: Decided, output: Path) -> dict[str, Any]:
+    return {
+        "file": output,
+        "format": foreign.format,
+        "convention": decided.convention,
+        "units": decided.unit,
+        "reasons": decided.reasons,
+        "notes": decided.notes,
+        "cameras": [
+            {
+                "name": camera.name,
+                "size": [camera.width, camera.height],
+                "focal_px": camera.focal,
+                "fisheye": camera.fisheye,
+                "position_m": camera.position_world,
+            }
+            for camera in decided.cameras.values()
+        ],
+        "tried": [
+            {"title": table.title, "columns": table.columns, "rows": table.rows}
+            for table in decided.tables
+        ],
+    }
+
+
+def _tables(foreign: ForeignCalibration, decided: Decided) -> tuple[Table, ...]:
+    chosen = Table(
+        f"Calibration of {foreign.format}", ("how it was read",), [(r,) for r in decided.reasons]
+    )
+    headings = ("camera", ">size", ">focal", ">place (m)")
+    rows = [_row(camera) for camera in decided.cameras.values()]
+    cameras = Table("Cameras", headings, rows)
+    return (*decided.tables, *([chosen] if decided.reasons else []), cameras)
+
+
+def _row(camera: Camera) -> tuple[str, ...]:
+    return (
+        camera.name,
+        f"{camera.width} x {camera.height}",
+        f"{camera.focal:.0f} px",
+        " ".join(f"{value:.3f}" for value in camera.position_world),
+    )

@@ -1,0 +1,1 @@
+"""Calibrations of other tools: one file per format, and how an open convention is decided."""

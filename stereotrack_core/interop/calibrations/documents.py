@@ -1,0 +1,149 @@
+"""The content of a stranger's file as plain data: TOML, YAML, JSON, XML and MAT."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+from xml.etree import ElementTree
+
+import yaml
+
+from stereotrack_core.errors import InputError
+from stereotrack_core.interop.calibrations.mat_file import variables_of
+from stereotrack_core.plain_data import DEEPEST, checked_tree
+from stereotrack_core.reading import MB, decoding, parsed_json, read_bytes, read_text
+from stereotrack_core.recording.toml_table import load_toml
+
+Kind = Literal["toml", "yaml", "json", "xml", "mat"]
+
+_TEXT_BYTES = 8 * MB
+"""Of a calibration as text, with all corners of the board that some tools keep in it."""
+
+_YAML_BYTES = MB  # which takes some seconds to read
+
+_MAT_BYTES = 64 * MB
+_REMEDY = "Use another copy of the file."
+_HDF5_MAGIC = b"\x89HDF"
+
+
+@dataclass(frozen=True, eq=False)
+class Document:
+    """What a file holds: tables, lists, texts and numbers, or for XML its root element."""
+
+    path: Path
+    kind: Kind
+    content: Any
+
+    @property
+    def where(self) -> str:
+        """The file, as error messages name it."""
+        return str(self.path)
+
+
+def read_document(path: Path) -> Document:
+    """Read a file by what is in it; only TOML and MAT are known by their suffix.
+
+    Raises InputError where it cannot be read, or is none of the kinds.
+    """
+    suffix = path.suffix.lower()
+    if suffix == ".toml":
+        return Document(path, "toml", load_toml(path))
+    if suffix == ".mat":
+        return Document(path, "mat", _mat(path))
+    text = read_text(path, _TEXT_BYTES).lstrip()
+    if text.startswith("<"):
+        return Document(path, "xml", _xml(text, path))
+    if text.startswith("{"):
+        return Document(path, "json", _table(parsed_json(text, str(path)), path))
+    return Document(path, "yaml", _table(_yaml(text, path), path))
+
+
+def _table(content: Any, path: Path) -> Mapping[str, Any]:
+    if not isinstance(content, Mapping):
+        raise InputError(
+            "this is not a calibration file: it holds no names with values",
+            where=str(path),
+            remedy="Check that it is the right file.",
+        )
+    return content
+
+
+class _Loader(yaml.SafeLoader):  # type: ignore[misc]
+    """Plain data only, without aliases, which can make a small file huge."""
+
+    def compose_node(self, parent: Any, index: Any) -> Any:
+        if self.check_event(yaml.AliasEvent):
+            raise yaml.YAMLError
+        return super().compose_node(parent, index)
+
+    def untagged(self, _tag: str, node: yaml.Node) -> Any:
+        """What a tag such as ``!!opencv-matrix`` stands before."""
+        if isinstance(node, yaml.MappingNode):
+            return self.construct_mapping(node, deep=True)
+        if isinstance(node, yaml.SequenceNode):
+            return self.construct_sequence(node, deep=True)
+        return str(node.value)
+
+
+_Loader.add_multi_constructor("", _Loader.untagged)
+
+
+def _yaml(text: str, path: Path) -> Any:
+    if text.startswith("%YAML"):
+        text = text.partition("\n")[2]  # OpenCV writes the directive in a way of its own
+    if len(text) > _YAML_BYTES:
+        raise InputError(
+            f"the file has more than {_YAML_BYTES // MB} MB, too large for a calibration as YAML",
+            where=str(path),
+            remedy="Keep only the cameras in it.",
+        )
+    with decoding(path, "this is not valid YAML", _REMEDY):
+        try:
+            documents = yaml.load_all(text, _Loader)
+            content = next((_plain(one) for one in documents if one is not None), None)
+        except yaml.MarkedYAMLError as error:
+            line = "" if error.problem_mark is None else f", line {error.problem_mark.line + 1}"
+            raise InputError(
+                "this is not valid YAML", where=f"{path}{line}", remedy="Correct this line."
+            ) from None
+        except yaml.YAMLError as error:
+            raise ValueError from error
+    checked_tree(content, str(path))
+    return content
+
+
+def _plain(value: Any, depth: int = 0) -> Any:
+    """The same value of tables with texts as names, lists, texts and numbers."""
+    if depth > DEEPEST:
+        raise RecursionError
+    if isinstance(value, Mapping):
+        return {str(key): _plain(one, depth + 1) for key, one in value.items()}
+    if isinstance(value, list | tuple | set):
+        return [_plain(one, depth + 1) for one in value]
+    return value if isinstance(value, str | bool | int | float | None) else str(value)
+
+
+def _xml(text: str, path: Path) -> ElementTree.Element:
+    if "<!DOCTYPE" in text or "<!ENTITY" in text:
+        raise InputError(
+            "it declares XML entities, which no calibration needs",
+            where=str(path),
+            remedy="Check that it is the right file.",
+        )
+    # what Python's parser is warned of needs the declarations that were refused above
+    with decoding(path, "this is not valid XML", _REMEDY):
+        return ElementTree.fromstring(text)  # noqa: S314
+
+
+def _mat(path: Path) -> Mapping[str, Any]:
+    data = read_bytes(path, _MAT_BYTES)
+    if data[:4] == _HDF5_MAGIC or data[:10] == b"MATLAB 7.3":
+        raise InputError(
+            "this is a MAT file of version 7.3, which cannot be read",
+            where=str(path),
+            remedy="In MATLAB, save it with save(..., '-v7'), or write JSON with jsonencode.",
+        )
+    with decoding(path, "this is not a MAT file that can be read", _REMEDY):
+        return variables_of(data)

@@ -1,0 +1,105 @@
+"""Every format of a calibration that is read or written, found out by what is in the file."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from stereotrack_core.atomic import write_file
+from stereotrack_core.errors import InputError
+from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.interop.calibrations.documents import Document, read_document
+from stereotrack_core.interop.calibrations.foreign import ForeignCalibration, with_names
+from stereotrack_core.interop.calibrations.kalibr import is_kalibr, read_kalibr
+from stereotrack_core.interop.calibrations.matlab import is_matlab, read_matlab
+from stereotrack_core.interop.calibrations.opencv_storage import (
+    is_storage,
+    read_storage,
+    storage_suffix,
+    storage_text,
+)
+from stereotrack_core.interop.calibrations.qualisys import is_qualisys, read_qualisys
+from stereotrack_core.interop.calibrations.ros import is_camera_info, read_camera_info
+from stereotrack_core.interop.calibrations.toml_layouts import Layout, read_toml, toml_text
+
+UNITS_OF_EXPORT: Mapping[str, str] = {
+    "aniposelib": "m",
+    "freemocap": "mm",
+    "pose2sim": "m",
+    "caliscope": "m",
+    "opencv": "m",
+}
+"""Formats that are written, and the unit that their tools expect."""
+
+_LAYOUTS: Mapping[str, Layout] = {
+    "aniposelib": "aniposelib",
+    "freemocap": "freemocap",
+    "pose2sim": "pose2sim",
+    "caliscope": "caliscope",
+}
+
+
+def read_foreign(paths: Sequence[Path]) -> ForeignCalibration:
+    """Read one file, or several that belong together, in their own convention.
+
+    Raises InputError where a file cannot be read, or the files do not belong together.
+    """
+    documents = [read_document(path) for path in paths]
+    others = [_read(one) for one in documents]
+    storages = [one for one, read in zip(documents, others, strict=True) if read is None]
+    found = [one for one in others if one is not None]
+    if storages:
+        found.append(read_storage(storages))
+    return found[0] if len(found) == 1 else _together(found)
+
+
+def _read(document: Document) -> ForeignCalibration | None:
+    """The calibration of one file; None for one of OpenCV, of which several may belong together."""
+    if document.kind == "toml":
+        return read_toml(document)
+    if document.kind == "xml":
+        if is_qualisys(document):
+            return read_qualisys(document)
+    elif is_matlab(document):
+        return read_matlab(document)
+    elif is_kalibr(document):
+        return read_kalibr(document)
+    elif is_camera_info(document):
+        return read_camera_info(document)
+    if is_storage(document):
+        return None
+    raise InputError(
+        "this is XML, but neither OpenCV's nor Qualisys'",
+        where=document.where,
+        remedy="Check that it is a calibration file.",
+    )
+
+
+def _together(found: Sequence[ForeignCalibration]) -> ForeignCalibration:
+    """Files with a camera each, of one format."""
+    first = found[0]
+    where = ", ".join(one.where for one in found)
+    if any(one.format != first.format or one.unit != first.unit for one in found):
+        raise InputError(
+            f"the files are of different formats ({', '.join(one.format for one in found)})",
+            where=where,
+            remedy="Import them one at a time.",
+        )
+    cameras = with_names([camera for one in found for camera in one.cameras], where)
+    notes = tuple(note for one in found for note in one.notes)
+    return replace(first, where=where, cameras=cameras, notes=notes)
+
+
+def write_foreign(
+    path: Path, cameras: Sequence[Camera], form: str, unit: str | None = None
+) -> None:
+    """Write cameras in a format of :data:`UNITS_OF_EXPORT`, by default in its unit of length.
+
+    Raises InputError where the format has no place for a name, or nothing can be written.
+    """
+    unit = UNITS_OF_EXPORT[form] if unit is None else unit
+    if form == "opencv":
+        write_file(path, storage_text(cameras, unit, storage_suffix(path)))
+    else:
+        write_file(path, toml_text(cameras, _LAYOUTS[form], unit))

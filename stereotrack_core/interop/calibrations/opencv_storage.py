@@ -1,0 +1,293 @@
+"""Calibrations in OpenCV's FileStorage: YAML, XML or JSON, single cameras, stereo pairs and rigs.
+
+The names of the matrices are whatever the program that wrote them chose. Understood are those of
+OpenCV's samples (``camera_matrix``; ``M1, D1, M2, D2`` with ``R, T``), with left and right in place
+of 1 and 2, of EasyMocap (``names`` with ``K_<name>, dist_<name>, Rot_<name>, T_<name>``), and of
+JARVIS (one file a camera, all matrices transposed). Several files are read as one.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+from xml.etree.ElementTree import Element
+
+import cv2
+import numpy as np
+
+from stereotrack_core.errors import InputError
+from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.geometry.rotation import vector_from_rotation
+from stereotrack_core.interop.calibrations.documents import Document
+from stereotrack_core.interop.calibrations.foreign import (
+    METRES_PER_UNIT,
+    ForeignCalibration,
+    ForeignCamera,
+    array_of,
+    distortions_of,
+    matrix_of,
+    number_of,
+    refusal,
+    rotation_of,
+    size_of,
+    text_of,
+    unit_named,
+    with_names,
+)
+
+_MATRIX = ("cameramatrix", "k", "m", "intrinsicmatrix", "intrinsics", "mtx")
+_DISTORTIONS = (
+    *("distortioncoefficients", "distcoeffs", "distcoeff", "distortions", "distortion", "dist"),
+    "d",
+)
+_ROTATION = ("r", "rotationmatrix", "rotation", "rot", "rcext", "rvec")
+_TRANSLATION = ("t", "translationvector", "translation", "tcext", "tvec")
+_FISHEYE = ("fisheye", "equidistant", "kannalabrandt")
+_SIDES = (("1", "2"), ("left", "right"), ("l", "r"))
+_NODE_NAME = re.compile(r"[A-Za-z0-9_-]+")
+
+Values = Mapping[str, Any]
+"""Values by their name in lower case, without what joins its words."""
+
+
+def is_storage(document: Document) -> bool:
+    """Whether a document may have been written by OpenCV."""
+    return document.kind != "xml" or document.content.tag == "opencv_storage"
+
+
+def read_storage(documents: Sequence[Document]) -> ForeignCalibration:
+    """Read files that belong together; raises InputError for what is wrong, with its place."""
+    contents = [_content(one) for one in documents]
+    where = ", ".join(one.where for one in documents)
+    own = [_known(content) for content in contents]
+    if len(own) > 1 and all(_first(values, _MATRIX) is not None for values in own):
+        pairs = zip(documents, own, strict=True)
+        cameras = [_single(values, one.path.stem, one.where) for one, values in pairs]
+    else:
+        merged = {key: value for content in contents for key, value in content.items()}
+        cameras = list(_cameras(merged, documents[0].path.stem, where))
+    values = _known({key: value for content in contents for key, value in content.items()})
+    square = values.get("squaresize")
+    unit = unit_named(next((values[key] for key in ("unit", "units") if key in values), None))
+    return ForeignCalibration(
+        "OpenCV",
+        where,
+        with_names(cameras, where),
+        unit,
+        stated=unit is not None,
+        square=None if square is None else number_of(square, f"{where}, square_size"),
+    )
+
+
+def _content(document: Document) -> Mapping[str, Any]:
+    if document.kind != "xml":
+        content: Mapping[str, Any] = document.content
+        return content
+    return {child.tag: _node(child) for child in document.content}
+
+
+def _node(element: Element) -> Any:
+    """A node of XML as YAML would give it; deeper than three tables nothing is kept."""
+    children = list(element)
+    if not children:
+        found = re.findall(r'"([^"]*)"|(\S+)', element.text or "")
+        words = [quoted or bare for quoted, bare in found]
+        return words[0] if len(words) == 1 else words
+    if all(child.tag == "_" for child in children):
+        return [" ".join(child.itertext()).split() for child in children]
+    texts = {child.tag: "".join(child.itertext()) for child in children}
+    if "data" in texts:
+        return {**texts, "data": texts["data"].split()}
+    return {child.tag: "".join(child.itertext()).split() for child in children}
+
+
+def _known(content: Mapping[str, Any]) -> Values:
+    return {re.sub(r"[^a-z0-9]", "", key.lower()): value for key, value in content.items()}
+
+
+def _first(values: Values, names: Sequence[str]) -> Any:
+    """The numbers under the first of the names that is there."""
+    for name in names:
+        value = values.get(name)
+        if value is not None:
+            return value.get("data") if isinstance(value, Mapping) else value
+    return None
+
+
+def _cameras(content: Mapping[str, Any], stem: str, where: str) -> Iterator[ForeignCamera]:
+    values = _known(content)
+    names = content.get("names")
+    if isinstance(names, list | str) and any(key.startswith("K_") for key in content):
+        for name in [names] if isinstance(names, str) else names:
+            yield _of_rig(content, text_of(name), where)
+        return
+    for left, right in _SIDES:
+        for order in ("{name}{side}", "{side}{name}"):
+            pair = [
+                [order.format(name=name, side=side) for name in _MATRIX] for side in (left, right)
+            ]
+            if all(_first(values, one) is not None for one in pair):
+                yield from _stereo(values, order, (left, right), where)
+                return
+    if _first(values, _MATRIX) is not None:
+        yield _single(values, stem, where)
+        return
+    for key, value in content.items():
+        inner = _known(value) if isinstance(value, Mapping) else {}
+        if _first(inner, _MATRIX) is not None:
+            yield _single(inner, key, f"{where}, {key}")
+
+
+def _single(values: Values, name: str, where: str) -> ForeignCamera:
+    """One camera; placed where the file has one rotation and translation."""
+    given = _first(values, _MATRIX)
+    matrix = matrix_of(given, f"{where}, camera matrix")
+    fisheye = _is_fisheye(values)
+    rotation, translation = _first(values, _ROTATION), _first(values, _TRANSLATION)
+    placed = rotation is not None and translation is not None
+    turned = rotation_of(rotation, f"{where}, rotation") if placed else None
+    if turned is not None and array_of(given, (3, 3), where, "a matrix")[2, 0] != 0:
+        turned = turned.T  # who writes one of them transposed writes all of them transposed
+    return ForeignCamera(
+        text_of(values.get("cameraname")) or text_of(values.get("name")) or name,
+        _size(values, where),
+        matrix,
+        _distortions(_first(values, _DISTORTIONS), where, fisheye),
+        fisheye,
+        turned,
+        array_of(translation, (3,), f"{where}, translation", "three numbers") if placed else None,
+    )
+
+
+def _stereo(
+    values: Values, order: str, sides: tuple[str, str], where: str
+) -> Iterator[ForeignCamera]:
+    """A pair as stereoCalibrate gives it: x_2 = R x_1 + T; camera 1 is the world."""
+    rotation, translation = _first(values, _ROTATION), _first(values, _TRANSLATION)
+    if rotation is None or translation is None:
+        raise refusal(
+            where,
+            "there are two cameras, but no R and T between them",
+            "Give the file with R and T as well: intrinsics.yml extrinsics.yml.",
+        )
+    size, fisheye = _size(values, where), _is_fisheye(values)
+    second = (
+        rotation_of(rotation, f"{where}, R"),
+        array_of(translation, (3,), f"{where}, T", "three numbers"),
+    )
+    places = ((np.eye(3), np.zeros(3)), second)
+    for side, name, placed in zip(sides, ("left", "right"), places, strict=True):
+        own = [
+            [order.format(name=one, side=side) for one in names]
+            for names in (_MATRIX, _DISTORTIONS)
+        ]
+        yield ForeignCamera(
+            name,
+            size,
+            matrix_of(_first(values, own[0]), f"{where}, matrix of camera {side}"),
+            _distortions(_first(values, own[1]), f"{where}, camera {side}", fisheye),
+            fisheye,
+            *placed,
+        )
+
+
+def _of_rig(content: Mapping[str, Any], name: str, where: str) -> ForeignCamera:
+    own = _known(
+        {key.removesuffix(f"_{name}"): content[key] for key in content if key.endswith(f"_{name}")}
+    )
+    place = f"{where}, camera {name}"
+    given = _first(own, ("k",))
+    if not name or given is None:
+        raise refusal(place, "there is no K for a camera in names", "Give the file with K as well.")
+    rotation, translation = _first(own, ("rot", "r")), _first(own, ("t",))
+    placed = rotation is not None and translation is not None
+    fisheye = text_of(own.get("fisheye")) == "1"
+    width, height = own.get("w"), own.get("h")
+    return ForeignCamera(
+        name,
+        None if width is None or height is None else size_of([width, height], place),
+        matrix_of(given, f"{place}, K"),
+        _distortions(_first(own, ("dist",)), place, fisheye),
+        fisheye,
+        rotation_of(rotation, f"{place}, rotation") if placed else None,
+        array_of(translation, (3,), f"{place}, T", "three numbers") if placed else None,
+    )
+
+
+def _distortions(given: Any, where: str, fisheye: bool) -> Any:
+    coefficients = [0.0] * 4 if given is None else given
+    return distortions_of(coefficients, f"{where}, distortion coefficients", fisheye=fisheye)
+
+
+def _is_fisheye(values: Values) -> bool:
+    if text_of(values.get("fisheyemodel")) == "1" or values.get("fisheye") in (True, 1, "1"):
+        return True
+    models = (text_of(values.get(key)) for key in ("distortionmodel", "cameramodel", "model"))
+    return any(model.lower().replace("_", "") in _FISHEYE for model in models)
+
+
+def _size(values: Values, where: str) -> tuple[int, int] | None:
+    """Width and height, where the file has them."""
+    sides = [_first(values, (f"image{side}", side, f"img{side}")) for side in ("width", "height")]
+    if None not in sides:
+        return size_of(sides, f"{where}, image size")
+    both = _first(values, ("imagesize", "size", "resolution"))
+    return None if both is None else size_of(both, f"{where}, image size")
+
+
+def storage_text(cameras: Sequence[Camera], unit: str, suffix: str) -> str:
+    """Cameras as OpenCV itself writes them, ``.yml`` or ``.xml`` by the suffix.
+
+    The names are those of EasyMocap; two cameras are there as a stereo pair as well. Raises
+    InputError where OpenCV allows no such name.
+    """
+    unfit = next((one.name for one in cameras if not _NODE_NAME.fullmatch(one.name)), None)
+    if unfit is not None:
+        raise InputError(
+            "OpenCV's files allow letters, digits, - and _ in names only",
+            where=f"camera {unfit!r}",
+            remedy="Rename the camera in calibration.toml.",
+        )
+    storage = cv2.FileStorage(
+        f"calibration{suffix}", cv2.FILE_STORAGE_WRITE | cv2.FILE_STORAGE_MEMORY
+    )
+    storage.write("unit", unit)
+    storage.startWriteStruct("names", cv2.FILE_NODE_SEQ)
+    for camera in cameras:
+        storage.write("", camera.name)
+    storage.endWriteStruct()
+    for camera in cameras:
+        _write_camera(storage, camera, METRES_PER_UNIT[unit])
+    if len(cameras) == 2:
+        _write_pair(storage, cameras[0], cameras[1], METRES_PER_UNIT[unit])
+    text: str = storage.releaseAndGetString()
+    return text
+
+
+def _write_camera(storage: Any, camera: Camera, metres: float) -> None:
+    placed, name = camera.camera_from_world, camera.name
+    storage.write(f"W_{name}", camera.width)
+    storage.write(f"H_{name}", camera.height)
+    storage.write(f"K_{name}", camera.matrix)
+    storage.write(f"dist_{name}", camera.distortions.reshape(1, -1))
+    if camera.fisheye:
+        storage.write(f"fisheye_{name}", 1)
+    storage.write(f"R_{name}", vector_from_rotation(placed.rotation).reshape(3, 1))
+    storage.write(f"Rot_{name}", np.ascontiguousarray(placed.rotation))
+    storage.write(f"T_{name}", (placed.translation / metres).reshape(3, 1))
+
+
+def _write_pair(storage: Any, first: Camera, second: Camera, metres: float) -> None:
+    second_from_first = second.camera_from_world @ first.world_from_camera
+    for number, camera in ((1, first), (2, second)):
+        storage.write(f"M{number}", camera.matrix)
+        storage.write(f"D{number}", camera.distortions.reshape(1, -1))
+    storage.write("R", np.ascontiguousarray(second_from_first.rotation))
+    storage.write("T", (second_from_first.translation / metres).reshape(3, 1))
+
+
+def storage_suffix(path: Path) -> str:
+    """The suffix that OpenCV knows for a file's name."""
+    return ".xml" if path.suffix.lower() == ".xml" else ".yml"

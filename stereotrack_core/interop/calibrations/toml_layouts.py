@@ -1,0 +1,159 @@
+"""Calibrations as TOML: aniposelib and FreeMoCap, Pose2Sim, caliscope.
+
+All of them map the world to the camera, with OpenCV's axes and distortion. They differ in where the
+sections are, what names a camera, whether rotations are vectors, and in the unit of length: that of
+the board in aniposelib, millimetres in FreeMoCap, metres in Pose2Sim and caliscope; none states it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any, Literal
+
+import tomli_w
+
+from stereotrack_core.errors import InputError
+from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.geometry.rotation import vector_from_rotation
+from stereotrack_core.interop.calibrations.documents import Document
+from stereotrack_core.interop.calibrations.foreign import (
+    METRES_PER_UNIT,
+    ForeignCalibration,
+    ForeignCamera,
+    array_of,
+    distortions_of,
+    matrix_of,
+    needed,
+    number_of,
+    rotation_of,
+    size_of,
+    table_of,
+    text_of,
+    unit_named,
+    with_names,
+)
+
+Layout = Literal["aniposelib", "freemocap", "pose2sim", "caliscope"]
+
+_OF_FREEMOCAP = ("charuco_square_size", "path_to_recorded_videos", "charuco_board_object")
+_OF_CALISCOPE = ("port", "cam_id", "rotation_count", "grid_count")
+
+
+def read_toml(document: Document) -> ForeignCalibration:
+    """Read any of the layouts; raises InputError for what is wrong, with its place."""
+    content, where = document.content, document.where
+    nested = content.get("cameras")
+    sections = nested if isinstance(nested, Mapping) else _sections(content)
+    metadata = content.get("metadata")
+    metadata = metadata if isinstance(metadata, Mapping) else {}
+    cameras, notes = [], []
+    for key, values in sections.items():
+        place = f"{where}, [{key}]"
+        table = table_of(values, place)
+        if table.get("ignore") is True or "matrix" not in table:
+            notes.append(f"{_name(table, key)} is left out: it is not calibrated")
+            continue
+        cameras.append(_camera(table, key, place))
+    layout = _layout(sections, metadata, nested=isinstance(nested, Mapping))
+    unit = unit_named(metadata.get("units"))
+    square = metadata.get("charuco_square_size")
+    return ForeignCalibration(
+        layout,
+        where,
+        with_names(cameras, where),
+        unit or _unit_of(layout),
+        stated=unit is not None,
+        square=None if square is None else number_of(square, f"{where}, [metadata]"),
+        notes=tuple(notes),
+    )
+
+
+def _sections(content: Mapping[str, Any]) -> Mapping[str, Any]:
+    """The tables that may be cameras; configurations have others beside them."""
+    return {
+        key: value
+        for key, value in content.items()
+        if isinstance(value, Mapping)
+        and key != "metadata"
+        and ("size" in value or "matrix" in value)
+    }
+
+
+def _layout(sections: Mapping[str, Any], metadata: Mapping[str, Any], *, nested: bool) -> str:
+    first: Mapping[str, Any] = next(iter(sections.values()), {})
+    if nested or any(key in first for key in _OF_CALISCOPE):
+        return "caliscope"
+    if any(key in metadata for key in _OF_FREEMOCAP):
+        return "FreeMoCap"
+    by_name = all(
+        isinstance(one, Mapping) and one.get("name") == key for key, one in sections.items()
+    )
+    numbered = all(key.removeprefix("cam_").isdecimal() for key in sections)
+    if by_name and not numbered:
+        return "Pose2Sim"
+    return "aniposelib"
+
+
+def _unit_of(layout: str) -> str | None:
+    return {"Pose2Sim": "m", "caliscope": "m", "FreeMoCap": "mm"}.get(layout)
+
+
+def _name(table: Mapping[str, Any], key: str) -> str:
+    """The camera's name; its section's where it has none, ``cam_0`` for a bare number."""
+    return text_of(table.get("name")) or (f"cam_{key}" if key.isdecimal() else key)
+
+
+def _camera(table: Mapping[str, Any], key: str, place: str) -> ForeignCamera:
+    fisheye = table.get("fisheye") is True
+    rotation, translation = table.get("rotation"), table.get("translation")
+    placed = rotation is not None and translation is not None
+    return ForeignCamera(
+        _name(table, key),
+        size_of(needed(table, "size", place), f"{place}, size"),
+        matrix_of(needed(table, "matrix", place), f"{place}, matrix"),
+        distortions_of(
+            needed(table, "distortions", place), f"{place}, distortions", fisheye=fisheye
+        ),
+        fisheye,
+        rotation_of(rotation, f"{place}, rotation") if placed else None,
+        array_of(translation, (3,), f"{place}, translation", "three numbers") if placed else None,
+    )
+
+
+def toml_text(cameras: Iterable[Camera], layout: Layout, unit: str) -> str:
+    """The cameras in a layout, lengths in a unit of :data:`foreign.METRES_PER_UNIT`.
+
+    Raises InputError where a name has no place in the layout.
+    """
+    sections: dict[str, dict[str, Any]] = {}
+    for i, camera in enumerate(cameras):
+        key = {"pose2sim": camera.name, "caliscope": str(i)}.get(layout, f"cam_{i}")
+        if key == "metadata":
+            raise InputError(
+                "Pose2Sim cannot have a camera named 'metadata'",
+                where=f"camera {camera.name}",
+                remedy="Rename the camera in calibration.toml.",
+            )
+        sections[key] = _section(camera, i, layout, METRES_PER_UNIT[unit])
+    if layout == "caliscope":
+        return tomli_w.dumps({"cameras": sections, "metadata": {"units": unit}})
+    stated = {"adjusted": False, "error": 0.0} if layout == "pose2sim" else {}
+    return tomli_w.dumps({**sections, "metadata": {**stated, "units": unit}})
+
+
+def _section(camera: Camera, number: int, layout: Layout, metres: float) -> dict[str, Any]:
+    placed = camera.camera_from_world
+    size: list[float] = [camera.width, camera.height]
+    section: dict[str, Any] = {
+        "name": camera.name,
+        "size": [float(side) for side in size] if layout == "pose2sim" else size,
+        "matrix": camera.matrix.tolist(),
+        "distortions": camera.distortions.tolist(),
+        "rotation": vector_from_rotation(placed.rotation).tolist(),
+        "translation": (placed.translation / metres).tolist(),
+    }
+    if layout == "caliscope":
+        section.update(cam_id=number, rotation_count=0, ignore=False)
+    if camera.fisheye or layout in ("pose2sim", "caliscope"):
+        section["fisheye"] = camera.fisheye
+    return section

@@ -1,0 +1,108 @@
+"""A rig, a person who is seen by it, and its calibration as other tools would hold it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.geometry.transform import RigidTransform
+from stereotrack_core.interop.calibrations.evidence import Evidence, SeenPoints
+from stereotrack_core.interop.calibrations.foreign import ForeignCalibration, ForeignCamera
+
+STANDING = {
+    "left_shoulder": (-0.18, 0.02, 1.42),
+    "right_shoulder": (0.18, 0.0, 1.41),
+    "left_elbow": (-0.42, 0.12, 1.30),
+    "right_elbow": (0.45, 0.05, 1.38),
+    "left_hand": (-0.60, 0.30, 1.22),
+    "right_hand": (0.72, 0.10, 1.45),
+    "head": (0.0, 0.05, 1.62),
+    "left_hip": (-0.10, 0.0, 0.92),
+    "right_hip": (0.10, 0.0, 0.92),
+}
+
+
+def looking_at(place, target=(0.0, 0.0, 1.2)) -> RigidTransform:
+    """camera_from_world of an upright camera."""
+    place, target = np.asarray(place, float), np.asarray(target, float)
+    z = (target - place) / np.linalg.norm(target - place)
+    x = np.cross(z, [0.0, 0.0, 1.0])
+    x /= np.linalg.norm(x)
+    rotation = np.stack([x, np.cross(z, x), z])
+    return RigidTransform(rotation, -rotation @ place)
+
+
+def rig(*, fisheye: bool = False) -> list[Camera]:
+    """Three cameras at different heights and distances; the last one may be a fisheye lens."""
+    places = {"A": (2.6, 1.4, 1.7), "B": (-2.1, 2.2, 1.3), "C": (0.4, -3.1, 2.1)}
+    cameras = []
+    for i, (name, place) in enumerate(places.items()):
+        matrix = np.array([[600.0 + 10 * i, 0, 321.5], [0, 603.0, 238.25], [0, 0, 1]])
+        distortions = np.array([-0.2, 0.05, 1e-3, -5e-4, 0.01 * i])
+        cameras.append(Camera(name, 640, 480, matrix, distortions, False, looking_at(place)))
+    if fisheye:
+        cameras[2] = replace(
+            cameras[2], distortions=np.array([0.02, -0.01, 0.003, -0.001]), fisheye=True
+        )
+    return cameras
+
+
+def seen_person(cameras, frames: int = 6) -> SeenPoints:
+    """Clicks of somebody who walks a little, half a pixel wrong."""
+    rng = np.random.default_rng(3)
+    points = np.concatenate(
+        [np.array(list(STANDING.values())) + [0.1 * k, -0.05 * k, 0] for k in range(frames)]
+    )
+    pixels = np.stack([camera.project(points) for camera in cameras])
+    pixels += rng.normal(0, 0.5, pixels.shape)
+    return SeenPoints(
+        "clicks.csv",
+        tuple(camera.name for camera in cameras),
+        pixels,
+        tuple(STANDING) * frames,
+        tuple(np.repeat(np.arange(frames), len(STANDING)).tolist()),
+    )
+
+
+def evidence(cameras) -> Evidence:
+    return Evidence((seen_person(cameras),))
+
+
+WRITTEN = {
+    "world-to-camera": lambda one: (one.rotation, one.translation),
+    "transposed": lambda one: (one.rotation.T, one.translation),
+    "camera-to-world": lambda one: (one.inverse().rotation, one.inverse().translation),
+    "centre": lambda one: (one.rotation, one.inverse().translation),
+}
+"""What a file holds that was written by a convention."""
+
+
+def foreign(cameras, convention="world-to-camera", metres=1.0, **keywords) -> ForeignCalibration:
+    """A file of these cameras, whose unit is so many metres."""
+    written = []
+    for camera in cameras:
+        rotation, translation = WRITTEN[convention](camera.camera_from_world)
+        size = camera.width, camera.height
+        written.append(
+            ForeignCamera(
+                camera.name, size, camera.matrix, camera.distortions, camera.fisheye,
+                rotation, translation / metres,
+            )
+        )  # fmt: skip
+    return ForeignCalibration("test", "file", tuple(written), **keywords)
+
+
+def assert_same(read, cameras, *, tolerance=1e-9) -> None:
+    """The same cameras in the same order."""
+    assert [one.name for one in read] == [one.name for one in cameras]
+    for one, camera in zip(read, cameras, strict=True):
+        assert (one.width, one.height, one.fisheye) == (
+            camera.width, camera.height, camera.fisheye,
+        )  # fmt: skip
+        np.testing.assert_allclose(one.matrix, camera.matrix, atol=tolerance)
+        np.testing.assert_allclose(one.distortions, camera.distortions, atol=tolerance)
+        ours, theirs = one.camera_from_world, camera.camera_from_world
+        np.testing.assert_allclose(ours.rotation, theirs.rotation, atol=tolerance)
+        np.testing.assert_allclose(ours.translation, theirs.translation, atol=tolerance)

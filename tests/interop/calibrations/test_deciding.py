@@ -1,0 +1,160 @@
+"""What is open in a stranger's calibration is found out from the data, or asked for."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from stereotrack_core.errors import InputError
+from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.geometry.rotation import rotation_from_vector
+from stereotrack_core.geometry.transform import RigidTransform
+from stereotrack_core.interop.calibrations.deciding import Undecided, completed, decide
+from stereotrack_core.interop.calibrations.evidence import Evidence
+from stereotrack_core.interop.calibrations.foreign import ForeignCalibration, ForeignCamera
+from stereotrack_core.interop.calibrations.readings import CONVENTIONS
+from tests.interop.calibrations.rigs import assert_same, evidence, foreign, looking_at, rig
+
+UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254}
+
+
+@pytest.mark.parametrize("convention", CONVENTIONS)
+@pytest.mark.parametrize("unit", UNITS)
+def test_convention_and_unit_are_found_by_a_person_who_was_clicked(convention, unit):
+    cameras = rig()
+    decided = decide(foreign(cameras, convention, UNITS[unit]), evidence(cameras))
+    assert (decided.convention, decided.unit) == (convention, unit)
+    assert_same(decided.cameras.values(), cameras)
+    assert "fits 54 points of clicks.csv" in decided.reasons[0]
+    assert "the only possible one (shoulder width 0.36 m" in decided.reasons[1]
+    errors = {row[0]: row[2] for row in decided.tables[0].rows}
+    assert float(errors[convention].split()[0]) < 1.0
+    assert sum(row[-1] == "yes" for row in decided.tables[0].rows) == 1
+
+
+def test_without_data_the_documented_convention_is_kept():
+    cameras = rig()
+    decided = decide(foreign(cameras, unit="m"), Evidence())
+    assert decided.convention == "world-to-camera"
+    assert_same(decided.cameras.values(), cameras)
+
+
+def test_without_data_cameras_that_look_apart_are_asked_about():
+    with pytest.raises(
+        Undecided, match=r"places of the cameras contradict .* these fit: camera-to-world"
+    ) as refusal:
+        decide(foreign(rig(), "camera-to-world", unit="m"), Evidence())
+    assert "--convention" in refusal.value.remedy
+    assert [row[0] for row in refusal.value.table.rows] == list(CONVENTIONS)
+    cameras = rig()
+    chosen = decide(
+        foreign(cameras, "camera-to-world"), Evidence(), convention="camera-to-world", unit="m"
+    )
+    assert_same(chosen.cameras.values(), cameras)
+
+
+def test_cameras_whose_names_were_exchanged_are_doubted():
+    cameras = rig()
+    exchanged = [
+        replace(one, camera_from_world=other.camera_from_world)
+        for one, other in zip(cameras, cameras[1:] + cameras[:1], strict=True)
+    ]
+    decided = decide(foreign(exchanged, unit="m"), evidence(cameras))
+    assert "check that every camera has its own name" in decided.notes[0]
+    assert decide(foreign(cameras, unit="m"), evidence(cameras)).notes == ()
+
+
+def test_points_that_fit_nothing_are_refused():
+    cameras = rig()
+    turned = []
+    for one, away in zip(cameras, ((0, 2.5, 0), (2, 0, 0), (0, -2, 0.4)), strict=True):
+        rotation = rotation_from_vector(np.array(away)) @ one.camera_from_world.rotation
+        place = RigidTransform(rotation, -rotation @ one.position_world)
+        turned.append(replace(one, camera_from_world=place))
+    with pytest.raises(Undecided, match="no way to read rotations and translations fits the"):
+        decide(foreign(turned, unit="m"), evidence(cameras))
+    with pytest.raises(Undecided, match="look at no common place"):
+        decide(foreign(turned, unit="m"), Evidence())
+
+
+@pytest.mark.parametrize(("unit", "metres"), [("mm", 0.001), ("m", 1.0)])
+def test_the_distance_of_the_cameras_tells_the_unit(unit, metres):
+    cameras = rig()
+    decided = decide(foreign(cameras, metres=metres), Evidence())
+    assert decided.unit == unit
+    assert "the only possible one (distance of the cameras" in decided.reasons[1]
+    assert_same(decided.cameras.values(), cameras)
+
+
+def test_centimetres_and_inches_are_asked_about():
+    with pytest.raises(Undecided, match="the unit of length is not stated") as refusal:
+        decide(foreign(rig(), metres=0.01), Evidence())
+    assert refusal.value.remedy == "Give it with --units cm|in."
+    assert decide(foreign(rig(), metres=0.01), Evidence(), unit="cm").unit == "cm"
+
+
+def test_the_board_in_the_file_tells_the_unit():
+    assert decide(foreign(rig(), metres=0.01, square=5.4), Evidence(), unit=None).unit == "cm"
+
+
+def test_a_unit_that_a_format_usually_has_gives_way_and_says_so():
+    decided = decide(foreign(rig(), metres=0.001, unit="m"), Evidence())
+    assert decided.unit == "mm"
+    assert "test usually writes m" in decided.reasons[1]
+
+
+def test_a_unit_that_is_stated_is_never_replaced():
+    with pytest.raises(Undecided, match="not possible in m"):
+        decide(foreign(rig(), metres=0.001, unit="m", stated=True), Evidence())
+
+
+def stereo_pair():
+    """A pair whose second camera is turned and moved, the first one being the world."""
+    matrix = np.array([[500.0, 0, 320], [0, 500, 240], [0, 0, 1]])
+    turned = looking_at((0.0, 0.0, 0.0), (0.05, 1.0, 0.02)).rotation
+    turned = turned @ looking_at((0.0, 0.0, 0.0), (0.0, 1.0, 0.0)).rotation.T
+    right = RigidTransform(turned, np.array([-0.12, 0.002, 0.001]))
+    places = {"left": RigidTransform.identity(), "right": right}
+    return [
+        Camera(name, 640, 480, matrix, np.zeros(5), False, place) for name, place in places.items()
+    ]
+
+
+def test_a_stereo_pair_in_the_frame_of_its_left_camera():
+    pair = stereo_pair()
+    decided = decide(foreign(pair, metres=0.001), Evidence(pairs=(("left", "right"),)))
+    assert decided.unit == "mm"
+    assert_same(decided.cameras.values(), pair)
+    assert "the world is the frame of camera left" in decided.notes[0]
+    assert "stereotrack calibrate align" in decided.notes[0]
+
+
+def test_a_pair_whose_sides_are_known_refuses_the_inverse():
+    with pytest.raises(Undecided, match=r"contradict .* camera-to-world or centre"):
+        decide(
+            foreign(stereo_pair(), "camera-to-world", unit="m"),
+            Evidence(pairs=(("left", "right"),)),
+        )
+
+
+def test_a_camera_without_a_place_stands_at_the_origin():
+    one = foreign(rig()[:1]).cameras[0]
+    bare = ForeignCamera(one.name, one.size, one.matrix, one.distortions)
+    decided = decide(ForeignCalibration("test", "file", (bare,)), Evidence())
+    assert np.array_equal(decided.cameras["A"].position_world, np.zeros(3))
+    assert "does not say where the cameras are" in decided.notes[0]
+
+
+def test_names_and_sizes_come_from_the_person():
+    found = foreign(rig())
+    bare = ForeignCalibration(
+        "test", "file",
+        tuple(ForeignCamera("", None, c.matrix, c.distortions, False, c.rotation, c.translation)
+              for c in found.cameras),
+    )  # fmt: skip
+    with pytest.raises(InputError, match="does not state the image size of cam_0"):
+        completed(bare)
+    with pytest.raises(InputError, match="the file has 3 cameras"):
+        completed(bare, names=["A", "B"], size=(640, 480))
+    done = completed(bare, names=["A", "B", "C"], size=(640, 480))
+    assert_same(decide(done, Evidence(), unit="m").cameras.values(), rig())

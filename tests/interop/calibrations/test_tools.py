@@ -1,0 +1,228 @@
+"""Files of other tools as these lay them out."""
+
+import json
+
+import cv2
+import numpy as np
+import pytest
+from scipy.io import loadmat, savemat
+
+from stereotrack_core.errors import InputError
+from stereotrack_core.geometry.rotation import vector_from_rotation
+from stereotrack_core.geometry.transform import RigidTransform
+from stereotrack_core.interop.calibrations.formats import read_foreign
+from stereotrack_core.interop.calibrations.mat_file import variables_of
+from tests.interop.calibrations.layouts import (
+    KALIBR,
+    RIG,
+    imported,
+    matlab,
+    opencv,
+    pair,
+    qualisys,
+    ros,
+    written,
+)
+from tests.interop.calibrations.rigs import assert_same
+
+
+@pytest.mark.parametrize(
+    ("first", "second"),
+    [("M1 D1", "M2 D2"), ("cameraMatrix1 distCoeffs1", "cameraMatrix2 distCoeffs2"),
+     ("left_camera_matrix left_distortion", "right_camera_matrix right_distortion"),
+     ("K_L D_L", "K_R D_R")],
+)  # fmt: skip
+def test_a_stereo_pair_of_opencv_in_two_files(tmp_path, first, second):
+    left, right, right_from_left = pair()
+    lenses = dict(zip(first.split(), (left.matrix, left.distortions), strict=True))
+    lenses |= dict(zip(second.split(), (right.matrix, right.distortions), strict=True))
+    inside = written(
+        tmp_path / "intrinsics.yml", opencv(image_width=640, image_height=480, **lenses)
+    )
+    outside = opencv(R=right_from_left.rotation, T=right_from_left.translation, R1=np.eye(3))
+    paths = inside, written(tmp_path / "extrinsics.yml", outside)
+    found = read_foreign(paths)
+    assert [one.name for one in found.cameras] == ["left", "right"]
+    np.testing.assert_allclose(found.cameras[0].matrix, left.matrix)
+    np.testing.assert_allclose(found.cameras[1].distortions, right.distortions)
+    np.testing.assert_allclose(found.cameras[1].rotation, right_from_left.rotation, atol=1e-12)
+    np.testing.assert_allclose(found.cameras[1].translation, right_from_left.translation)
+    with pytest.raises(InputError, match="no R and T between them"):
+        read_foreign(paths[:1])
+
+
+def test_a_single_camera_of_opencv(tmp_path):
+    lens = {"Camera_Matrix": RIG[0].matrix, "Distortion_Coefficients": RIG[0].distortions}
+    path = written(tmp_path / "front.yml", opencv(image_Width=640, image_Height=480, **lens))
+    (camera,) = imported(path)
+    assert camera.name == "front"
+    np.testing.assert_allclose(camera.matrix, RIG[0].matrix)
+    assert np.array_equal(camera.position_world, np.zeros(3))
+    bare = written(tmp_path / "bare.yml", opencv(**lens))
+    with pytest.raises(InputError, match="does not state the image size of bare"):
+        imported(bare)
+    assert imported(bare, size=(640, 480))[0].width == 640
+
+
+def test_opencv_as_json(tmp_path):
+    storage = cv2.FileStorage(str(tmp_path / "pair.json"), cv2.FILE_STORAGE_WRITE)
+    left, right, right_from_left = pair()
+    storage.write("image_size", np.array([[640, 480]]))
+    for number, camera in ((1, left), (2, right)):
+        storage.write(f"cameraMatrix{number}", camera.matrix)
+        storage.write(f"distCoeffs{number}", camera.distortions)
+    storage.write("R", right_from_left.rotation)
+    storage.write("T", right_from_left.translation)
+    storage.release()
+    found = read_foreign([tmp_path / "pair.json"])
+    assert found.cameras[0].size == (640, 480)
+    np.testing.assert_allclose(found.cameras[1].matrix, right.matrix)
+    np.testing.assert_allclose(found.cameras[1].translation, right_from_left.translation)
+
+
+def test_jarvis_with_everything_transposed(tmp_path):
+    paths = [
+        written(
+            tmp_path / f"{camera.name}.yaml",
+            opencv(
+                intrinsicMatrix=camera.matrix.T, distortionCoefficients=camera.distortions,
+                R=camera.camera_from_world.rotation.T,
+                T=1000 * camera.camera_from_world.translation,
+            ),
+        )
+        for camera in RIG
+    ]  # fmt: skip
+    assert_same(imported(*paths, size=(640, 480)), RIG)
+
+
+def test_easymocap_in_two_files(tmp_path):
+    names = 'names:\n   - "A"\n   - "B"\n   - "C"\n'
+    lenses = {f"K_{c.name}": c.matrix for c in RIG} | {f"dist_{c.name}": c.distortions for c in RIG}
+    places = {}
+    for camera in RIG:
+        place = camera.camera_from_world
+        places[f"R_{camera.name}"] = vector_from_rotation(place.rotation)[:, None]
+        places[f"Rot_{camera.name}"] = place.rotation
+        places[f"T_{camera.name}"] = place.translation[:, None]
+    paths = [
+        written(tmp_path / "intri.yml", opencv(**lenses) + names),
+        written(tmp_path / "extri.yml", opencv(**places) + names),
+    ]
+    assert_same(imported(*paths, size=(640, 480)), RIG)
+
+
+def test_a_chain_of_kalibr(tmp_path):
+    found = read_foreign([written(tmp_path / "camchain.yaml", KALIBR)])
+    assert (found.format, found.unit) == ("Kalibr", "m")
+    first, second, third = found.cameras
+    assert (first.fisheye, second.fisheye) == (False, True)
+    assert second.distortions.tolist() == [0.27, 0.7, -1.7, 1.9]
+    assert np.array_equal(first.rotation, np.eye(3))
+    one = RigidTransform(second.rotation, second.translation)
+    step = RigidTransform(np.array([[0, 0, 1.0], [0, 1, 0], [-1, 0, 0]]), np.array([-1.5, 0, 1.5]))
+    both = step @ one
+    np.testing.assert_allclose(third.rotation, both.rotation, atol=1e-9)
+    np.testing.assert_allclose(third.translation, both.translation, atol=1e-9)
+
+
+def test_a_model_that_opencv_does_not_have(tmp_path):
+    path = written(tmp_path / "camchain.yaml", KALIBR.replace("pinhole", "omni", 1))
+    with pytest.raises(InputError, match=r"cam0.*omni-radtan cannot be read"):
+        read_foreign([path])
+
+
+def test_a_stereo_pair_of_ros(tmp_path):
+    """Its rectification and projections are OpenCV's own."""
+    left, right = RIG[0], RIG[1]
+    turned = cv2.Rodrigues(np.array([0.01, -0.03, 0.02]))[0]
+    offset = np.array([-0.12, 0.002, 0.004])
+    lenses = (left.matrix, left.distortions, right.matrix, right.distortions)
+    r1, r2, p1, p2, *_ = cv2.stereoRectify(*lenses, (640, 480), turned, offset[:, None])
+    paths = [
+        written(tmp_path / f"{name}.yaml", ros(name, camera, r, p))
+        for name, camera, r, p in (("l", left, r1, p1), ("r", right, r2, p2))
+    ]
+    one, other = imported(*paths)
+    assert (one.name, other.name) == ("l", "r")
+    both = other.camera_from_world @ one.world_from_camera
+    np.testing.assert_allclose(both.rotation, turned, atol=1e-9)
+    np.testing.assert_allclose(both.translation, offset, atol=1e-9)
+
+
+def test_a_message_of_ros(tmp_path):
+    text = (
+        "header:\n  frame_id: front\nheight: 480\nwidth: 640\ndistortion_model: plumb_bob\n"
+        "d:\n- -0.2\n- 0.05\n- 0.001\n- -0.0005\n- 0.0\n"
+        f"k: {RIG[0].matrix.ravel().tolist()}\nr: [1, 0, 0, 0, 1, 0, 0, 0, 1]\n"
+        "p: [600, 0, 320, 0, 0, 600, 240, 0, 0, 0, 1, 0]\nbinning_x: 0\n---\n"
+    )
+    (camera,) = imported(written(tmp_path / "echo.yaml", text))
+    assert camera.name == "front"
+    np.testing.assert_allclose(camera.matrix, RIG[0].matrix)
+
+
+def test_qualisys(tmp_path):
+    path = written(tmp_path / "Calib.qca.txt", "<?xml version='1.0'?>\n" + qualisys(RIG))
+    found = read_foreign([path])
+    assert (found.format, found.unit) == ("Qualisys", "mm")
+    assert_same(imported(path), RIG)
+
+
+@pytest.mark.parametrize("new", [False, True])
+def test_matlab_as_json_and_as_mat(tmp_path, new):
+    parameters, expected = matlab(new=new)
+    text = json.dumps(parameters, default=lambda array: array.tolist())
+    assert_same(imported(written(tmp_path / "stereo.json", text)), expected, tolerance=1e-8)
+    savemat(tmp_path / "stereo.mat", {"s": parameters, "other": np.zeros(3)})
+    assert_same(imported(tmp_path / "stereo.mat"), expected, tolerance=1e-8)
+    assert read_foreign([tmp_path / "stereo.mat"]).unit == "mm"
+
+
+@pytest.mark.parametrize("compressed", [False, True])
+def test_mat_files_hold_what_scipy_finds_in_them(tmp_path, compressed):
+    rng = np.random.default_rng(1)
+    cell = np.empty((1, 2), dtype=object)
+    cell[0] = "left", rng.normal(size=(2, 3))
+    values = {
+        "matrix": rng.normal(size=(3, 4)),
+        "whole": np.arange(6, dtype=np.int16),
+        "text": "millimeters",
+        "number": 2.5,
+        "cell": cell,
+        "nested": {"a": {"b": np.eye(3), "words": "x"}},
+        "rows": np.array([[{"k": 1.0}, {"k": 2.0}]]),
+        "large": np.zeros((200, 200)),
+    }
+    savemat(tmp_path / "v.mat", values, do_compression=compressed)
+    ours = variables_of((tmp_path / "v.mat").read_bytes())
+    theirs = loadmat(tmp_path / "v.mat", simplify_cells=True)
+    assert ours.keys() == {name for name in theirs if not name.startswith("__")}
+    for name in ("matrix", "whole", "number"):
+        np.testing.assert_array_equal(ours[name], theirs[name])
+    assert ours["text"] == theirs["text"]
+    assert ours["cell"][0] == "left"
+    np.testing.assert_array_equal(ours["cell"][1], theirs["cell"][1])
+    np.testing.assert_array_equal(ours["nested"]["a"]["b"], theirs["nested"]["a"]["b"])
+    assert ours["nested"]["a"]["words"] == "x"
+    assert ours["rows"][1]["k"] == 2.0
+    assert ours["large"] is None
+
+
+def test_a_mat_file_of_version_7_3_says_how_to_save_it(tmp_path):
+    (tmp_path / "new.mat").write_bytes(b"MATLAB 7.3 MAT-file" + bytes(600))
+    with pytest.raises(InputError, match=r"version 7\.3") as refusal:
+        read_foreign([tmp_path / "new.mat"])
+    assert "-v7" in refusal.value.remedy
+
+
+def test_one_camera_of_matlab(tmp_path):
+    one = {
+        "FocalLength": [600.0, 603.0],
+        "PrincipalPoint": [322.5, 239.25],
+        "RadialDistortion": [-0.2, 0.05],
+        "TangentialDistortion": [0, 0],
+        "ImageSize": [],
+    }
+    path = written(tmp_path / "cam.json", json.dumps({"cameraParams": one}))
+    (camera,) = imported(path, size=(640, 480))
+    np.testing.assert_allclose(camera.matrix[:2, 2], [321.5, 238.25])
