@@ -232,7 +232,7 @@ def test_undo_names_the_edit_and_goes_to_its_frame(window, qtbot, folder):
     clicked(window, frame=2)
     clicked(window, frame=6, landmark="left_hand")
     qtbot.waitUntil(lambda: book.action("undo").isEnabled(), timeout=5_000)
-    assert book.action("undo").text() == "Undo: place left hand in N_right, frame 6"
+    assert book.action("undo").text() == "Undo Place left hand in N_right, frame 6"
     window.context.session.document.go_to(1)
     window.activateWindow()
     QTest.keyClick(window, Qt.Key.Key_Z, Qt.KeyboardModifier.ControlModifier)

@@ -210,16 +210,17 @@ def test_undo_after_a_change_leaves_a_run_that_was_kept(tuning, qtbot):
     typed(tuning, "sigma_joint", "25")
     tuning.context.actions.refresh()
     undo = tuning.context.actions.action("undo")
-    assert not undo.isEnabled(), undo.text()
+    assert undo.text() == "Undo Set sigma_joint to 25"
     undo.trigger()
-    tuning.context.session.project.undo()
+    assert not undo.isEnabled()
+    tuning.context.session.edits.undo()
     assert run in tuning.context.session.runs.entries
     assert tuning.context.session.project.project.runs.names() == ("quick",)
-    assert tuning.context.session.track.settings.tracking.sigma_joint == 25.0
+    assert tuning.context.session.track.settings.tracking.sigma_joint == 15.0
     tuning.features.track.with_active(tuning.features.track.keeper.remove)
     assert run not in tuning.context.session.runs.entries
     tuning.context.actions.refresh()
-    assert undo.text() == "Undo: delete run quick"
+    assert undo.text() == "Undo Delete run quick"
     undo.trigger()
     qtbot.waitUntil(tuning.context.tasks.settled, timeout=60_000)
     assert tuning.context.session.project.project.runs.names() == ("quick",)
