@@ -161,8 +161,7 @@ class EditStack(QObject):
 
     def close_last(self) -> None:
         """Let a later change of what was changed last be an edit of its own."""
-        if self._made:
-            self._made[-1] = replace(self._made[-1], closed=True)
+        self._close(len(self._made) - 1)
 
     def withdraw(self, edit: WindowEdit) -> None:
         """Forget an edit whose effect the program has ended."""
@@ -170,6 +169,7 @@ class EditStack(QObject):
         if place is not None:
             del self._made[place]
             self._done -= place < self._done
+            self._close(place - 1)
             self._tell()
 
     @Slot()
@@ -218,6 +218,10 @@ class EditStack(QObject):
         self._tell()
 
     # ---- inside
+
+    def _close(self, place: int) -> None:
+        if place >= 0:
+            self._made[place] = replace(self._made[place], closed=True)
 
     def _at_hand(self, *, back: bool) -> tuple[_Made | None, Entry | None]:
         """What is undone (or redone) next: of the window, of the project, or both as one."""

@@ -12,6 +12,7 @@ from PySide6.QtCore import QObject, QSettings, QTimer, Signal, Slot
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.edit import Edit
 from stereotrack_core.project.history import Changed
+from stereotrack_core.project.opening import user
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.schema import CHOICE, DESCRIPTION
 
@@ -92,8 +93,8 @@ class ProjectPresenter(QObject):
     def set_annotator(self, name: str) -> None:
         """Sign edits with another name, now and in future."""
         self._settings.setValue(_ANNOTATOR, name.strip())
-        if self.project is not None and name.strip():
-            self.project.who = name.strip()
+        if self.project is not None:
+            self.project.who = name.strip() or user()
         self.opened.emit()
 
     def set_home(self, folder: Path | None) -> None:

@@ -81,4 +81,6 @@ def register(context: Context) -> FileController:
     """Offer files and edits."""
     files = FileController(context)
     context.actions.add(commands(context.session, files, ProjectController(context)))
+    # keys that follow an edit at once find them ready
+    context.session.edits.changed.connect(lambda: context.actions.refresh("&Edit"))
     return files

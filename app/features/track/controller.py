@@ -125,8 +125,8 @@ class RunsController(QObject):
 
     def judge_against(self, against: Against) -> None:
         """Measure errors of runs against another reference; an edit."""
-        before = self._session.judging.wanted
-        if against != before:
+        before, truth = self._session.judging.wanted, self._session.judging.truth
+        if truth is None or truth.against != against:
             words = f"measure errors against the {against}'s reference"
             self._session.edits.do(WindowEdit(words, self._put_against, before, against))
 

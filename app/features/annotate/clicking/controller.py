@@ -201,8 +201,7 @@ class ClickController(QObject):
         if told is None or told.frame_set.index != self._session.document.frame:
             return  # another frame is on its way
         # keys that follow a click at once find their commands ready
-        for menu in ("&Annotate", "&Edit"):
-            self._context.actions.refresh(menu)
+        self._context.actions.refresh("&Annotate")
 
     @Slot(object)
     def _on_dismissed(self, message: Message) -> None:
