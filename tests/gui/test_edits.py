@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
 
 from app.session.edits import EditStack, WindowEdit
 from app.widgets.tables.history_panel import HistoryModel
 from stereotrack_core.annotation.click import Click, ClickKey
-from stereotrack_core.project.clicks import MoveClicks, place
+from stereotrack_core.annotation.landmark_set import NINE
+from stereotrack_core.project.clicks import MoveClicks, PlaceClicks, place
 from stereotrack_core.project.database import ProjectDamaged
 from stereotrack_core.project.entries import SaveEntry
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.schema import RUN
+from tests.gui.hands import CTRL, SHIFT, key, truth
 
 
 class Stage:
@@ -259,3 +263,33 @@ def test_nudges_with_something_between_are_two_edits(annotating):
         *("move", "set", "move", "place")
     ]
     assert MoveClicks.kind == edits.entries()[0].kind
+
+
+def test_a_swap_that_was_dismissed_is_offered_again_by_undo(four, qtbot):
+    names, mixed = four.context.docks.views.tiles, {"left_elbow", "right_elbow"}
+    clicks = []
+    for view in names:
+        camera = four.context.session.document.recording.view(view).image.camera
+        for landmark in NINE.names:
+            (other,) = mixed - {landmark} if landmark in mixed else {landmark}
+            seen = truth(four, other if view == "S" else landmark, view)
+            clicks.append(Click(0, camera, landmark, seen))
+    four.context.session.project.apply(PlaceClicks(tuple(clicks)))
+    qtbot.waitUntil(lambda: "swapped" in four.messages.text())
+    qtbot.waitUntil(four.context.tasks.settled)
+    (said,) = (one for one in four.messages._messages if "swapped" in one.what)
+    while said in four.messages._messages:  # others may lie above it
+        QTest.mouseClick(four.messages.close_button, Qt.MouseButton.LeftButton)
+    edits = four.context.session.edits
+    assert edits.to_undo().words == "dismiss swap of left elbow and right elbow, frame 0"
+    four.context.session.document.visit(1)
+    four.context.session.document.visit(0)
+    qtbot.waitUntil(four.context.tasks.settled)
+    assert said.what not in [one.what for one in four.messages._messages], "it was dismissed"
+    four.context.session.document.visit(1)
+    key(four, Qt.Key.Key_Z, CTRL)
+    assert four.context.session.document.frame == 0
+    qtbot.waitUntil(lambda: said.what in [one.what for one in four.messages._messages])
+    key(four, Qt.Key.Key_Z, CTRL | SHIFT)
+    assert said.what not in [one.what for one in four.messages._messages]
+    qtbot.waitUntil(four.context.tasks.settled)

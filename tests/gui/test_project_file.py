@@ -147,6 +147,12 @@ def test_two_windows_on_one_project(window, qtbot, folder, tmp_path, settings):
     assert other.context.session.project.in_use
     assert not other.context.actions.action("undo").isEnabled()
     assert "another program" in other.context.actions.command("undo").why_not()
+    other.context.session.tracker.choose_first_pose("tpose")
+    other.activateWindow()
+    assert other.context.actions.action("undo").text() == "Undo Set initial pose to T pose"
+    QTest.keyClick(other, Qt.Key.Key_Z, Qt.KeyboardModifier.ControlModifier)
+    assert other.context.session.tracker.first_pose == "auto", "what is not stored is undone"
+    assert not other.context.actions.action("undo").isEnabled()
     clicked(other, landmark="left_hand")
     assert {c.landmark for c in window.context.session.project.project.clicks.at(0)} == {"head"}
     assert {c.landmark for c in other.context.session.project.project.clicks.at(0)} == {"head"}, (

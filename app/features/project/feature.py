@@ -27,7 +27,8 @@ def _files(session: Session, files: FileController, projects: ProjectController)
                 "with known ground truth (only the first time), and track them.",
                 files.begin_demo, icon="run-tracker", why_not=lambda: (
                     "The demo is already being created." if files.making_demo else "")),
-        command("close", "Close the recording", "Close the recording and show the welcome page.",
+        command("close", "Close the recording", "Close the recording and show the welcome page. "
+                "Trials are discarded, and changes of parameters can no longer be undone.",
                 files.close_recording, "Ctrl+W", why_not=session.no_recording),
         project("copy_project", "Save a copy …", "Write the project in its present state to "
                 "another file. The project itself is always saved.", projects.ask_for_copy,

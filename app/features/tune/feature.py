@@ -92,11 +92,13 @@ def _commands(session: Session, tuning: TuneController) -> list[Command]:
             lambda: no_trial() or session.no_edit(),
         ),
         Command(
-            "trial_dismiss", _MENU, "Discard trial", "Discard the selected trial.",
+            "trial_dismiss", _MENU, "Discard trial",
+            "Discard the selected trial. You can undo this.",
             partial(chosen, tuning.trials.discard), "Alt+Del", "delete", no_trial, section=True,
         ),
         Command(
-            "trial_dismiss_all", _MENU, "Discard all trials", "Discard all trials.",
+            "trial_dismiss_all", _MENU, "Discard all trials",
+            "Discard all trials. You can undo this.",
             tuning.trials.discard_all, "Alt+Shift+Del", "delete", no_trial,
         ),
         Command(
