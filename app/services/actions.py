@@ -156,7 +156,7 @@ class ActionRegistry(QObject):
         self._actions: dict[str, QAction] = {}
         self._keys: dict[str, QKeySequence] = {}
         self._key_words: dict[str, str] = {}
-        self._said: dict[str, tuple[str, str]] = {}
+        self._said: dict[str, tuple[str, str, str]] = {}
         self._typing = _Typing(self)
         app = QApplication.instance()
         if isinstance(app, QApplication):
@@ -199,11 +199,12 @@ class ActionRegistry(QObject):
                 continue
             action = self._actions[name]
             why_not = command.why_not()
-            if command.says is not None:
-                action.setText(command.says().replace("&", "&&"))
+            named = command.says() if command.says is not None else ""
+            if named:
+                action.setText(named.replace("&", "&&"))
             if command.checked is not None:
                 action.setChecked(command.checked())
-            said = (why_not, self.key_words(name))
+            said = (named, why_not, self.key_words(name))
             # What has not changed is not said again: it takes time.
             if self._said.get(name) != said:
                 self._said[name] = said
@@ -283,14 +284,15 @@ class ActionRegistry(QObject):
         self._window.addAction(action)
         return action
 
-    def _say(self, command: Command, action: QAction, why_not: str, keys: str) -> None:
+    def _say(self, command: Command, action: QAction, named: str, why_not: str, keys: str) -> None:
         action.setEnabled(not why_not)
         if command.goes_first:
             self._share_keys(command)
         words = f"{command.tip} Unavailable: {why_not}" if why_not else command.tip
         action.setStatusTip(words)
         action.setWhatsThis(words)
-        action.setToolTip(f"{words}  [{keys}]" if keys else words)
+        tip = f"{named}. {words}" if named not in {"", command.text} else words
+        action.setToolTip(f"{tip}  [{keys}]" if keys else tip)
 
     def _give_keys(self, command: Command, keys: QKeySequence) -> None:
         words = keys.toString(QKeySequence.SequenceFormat.NativeText)

@@ -85,6 +85,9 @@ class TrackControl(QObject):
     def take(self, chosen: Chosen, words: str = "", *, joined: bool = False) -> None:
         """Use other settings, perhaps of another preset; `words` say what that is."""
         before = self._track.chosen
+        if chosen == before and not joined:  # nothing is another, but it is asked for again
+            self._track.take(chosen)
+            return
         names = changed_names(before.settings, chosen.settings)
         alone = len(names) == 1 and not words
         self._edits.do(

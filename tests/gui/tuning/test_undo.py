@@ -57,6 +57,8 @@ def test_keys_undo_clicks_and_parameters_in_their_order_and_go_where_they_are_se
     clicked(still, 5)
     typed(still, "sigma_joint", "30")
     assert named(still) == ("Undo Set sigma_joint to 30", "Redo")
+    tip = still.context.actions.action("undo").toolTip()
+    assert tip.startswith("Undo Set sigma_joint to 30. ")
     field = still.features.tune.parameters.line("sigma_joint").editor
     assert QApplication.focusWidget() is field, "what was typed was taken: undo is not the field's"
     press()
