@@ -104,7 +104,7 @@ class EditStack(QObject):
         if project is not None and self._made:
             newest = project.history.newest()
             self._made = [replace(made, number=newest, joined=False) for made in self._made]
-            project.drop_redo()
+            self._drop_stored_redo()
         self._tell()
 
     @Slot()
@@ -147,7 +147,8 @@ class EditStack(QObject):
     def do(self, edit: WindowEdit, *, joined: bool = False) -> None:
         """Make an edit of the window; where it is joined it is a part of the last stored edit."""
         edit.put(edit.after)
-        self._drop_redo()
+        del self._made[self._done :]
+        self._drop_stored_redo()
         last = self._made[-1] if self._made else None
         if last is not None and not joined and self._continues(last, edit):
             self._made.pop()
@@ -256,8 +257,7 @@ class EditStack(QObject):
         last = self._project.history.to_undo() if joined else None
         return last.number if last is not None else self._project.history.newest()
 
-    def _drop_redo(self) -> None:
-        del self._made[self._done :]
+    def _drop_stored_redo(self) -> None:
         if self._project is not None:
             try:
                 self._project.drop_redo()
