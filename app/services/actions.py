@@ -9,8 +9,10 @@ from typing import Any
 from PySide6.QtCore import QEvent, QObject, QSettings, Qt, Signal, Slot
 from PySide6.QtGui import QAction, QKeyEvent, QKeySequence
 from PySide6.QtWidgets import (
+    QAbstractItemView,
     QAbstractSpinBox,
     QApplication,
+    QComboBox,
     QLineEdit,
     QMenu,
     QMenuBar,
@@ -54,7 +56,7 @@ class Command:
     section: bool = False
     """Whether a separator stands before it in the menu."""
     says: Callable[[], str] | None = None
-    """What it is called now, where that changes: ``Undo: place left elbow``."""
+    """What it is called now, where that changes: ``Undo Place left elbow``."""
     goes_first: bool = False
     """Whether it takes its keys from another command of the same keys, while it can be done."""
 
@@ -93,6 +95,7 @@ class Menu:
         return Command(name, self.title, text, tip, run, **named)
 
 
+_UNDO_REDO = (QKeySequence.StandardKey.Undo, QKeySequence.StandardKey.Redo)
 _TEXT_FIELDS = (QLineEdit, QAbstractSpinBox, QTextEdit, QPlainTextEdit)
 _WITH_KEYS = (
     Qt.KeyboardModifier.ControlModifier
@@ -101,11 +104,32 @@ _WITH_KEYS = (
 )
 
 
-class _Typing(QObject):
-    """Keys that are pressed in a text field are for the text, but for those with Ctrl or Alt."""
+def _is_edited(field: QObject) -> bool:
+    """Whether undo and redo are for the text: some was typed that no one has taken yet."""
+    if isinstance(field, QTextEdit | QPlainTextEdit):
+        document = field.document()
+        return document.isUndoAvailable() or document.isRedoAvailable()
+    line = field.lineEdit() if isinstance(field, QAbstractSpinBox | QComboBox) else field
+    if not isinstance(line, QLineEdit):
+        return False
+    around = line.parentWidget()
+    in_a_table = around is not None and isinstance(around.parentWidget(), QAbstractItemView)
+    return in_a_table or line.isUndoAvailable() or line.isRedoAvailable()
 
-    def eventFilter(self, _watched: QObject, event: QEvent) -> bool:
+
+class _Typing(QObject):
+    """Keys that are pressed in a text field are for the text, but for those with Ctrl or Alt.
+
+    Undo and redo are for the text where there is something of it to be undone.
+    """
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         if event.type() != QEvent.Type.ShortcutOverride or not isinstance(event, QKeyEvent):
+            return False
+        if any(event.matches(key) for key in _UNDO_REDO) and not _is_edited(watched):
+            event.ignore()  # a field would accept it, and do nothing
+            return True
+        if not isinstance(watched, _TEXT_FIELDS):
             return False
         command = bool(event.modifiers() & _WITH_KEYS)
         if command or Qt.Key.Key_F1 <= event.key() <= Qt.Key.Key_F35:
@@ -132,7 +156,7 @@ class ActionRegistry(QObject):
         self._actions: dict[str, QAction] = {}
         self._keys: dict[str, QKeySequence] = {}
         self._key_words: dict[str, str] = {}
-        self._said: dict[str, tuple[str, str]] = {}
+        self._said: dict[str, tuple[str, str, str]] = {}
         self._typing = _Typing(self)
         app = QApplication.instance()
         if isinstance(app, QApplication):
@@ -175,11 +199,12 @@ class ActionRegistry(QObject):
                 continue
             action = self._actions[name]
             why_not = command.why_not()
-            if command.says is not None:
-                action.setText(command.says())
+            named = command.says() if command.says is not None else ""
+            if named:
+                action.setText(named.replace("&", "&&"))
             if command.checked is not None:
                 action.setChecked(command.checked())
-            said = (why_not, self.key_words(name))
+            said = (named, why_not, self.key_words(name))
             # What has not changed is not said again: it takes time.
             if self._said.get(name) != said:
                 self._said[name] = said
@@ -194,7 +219,7 @@ class ActionRegistry(QObject):
 
     @Slot(QWidget, QWidget)
     def _on_focus(self, _old: QWidget | None, new: QWidget | None) -> None:
-        if isinstance(new, _TEXT_FIELDS):
+        if isinstance(new, (*_TEXT_FIELDS, QComboBox)):
             new.installEventFilter(self._typing)
 
     def set_shortcut(self, name: str, keys: str) -> None:
@@ -259,14 +284,15 @@ class ActionRegistry(QObject):
         self._window.addAction(action)
         return action
 
-    def _say(self, command: Command, action: QAction, why_not: str, keys: str) -> None:
+    def _say(self, command: Command, action: QAction, named: str, why_not: str, keys: str) -> None:
         action.setEnabled(not why_not)
         if command.goes_first:
             self._share_keys(command)
         words = f"{command.tip} Unavailable: {why_not}" if why_not else command.tip
         action.setStatusTip(words)
         action.setWhatsThis(words)
-        action.setToolTip(f"{words}  [{keys}]" if keys else words)
+        tip = f"{named}. {words}" if named not in {"", command.text} else words
+        action.setToolTip(f"{tip}  [{keys}]" if keys else tip)
 
     def _give_keys(self, command: Command, keys: QKeySequence) -> None:
         words = keys.toString(QKeySequence.SequenceFormat.NativeText)

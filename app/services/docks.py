@@ -157,6 +157,14 @@ class Docks(QObject):
             self.panel_toggled.emit()
         dock.raise_()
 
+    def show_workspace_for(self, panel: str, name: str) -> None:
+        """Show a workspace for a panel, unless that is here or belongs to the present one."""
+        space = self._workspaces.get(name)
+        if self._shown is None or self._shown.has(panel) or self.is_shown(panel):
+            return
+        if space is not None and not space.why_not():
+            self.show_workspace(name)
+
     def hide_all(self) -> None:
         """Hide all panels, while nothing is open."""
         for dock in self._docks.values():

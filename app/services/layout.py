@@ -47,6 +47,11 @@ class Workspace:
     why_not: Callable[[], str] = field(default=str, compare=False)
     """Why it has nothing to show now, as a sentence; empty where it has."""
 
+    def has(self, panel: str) -> bool:
+        """Whether a panel belongs to it."""
+        below = (name for names in self.bottom for name in _together(names))
+        return panel in {name for names in self.side for name in names} | {*below}
+
 
 def arrange(window: QMainWindow, docks: Mapping[str, QDockWidget], space: Workspace) -> Shares:
     """Put the panels where the workspace has them by default; what each shall have."""

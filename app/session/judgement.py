@@ -366,6 +366,11 @@ class JudgementPresenter(QObject):
             return self._project is not None
         return recording is not None and recording.reference is not None
 
+    @property
+    def wanted(self) -> Against | None:
+        """The reference that was asked for."""
+        return self._wanted
+
     def judge_against(self, wanted: Against | None) -> None:
         """Measure errors against the recording's or the project's reference, where it is there."""
         self._wanted = wanted

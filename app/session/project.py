@@ -12,6 +12,7 @@ from PySide6.QtCore import QObject, QSettings, QTimer, Signal, Slot
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.edit import Edit
 from stereotrack_core.project.history import Changed
+from stereotrack_core.project.opening import user
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.schema import CHOICE, DESCRIPTION
 
@@ -47,8 +48,6 @@ class ProjectPresenter(QObject):
     closed = Signal()
     changed = Signal(object)
     """An edit was made, taken back or made again."""
-    history_moved = Signal(object)
-    """The same, for undo and redo alone."""
     recording_missing = Signal(object)
     """The recording of this project file was not found; the person has to say where it is."""
     message = Signal(object)
@@ -63,7 +62,7 @@ class ProjectPresenter(QObject):
         self._waiting: OpenedProject | None = None
         self._task: Task | None = None
         self._opening: Task | None = None
-        self._problem = self._undo_words = self._redo_words = ""
+        self._problem = ""
         self._frame = 0
         self.makes = True
         self._edited.connect(self._on_edited)
@@ -96,8 +95,8 @@ class ProjectPresenter(QObject):
     def set_annotator(self, name: str) -> None:
         """Sign edits with another name, now and in future."""
         self._settings.setValue(_ANNOTATOR, name.strip())
-        if self.project is not None and name.strip():
-            self.project.who = name.strip()
+        if self.project is not None:
+            self.project.who = name.strip() or user()
         self.opened.emit()
 
     def set_home(self, folder: Path | None) -> None:
@@ -161,7 +160,7 @@ class ProjectPresenter(QObject):
         if self._opened is not None:
             self.closing.emit()
         opened, self._opened = self._opened, None
-        self._problem = self._undo_words = self._redo_words = ""
+        self._problem = ""
         if opened is not None:
             opened.project.close()
             self.closed.emit()
@@ -175,53 +174,21 @@ class ProjectPresenter(QObject):
 
     def apply(self, edit: Edit, *, continues: bool = False) -> Changed | None:
         """Make an edit; what stands against it is said in a message."""
-        return self._changing(lambda project: project.apply(edit, continues=continues))
-
-    def undo(self) -> None:
-        """Take the last edit back."""
-        self._tell_moved(self._changing(Project.undo))
-
-    def redo(self) -> None:
-        """Make the edit again that was taken back last."""
-        self._tell_moved(self._changing(Project.redo))
-
-    def to_undo(self) -> str:
-        """The edit that undo would take back, in words; empty where there is none."""
-        return self._undo_words
-
-    def to_redo(self) -> str:
-        """The edit that redo would make again, in words; empty where there is none."""
-        return self._redo_words
-
-    def _changing(self, change: Callable[[Project], Changed | None]) -> Changed | None:
         why_not = self.why_no_edit()
         if why_not or self.project is None:
             self.message.emit(Message("warning", "Editing is not possible now", remedy=why_not))
             return None
         try:
-            return change(self.project)
+            return self.project.apply(edit, continues=continues)
         except InputError as error:
             self.message.emit(message_of(error))
             return None
 
-    def _tell_moved(self, changed: Changed | None) -> None:
-        if changed is not None:
-            self.history_moved.emit(changed)
-
     @Slot(object)
     def _on_edited(self, changed: Changed) -> None:
-        self._read_history()
         self.changed.emit(changed)
         if changed.tables & {CHOICE.name, DESCRIPTION.name}:
             self._tell_if_corrections_differ()
-
-    def _read_history(self) -> None:
-        """Read once per edit what would otherwise be asked for with every refresh."""
-        history = self.project.history if self.project is not None else None
-        undo = history.to_undo() if history is not None else None
-        redo = history.to_redo() if history is not None else None
-        self._undo_words = undo.words if undo is not None else ""
-        self._redo_words = redo.words if redo is not None else ""
 
     # ---- following the document
 
@@ -286,7 +253,6 @@ class ProjectPresenter(QObject):
     def _take(self, opened: OpenedProject) -> None:
         self._opened = opened
         opened.project.on_change(self._edited.emit)  # on whichever thread the edit was made
-        self._read_history()
         self.opened.emit()
         self.followed.emit()
         # what was said about the recording before is cleared away first

@@ -15,6 +15,7 @@ from ..services.tasks.task import Processes, Task, TaskList
 from .camera_doubts import CameraDoubts
 from .clouds import CloudPresenter
 from .document import DocumentPresenter
+from .edits import EditStack
 from .instant import InstantPresenter
 from .judgement import JudgementPresenter
 from .opening import Opening
@@ -58,6 +59,11 @@ class Session(QObject):
         """Recording, frame and playback."""
         self.document.opened.connect(self._on_opened)  # before that of its project
         self.project = ProjectPresenter(self.document, tasks, settings, self)
+        self.edits = EditStack(self)
+        """Everything that a person did, to be undone and redone in one order."""
+        self.project.changed.connect(self.edits.follow)  # before whoever asks what it knows
+        self.project.opened.connect(self._on_project)
+        self.project.closed.connect(self._on_project)
         self.clouds = CloudPresenter(self)
         self.processes = processes or Processes()
         """Where work is done that lasts."""
@@ -76,19 +82,23 @@ class Session(QObject):
             self.document, self.clouds, self.runs, self.track, view_state, self
         )
         """Everything known about the frame that is shown."""
-        self.tracker = TrackControl(self.document, self.runs, self.track, view_state, self)
+        self.tracker = TrackControl(
+            self.document, self.runs, self.track, view_state, self.edits, self
+        )
         """What its commands mean in the state that the session is in."""
         self.clouds.set_parameters(self.track.settings.depth)
         self.document.closed.connect(self._on_closed)
         self.track.settings_changed.connect(self._on_settings)
         self.track.finished.connect(self.judging.judge)
-        for source in (self.document, self.project, self.clouds, self.track, self.judging):
+        parts = (self.document, self.project, self.edits, self.clouds, self.track, self.judging)
+        for source in parts:
             source.message.connect(self.message)
         document, project, runs = self.document, self.project, self.runs
         for changed in (
             document.frame_changed, document.playing_changed, document.count_changed,
             document.findings_changed, self.track.state_changed, runs.changed, runs.grew,
             runs.active_changed, project.opened, project.closed, project.changed,
+            self.edits.changed,
         ):  # fmt: skip
             changed.connect(self._tell_change)
         tasks.watch(self.settled)
@@ -188,6 +198,7 @@ class Session(QObject):
         self.leaving.emit()
         self.judging.close()
         self.runs.clear()
+        self.edits.clear()
         self.instant.clear()
         self._view_state.begin_anew()
         self.clouds.set_recording(None)
@@ -195,6 +206,10 @@ class Session(QObject):
         if self.processes.trials.pid is not None:
             Task("forgetting the clouds", lambda _: self.processes.trials(forget)).start()
         self.closed.emit()
+
+    @Slot()
+    def _on_project(self) -> None:
+        self.edits.set_project(self.project.project)
 
     @Slot()
     def _on_settings(self) -> None:

@@ -6,11 +6,15 @@ from PySide6.QtCore import QObject, Slot
 
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.tracking.frame import TrackedFrame
+from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.run_spec import FirstPose
+from stereotrack_core.tracking.tuning.stages import changed_names
 
+from ..widgets.forms.parameter_panel import value_text
 from .document import DocumentPresenter
+from .edits import EditStack, WindowEdit
 from .runs import RunEntry, RunList
-from .tracking import TrackPresenter
+from .tracking import Chosen, TrackPresenter
 from .view_state import ViewState
 
 FIRST_POSES: dict[str, tuple[str, str]] = {
@@ -29,9 +33,11 @@ class TrackControl(QObject):
         runs: RunList,
         track: TrackPresenter,
         view_state: ViewState,
+        edits: EditStack,
         parent: QObject,
     ) -> None:
         super().__init__(parent)
+        self._edits = edits
         self._document, self._runs, self._track = document, runs, track
         self._view_state = view_state
         self.first_pose: FirstPose = "auto"
@@ -64,9 +70,43 @@ class TrackControl(QObject):
         if self._view_state.selection:
             self._begin(self._view_state.selection, float("inf"))
 
+    # ---- what the next run is tracked with: edits of the window
+
+    @Slot(object)
+    def use(self, settings: Settings, words: str = "") -> None:
+        """Use other settings of the same preset."""
+        track = self._track
+        self.take(Chosen(track.preset, track.base, settings), words)
+
+    def use_preset(self, name: str, settings: Settings, *, joined: bool = False) -> None:
+        """Take all values from a preset; `joined` to the stored edit that saved it."""
+        self.take(Chosen(name, settings, settings), f"use preset {name}", joined=joined)
+
+    def take(self, chosen: Chosen, words: str = "", *, joined: bool = False) -> None:
+        """Use other settings, perhaps of another preset; `words` say what that is."""
+        before = self._track.chosen
+        if chosen == before and not joined:  # nothing is another, but it is asked for again
+            self._track.take(chosen)
+            return
+        names = changed_names(before.settings, chosen.settings)
+        alone = len(names) == 1 and not words
+        self._edits.do(
+            WindowEdit(
+                words or _words(chosen, names), self._track.take, before, chosen,
+                "tune", "parameters", slot=("parameter", *names) if alone else None,
+            ),
+            joined=joined,
+        )  # fmt: skip
+
     def choose_first_pose(self, name: str) -> None:
         """Begin the next run with a key of :data:`FIRST_POSES`."""
-        self.first_pose = name
+        before = self.first_pose
+        if name != before:
+            words = f"set initial pose to {FIRST_POSES[name][0]}"
+            self._edits.do(WindowEdit(words, self._put_first_pose, before, name))
+
+    def _put_first_pose(self, first_pose: FirstPose) -> None:
+        self.first_pose = first_pose
 
     def begins_with(self, name: str) -> bool:
         """Whether the next run begins with this key of :data:`FIRST_POSES`."""
@@ -130,3 +170,12 @@ class TrackControl(QObject):
     def _on_advanced(self, tracked: TrackedFrame) -> None:
         if self.follow:
             self._document.go_to(tracked.frame)
+
+
+def _words(chosen: Chosen, names: tuple[str, ...]) -> str:
+    """``set loss_scale to 0.03``, for these parameters that have another value then."""
+    if len(names) == 1:
+        return f"set {names[0]} to {value_text(chosen.settings.values()[names[0]])}"
+    if chosen.settings == chosen.base:
+        return "revert all parameters"
+    return f"set {len(names)} parameters"

@@ -6,6 +6,7 @@ import dataclasses
 import time
 from collections.abc import Callable
 from concurrent.futures import Future
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -41,6 +42,15 @@ from ..widgets.forms.message import Message
 from .runs import RunEntry, RunList
 
 UPDATE_MS = 50
+
+
+@dataclass(frozen=True)
+class Chosen:
+    """What is tracked with: a preset, its values, and the values as they are."""
+
+    preset: str
+    base: Settings
+    settings: Settings
 
 
 class LiveRun:
@@ -175,15 +185,23 @@ class TrackPresenter(QObject):
         return any(live.entry is entry for live in (self._live, *self._ending) if live is not None)
 
     @property
+    def chosen(self) -> Chosen:
+        """What the next run or step is tracked with."""
+        return Chosen(self.preset, self.base, self.settings)
+
+    @property
     def differs_from_preset(self) -> bool:
         """Whether the settings are no longer those of the preset."""
         return self.settings != self.base
 
     def choose(self, name: str, settings: Settings) -> None:
         """Take all values from a preset, for the next run or step."""
-        self.preset = name
-        self.base = settings
-        self.use(settings)
+        self.take(Chosen(name, settings, settings))
+
+    def take(self, chosen: Chosen) -> None:
+        """Use these settings of a preset for the next run or step."""
+        self.preset, self.base = chosen.preset, chosen.base
+        self.use(chosen.settings)
 
     def use(self, settings: Settings) -> None:
         """Use these settings for the next run or step."""

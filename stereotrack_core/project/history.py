@@ -27,9 +27,9 @@ from stereotrack_core.project.entries import store
 from stereotrack_core.project.schema import EDITED_TABLES, RUN
 from stereotrack_core.project.validity import makes_sense
 
-How: TypeAlias = Literal["done", "undone", "dropped", "kept"]
-"""State of an edit: in effect, taken back, taken back and then followed by another edit, or the
-keeping of a run, which stays in effect."""
+How: TypeAlias = Literal["done", "undone", "dropped", "kept", "let go"]
+"""State of an edit: in effect, taken back, taken back and then followed by another edit; or the
+keeping of a run, which stays in effect, or was let go with what made it a run."""
 
 
 @dataclass(frozen=True)
@@ -42,6 +42,14 @@ class Entry:
     who: str
     at: str
     state: How
+    place: int = 0
+    """Of an edit that no project stores: its place among those that were made after the stored edit
+    of that number. 0: it is stored itself."""
+
+    @property
+    def order(self) -> tuple[int, int]:
+        """Sorts edits by when they were made."""
+        return self.number, self.place
 
 
 @dataclass(frozen=True)
@@ -51,6 +59,8 @@ class Changed:
     words: str
     how: Literal["done", "undone", "redone"]
     changes: tuple[Change, ...]
+    leaves_redo: bool = False
+    """Whether what was undone before can still be redone: a run was kept."""
 
     @property
     def tables(self) -> frozenset[str]:
@@ -72,13 +82,19 @@ _KEEPS_A_RUN = (
     f" AND changed_table = '{RUN.name}' AND before IS NULL)"
 )
 _EDITS = (
-    f"SELECT number, kind, words, who, at, CASE WHEN state = 'done' AND {_KEEPS_A_RUN}"  # noqa: S608
-    " THEN 'kept' ELSE state END FROM edit"
+    "SELECT number, kind, words, who, at, CASE"  # noqa: S608 - constants
+    f" WHEN state = 'done' AND {_KEEPS_A_RUN} THEN 'kept'"
+    f" WHEN state = 'undone' AND {_KEEPS_A_RUN} THEN 'let go' ELSE state END FROM edit"
 )
 _NEXT = {
     "undone": f"{_EDITS} WHERE state = 'undone' ORDER BY number LIMIT 1",
     "done": f"{_EDITS} WHERE state = 'done' AND NOT ({_KEEPS_A_RUN}) ORDER BY number DESC LIMIT 1",
 }
+_KEPT_AS = (
+    f"{_EDITS} JOIN edit_change ON edit = number WHERE state = 'done' AND {_KEEPS_A_RUN}"
+    " AND changed_key = ? ORDER BY number DESC LIMIT 1"
+)
+_DROP = "UPDATE edit SET state = 'dropped' WHERE state = 'undone'"
 _AGAIN = (
     "SELECT 1 FROM edit JOIN edit_change ON edit = number"
     " WHERE state = 'undone' AND changed_table = ? AND changed_key = ?"
@@ -98,6 +114,11 @@ class History:
     def to_redo(self) -> Entry | None:
         """What redo would make again."""
         return self._next("undone")
+
+    def newest(self) -> int:
+        """Number of the edit that was made last, whatever has become of it; 0 before the first."""
+        row = self._access.row("SELECT max(number) FROM edit")
+        return int(row[0] or 0) if row is not None else 0
 
     def entries(self, limit: int = 200, before: int | None = None) -> tuple[Entry, ...]:
         """The newest edits first, of those whose number is less than `before`."""
@@ -141,16 +162,20 @@ class History:
                         where=edit.words(),
                         remedy="Nothing was changed; enter another value.",
                     )
-            dropped = 0
-            if not _leaves_redo(database, edit, changes):
-                taken_back = "UPDATE edit SET state = 'dropped' WHERE state = 'undone'"
-                dropped = database.execute(taken_back).rowcount
+            leaves_redo = _leaves_redo(database, edit, changes)
+            dropped = 0 if leaves_redo else database.execute(_DROP).rowcount
             if not (
                 continues and not dropped and self._continued(database, edit.kind, changes, stamp)
             ):
                 self._note(database, edit, changes, stamp)
             database.execute("INSERT OR IGNORE INTO annotator VALUES (?, ?)", (stamp.who, stamp.at))
-        return Changed(edit.words(), "done", changes)
+        return Changed(edit.words(), "done", changes, leaves_redo)
+
+    def drop_redo(self) -> None:
+        """Let what was undone stay so: something was done since that the project does not store."""
+        if self.to_redo() is not None:
+            with self._access.writing() as database:
+                database.execute(_DROP)
 
     def undo(self) -> Changed | None:
         """Take back the last edit that is in effect; None where there is none."""
@@ -160,12 +185,50 @@ class History:
         """Make the edit again that was taken back last; None where there is none."""
         return self._turn("undone")
 
-    def _turn(self, state: Literal["done", "undone"]) -> Changed | None:
-        undoing = state == "done"
+    def let_run_go(self, name: str) -> Changed | None:
+        """Take back that a run was kept by itself, as what made it a run is undone.
+
+        None where it was not kept that way. Redo keeps it again. InputError where it was changed
+        since.
+        """
+        row = self._access.row(_KEPT_AS, (as_json((name,)),))
+        return None if row is None else self._turned(Entry(*row), undoing=True)
+
+    def rename_kept_run(self, name: str, new: str) -> Changed | None:
+        """Let a run have been kept under another name, as its renaming before that is undone.
+
+        None where it was not kept by itself; InputError where the name is taken.
+        """
+        row = self._access.row(_KEPT_AS, (as_json((name,)),))
+        if row is None:
+            return None
+        entry = Entry(*row)
+        (kept,) = self.changes_of(entry.number)
         with self._access.writing() as database:
+            if RUN.read(database, (new,)) is not None or RUN.read(database, kept.key) != kept.after:
+                raise InputError(
+                    f"the run cannot be called {new!r} again",
+                    where=name,
+                    remedy="The name is in use, or the run was changed since. Rename it in Runs.",
+                )
+            RUN.write(database, (new,), kept.after)
+            RUN.write(database, kept.key, None)
+            database.execute(
+                "UPDATE edit_change SET changed_key = ? WHERE edit = ?",
+                (as_json((new,)), entry.number),
+            )
+            words = f"{entry.words.removesuffix(name)}{new}"
+            database.execute("UPDATE edit SET words = ? WHERE number = ?", (words, entry.number))
+        changes = (Change(RUN, kept.key, kept.after, None), Change(RUN, (new,), None, kept.after))
+        return Changed(words, "done", changes, leaves_redo=True)
+
+    def _turn(self, state: Literal["done", "undone"]) -> Changed | None:
+        with self._access.alone():
             entry = self._next(state)
-            if entry is None:
-                return None
+            return None if entry is None else self._turned(entry, undoing=state == "done")
+
+    def _turned(self, entry: Entry, *, undoing: bool) -> Changed:
+        with self._access.writing() as database:
             changes = self.changes_of(entry.number)
             if undoing:
                 changes = tuple(change.reversed() for change in reversed(changes))

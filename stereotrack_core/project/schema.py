@@ -89,7 +89,7 @@ REFERENCE = Table("reference", *_ENTRY, "reference")
 RUN = Table("run", *_ENTRY, "run")
 SUBJECT = Table("subject", *_ENTRY, "subject")
 LANDMARK_SET = Table("landmark_set", *_ENTRY, "landmark set")
-PARAMETER_SET = Table("parameter_set", *_ENTRY, "parameters")
+PARAMETER_SET = Table("parameter_set", *_ENTRY, "preset")
 DESCRIPTION = Table("description", *_ENTRY, "description")
 CHOICE = Table("choice", ("name",), ("value",))
 

@@ -147,6 +147,12 @@ def test_two_windows_on_one_project(window, qtbot, folder, tmp_path, settings):
     assert other.context.session.project.in_use
     assert not other.context.actions.action("undo").isEnabled()
     assert "another program" in other.context.actions.command("undo").why_not()
+    other.context.session.tracker.choose_first_pose("tpose")
+    other.activateWindow()
+    assert other.context.actions.action("undo").text() == "Undo Set initial pose to T pose"
+    QTest.keyClick(other, Qt.Key.Key_Z, Qt.KeyboardModifier.ControlModifier)
+    assert other.context.session.tracker.first_pose == "auto", "what is not stored is undone"
+    assert not other.context.actions.action("undo").isEnabled()
     clicked(other, landmark="left_hand")
     assert {c.landmark for c in window.context.session.project.project.clicks.at(0)} == {"head"}
     assert {c.landmark for c in other.context.session.project.project.clicks.at(0)} == {"head"}, (
@@ -232,7 +238,7 @@ def test_undo_names_the_edit_and_goes_to_its_frame(window, qtbot, folder):
     clicked(window, frame=2)
     clicked(window, frame=6, landmark="left_hand")
     qtbot.waitUntil(lambda: book.action("undo").isEnabled(), timeout=5_000)
-    assert book.action("undo").text() == "Undo: place left hand in N_right, frame 6"
+    assert book.action("undo").text() == "Undo Place left hand in N_right, frame 6"
     window.context.session.document.go_to(1)
     window.activateWindow()
     QTest.keyClick(window, Qt.Key.Key_Z, Qt.KeyboardModifier.ControlModifier)

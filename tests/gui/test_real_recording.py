@@ -108,6 +108,6 @@ def test_three_frames_of_a_real_person(seated, qtbot):
     assert project.clicks.frames().tolist() == sorted(FRAMES)
     count = project.clicks.count()
     for _ in range(count):
-        seated.context.session.project.undo()
+        seated.context.session.edits.undo()
     assert project.clicks.count() == 0
     assert seated.context.session.document.frame == min(FRAMES)

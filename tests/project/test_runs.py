@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sqlite3
 import time
 from dataclasses import fields, replace
 
@@ -29,6 +30,7 @@ from stereotrack_core.project.runs import (
     load_run,
     run_facts,
 )
+from stereotrack_core.project.validity import contradiction
 from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.presets import preset
 
@@ -209,6 +211,41 @@ def test_a_name_that_redo_would_use_again_is_taken_by_the_run_alone(project):
     project.apply(keep_run("two", run(seed=9)))
     assert project.history.to_redo() is None
     assert project.redo() is None
+    assert {one.name for one in kept_runs(project.runs)} == {"one", "two"}
+
+
+def test_a_run_that_was_kept_is_let_go_and_kept_again_by_redo(project):
+    project.apply(place(CLICK))
+    project.apply(keep_run("accurate", run()))
+    (before,) = kept_runs(project.runs)
+    assert project.let_run_go("accurate").words == "save run accurate"
+    assert kept_runs(project.runs) == ()
+    assert [entry.state for entry in project.history.entries()] == ["let go", "done"]
+    assert project.let_run_go("accurate") is None
+    with sqlite3.connect(project.path) as database:
+        assert contradiction(database) == ""
+    project.redo()
+    assert kept_runs(project.runs) == (before,)
+    assert_same(load_run(project.runs, "accurate"), run())
+
+
+def test_a_run_that_was_kept_gets_the_name_that_it_had_before(project):
+    project.apply(place(CLICK))
+    project.undo()
+    project.apply(keep_run("two", run()))
+    (before,) = kept_runs(project.runs)
+    changed = project.rename_kept_run("two", "one")
+    assert (changed.words, changed.leaves_redo) == ("save run one", True)
+    assert kept_runs(project.runs) == (replace(before, name="one"),)
+    assert project.history.to_redo().words == "place head in N, frame 1"
+    with sqlite3.connect(project.path) as database:
+        assert contradiction(database) == ""
+    project.apply(keep_run("two", run(seed=9)))
+    with pytest.raises(InputError, match="cannot be called"):
+        project.rename_kept_run("two", "one")
+    assert project.rename_kept_run("none", "three") is None
+    project.apply(delete_run("one"))
+    project.undo()
     assert {one.name for one in kept_runs(project.runs)} == {"one", "two"}
 
 

@@ -37,7 +37,9 @@ class Annotate:
 def register(context: Context) -> Annotate:
     """Offer the workspace Annotate, its panels and its commands."""
     docks = context.docks
-    panels = AnnotationPanels(docks.timeline, context.tasks, docks.dialog_parent)
+    panels = AnnotationPanels(
+        docks.timeline, context.tasks, context.session.edits, docks.dialog_parent
+    )
     clicking = ClickController(context, lambda: panels.repeats)
     predicting, dialogs = PredictionWork(panels), AnnotationDialogs(panels)
     _AnnotateController(context, panels, predicting, clicking)

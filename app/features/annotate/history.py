@@ -1,11 +1,12 @@
-"""Going to any place in a project's history by undo and redo."""
+"""Going to any place in the history by undo and redo."""
 
 from __future__ import annotations
 
 from PySide6.QtCore import QElapsedTimer, QObject, QTimer, Signal, Slot
 
-from stereotrack_core.errors import InputError
-from stereotrack_core.project.project import Project
+from stereotrack_core.project.history import Entry
+
+from ...session.edits import EditStack
 
 _SLICE_MS = 25
 
@@ -17,12 +18,11 @@ class HistoryPresenter(QObject):
     """So many edits have been undone or redone since the jump began."""
     arrived = Signal()
     """The jump has ended: it is there, was stopped, or failed."""
-    failed = Signal(object)
 
-    def __init__(self, parent: QObject | None = None) -> None:
+    def __init__(self, edits: EditStack, parent: QObject | None = None) -> None:
         super().__init__(parent)
-        self._project: Project | None = None
-        self._target: int | None = None
+        self._edits = edits
+        self._target: tuple[int, int] | None = None
         self._count = 0
         self._timer = QTimer(self, interval=0)
         self._timer.timeout.connect(self._go_on)
@@ -32,16 +32,11 @@ class HistoryPresenter(QObject):
         """Whether a jump is under way."""
         return self._target is not None
 
-    def set_project(self, project: Project | None) -> None:
-        """Work on another project, or on none."""
-        self.stop()
-        self._project = project
-
-    def jump_to(self, number: int) -> None:
-        """Let the edit of this number be the last one in effect; 0: take everything back."""
-        if self._project is not None:
-            self._target, self._count = number, 0
-            self._timer.start()
+    @Slot(object)
+    def jump_to(self, entry: Entry | None) -> None:
+        """Let this edit be the last one in effect; None: take everything back."""
+        self._target, self._count = (0, 0) if entry is None else entry.order, 0
+        self._timer.start()
 
     @Slot()
     def stop(self) -> None:
@@ -55,28 +50,19 @@ class HistoryPresenter(QObject):
     def _go_on(self) -> None:
         clock = QElapsedTimer()
         clock.start()
-        try:
-            while self._target is not None and clock.elapsed() < _SLICE_MS:
-                if not self._step(self._target):
-                    self.stop()
-                    return
-                self._count += 1
-        except InputError as error:
-            self.stop()
-            self.failed.emit(error)
-            return
+        while self._target is not None and clock.elapsed() < _SLICE_MS:
+            if not self._step(self._target):
+                self.stop()
+                return
+            self._count += 1
         if self._target is not None:
             self.moved.emit(self._count)
 
-    def _step(self, target: int) -> bool:
-        """Undo or redo one edit; False where the target is reached."""
-        project = self._project
-        if project is None:
-            return False
-        last = project.history.to_undo()
-        if last is not None and last.number > target:
-            return project.undo() is not None
-        following = project.history.to_redo()
-        if following is not None and following.number <= target:
-            return project.redo() is not None
+    def _step(self, target: tuple[int, int]) -> bool:
+        """Undo or redo one edit; False where the target is reached, or nothing can be done."""
+        last, following = self._edits.to_undo(), self._edits.to_redo()
+        if last is not None and last.order > target:
+            return self._edits.step(back=True) is not None
+        if following is not None and following.order <= target:
+            return self._edits.step(back=False) is not None
         return False

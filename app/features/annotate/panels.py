@@ -20,6 +20,7 @@ from stereotrack_core.recording.description import Recording
 
 from ...services.failures import message_of
 from ...services.tasks.task import TaskList
+from ...session.edits import EditStack, WindowEdit
 from ...widgets.forms.message import StateBar
 from ...widgets.tables.history_panel import HistoryPanel
 from ...widgets.tables.next_panel import NextPanel
@@ -60,9 +61,12 @@ class AnnotationPanels(QObject):
     """Commands may be possible now that were not, or the other way round."""
     _edited = Signal(object)
 
-    def __init__(self, timeline: TimelineView, tasks: TaskList, window: QWidget) -> None:
+    def __init__(
+        self, timeline: TimelineView, tasks: TaskList, edits: EditStack, window: QWidget
+    ) -> None:
         super().__init__(window)
         self.timeline, self.tasks, self.window = timeline, tasks, window
+        self.edits = edits
         self.project: Project | None = None
         self.recording: Recording | None = None
         self.frame_count, self.frame = 0, 0
@@ -76,7 +80,7 @@ class AnnotationPanels(QObject):
         self._proposed: Mapping[int, Collection[str]] = {}
         self._kept: Mapping[int, Collection[str]] = {}
         self.repeats: BlindRepeats | None = None
-        self.history = HistoryPresenter(self)
+        self.history = HistoryPresenter(edits, self)
         self.next = NextPresenter(self)
         self.reference = ReferenceWork(tasks, self)
         self._back_to: int | None = None
@@ -101,7 +105,7 @@ class AnnotationPanels(QObject):
         self.history.moved.connect(self.history_panel.show_going)
         self.history.arrived.connect(self._on_arrived)
         self.next_panel.visit_requested.connect(self.click_requested)
-        self.next_panel.wanted_changed.connect(self.next.set_wanted)
+        self.next_panel.wanted_changed.connect(self._on_wanted)
         self.next_panel.limited.connect(self._on_limited)
         self.next_panel.fit_requested.connect(self._on_fit_wanted)
         self.next_panel.nothing_left.connect(lambda: self.said.emit("No click is suggested here."))
@@ -110,7 +114,8 @@ class AnnotationPanels(QObject):
         self.reference.residuals_changed.connect(self._on_residuals)
         self.reference.busy_changed.connect(self.changed)
         self.repeat_bar.ended.connect(self.finish_repeat)
-        for source in (self.history, self.next, self.reference):
+        self.edits.changed.connect(self.history_panel.follow)
+        for source in (self.next, self.reference):
             source.failed.connect(self._on_failed)
 
     # ---- the project
@@ -130,10 +135,8 @@ class AnnotationPanels(QObject):
             self._forget = self.project.on_change(self._edited.emit)
             self.bar.set_filter(_stored_filter(self.project))
         self.repeats = BlindRepeats(self.project) if self.project is not None else None
-        self.history.set_project(self.project)
-        self.history_panel.show_edits(
-            self.project.history.entries if self.project is not None else None
-        )
+        self.history.stop()
+        self.history_panel.show_edits(self.edits.entries if self.project is not None else None)
         self.next.set_project(self.project, click_cameras(recording))
         self.next_panel.show_wanted(self.next.wanted_deg)
         self._make_lanes()
@@ -227,7 +230,6 @@ class AnnotationPanels(QObject):
     def _on_edited(self, changed: Changed) -> None:
         if self.project is None:
             return
-        self.history_panel.follow()
         if self.lanes is not None and self.lanes.follow(changed):
             self._show_lanes()
         self.reference.follow(changed)
@@ -269,6 +271,16 @@ class AnnotationPanels(QObject):
 
     def _show_selection(self) -> None:
         self.bar.show_selection(self.selection().words() if self.project is not None else "")
+
+    @Slot(float)
+    def _on_wanted(self, degrees: float) -> None:
+        words, before = f"set target uncertainty to {degrees:g}°", self.next.wanted_deg
+        put, where = self._put_wanted, ("annotate", "next")
+        self.edits.do(WindowEdit(words, put, before, degrees, *where, slot="target uncertainty"))
+
+    def _put_wanted(self, degrees: float) -> None:
+        self.next.set_wanted(degrees)
+        self.next_panel.show_wanted(degrees)
 
     @Slot(bool)
     def _on_limited(self, limited: bool) -> None:

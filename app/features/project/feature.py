@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from stereotrack_core.project.history import Entry
+
 from ...context import Context
 from ...services.actions import Command, Menu
 from ...session.session import Session
@@ -25,7 +27,8 @@ def _files(session: Session, files: FileController, projects: ProjectController)
                 "with known ground truth (only the first time), and track them.",
                 files.begin_demo, icon="run-tracker", why_not=lambda: (
                     "The demo is already being created." if files.making_demo else "")),
-        command("close", "Close the recording", "Close the recording and show the welcome page.",
+        command("close", "Close the recording", "Close the recording and show the welcome page. "
+                "Trials are discarded, and changes of parameters can no longer be undone.",
                 files.close_recording, "Ctrl+W", why_not=session.no_recording),
         project("copy_project", "Save a copy …", "Write the project in its present state to "
                 "another file. The project itself is always saved.", projects.ask_for_copy,
@@ -53,21 +56,23 @@ def _files(session: Session, files: FileController, projects: ProjectController)
 
 
 def _edits(session: Session, projects: ProjectController) -> list[Command]:
-    def said(verb: str, words: str) -> str:
-        return f"{verb}: {words}" if words else verb
+    def said(verb: str, entry: Entry | None) -> str:
+        return verb if entry is None else f"{verb} {entry.words[:1].upper()}{entry.words[1:]}"
 
-    def nothing(words: str, verb: str) -> str:
-        return session.no_edit() or ("" if words else f"There is nothing to {verb}.")
+    def nothing(entry: Entry | None, verb: str) -> str:
+        none = session.no_edit() or f"There is nothing to {verb}."
+        return none if entry is None else ""
 
-    project, command = session.project, Menu("&Edit").command
+    edits, command = session.edits, Menu("&Edit").command
     return [
-        command("undo", "Undo", "Undo the last edit and show where it was made. Undo is unlimited "
-                "and includes edits of earlier sessions.", project.undo, "Ctrl+Z", "undo",
-                why_not=lambda: nothing(project.to_undo(), "undo"),
-                says=lambda: said("Undo", project.to_undo())),
-        command("redo", "Redo", "Redo the last edit that was undone.", project.redo,
-                "Ctrl+Shift+Z", "redo", why_not=lambda: nothing(project.to_redo(), "redo"),
-                says=lambda: said("Redo", project.to_redo())),
+        command("undo", "Undo", "Undo what was done last, and show where: clicks and other edits "
+                "of the project without limit, parameters and trials as long as the recording is "
+                "open.", edits.undo, "Ctrl+Z", "undo",
+                why_not=lambda: nothing(edits.to_undo(), "undo"),
+                says=lambda: said("Undo", edits.to_undo())),
+        command("redo", "Redo", "Redo what was undone last.", edits.redo, "Ctrl+Shift+Z", "redo",
+                why_not=lambda: nothing(edits.to_redo(), "redo"),
+                says=lambda: said("Redo", edits.to_redo())),
         command("annotator", "Annotator …", "Set the name that your edits are stored under.",
                 projects.ask_annotator, icon="settings", section=True),
     ]  # fmt: skip
@@ -77,4 +82,6 @@ def register(context: Context) -> FileController:
     """Offer files and edits."""
     files = FileController(context)
     context.actions.add(commands(context.session, files, ProjectController(context)))
+    # keys that follow an edit at once find them ready
+    context.session.edits.changed.connect(lambda: context.actions.refresh("&Edit"))
     return files

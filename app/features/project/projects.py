@@ -9,16 +9,26 @@ from PySide6.QtCore import QObject, Qt, QTimer, Slot
 from PySide6.QtWidgets import QFileDialog, QInputDialog, QMessageBox
 
 from stereotrack_core.errors import InputError
-from stereotrack_core.project.history import Changed
 from stereotrack_core.project.opening import user
 from stereotrack_core.project.rescue import Rescued, rescue
 from stereotrack_core.project.whereabouts import SUFFIX
 
 from ...context import Context
+from ...session.edits import Moved, WindowEdit
 from ...widgets.forms.form_dialog import ask_for_folder, ask_to_open, ask_to_save
 from ...widgets.forms.message import Message
 
 _FILTER = f"Projects (*{SUFFIX})"
+_WITH_FRAMES = ("click", "repeat_click", "frame_flag", "keyframe")
+"""Tables of the project whose rows belong to frames."""
+_SEEN_IN = {
+    **dict.fromkeys((*_WITH_FRAMES, "landmark_set"), ("annotate", "landmarks")),
+    **dict.fromkeys(("reference", "subject"), ("annotate", "body")),
+    "parameter_set": ("tune", "parameters"),
+    "run": ("track", "runs"),
+    "description": ("calibrate", "rig"),
+}
+"""Workspace and panel that show what a table of the project holds."""
 
 
 class ProjectController(QObject):
@@ -28,7 +38,7 @@ class ProjectController(QObject):
         super().__init__(context.session)
         self._context, self._session = context, context.session
         context.session.project.recording_missing.connect(self._on_missing)
-        context.session.project.history_moved.connect(self._show_what_moved)
+        context.session.edits.moved.connect(self._show_what_moved)
 
     def ask_for_project(self) -> None:
         """Let the person choose a project file."""
@@ -116,8 +126,17 @@ class ProjectController(QObject):
         dialog.setWindowTitle("Annotator")
         dialog.setLabelText("Name to store your edits under:")
         dialog.setTextValue(self._session.project.annotator or user())
-        dialog.textValueSelected.connect(self._session.project.set_annotator)
+        dialog.textValueSelected.connect(self._set_annotator)
         dialog.open()
+
+    @Slot(str)
+    def _set_annotator(self, name: str) -> None:
+        project = self._session.project
+        words = f"set annotator to {name.strip() or user()}"
+        before = project.annotator
+        if name.strip() != before:
+            edit = WindowEdit(words, project.set_annotator, before, name.strip())
+            self._session.edits.do(edit)
 
     @Slot(object)
     def _on_missing(self, path: Path) -> None:
@@ -162,14 +181,26 @@ class ProjectController(QObject):
             self._context.notifier.error(still)
 
     @Slot(object)
-    def _show_what_moved(self, changed: Changed) -> None:
-        """Go to the frame of what was taken back or made again, and say what it was."""
-        frames = changed.frames() | changed.frames("frame_flag") | changed.frames("keyframe")
-        document = self._session.document
+    def _show_what_moved(self, moved: Moved) -> None:
+        """Go to where what was undone or redone can be seen, and say what it was."""
+        edit, changed = moved.edit, moved.changed
+        frames = frozenset[int]()
+        workspace = panel = ""
+        if edit is not None:
+            workspace, panel = edit.workspace, edit.panel
+            frames = frozenset() if edit.frame is None else frozenset({edit.frame})
+        if changed is not None:
+            frames = frozenset(k for name in _WITH_FRAMES for k in changed.frames(name))
+            places = (_SEEN_IN[name] for name in sorted(changed.tables) if name in _SEEN_IN)
+            workspace, panel = next(places, ("", ""))
+        document, docks = self._session.document, self._context.docks
+        if panel:
+            docks.show_workspace_for(panel, workspace)
+        if panel and not frames:
+            docks.bring_up(panel)
         if frames and document.frame not in frames:
-            document.pause()
-            document.go_to(min(frames))
-        self._context.notifier.say(f"{changed.how.capitalize()}: {changed.words}.", 5000)
+            document.visit(min(frames))
+        self._context.notifier.say(f"{moved.how.capitalize()}: {moved.words}.", 5000)
 
 
 def _with_suffix(path: Path) -> Path:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from dataclasses import replace
 from pathlib import Path
 
 from PySide6.QtCore import QObject, Slot
@@ -12,6 +13,7 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.tracking.presets import PRESETS, preset
 
 from ...context import Context
+from ...session.tracking import Chosen
 from ...widgets.forms.message import Message
 from ...widgets.forms.parameter_panel import value_text
 from .dialog import SweepDialog
@@ -77,20 +79,21 @@ class SweepController(QObject):
         """Put a point's values into the parameter panel."""
         context = self._context
         name = values.get("preset", "")
-        track = self._session.track
+        chosen = self._session.track.chosen
         if name in PRESETS:
-            track.choose(name, preset(name))
+            chosen = Chosen(name, preset(name), preset(name))
         own = parameters_of(values)
         if not own and name not in PRESETS:
             said = ", ".join(f"{one} {value}" for one, value in values.items())
             context.notifier.say(f"The parameter panel has no such parameters: {said}.", 6000)
             return
         try:
-            track.use(track.settings.replaced(**own))
+            chosen = replace(chosen, settings=chosen.settings.replaced(**own))
         except InputError as error:
             context.notifier.error(error)
             return
         said = ", ".join(f"{one.replace('_', ' ')} {value}" for one, value in own.items())
+        self._session.tracker.take(chosen, f"apply {said or name}")
         context.notifier.say(f"Applied: {said or name}.", 6000)
 
     @Slot(object)

@@ -23,6 +23,7 @@ from stereotrack_core.tracking.run import track
 from ...context import Context
 from ...services.tasks.task import Task
 from ...session.comparison import ComparedRuns, compared, shown_beside_each_other
+from ...session.edits import WindowEdit
 from ...session.judgement import Judgement, score_words
 from ...session.runs import RunEntry, entry_of_run
 from ...session.truth import Against
@@ -123,7 +124,14 @@ class RunsController(QObject):
             self._session.judging.judge_against("project" if stored == "project" else None)
 
     def judge_against(self, against: Against) -> None:
-        """Measure errors of runs against another reference, and keep that with the project."""
+        """Measure errors of runs against another reference; an edit."""
+        before, truth = self._session.judging.wanted, self._session.judging.truth
+        if truth is None or truth.against != against:
+            words = f"measure errors against the {against}'s reference"
+            self._session.edits.do(WindowEdit(words, self._put_against, before, against))
+
+    def _put_against(self, against: Against | None) -> None:
+        """Measure errors against another reference, and keep that with the project."""
         project = self._session.project.project
         if project is not None and not project.read_only:
             project.view_settings.set(_AGAINST, against)

@@ -123,14 +123,14 @@ def _commands(context: Context, runs: RunsController) -> list[Command]:
         Command(
             "keep_run", _MENU, "Store run in project",
             "Store a run that was opened from a file in the project. Runs tracked here are stored "
-            "automatically.",
+            "automatically. Undo leaves it stored; Remove run deletes it.",
             partial(runs.with_active, runs.keeper.keep), icon="save",
             why_not=lambda: session.no_run() or session.no_edit() or runs.why_not_keep(),
         ),
         Command(
             "remove_run", _MENU, "Remove run",
-            "Remove the active run from the list. If the project stores it, it is deleted there; "
-            "you can undo this. Files are not deleted.",
+            "Remove the active run from the list. If the project stores it, it is deleted there. "
+            "You can undo this. Files are not deleted.",
             partial(runs.with_active, runs.keeper.remove), "Ctrl+Del", "delete",
             lambda: session.no_run() or in_progress(),
         ),

@@ -42,11 +42,14 @@ from stereotrack_core.tracking.stored import body_of_run
 
 from ...services.failures import message_of
 from ...services.tasks.task import Task, TaskList
+from ...session.edits import WindowEdit
 from ...session.runs import RunEntry, frames_of_run
 from ...session.session import Session
 from ...widgets.forms.message import Message
 
 _SHOWN = "runs_shown"
+_HERE = ("track", "runs")
+"""Workspace and panel that show runs."""
 
 
 class RunKeeper(QObject):
@@ -64,11 +67,13 @@ class RunKeeper(QObject):
         super().__init__(parent)
         self._document, self._tasks = session.document, tasks
         self._project, self._runs, self._track = session.project, session.runs, session.track
+        self._edits = session.edits
         self._content: WeakKeyDictionary[RunEntry, str] = WeakKeyDictionary()
         self._busy: dict[RunEntry, Task] = {}
         self._behind = False
         self._tried: WeakSet[RunEntry] = WeakSet()
         self._wanted: WeakSet[RunEntry] = WeakSet()
+        self._deleted: dict[str, RunEntry] = {}
         self._listed: Project | None = None
         self._facts: WeakKeyDictionary[RunEntry, tuple[int, RunFacts]] = WeakKeyDictionary()
         self._taking: Task | None = None
@@ -131,13 +136,22 @@ class RunKeeper(QObject):
 
     def rename(self, entry: RunEntry, name: str) -> None:
         """Give a run another name, in the project too."""
-        if not name.strip() or name == entry.name:
+        before, name = entry.name, name.strip()
+        if not name or name == before:
             return
         if entry.kept:
-            self._project.apply(RenameRun(entry.kept, name.strip()))
+            self._project.apply(RenameRun(entry.kept, name))
             self._runs.tell()  # where it was refused, the list shows the old name again
         else:
-            self._runs.rename(entry, name)
+            put = partial(self._put_name, entry)
+            self._edits.do(WindowEdit(f"rename run {before} to {name}", put, before, name, *_HERE))
+
+    def _put_name(self, entry: RunEntry, name: str) -> None:
+        """Give a run another name; where the project keeps it by now, it does so under that."""
+        project = self._project.project
+        if entry.kept and project is not None:
+            project.rename_kept_run(entry.kept, name)
+        self._runs.rename(entry, name)
 
     def note(self, entry: RunEntry, note: str) -> None:
         """Write something about a run that the project keeps."""
@@ -150,6 +164,13 @@ class RunKeeper(QObject):
             return
         if entry.kept:
             self._project.apply(delete_run(entry.kept))
+        else:
+            words, put = f"remove run {entry.name}", partial(self._put_listed, entry)
+            self._edits.do(WindowEdit(words, put, True, False, *_HERE))
+
+    def _put_listed(self, entry: RunEntry, listed: bool) -> None:
+        if listed:
+            self._runs.put_back(entry)
         else:
             self._runs.remove(entry)
 
@@ -170,6 +191,10 @@ class RunKeeper(QObject):
             self._list(project)
             self._take_in_what_is_left(project)
         if not project.read_only:
+            for entry in self._runs.entries:  # it was made a run, and that was undone
+                if entry.kept and entry.kind == "trial" and entry not in self._wanted:
+                    name, entry.kept, entry.facts = entry.kept, "", None
+                    project.let_run_go(name)
             busy = any(one.facts is None for one in self._busy)
             for entry in self._to_keep()[: not busy]:  # the next one when this one has its name
                 work = partial(_kept, project, entry.name, entry.now())
@@ -218,7 +243,7 @@ class RunKeeper(QObject):
         self._tried.discard(entry)
         self._runs.tell()
         if wanted != asked:  # a person has renamed it meanwhile
-            self.rename(entry, wanted)
+            self._put_name(entry, wanted)
 
     def _take_row(self, entry: RunEntry, row: KeptRun) -> None:
         self._content[entry] = row.content
@@ -330,12 +355,26 @@ class RunKeeper(QObject):
                 row = new.pop(renamed, None)
             if row is None:
                 entry.kept = ""
+                self._deleted[self._content[entry]] = entry
                 self._runs.remove(entry)
             else:
                 self._take_row(entry, row)
         for one in new.values():
-            self._runs.add(self._entry_of(one, visible=True), active=self._runs.active is None)
+            self._take_new(one)
         self._runs.tell()
+
+    def _take_new(self, one: KeptRun) -> None:
+        """List a run of the project; the same entry where one was deleted, or is a run again."""
+        known = (*self._deleted.values(), *self._runs.entries)
+        same = (each for each in known if self._content.get(each) == one.content and not each.kept)
+        entry = next(same, None)
+        if entry is None:
+            self._runs.add(self._entry_of(one, visible=True), active=self._runs.active is None)
+            return
+        self._deleted.pop(one.content, None)
+        self._take_row(entry, one)
+        if entry not in self._runs.entries:
+            self._runs.put_back(entry)
 
     def _remember_shown(self, project: Project) -> None:
         active = self._runs.active
@@ -365,6 +404,7 @@ class RunKeeper(QObject):
     def _forget(self) -> None:
         self._listed, self._behind = None, False
         self._tried.clear()
+        self._deleted.clear()
 
 
 def _from_file(entry: RunEntry) -> bool:

@@ -58,12 +58,12 @@ class TuneController(QObject):
     def _connect(self) -> None:
         """What a person does in the panels."""
         parameters, panel, series = self.parameters, self.panel, self.series_panel
-        parameters.settings_changed.connect(self._session.track.use)
+        parameters.settings_changed.connect(self._session.tracker.use)
         parameters.preset_requested.connect(self.presets.use)
         parameters.against_requested.connect(self._on_compared)
         panel.chosen.connect(self._context.actions.refresh_soon)
         panel.base_chosen.connect(lambda row: self.compare_with(self._entry(row)))
-        panel.dismissed.connect(lambda row: self.trials.dismiss(self._entry(row)))
+        panel.dismissed.connect(lambda row: self.trials.discard(self._entry(row)))
         track = self._session.track
         series.row_chosen.connect(lambda row: series.set_value(track.settings.values()[row.name]))
         series.begin_requested.connect(self._on_series)
@@ -247,7 +247,7 @@ class TuneController(QObject):
     def use_settings_of(self, entry: RunEntry) -> None:
         """Go on with the settings of a trial."""
         if entry.settings is not None:
-            self._session.track.use(entry.settings)
+            self._session.tracker.use(entry.settings, f"use settings of {entry.name}")
 
     # ---- one parameter
 
@@ -268,8 +268,8 @@ class TuneController(QObject):
         row, tried = self.series.row, self.series.tried
         if row is not None and 0 <= place < len(tried):
             self.series.show(None)
-            track = self._session.track
-            track.use(track.settings.replaced(**{row.name: tried[place].value}))
+            settings = self._session.track.settings
+            self._session.tracker.use(settings.replaced(**{row.name: tried[place].value}))
 
     # ---- coming and going
 

@@ -60,7 +60,7 @@ def _commands(session: Session, tuning: TuneController) -> list[Command]:
         Command(
             "trial_now", _MENU, "Run trial", "Track the selected frames with the present "
             "settings and show the result beside the run.",
-            tuning.trials.try_now, "F9", "iterate", no_try,
+            tuning.trials.run, "F9", "iterate", no_try,
         ),
         Command(
             "trial_live", _MENU, "Run trials automatically", "In the Tune workspace, track the "
@@ -92,12 +92,14 @@ def _commands(session: Session, tuning: TuneController) -> list[Command]:
             lambda: no_trial() or session.no_edit(),
         ),
         Command(
-            "trial_dismiss", _MENU, "Discard trial", "Discard the selected trial.",
-            partial(chosen, tuning.trials.dismiss), "Alt+Del", "delete", no_trial, section=True,
+            "trial_dismiss", _MENU, "Discard trial",
+            "Discard the selected trial. You can undo this.",
+            partial(chosen, tuning.trials.discard), "Alt+Del", "delete", no_trial, section=True,
         ),
         Command(
-            "trial_dismiss_all", _MENU, "Discard all trials", "Discard all trials.",
-            tuning.trials.dismiss_all, "Alt+Shift+Del", "delete", no_trial,
+            "trial_dismiss_all", _MENU, "Discard all trials",
+            "Discard all trials. You can undo this.",
+            tuning.trials.discard_all, "Alt+Shift+Del", "delete", no_trial,
         ),
         Command(
             "parameter_search", _MENU, "Search parameters", "Search parameters by name or "

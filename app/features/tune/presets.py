@@ -93,9 +93,9 @@ class PresetShelf(QObject):
         return ""
 
     def keep(self, own: UserPreset) -> bool:
-        """Keep a preset in the project; whether that was possible."""
+        """Keep a preset in the project; whether that was an edit: one may be there already."""
         edit = save_parameters(own.name, ParameterSet(own.base, own.values))
-        return self._project.apply(edit) is not None or own.name in self.own
+        return self._project.apply(edit) is not None
 
     def delete(self, name: str) -> None:
         """Take a preset away; that can be undone."""
@@ -177,10 +177,11 @@ class PresetWork(QObject):
         self._parameters.set_preset(self._session.track.preset)
 
     @Slot(str)
-    def use(self, name: str) -> None:
-        """Take all values from a preset."""
+    def use(self, name: str, *, joined: bool = False) -> None:
+        """Take all values from a preset; `joined` where that is a part of saving it."""
         try:
-            self._session.track.choose(name, self.shelf.settings(name))
+            settings = self.shelf.settings(name)
+            self._session.tracker.use_preset(name, settings, joined=joined)
         except InputError as error:
             self._context.notifier.error(error)
         self._parameters.set_preset(self._session.track.preset)
@@ -209,9 +210,14 @@ class PresetWork(QObject):
     def _keep(self, name: str, settings: Settings) -> None:
         """Save settings as a preset of the project, and use it from now on."""
         base = self.shelf.base_of(self._session.track.preset)
-        if self.shelf.keep(named(name, settings, base)):
-            self.use(name)
+        if self._keep_and_use(named(name, settings, base)):
             self._context.notifier.say(f"Preset {name} saved in the project.", 4000)
+
+    def _keep_and_use(self, own: UserPreset) -> bool:
+        saved = self.shelf.keep(own)
+        if saved or own.name in self.shelf.own:
+            self.use(own.name, joined=saved)
+        return own.name in self.shelf.own
 
     def load(self) -> None:
         """Take a preset from a file into the project."""
@@ -227,8 +233,7 @@ class PresetWork(QObject):
             own = read_preset(path)
             if problem := self.shelf.problem_with(own.name):
                 raise InputError(problem.rstrip("."), where=str(path), remedy="Give another name.")
-            if self.shelf.keep(own):
-                self.use(own.name)
+            self._keep_and_use(own)
         except InputError as error:
             self._context.notifier.error(error)
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from weakref import WeakKeyDictionary
+from functools import partial
+from weakref import WeakKeyDictionary, WeakSet
 
 from PySide6.QtCore import QObject, QTimer, Signal, Slot
 
@@ -17,7 +18,8 @@ from stereotrack_core.tracking.stored import shape_of_meta
 from stereotrack_core.tracking.tuning.stages import Stage, changed_names, stage_key
 from stereotrack_core.tracking.tuning.trial import Start, Trial
 
-from ...session.runs import RunEntry
+from ...session.edits import WindowEdit
+from ...session.runs import Kind, RunEntry
 from ...session.session import Session
 from ...widgets.forms.parameter_panel import value_text
 from .runner import TrialRunner, Trials
@@ -26,6 +28,8 @@ _PAUSE_MS = 100
 """Time without a further change after which a trial begins."""
 
 _NAMED = 2
+_HERE = ("tune", "trials")
+"""Workspace and panel that show trials."""
 
 
 class TrialPresenter(QObject):
@@ -60,6 +64,9 @@ class TrialPresenter(QObject):
         self.running: RunEntry | None = None
         self._trials: Trials | None = None
         self._made: WeakKeyDictionary[RunEntry, tuple[Trial, str]] = WeakKeyDictionary()
+        self._asked: WeakKeyDictionary[RunEntry, WindowEdit] = WeakKeyDictionary()
+        self._broken: WeakSet[RunEntry] = WeakSet()
+        self._shown: WeakSet[RunEntry] = WeakSet()
         self._number = 0
         self._pause = QTimer(self, singleShot=True, interval=_PAUSE_MS)
         self._pause.timeout.connect(self.try_now)
@@ -124,49 +131,48 @@ class TrialPresenter(QObject):
             self._pause.start()
         self.changed.emit()
 
+    def run(self) -> None:
+        """Track the stretch with the settings as they are; an edit."""
+        entry = self._next()
+        if entry is not None and entry.kind == "trial":
+            self._asked[entry] = self._edit(f"run {entry.name}", (entry,), listed=True)
+            self._session.edits.do(self._asked[entry])
+        elif entry is not None:  # without a run to compare with it is the first one
+            self._put((entry,), listed=True)
+
     @Slot()
     def try_now(self) -> None:
-        """Track the stretch with the settings as they are."""
-        self.cancel()
-        trial = self.wanted()
-        if trial is None or self._known(trial):
-            self.changed.emit()
-            return
-        self.begins.emit()
-        self.running = entry = self._new_entry(trial)
-        self._runs.add(entry, active=self._runs.active is None)
-        self._trials = self._runner.track(f"tracking {entry.name}", [(entry, trial)])
-        self._trials.grown.connect(self._on_grown)
-        self._trials.ended.connect(self._on_ended)
+        """Track the stretch with the settings as they are, as a part of their change."""
+        entry = self._next()
+        if entry is not None:
+            self._put((entry,), listed=True)
 
     def cancel(self) -> None:
         """End the trial in progress, and forget it."""
-        entry = self._leave()
+        entry = self.running
         if entry is not None:
             self._number -= entry.kind == "trial"
-            self._runs.remove(entry)
+            self._put((entry,), listed=False)
+            if entry in self._asked:
+                self._session.edits.withdraw(self._asked[entry])
+        self._pause.stop()
 
-    def dismiss(self, entry: RunEntry | None) -> None:
-        """Take a trial away; what is none stays."""
-        if entry is not None and entry is self.running:
-            self.cancel()
-        elif entry is not None and entry in self.entries:
-            self._runs.remove(entry)
+    def discard(self, entry: RunEntry | None) -> None:
+        """Take a trial away; what is none stays. An edit."""
+        if entry is not None and entry in self.entries:
+            self._session.edits.do(self._edit(f"discard {entry.name}", (entry,), listed=False))
 
-    def dismiss_all(self) -> None:
-        """Take all trials away; they are counted from one again."""
-        self.cancel()
-        for entry in self.entries:
-            self._runs.remove(entry)
-        self._number = 0
-        self.changed.emit()
+    def discard_all(self) -> None:
+        """Take all trials away; an edit."""
+        if self.entries:
+            self._session.edits.do(self._edit("discard all trials", self.entries, listed=False))
 
     def make_run(self, entry: RunEntry) -> None:
-        """Make a trial the active run, over the frames that it has."""
+        """Make a trial the active run, over the frames that it has; an edit."""
         if entry is not self.running and entry in self.entries:
-            entry.kind = "run"
-            self._runs.activate(entry)
-            self.changed.emit()
+            words, put = f"make {entry.name} the active run", partial(self._put_kind, entry)
+            before, after = ("trial", entry.name, self._runs.active), ("run", entry.name, entry)
+            self._session.edits.do(WindowEdit(words, put, before, after, *_HERE))
 
     def stop(self) -> None:
         """Forget everything, as another recording comes."""
@@ -175,6 +181,54 @@ class TrialPresenter(QObject):
         self._number = 0
 
     # ---- inside
+
+    def _edit(self, words: str, entries: tuple[RunEntry, ...], *, listed: bool) -> WindowEdit:
+        put = partial(self._put, entries)
+        return WindowEdit(words, lambda value: put(listed=value), not listed, listed, *_HERE)
+
+    def _put(self, entries: tuple[RunEntry, ...], *, listed: bool) -> None:
+        """Show trials, or take them away; one that was not done to its end is tracked then."""
+        if not listed:
+            for entry in reversed(entries):
+                if entry is self.running:
+                    self._leave()
+                    self._broken.add(entry)
+                self._runs.remove(entry)
+        for entry in entries if listed else ():
+            new = entry not in self._shown
+            if new:
+                self._shown.add(entry)
+                self._runs.add(entry, active=self._runs.active is None)
+            else:
+                self._runs.put_back(entry)
+            if new or entry in self._broken:
+                self._begin(entry)
+        self.changed.emit()
+
+    def _begin(self, entry: RunEntry) -> None:
+        self.cancel()
+        self.begins.emit()
+        self._broken.discard(entry)
+        entry.frames.clear()
+        self.running = entry
+        self._trials = self._runner.track(f"tracking {entry.name}", [(entry, self._made[entry][0])])
+        self._trials.grown.connect(self._on_grown)
+        self._trials.ended.connect(self._on_ended)
+
+    def _put_kind(self, entry: RunEntry, how: tuple[Kind, str, RunEntry | None]) -> None:
+        entry.kind, entry.name, active = how
+        if active in self._runs.entries:
+            self._runs.activate(active)
+        self._runs.tell()
+
+    def _next(self) -> RunEntry | None:
+        """A new trial with the settings as they are; None where there is one already."""
+        self.cancel()
+        trial = self.wanted()
+        if trial is None or self._known(trial):
+            self.changed.emit()
+            return None
+        return self._new_entry(trial)
 
     def _known(self, trial: Trial) -> str:
         """Which run has these settings already, as a sentence; empty where none has."""
@@ -238,6 +292,7 @@ class TrialPresenter(QObject):
     def _on_ended(self) -> None:
         entry = self._leave()
         if entry is not None and entry.frames:
+            self._session.edits.close_last()  # who changes a value again may want this one back
             self._session.judging.judge()
         elif entry is not None:
             self._runs.remove(entry)

@@ -123,7 +123,10 @@ class SeriesPanel(QWidget):
         self._running = running
         self.begin.setText("Stop" if running else "Track")
         self.begin.setToolTip(
-            "Stop the series" if running else "Track the selected frames with each value"
+            "Stop the series"
+            if running
+            else "Track the selected frames with each value. This replaces the series before it, "
+            "which cannot be undone."
         )
         self.progress.setValue(round(100 * share) if running else 0)
         self.multiples.show_multiples(multiples, current)

@@ -1,4 +1,4 @@
-"""The history of a project: every edit in words; a click goes there."""
+"""The history: every edit in words, of the project and of the window; a click goes there."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ from .table import Cell, Column, Index, RowDelegate, TableModel, dress_list
 class HistoryPanel(QWidget):
     """Edits, newest first, with who made them and when."""
 
-    jump_requested = Signal(int)
-    """The edit of this number shall be the last one in effect; 0: none."""
+    jump_requested = Signal(object)
+    """This edit shall be the last one in effect; None: none."""
     stop_requested = Signal()
 
     def __init__(self, parent: QWidget | None = None) -> None:
@@ -31,9 +31,7 @@ class HistoryPanel(QWidget):
         self.tree.setItemDelegate(RowDelegate(self.tree))
         width = self.fontMetrics().horizontalAdvance
         dress_list(self.tree, "History", (None, width("annota") + 18, width("00:00:00") + 18))
-        self._none = empty_label(
-            "The edits of the project appear here. Click one to go back or forward to it."
-        )
+        self._none = empty_label("What you do appears here. Click one to go back or forward to it.")
         self.going = QWidget()
         self._going_words = label(wraps=False)
         self.stop_button = QPushButton("Stop here")
@@ -53,6 +51,7 @@ class HistoryPanel(QWidget):
         self.tree.setVisible(fetch is not None)
         self.show_going(None)
 
+    @Slot()
     def follow(self) -> None:
         """Take over an edit that was made, undone or redone."""
         at_the_top = self.tree.verticalScrollBar().value() == 0
@@ -71,20 +70,23 @@ class HistoryPanel(QWidget):
         row, entry = index.row(), self.model.rows[index.row()]
         if row != self.model.current and index.flags():
             self._steps = self.model.steps_to(row)
-            self.jump_requested.emit(0 if entry is None else entry.number)
+            self.jump_requested.emit(entry)
 
 
 Fetch: TypeAlias = Callable[[int, int | None], tuple[Entry, ...]]
-"""From a number of edits and the number that they are older than to these edits, newest first."""
+"""From a number of stored edits and the number that they are older than to these edits, newest
+first, with what the window did after them."""
 
 _PAGE = 200
 _TIPS = {
     "done": "Applied. Click to undo everything after it.",
     "undone": "Undone. Click to redo it and everything before it.",
     "dropped": "Undone and followed by another edit. It cannot be redone.",
+    "let go": "A stored run. It is stored again when what made it a run is redone.",
     "kept": "A stored run. Undo skips it; delete it in the Runs panel.",
 }
-_COLOURS = {"done": "", "undone": "muted", "dropped": "disabled", "kept": "muted"}
+_UNSTORED = "\nNot stored in the project. It can be undone until the recording is closed."
+_COLOURS = {"undone": "muted", "kept": "muted", "dropped": "disabled", "let go": "disabled"}
 _MOVED = {"done", "undone"}
 
 
@@ -119,14 +121,21 @@ class HistoryModel(TableModel[Entry | None]):
             return
         newest, known = self._fetch(1, None), self._edits[0].number if self._edits else 0
         new = max(newest[0].number - known, 0) if newest else 0
-        found = self._fetch(len(self._edits) + new, None)
-        added = sum(entry.number > known for entry in found)
-        if added:
+        stored = sum(not entry.place for entry in self._edits)
+        found = self._fetch(stored + new, None)
+        added, before = len(found) - len(self._edits), [entry.order for entry in self._edits]
+        grows = added > 0 and [entry.order for entry in found[added:]] == before
+        stays = added == 0 and [entry.order for entry in found] == before
+        if grows:
             self.beginInsertRows(QModelIndex(), 0, added - 1)
-        self._edits = list(found[: len(self._edits) + added])
+        elif not stays:  # what was undone in the window and followed by something else has gone
+            self.beginResetModel()
+        self._edits = list(found)
         self._list()
-        if added:
+        if grows:
             self.endInsertRows()
+        elif not stays:
+            self.endResetModel()
         self.tell(0, len(self.rows) - 1)
 
     def _list(self) -> None:
@@ -165,13 +174,14 @@ class HistoryModel(TableModel[Entry | None]):
             return (Cell("before the first edit", colour="muted"), Cell(), Cell())
         local = datetime.fromisoformat(entry.at).astimezone()
         tip = f"{entry.words}\n{entry.who}, {local:%Y-%m-%d %H:%M:%S}\n{_TIPS[entry.state]}"
+        tip += _UNSTORED if entry.place else ""
         today = datetime.now().astimezone().date()
         when = f"{local:%H:%M:%S}" if local.date() == today else f"{local:%d %b}"
         look = Cell(
             tip=tip,
-            colour=_COLOURS[entry.state],
+            colour=_COLOURS.get(entry.state, ""),
             bold=entry.state == "done" and entry is self.rows[self.current],
             italic=entry.state == "undone",
-            struck=entry.state == "dropped",
+            struck=entry.state in {"dropped", "let go"},
         )
         return tuple(replace(look, text=text) for text in (entry.words, entry.who, when))

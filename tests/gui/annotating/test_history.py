@@ -7,6 +7,7 @@ import pytest
 from PySide6.QtCore import Qt
 
 from app.features.annotate.history import HistoryPresenter
+from app.session.edits import EditStack
 from app.widgets.tables.history_panel import HistoryModel, HistoryPanel
 from stereotrack_core.annotation.click import Click, ClickKey
 from stereotrack_core.project.clicks import MoveClicks, place
@@ -24,14 +25,16 @@ def edits(project, count, start=0):
 @pytest.fixture
 def panel(project, shown):
     made = HistoryPanel()
-    presenter = HistoryPresenter(made)
-    presenter.set_project(project)
+    edits_of_project = EditStack(made)
+    edits_of_project.set_project(project)
+    presenter = HistoryPresenter(edits_of_project, made)
     made.jump_requested.connect(presenter.jump_to)
     made.stop_requested.connect(presenter.stop)
     presenter.moved.connect(made.show_going)
     presenter.arrived.connect(lambda: made.show_going(None))
-    made.show_edits(project.history.entries)
-    project.on_change(lambda _changed: made.follow())
+    made.show_edits(edits_of_project.entries)
+    project.on_change(edits_of_project.follow)
+    edits_of_project.changed.connect(made.follow)
     made.presenter = presenter
     return shown(made, 420, 400)
 
@@ -173,7 +176,7 @@ def test_only_what_is_looked_at_is_read(qtbot, project, shown):
 
 def test_a_long_way_can_be_stopped(qtbot, project, panel):
     edits(project, 400)
-    panel.presenter.jump_to(1)
+    panel.presenter.jump_to(project.history.entries()[-1])
     qtbot.waitUntil(panel.going.isVisible, timeout=5_000)
     qtbot.mouseClick(panel.stop_button, LEFT)
     assert 1 < project.clicks.count() < 400

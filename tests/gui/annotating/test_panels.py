@@ -18,6 +18,7 @@ from app.features.annotate.panels import AnnotationPanels
 from app.features.annotate.setup.subject_dialog import SubjectDialog
 from app.services.actions import ActionRegistry
 from app.services.tasks.task import TaskList
+from app.session.edits import EditStack
 from app.widgets.redraw import RedrawQueue
 from app.widgets.timeline.lanes import LaneFilter, Mark
 from app.widgets.timeline.painting import RULER_HEIGHT
@@ -43,7 +44,8 @@ class Stage(QMainWindow):
     def __init__(self, settings):
         super().__init__()
         self.timeline, self.tasks = TimelineView(), TaskList(self)
-        self.panels = AnnotationPanels(self.timeline, self.tasks, self)
+        self.edits = EditStack(self)
+        self.panels = AnnotationPanels(self.timeline, self.tasks, self.edits, self)
         self.book = ActionRegistry(self, settings, RedrawQueue(self))
         self.dialogs = AnnotationDialogs(self.panels)
         add_commands(self.book, self.panels, self.dialogs, PredictionWork(self.panels))
@@ -81,6 +83,8 @@ def stage(qtbot, project, make, shown, tmp_path):
     made = Stage(settings)
     made.timeline.set_range(FRAMES, 10.0)
     recording = open_recording(project.find_recording().folder)
+    made.edits.set_project(project)
+    project.on_change(made.edits.follow)
     made.panels.set_project(project, recording, FRAMES)
     shown(made, 1100, 900)
     yield made
@@ -426,8 +430,10 @@ def test_the_reference_is_exported_with_and_without_its_uncertainty(qtbot, stage
 def test_a_project_that_can_only_be_read_is_shown(qtbot, project, stage, make):
     recording = stage.panels.recording
     stage.panels.set_project(None, None, 0)
+    stage.edits.set_project(None)
     project.close()
     with Project.open(project.path, read_only=True) as read:
+        stage.edits.set_project(read)
         stage.panels.set_project(read, recording, FRAMES)
         assert lane(stage, "head")[10] == Mark.CLICKED
         stage.panels.bar._change(LaneFilter(frozenset({"landmarks"})))
@@ -438,5 +444,7 @@ def test_a_project_that_can_only_be_read_is_shown(qtbot, project, stage, make):
             assert stage.book.action(f"annotate-{name}").isEnabled(), name
         stage.dialogs.show_subjects()
         assert not stage.findChild(SubjectDialog).accept_button.isEnabled()
+        assert stage.edits.to_undo() is None
         stage.panels.set_project(None, None, 0)
+        stage.edits.set_project(None)
     assert not stage.problems

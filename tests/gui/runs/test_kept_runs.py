@@ -118,13 +118,13 @@ def test_a_run_is_named_noted_and_deleted_and_each_is_taken_back(tracking, qtbot
     settle(tracking, qtbot)
     tracking.features.track.with_active(tracking.features.track.keeper.remove)
     assert (names(tracking), kept(tracking)) == ([], [])
-    tracking.context.session.project.undo()
+    tracking.context.session.edits.undo()
     settle(tracking, qtbot)
     assert kept(tracking) == names(tracking) == ["with the coat"]
     assert len(tracking.context.session.runs.entries[0].frames) == 8
     assert panel.note.text() == "loses the hand"
-    tracking.context.session.project.undo()
-    tracking.context.session.project.undo()
+    tracking.context.session.edits.undo()
+    tracking.context.session.edits.undo()
     assert names(tracking) == ["run"]
     assert sameness(tracking.context.session.runs.entries[0].run(), entry.run()).equal
 
@@ -164,7 +164,7 @@ def test_what_is_done_to_a_run_while_it_is_being_kept_holds(tracking, qtbot, mon
     settle(tracking, qtbot)
     assert tracking.context.session.runs.entries == (entry, other)
     assert (names(tracking), kept(tracking)) == (["with the coat", "another"],) * 2
-    assert tracking.context.session.project.to_undo() == "rename run run to with the coat"
+    assert tracking.context.session.edits.to_undo().words == "rename run run to with the coat"
 
 
 def test_a_name_that_another_run_has_is_refused(tracking, qtbot):

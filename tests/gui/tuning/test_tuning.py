@@ -54,8 +54,10 @@ def standing_still(window):
     process = window.context.session.processes.trials
     process(load)  # it may not have been started
     os.kill(process.pid, signal.SIGSTOP)
-    yield
-    os.kill(process.pid, signal.SIGCONT)
+    try:
+        yield
+    finally:
+        os.kill(process.pid, signal.SIGCONT)
 
 
 def names(window):
@@ -207,19 +209,21 @@ def test_undo_after_a_change_leaves_a_run_that_was_kept(tuning, qtbot):
     qtbot.waitUntil(tuning.context.tasks.settled, timeout=60_000)
     run = tuning.context.session.runs.active
     assert run.kept == "quick"
+    before = tuning.context.session.track.settings
     typed(tuning, "sigma_joint", "25")
     tuning.context.actions.refresh()
     undo = tuning.context.actions.action("undo")
-    assert not undo.isEnabled(), undo.text()
+    assert undo.text() == "Undo Set sigma_joint to 25"
     undo.trigger()
-    tuning.context.session.project.undo()
+    assert not undo.isEnabled()
+    tuning.context.session.edits.undo()
     assert run in tuning.context.session.runs.entries
     assert tuning.context.session.project.project.runs.names() == ("quick",)
-    assert tuning.context.session.track.settings.tracking.sigma_joint == 25.0
+    assert tuning.context.session.track.settings == before
     tuning.features.track.with_active(tuning.features.track.keeper.remove)
     assert run not in tuning.context.session.runs.entries
     tuning.context.actions.refresh()
-    assert undo.text() == "Undo: delete run quick"
+    assert undo.text() == "Undo Delete run quick"
     undo.trigger()
     qtbot.waitUntil(tuning.context.tasks.settled, timeout=60_000)
     assert tuning.context.session.project.project.runs.names() == ("quick",)

@@ -77,7 +77,6 @@ class Annotating(QObject):
         project.changed.connect(self._on_changed)
         project.opened.connect(self._on_project)
         project.closed.connect(self._on_project)
-        project.history_moved.connect(self._on_history_moved)
 
     # ---- facts
 
@@ -426,9 +425,13 @@ class Annotating(QObject):
             self._read_set()
             self._tell("clicks")
 
-    @Slot(object)
-    def _on_history_moved(self, changed: Changed) -> None:
-        """Choose what was taken back or made again, so that it can be done another way."""
+    @Slot()
+    def end_nudging(self) -> None:
+        """Let the next nudge be an edit of its own: something else was done."""
+        self._nudged = None
+
+    def choose_changed(self, changed: Changed) -> None:
+        """Choose what was undone or redone, so that it can be done another way."""
         rows = [change.key[-3:] for change in changed.changes if change.table.name in _CLICKS]
         keys = [ClickKey(int(row[0] or 0), str(row[1]), str(row[2])) for row in rows]
         if len({key.landmark for key in keys}) == 1:

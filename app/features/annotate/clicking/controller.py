@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import partial
 
 from PySide6.QtCore import QObject, Qt, Slot
 from PySide6.QtWidgets import QInputDialog
@@ -14,6 +15,7 @@ from stereotrack_core.project.blind_repeats import BlindRepeats
 
 from ....context import Context
 from ....services.stored import stored_text
+from ....session.edits import Moved, WindowEdit
 from ....session.pictures import FittedBody
 from ....widgets.camera.click_marks import ClickAct
 from ....widgets.camera.overlays import LEADING
@@ -34,7 +36,7 @@ class SwapOffers:
 
     def __init__(self, exchange: Callable[[Swap], None]) -> None:
         self._exchange = exchange
-        self._shown: dict[tuple[object, ...], Message] = {}
+        self._shown: dict[tuple[object, ...], tuple[Swap, Message]] = {}
         self._declined: set[tuple[object, ...]] = set()
 
     def update(
@@ -43,19 +45,24 @@ class SwapOffers:
         """Messages that hold no longer, and new ones."""
         swaps = {_key(swap): swap for swap in hints.swaps} if hints is not None else {}
         gone = [key for key in self._shown if key not in swaps]
-        old = tuple(self._shown.pop(key) for key in gone)
+        old = tuple(self._shown.pop(key)[1] for key in gone)
         new = []
         for key, swap in swaps.items():
             if key not in self._shown and key not in self._declined:
-                self._shown[key] = self._message(swap, views)
-                new.append(self._shown[key])
+                new.append(self._message(swap, views))
+                self._shown[key] = swap, new[-1]
         return old, tuple(new)
 
-    def dismiss(self, message: Message) -> None:
-        """Do not offer this again."""
-        for key, shown in tuple(self._shown.items()):
-            if shown == message:
-                self._declined.add(key)
+    def swap_of(self, message: Message) -> Swap | None:
+        """The swap that a message offers; None where it is about something else."""
+        return next((swap for swap, shown in self._shown.values() if shown == message), None)
+
+    def decline(self, swap: Swap, *, declined: bool) -> Message | None:
+        """Do not offer this again, or offer it again; the message that holds no longer."""
+        key = _key(swap)
+        (self._declined.add if declined else self._declined.discard)(key)
+        shown = self._shown.pop(key, None)
+        return shown[1] if shown is not None else None
 
     def _message(self, swap: Swap, views: Mapping[str, str]) -> Message:
         names = [name.replace("_", " ") for name in (swap.first, swap.second)]
@@ -133,12 +140,14 @@ class ClickController(QObject):
         session.closing.connect(self.facts.close)
         self.landmarks.chosen.connect(self.annotating.choose)
         self.body.with_depth.toggled.connect(self._on_depth)
+        session.edits.changed.connect(self.annotating.end_nudging)
+        session.edits.moved.connect(self._on_moved)
         self.annotating.said.connect(self._say)
         self.annotating.clicks_changed.connect(self._on_annotated)
         self.annotating.choice_changed.connect(self._on_annotated)
         self.facts.changed.connect(self.show)
         self.facts.failed.connect(context.notifier.error)
-        context.notifier.dismissed.connect(self._offers.dismiss)
+        context.notifier.dismissed.connect(self._on_dismissed)
 
     # ---- state, computed from facts
 
@@ -192,8 +201,24 @@ class ClickController(QObject):
         if told is None or told.frame_set.index != self._session.document.frame:
             return  # another frame is on its way
         # keys that follow a click at once find their commands ready
-        for menu in ("&Annotate", "&Edit"):
-            self._context.actions.refresh(menu)
+        self._context.actions.refresh("&Annotate")
+
+    @Slot(object)
+    def _on_dismissed(self, message: Message) -> None:
+        """Do not offer a swap again that a person has dismissed; an edit."""
+        swap = self._offers.swap_of(message)
+        if swap is not None:
+            names = f"{swap.first} and {swap.second}".replace("_", " ")
+            words = f"dismiss swap of {names}, frame {swap.frame}"
+            put = partial(self._put_declined, swap)
+            edit = WindowEdit(words, put, False, True, "annotate", "landmarks", swap.frame)
+            self._session.edits.do(edit)
+
+    def _put_declined(self, swap: Swap, declined: bool) -> None:
+        message = self._offers.decline(swap, declined=declined)
+        if message is not None:
+            self._context.notifier.take_back(message)
+        self._show_offers()
 
     def _show_offers(self) -> None:
         hints = self.facts.hints() if self.active else None
@@ -327,6 +352,11 @@ class ClickController(QObject):
         self.facts.use_depth = wanted
         self._context.settings.setValue(_DEPTH, wanted)
         self.facts.ask()
+
+    @Slot(object)
+    def _on_moved(self, moved: Moved) -> None:
+        if moved.changed is not None:
+            self.annotating.choose_changed(moved.changed)
 
     @Slot(str)
     def _say(self, words: str) -> None:

@@ -129,7 +129,9 @@ class PredictionWork(QObject):
         self._p.edit_selection(lambda project, chosen: accept_predictions(project, kept, chosen))
 
 
-_NOT_YET = "Predictions do not become clicks until you accept them."
+_NOT_YET = (
+    "Predictions do not become clicks until you accept them. They are no edit: undo leaves them."
+)
 _SOURCES: tuple[tuple[Source, str, str, str, str, str], ...] = (
     ("proposed", "annotate-propose", "Propose landmarks", "Propose what is not clicked in the "
      "selected frames: from the clicks in them and around them, followed through the images of all "
