@@ -191,6 +191,7 @@ class RunList(QObject):
         if entry in self.entries:
             self._places[entry] = self.entries.index(entry), entry is self.active
         self.entries = tuple(kept for kept in self.entries if kept is not entry)
+        self._chosen = None if self._chosen is entry else self._chosen
         if self.active is entry:
             self.active = self.entries[-1] if self.entries else None
             self.active_changed.emit()
@@ -207,7 +208,7 @@ class RunList(QObject):
 
     def clear(self) -> None:
         """Forget all runs."""
-        self.entries, self.active, self._made = (), None, 0
+        self.entries, self.active, self._chosen, self._made = (), None, None, 0
         self.changed.emit()
         self.active_changed.emit()
 

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pyqtgraph as pg
 from PySide6.QtCore import QSize, Signal
-from PySide6.QtGui import QColor, QPen
-from PySide6.QtWidgets import QWidget
+from PySide6.QtGui import QColor, QPen, QResizeEvent
+from PySide6.QtWidgets import QBoxLayout, QWidget
 
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 
@@ -24,6 +24,8 @@ from .plots import Curve, LimbLegend, band, dress_plot, new_plot, shade
 _OTHERS: tuple[LineStyle, ...] = ("dash", "dot", "dashdot")
 _SYMBOLS = ("o", "x", "t", "s", "d")
 _FADED = 45
+_LEGEND_WIDTH = 400
+"""Pixels that the legend has to have beside the choice; with less it stands below."""
 _NOTHING = "Run the tracker to see what the errors depend on."
 
 
@@ -84,15 +86,21 @@ class CloudPlot(Dressed):
         self.plot.scene().sigMouseClicked.connect(self._on_plot_clicked)
         self.words = ElidedLabel(_NOTHING, self)
         self.words.setContentsMargins(8, 0, 8, 2)
-        head = hbox(self.kind, (self.legend, 1), margins=(4, 2, 0, 0))
+        self._head = hbox(self.kind, (self.legend, 1), margins=(4, 2, 0, 0), spacing=2)
         self.histograms = Histograms()
         self.histograms.hide()
         both = ((self.plot, 1), (self.histograms, 1))
-        self.setLayout(vbox(head, *both, self.words, spacing=0))
+        self.setLayout(vbox(self._head, *both, self.words, spacing=0))
         self._dress()
 
     def sizeHint(self) -> QSize:
         return QSize(420, 300)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        beside = self.width() - self.kind.sizeHint().width() >= _LEGEND_WIDTH
+        way = QBoxLayout.Direction.LeftToRight if beside else QBoxLayout.Direction.TopToBottom
+        self._head.setDirection(way)
 
     @property
     def kind_key(self) -> str:

@@ -46,7 +46,8 @@ _COLOURS = (
     "Green is lower than the first run, so better; orange is higher. Without a colour, these "
     "frames do not show a difference: its 95 % interval contains 0."
 )
-_WIDEST_NAME = 96
+_WIDEST_NAME, _ROOMY = 96, 560
+"""Widest heading with a run's name; from that width of the panel on it may be half wider."""
 _NARROWEST_VERDICT = 150
 """With less room the verdict is only in the tips."""
 
@@ -98,10 +99,10 @@ class ComparisonPanel(QWidget):
         table, header = self.table, self.table.horizontalHeader()
         count = len(self.model.columns)
         verdict, names = (4, 2) if self._two else (-1, count - 1)
-        used = 0
+        used, widest_name = 0, _WIDEST_NAME * (1.5 if self.width() >= _ROOMY else 1.0)
         for column in range(count):
             if column != verdict:
-                widest = _WIDEST_NAME if 0 < column <= names else self.width()
+                widest = round(widest_name) if 0 < column <= names else self.width()
                 heading = min(header.sectionSizeHint(column), widest)
                 width = max(table.sizeHintForColumn(column), heading)
                 table.setColumnWidth(column, width)
