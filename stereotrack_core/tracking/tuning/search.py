@@ -32,8 +32,8 @@ _SIZE = (
 )  # fmt: skip
 _PERSON = (
     "background_mode", "background_empty_scene", "background_threshold", "background_doubt",
-    "silhouettes", "halo_trim", "volume_centre_x", "volume_centre_y", "volume_bottom", "volume_x",
-    "volume_y", "volume_z",
+    "background_standing", "silhouettes", "halo_trim", "volume_from_recording",
+    "volume_centre_x", "volume_centre_y", "volume_bottom", "volume_x", "volume_y", "volume_z",
 )  # fmt: skip
 
 TOPICS: dict[tuple[str, ...], tuple[str, ...]] = {
