@@ -226,10 +226,12 @@ def test_each_limb_has_a_histogram_of_its_own_on_the_same_axes(reviewing, qtbot)
     assert not panel.plot.isVisible()
     plots = panel.histograms.plots
     assert tuple(plots) == MEASURED_LIMBS
-    assert [plot.titleLabel.text for plot in plots.values()] == [*map(limb_words, MEASURED_LIMBS)]
+    assert [plot.getPlotItem().titleLabel.text for plot in plots.values()] == [
+        *map(limb_words, MEASURED_LIMBS)
+    ]
     ranges = {str(plot.viewRange()) for plot in plots.values()}
     assert len(ranges) == 1
-    assert all(len(plot.listDataItems()) == 2 for plot in plots.values()), "a step for each run"
+    assert all(len(plot.getPlotItem().items) == 2 for plot in plots.values()), "a step for each run"
     QTest.mouseClick(panel.legend.button("torso"), LEFT)
     assert tuple(panel.histograms.plots) == tuple(
         limb for limb in MEASURED_LIMBS if limb != "torso"

@@ -6,17 +6,16 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import pyqtgraph as pg
-from PySide6.QtCore import QSize, Qt
+from PySide6.QtCore import QSize
 from PySide6.QtGui import QResizeEvent
-from PySide6.QtWidgets import QWidget
+from PySide6.QtWidgets import QGridLayout, QWidget
 
 from stereotrack_core.arrays import FloatArray
 
-from ..style.building import vbox
 from ..style.colours import LineStyle
 from ..style.limb_colours import limb_words
 from ..style.theme import Dressed, current_theme
-from .plots import dress_axes, pen_of, shade
+from .plots import dress_plot, new_plot, pen_of, shade
 
 _NARROWEST = 140
 """Pixels that a histogram has across at least, where there are several beside each other."""
@@ -46,29 +45,31 @@ class Histograms(Dressed):
         self._steps: tuple[Steps, ...] = ()
         self._hidden: frozenset[str] = frozenset()
         self._columns = 1
-        self.plots: dict[str, pg.PlotItem] = {}
-        """By limb, those that are shown."""
-        self._area = pg.GraphicsLayoutWidget()
-        for part in (self._area, self._area.viewport()):
-            part.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-        self._area.ci.setSpacing(2)
-        self._area.ci.setContentsMargins(4, 0, 8, 0)
-        self.setLayout(vbox(self._area))
+        self._plots: dict[str, pg.PlotWidget] = {}
+        self._grid = QGridLayout(self)
+        self._grid.setContentsMargins(0, 0, 0, 0)
+        self._grid.setSpacing(0)
         self.setAccessibleName("Histogram of errors for each limb")
-        self._dress()
 
     def sizeHint(self) -> QSize:
         return QSize(420, 240)
 
+    @property
+    def plots(self) -> dict[str, pg.PlotWidget]:
+        """Plots that are shown, by limb."""
+        return {limb: plot for limb, plot in self._plots.items() if not plot.isHidden()}
+
     def show_steps(self, steps: Sequence[Steps], hidden: Collection[str] = ()) -> None:
         """Draw these, but for limbs that are `hidden`."""
-        self._steps, self._hidden = tuple(steps), frozenset(hidden)
-        self._draw()
+        wanted = tuple(steps), frozenset(hidden)
+        if wanted != (self._steps, self._hidden):
+            self._steps, self._hidden = wanted
+            self._draw()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
         if self._columns != self._wanted_columns(len(self.plots)):
-            self._draw()
+            self._arrange()
 
     def _wanted_columns(self, count: int) -> int:
         columns = max(1, min(count, self.width() // _NARROWEST))
@@ -76,36 +77,49 @@ class Histograms(Dressed):
         return -(-count // rows) if rows else 1
 
     def _draw(self) -> None:
-        self._area.clear()
         shown = [one for one in self._steps if one.limb not in self._hidden]
-        limbs = list(dict.fromkeys(one.limb for one in shown))
-        self._columns = columns = self._wanted_columns(len(limbs))
         top = max((float(one.height.max(initial=0.0)) for one in shown), default=1.0)
         right = max((float(one.edges[-1]) for one in shown), default=1.0)
-        self.plots = {}
-        for place, limb in enumerate(limbs):
-            plot = self._area.addPlot(*divmod(place, columns))
-            self.plots[limb] = plot
-            self._lay_out(plot, limb, left=place % columns == 0)
+        limbs = dict.fromkeys(one.limb for one in shown)
+        for limb in limbs:
+            if limb not in self._plots:
+                self._plots[limb] = _new_histogram(limb)
+        for limb, plot in self._plots.items():
+            plot.clear()
             for one in (one for one in shown if one.limb == limb):
                 plot.addItem(_bars(one))
             plot.setXRange(0.0, right, padding=0.02)
             plot.setYRange(0.0, 1.05 * max(top, 1e-3), padding=0)
+            plot.setVisible(limb in limbs)
+        self._arrange()
 
-    def _lay_out(self, plot: pg.PlotItem, limb: str, *, left: bool) -> None:
-        theme = current_theme()
-        plot.setMenuEnabled(False)
-        plot.hideButtons()
-        plot.setMouseEnabled(x=False, y=False)
-        plot.setTitle(limb_words(limb), color=theme.text, size="9pt")
-        dress_axes(plot)
-        plot.getAxis("left").setStyle(showValues=left)
-        plot.getAxis("left").setWidth(30 if left else 6)
-        plot.getAxis("bottom").setHeight(20)
+    def _arrange(self) -> None:
+        """Put the plots into as many columns as there is room for; numbers stand at the edges."""
+        plots = list(self.plots.values())
+        self._columns = columns = self._wanted_columns(len(plots))
+        for place, plot in enumerate(plots):
+            self._grid.addWidget(plot, *divmod(place, columns))
+            plot.getAxis("left").setStyle(showValues=place % columns == 0)
 
     def _dress(self) -> None:
-        self._area.setBackground(current_theme().plot_background)
-        self._draw()
+        for limb, plot in self._plots.items():
+            _dress_histogram(plot, limb)
+
+
+def _new_histogram(limb: str) -> pg.PlotWidget:
+    plot = new_plot()
+    plot.setMouseEnabled(x=False, y=False)
+    plot.setMinimumSize(80, 60)
+    plot.setAccessibleName(f"Histogram of the errors of the {limb_words(limb)}")
+    plot.getAxis("left").setWidth(30)
+    plot.getAxis("bottom").setHeight(20)
+    _dress_histogram(plot, limb)
+    return plot
+
+
+def _dress_histogram(plot: pg.PlotWidget, limb: str) -> None:
+    dress_plot(plot)
+    plot.setTitle(limb_words(limb), color=current_theme().text, size="9pt")
 
 
 def _bars(steps: Steps) -> pg.PlotCurveItem:

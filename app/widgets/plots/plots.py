@@ -36,13 +36,8 @@ def new_plot(parent: QWidget | None = None) -> pg.PlotWidget:
 
 def dress_plot(plot: pg.PlotWidget, *, grid: bool = True) -> None:
     """Give ground, axes and grid the colours of the theme that is shown."""
-    plot.setBackground(current_theme().plot_background)
-    dress_axes(plot, grid=grid)
-
-
-def dress_axes(plot: pg.PlotWidget | pg.PlotItem, *, grid: bool = True) -> None:
-    """Give axes and grid the colours of the theme that is shown."""
     theme = current_theme()
+    plot.setBackground(theme.plot_background)
     for name in ("left", "bottom"):
         axis = plot.getAxis(name)
         axis.setPen(theme.plot_grid)

@@ -168,10 +168,10 @@ def test_a_run_is_named_by_its_preset_and_by_what_differs_from_it(opened):
     track, fast = opened.context.session.track, preset("fast")
     track.choose("fast", fast)
     assert track.name_of(fast) == "fast"
-    other = fast.replaced(iterations=2, fit_shape=True)
-    assert track.name_of(other) == "fast, iterations 2, fit shape yes"
+    other = fast.replaced(iterations=2, fit_shape=False)
+    assert track.name_of(other) == "fast, iterations 2, fit shape no"
     runs = opened.context.session.runs
-    assert runs.next_name(track.name_of(other)) == "1: fast, iterations 2, fit shape yes"
+    assert runs.next_name(track.name_of(other)) == "1: fast, iterations 2, fit shape no"
     assert runs.free_name("iterations 2") == "iterations 2"
 
 
