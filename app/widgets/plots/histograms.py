@@ -83,7 +83,7 @@ class Histograms(Dressed):
         limbs = dict.fromkeys(one.limb for one in shown)
         for limb in limbs:
             if limb not in self._plots:
-                self._plots[limb] = _new_histogram(limb)
+                self._plots[limb] = _new_histogram(limb, self)
         for limb, plot in self._plots.items():
             plot.clear()
             for one in (one for one in shown if one.limb == limb):
@@ -106,8 +106,8 @@ class Histograms(Dressed):
             _dress_histogram(plot, limb)
 
 
-def _new_histogram(limb: str) -> pg.PlotWidget:
-    plot = new_plot()
+def _new_histogram(limb: str, parent: QWidget) -> pg.PlotWidget:
+    plot = new_plot(parent)
     plot.setMouseEnabled(x=False, y=False)
     plot.setMinimumSize(80, 60)
     plot.setAccessibleName(f"Histogram of the errors of the {limb_words(limb)}")
