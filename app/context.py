@@ -46,5 +46,6 @@ def make_context(
     docks = Docks(window, settings, notifier)
     session = Session(tasks, view_state, settings, window, processes)
     actions = ActionRegistry(window, settings, docks.redraw)
+    actions.refused.connect(notifier.say)
     tasks.watch(docks.redraw.settled)
     return Context(session, view_state, tasks, actions, docks, notifier, settings)

@@ -47,6 +47,14 @@ class ParameterRow:
         """What the thesis says; None where it leaves that open."""
         return self.presets.get("thesis")
 
+    def text(self, value: Value) -> str:
+        """Value with its unit as a person reads it: ``20 deg``."""
+        return f"{value_text(value).replace('_', ' ')} {self.unit}".strip()
+
+    def words(self, value: Value) -> str:
+        """Name and value as a person reads them: ``sigma joint 20 deg``."""
+        return f"{self.name.replace('_', ' ')} {self.text(value)}"
+
     def checked(self, value: Value) -> Value:
         """Return `value` in the row's type, or raise :class:`InputError`."""
         converted = self._converted(value)
@@ -94,6 +102,13 @@ class ParameterRow:
         return InputError(
             f"{value!r} is not a valid value", where=self.name, remedy=f"Give {right}."
         )
+
+
+def value_text(value: Value) -> str:
+    """Write a value as a person types it."""
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return f"{value:g}" if isinstance(value, float) else str(value)
 
 
 _TYPE_WORDS = {bool: "yes or no", int: "whole number", float: "number", str: "word"}

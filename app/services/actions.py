@@ -6,13 +6,14 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from PySide6.QtCore import QEvent, QObject, QSettings, Qt, Signal, Slot
+from PySide6.QtCore import QEvent, QKeyCombination, QObject, QSettings, Qt, Signal, Slot
 from PySide6.QtGui import QAction, QKeyEvent, QKeySequence
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QAbstractSpinBox,
     QApplication,
     QComboBox,
+    QDockWidget,
     QLineEdit,
     QMenu,
     QMenuBar,
@@ -138,6 +139,20 @@ class _Typing(QObject):
         return True
 
 
+class _Unused(QObject):
+    """Hears the keys that nothing in a window had a use for."""
+
+    def __init__(self, heard: Callable[[QKeySequence], bool], parent: QObject) -> None:
+        super().__init__(parent)
+        self._heard = heard
+
+    def eventFilter(self, _watched: QObject, event: QEvent) -> bool:
+        if event.type() != QEvent.Type.KeyPress or not isinstance(event, QKeyEvent):
+            return False
+        modifiers = event.modifiers() & ~Qt.KeyboardModifier.KeypadModifier
+        return self._heard(QKeySequence(QKeyCombination(modifiers, Qt.Key(event.key()))))
+
+
 class ActionRegistry(QObject):
     """The commands as actions of a window; says which of them can be done, and why not.
 
@@ -145,9 +160,12 @@ class ActionRegistry(QObject):
     -------
     refreshed : ()
         What can be done now has been found out again.
+    refused : str
+        A person has pressed the keys of a command that cannot be done; why, as a sentence.
     """
 
     refreshed = Signal()
+    refused = Signal(str)
 
     def __init__(self, window: QWidget, settings: QSettings, redraw: RedrawQueue) -> None:
         super().__init__(window)
@@ -157,7 +175,8 @@ class ActionRegistry(QObject):
         self._keys: dict[str, QKeySequence] = {}
         self._key_words: dict[str, str] = {}
         self._said: dict[str, tuple[str, str, str]] = {}
-        self._typing = _Typing(self)
+        self._typing, self._unused = _Typing(self), _Unused(self._on_unused, self)
+        window.installEventFilter(self._unused)
         app = QApplication.instance()
         if isinstance(app, QApplication):
             app.focusChanged.connect(self._on_focus)
@@ -221,6 +240,24 @@ class ActionRegistry(QObject):
     def _on_focus(self, _old: QWidget | None, new: QWidget | None) -> None:
         if isinstance(new, (*_TEXT_FIELDS, QComboBox)):
             new.installEventFilter(self._typing)
+        if new is not None and isinstance(new.window(), QDockWidget):  # one that floats
+            new.window().installEventFilter(self._unused)
+
+    def _on_unused(self, keys: QKeySequence) -> bool:
+        """Say why the command of these keys cannot be done; do it, if meanwhile it can."""
+        named = [name for name, used in self._keys.items() if used == keys]
+        # of two commands with the same keys the one that comes second has the usual meaning
+        name = min(named, key=lambda one: self._commands[one].goes_first, default=None)
+        typing = isinstance(QApplication.focusWidget(), _TEXT_FIELDS)
+        if name is None or typing or self._actions[name].isEnabled():
+            return False
+        command = self._commands[name]
+        if why_not := command.why_not():
+            self.refused.emit(f"{command.title}: unavailable. {why_not}")
+        else:
+            self.refresh()
+            self._actions[name].trigger()
+        return True
 
     def set_shortcut(self, name: str, keys: str) -> None:
         """Give a command another shortcut, and keep it for next time."""

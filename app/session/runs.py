@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal, TypeAlias
@@ -132,7 +132,20 @@ class RunList(QObject):
         self.active: RunEntry | None = None
         """The run whose model is drawn."""
         self._places: WeakKeyDictionary[RunEntry, tuple[int, bool]] = WeakKeyDictionary()
+        self._chosen: RunEntry | None = None
         self._made = 0
+
+    @property
+    def front(self) -> RunEntry | None:
+        """The trial whose curves stand out: the chosen one, else the newest that is shown."""
+        trials = [one for one in self.shown_beside() if one.kind == "trial"]
+        return self._chosen if self._chosen in trials else trials[-1] if trials else None
+
+    def bring_to_front(self, entry: RunEntry | None) -> None:
+        """Let the curves of another trial stand out."""
+        before, self._chosen = self.front, entry
+        if self.front is not before:
+            self.changed.emit()
 
     def style(self, entry: RunEntry) -> LineStyle:
         """Line style of a run: the active one is solid, the others that are shown take turns."""
@@ -146,14 +159,23 @@ class RunList(QObject):
         """Runs that are drawn beside the active one."""
         return tuple(one for one in self.entries if one.visible and one is not self.active)
 
-    def next_name(self, preset: str, *, changed: bool) -> str:
-        """Name for a new run, which no other in the list has."""
+    def next_name(self, settings: str) -> str:
+        """Name for a new run, which no other in the list has; `settings` say how it is made."""
         taken = {entry.name for entry in self.entries}
         while True:
             self._made += 1
-            name = f"{self._made}: {preset}{' changed' if changed else ''}"
+            name = f"{self._made}: {settings}"
             if name not in taken:
                 return name
+
+    def free_name(self, wanted: str, *, besides: Iterable[RunEntry] = ()) -> str:
+        """Name that is wanted, or one with a number behind it where another run has it.
+
+        `besides`: runs that are not in the list now, and may come back.
+        """
+        taken = {entry.name for entry in (*self.entries, *besides)}
+        others = (f"{wanted} ({number})" for number in range(2, len(taken) + 3))
+        return next(name for name in (wanted, *others) if name not in taken)
 
     def add(self, entry: RunEntry, *, active: bool = True) -> None:
         """Add a run and make it the active one, or draw it beside the active one."""
@@ -169,6 +191,7 @@ class RunList(QObject):
         if entry in self.entries:
             self._places[entry] = self.entries.index(entry), entry is self.active
         self.entries = tuple(kept for kept in self.entries if kept is not entry)
+        self._chosen = None if self._chosen is entry else self._chosen
         if self.active is entry:
             self.active = self.entries[-1] if self.entries else None
             self.active_changed.emit()
@@ -185,7 +208,7 @@ class RunList(QObject):
 
     def clear(self) -> None:
         """Forget all runs."""
-        self.entries, self.active, self._made = (), None, 0
+        self.entries, self.active, self._chosen, self._made = (), None, None, 0
         self.changed.emit()
         self.active_changed.emit()
 

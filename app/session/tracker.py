@@ -5,12 +5,12 @@ from __future__ import annotations
 from PySide6.QtCore import QObject, Slot
 
 from stereotrack_core.body.pose import Pose
+from stereotrack_core.parameters import value_text
 from stereotrack_core.tracking.frame import TrackedFrame
 from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.run_spec import FirstPose
 from stereotrack_core.tracking.tuning.stages import changed_names
 
-from ..widgets.forms.parameter_panel import value_text
 from .document import DocumentPresenter
 from .edits import EditStack, WindowEdit
 from .runs import RunEntry, RunList

@@ -34,6 +34,7 @@ from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run_checks import CHECK, Untracked, misfits
 from stereotrack_core.tracking.run_spec import FirstPose, RunSpec
+from stereotrack_core.tracking.tuning.stages import changes_in_words
 from stereotrack_core.worker_processes import Lost
 
 from ..services.failures import message_of
@@ -194,6 +195,11 @@ class TrackPresenter(QObject):
         """Whether the settings are no longer those of the preset."""
         return self.settings != self.base
 
+    def name_of(self, settings: Settings) -> str:
+        """What a run with these settings is called: ``fast, iterations 3``."""
+        changes = changes_in_words(self.base, settings)
+        return f"{self.preset}, {changes}" if changes else self.preset
+
     def choose(self, name: str, settings: Settings) -> None:
         """Take all values from a preset, for the next run or step."""
         self.take(Chosen(name, settings, settings))
@@ -232,7 +238,7 @@ class TrackPresenter(QObject):
         """Begin a new run; the one in progress ends and keeps what it has."""
         self.stop()
         body = body_model(proportions_of(recording.subject), self.settings.body)
-        name = self._runs.next_name(self.preset, changed=self.differs_from_preset)
+        name = self._runs.next_name(self.name_of(self.settings))
         entry = RunEntry(name, self.preset, self.settings, body, frames)
         entry.journal = self.place_for_run()
         spec = RunSpec(self.settings, preset=self.preset, frames=frames, init=init)

@@ -140,6 +140,8 @@ def test_the_panel_says_differences_and_nothing_where_nothing_is(qtbot, qapp):
     assert panel.words.toolTip() == "how it is made"
     assert panel.model.cell(0, 1).colour == ""
     assert panel.model.cell(0, 2).colour == "good"
+    assert not panel._colours.isHidden()
+    assert "Green is lower than the first run" in panel._colours.text()
     unsure = replace(better, low=np.nan, high=np.nan, differs=False, verdict="too few")
     panel.show_numbers(
         "words", ("a", "b", "c"), (replace(row, cells=(*row.cells[:1], unsure, unsure)),)
@@ -149,6 +151,7 @@ def test_the_panel_says_differences_and_nothing_where_nothing_is(qtbot, qapp):
     assert panel.model.columnCount() == 4
     panel.show_numbers("", (), ())
     assert panel.table.isHidden()
+    assert panel._colours.isHidden(), "nothing is coloured"
 
 
 @pytest.mark.window

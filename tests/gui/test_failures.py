@@ -41,7 +41,12 @@ def rows(window):
 def test_failures_of_the_active_run_are_listed_and_explained(reviewing):
     assert [row[0] for row in rows(reviewing)] == ["1–3"]
     assert rows(reviewing)[0][1] == "left arm, right arm"
-    assert rows(reviewing)[0][5] == "error"
+    panel = reviewing.features.review.failures.panel
+    model = panel.sorted
+    headings = [model.headerData(k, Qt.Orientation.Horizontal) for k in range(model.columnCount())]
+    assert headings[2:4] == ["Error °", "Prob. %"]
+    assert 80 < float(rows(reviewing)[0][2]) <= 180, "degrees, in a column of degrees"
+    assert rows(reviewing)[0][3] == ""
     assert "1 failure" in reviewing.features.review.failures.panel.words.text()
     lanes = {lane.name: lane for lane in reviewing.context.docks.timeline.lanes}
     assert [(span.first, span.last) for span in lanes["failures"].spans] == [(1, 3)]
@@ -54,8 +59,9 @@ def test_keys_go_to_the_worst_frame_and_a_loop_stays_in_the_failure(reviewing, q
     assert reviewing.context.session.document.frame in (1, 2, 3)
     assert not reviewing.features.review.failures.panel.evidence.picture.shown.isEmpty()
     assert "Frames 1 to 3" in reviewing.features.review.failures.panel.evidence.heading.text()
-    QTest.keyClick(reviewing, Qt.Key.Key_N, SHIFT)
-    assert "There is no listed failure after" in reviewing.statusBar().currentMessage()
+    evidence = reviewing.features.review.failures.panel.evidence
+    assert evidence.label.isVisible()
+    assert evidence.label.y() < evidence.picture.y(), "evidence comes before the picture"
 
     seen = []
     reviewing.context.session.document.frame_changed.connect(seen.append)
@@ -67,6 +73,21 @@ def test_keys_go_to_the_worst_frame_and_a_loop_stays_in_the_failure(reviewing, q
     assert reviewing.context.session.document.loop is None
     assert not reviewing.context.session.document.playing
     settle(reviewing, qtbot)
+
+
+def test_next_failure_goes_round_and_selects_it_in_the_list(reviewing, qtbot):
+    panel, document = reviewing.features.review.failures.panel, reviewing.context.session.document
+    for key, start, end in ((Qt.Key.Key_N, 7, "last"), (Qt.Key.Key_P, 0, "first")):
+        panel.tree.clearSelection()
+        document.go_to(start)
+        settle(reviewing, qtbot)
+        QTest.keyClick(reviewing, key, SHIFT)
+        assert document.frame in (1, 2, 3)
+        said = reviewing.statusBar().currentMessage()
+        assert said == f"Failure 1 of 1, coming round from the {end} one."
+        (selected,) = panel.tree.selectionModel().selectedRows()
+        assert selected.data() == "1–3"
+        settle(reviewing, qtbot)
 
 
 def test_enter_jumps_and_filters_list_others(reviewing, qtbot):

@@ -25,7 +25,8 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from tests.gui.hands import view
+from tests.gui.hands import CTRL, NONE, view
+from tests.gui.made_runs import add_run
 
 pytestmark = pytest.mark.window
 
@@ -163,3 +164,48 @@ def test_space_presses_the_button_that_keys_have_gone_to_and_else_plays(opened, 
     QTest.keyClick(opened, Qt.Key.Key_Space)
     assert document.playing
     document.pause()
+
+
+def test_single_keys_mean_the_same_while_the_scene_has_the_focus(opened, qtbot):
+    opened.context.docks.show_named("review")
+    scene, document = opened.context.docks.scene, opened.context.session.document
+    document.go_to(5)
+    scene.setFocus()
+    overlays, orbit = opened.context.view_state.display.overlays, scene.orbit
+    QTest.keyClick(scene, Qt.Key.Key_R)
+    QTest.keyClick(scene, Qt.Key.Key_S)
+    assert opened.context.view_state.display.overlays == overlays ^ {"reference", "shading"}
+    QTest.keyClick(scene, Qt.Key.Key_Home)
+    assert document.frame == 0
+    assert scene.orbit == orbit
+    QTest.keyClick(scene, Qt.Key.Key_4, CTRL | Qt.KeyboardModifier.AltModifier)
+    assert scene.orbit.toward_eye[2] == pytest.approx(1.0), "seen from above"
+    qtbot.waitUntil(opened.context.tasks.settled)
+
+
+def test_the_keys_of_a_command_that_cannot_be_done_say_why(opened, qtbot):
+    docks, said = opened.context.docks, opened.statusBar().currentMessage
+    docks.show_named("review")
+    qtbot.waitUntil(opened.context.tasks.settled)
+    assert not opened.context.actions.action("next_failure").isEnabled()
+    view(opened, "N").setFocus()
+    QTest.keyClick(view(opened, "N"), Qt.Key.Key_N, Qt.KeyboardModifier.ShiftModifier)
+    assert said().startswith("Next failure: unavailable. There is no run yet.")
+    opened.statusBar().clearMessage()
+    docks.bring_up("parameters")
+    opened.features.tune.search_parameters()
+    QTest.keyClick(opened.features.tune.parameters.search, Qt.Key.Key_N, NONE)
+    assert (opened.features.tune.parameters.search.text(), said()) == ("n", "")
+    opened.features.tune.parameters.search.clear()
+
+
+def test_0_shows_all_frames_in_the_plot_of_errors(opened, qtbot):
+    docks = opened.context.docks
+    docks.show_named("review")
+    add_run(opened, "wild", off=0.05)
+    qtbot.waitUntil(opened.context.tasks.settled)
+    docks.timeline.set_visible_range(2.0, 6.0)
+    plot = opened.features.review.plot.plot
+    plot.setFocus()
+    QTest.keyClick(plot, Qt.Key.Key_0)
+    assert (docks.timeline.scale.first, docks.timeline.scale.last) == (0.0, 8.0)

@@ -11,6 +11,8 @@ from PySide6.QtCore import QPointF, Qt
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtTest import QTest
 
+from app.session.judgement import MEASURED_LIMBS
+from app.widgets.style.limb_colours import limb_words
 from stereotrack_core.interop.run_npz import write_npz
 from tests.gui.made_runs import add_run, made_run
 
@@ -209,6 +211,34 @@ def test_a_dragged_threshold_is_obeyed_by_next_and_previous(reviewing, qtbot):
     assert heading == f"> {plot.threshold:.0f}°"
     reviewing.context.session.document.go_to(3)
     reviewing.features.review.plot.go_above(1)
-    assert reviewing.context.session.document.frame == 3  # all that follows is one stretch above
+    assert reviewing.context.session.document.frame == 0  # all frames are one stretch above
+    assert "coming round from the end" in reviewing.statusBar().currentMessage()
+    reviewing.context.session.document.go_to(3)
     reviewing.features.review.plot.go_above(-1)
     assert reviewing.context.session.document.frame == 0
+
+
+def test_each_limb_has_a_histogram_of_its_own_on_the_same_axes(reviewing, qtbot):
+    show(reviewing, qtbot, "explanations")
+    panel = reviewing.features.review.panels.explanations
+    assert panel.kind_key == "histogram"
+    assert panel.histograms.isVisible()
+    assert not panel.plot.isVisible()
+    plots = panel.histograms.plots
+    assert tuple(plots) == MEASURED_LIMBS
+    assert [plot.getPlotItem().titleLabel.text for plot in plots.values()] == [
+        *map(limb_words, MEASURED_LIMBS)
+    ]
+    ranges = {str(plot.viewRange()) for plot in plots.values()}
+    assert len(ranges) == 1
+    assert all(len(plot.getPlotItem().items) == 2 for plot in plots.values()), "a step for each run"
+    QTest.mouseClick(panel.legend.button("torso"), LEFT)
+    assert tuple(panel.histograms.plots) == tuple(
+        limb for limb in MEASURED_LIMBS if limb != "torso"
+    )
+    QTest.mouseClick(panel.legend.button("torso"), LEFT)
+    panel.kind.setCurrentIndex(panel.kind.findData("speed"))
+    settle(reviewing, qtbot)
+    assert panel.plot.isVisible()
+    panel.kind.setCurrentIndex(panel.kind.findData("histogram"))
+    settle(reviewing, qtbot)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -24,7 +24,8 @@ from stereotrack_core.recording.description import Recording
 from ...services.tasks.task import Task, TaskList
 from ...session.judgement import MEASURED_LIMBS, Judgement, reference_at
 from ...session.runs import RunEntry
-from ...widgets.plots.cloud_plot import CloudContent, PointCloud, Steps
+from ...widgets.plots.cloud_plot import CloudContent, PointCloud, style_at
+from ...widgets.plots.histograms import Steps
 from ...widgets.style.limb_colours import LIMB_COLOURS
 from .per_run import PerRun
 
@@ -207,12 +208,10 @@ def _histogram(runs: Sequence[Explained], selection: range | None) -> CloudConte
                 continue
             top = max(top, float(known.max()))
             share = 100.0 * np.histogram(known, edges)[0] / len(known)
-            steps.append(Steps(run.name, place, limb, LIMB_COLOURS[limb], edges, share))
+            style, colour = style_at(place), LIMB_COLOURS[limb]
+            steps.append(Steps(run.name, place, limb, colour, style, edges, share))
     last = int(np.searchsorted(edges, top, side="right"))
-    steps = [
-        Steps(s.name, s.place, s.limb, s.colour, s.edges[: last + 1], s.height[:last])
-        for s in steps
-    ]
+    steps = [replace(s, edges=s.edges[: last + 1], height=s.height[:last]) for s in steps]
     return CloudContent(_words("histogram", runs, selection), steps=tuple(steps))
 
 

@@ -158,15 +158,24 @@ class FailurePresenter(QObject):
             self.chosen = failure
             self.changed.emit()
 
-    def beside(self, frame: int, direction: int) -> FailureSegment | None:
-        """The listed failure after (1) or before (-1) the chosen one, or else a frame."""
+    def beside(self, frame: int, direction: int) -> tuple[FailureSegment, bool] | None:
+        """The listed failure after (1) or before (-1) the chosen one, or else a frame.
+
+        After the last one comes the first, and the other way around: whether that is so comes with
+        it. None where none is listed.
+        """
         listed = list(self.listed)
+        if not listed:
+            return None
         if self.chosen in listed and frame in self.chosen.frames:
             place = listed.index(self.chosen) + direction
-            return listed[place] if 0 <= place < len(listed) else None
+            return listed[place % len(listed)], not 0 <= place < len(listed)
         if direction > 0:
-            return next((e for e in listed if e.last >= frame and e.peak_frame > frame), None)
-        return next((e for e in reversed(listed) if e.peak_frame < frame), None)
+            there = (e for e in listed if e.last >= frame and e.peak_frame > frame)
+        else:
+            there = (e for e in reversed(listed) if e.peak_frame < frame)
+        found = next(there, None)
+        return (found, False) if found is not None else (listed[0 if direction > 0 else -1], True)
 
     # ---- finding
 

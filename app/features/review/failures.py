@@ -121,12 +121,16 @@ class FailureController(QObject):
 
     def go(self, direction: int) -> None:
         """Go to the worst frame of the next (1) or previous (-1) listed failure."""
-        found = self.presenter.beside(self._session.document.frame, direction)
-        if found is not None:
-            self._jump(found)
+        listed, frame = self.presenter.listed, self._session.document.frame
+        beside = self.presenter.beside(frame, direction)
+        if beside is None:
             return
-        where = "after" if direction > 0 else "before"
-        self._context.notifier.say(f"There is no listed failure {where} this one.", 4000)
+        found, wrapped = beside
+        self._jump(found)
+        place = f"Failure {listed.index(found) + 1} of {len(listed)}"
+        ends = "the last one" if direction > 0 else "the first one"
+        around = f", coming round from {ends}" if wrapped else ""
+        self._context.notifier.say(f"{place}{around}.", 4000)
 
     def toggle_loop(self) -> None:
         """Play the chosen failure, or the one at the playhead, again and again; or stop that."""
@@ -301,6 +305,7 @@ class FailureController(QObject):
 
     def _jump(self, failure: FailureSegment) -> None:
         self.presenter.choose(failure)
+        self.panel.choose(self.presenter.listed.index(failure))  # whatever is selected there
         if not self.looping():
             self._session.document.pause()
         self._session.document.go_to(failure.peak_frame)

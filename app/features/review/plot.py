@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from typing import TypeAlias
 
 import numpy as np
 from PySide6.QtCore import QObject, Qt, Slot
@@ -14,9 +15,10 @@ from stereotrack_core.recording.landmarks import LandmarkTrajectory
 
 from ...context import Context
 from ...session.judgement import LOST_SHARE, MEASURED_LIMBS, Judgement, heading_words
+from ...session.runs import RunEntry
 from ...session.truth import measure_of, with_quality
 from ...widgets.plots.limb_plots import ErrorPlot
-from ...widgets.plots.plots import Curve
+from ...widgets.plots.plots import Curve, Emphasis
 from ...widgets.style.colours import LineStyle
 from ...widgets.style.limb_colours import EXTRA_COLOURS, LIMB_COLOURS, limb_words
 from ...widgets.timeline.lanes import Lane, Span
@@ -37,7 +39,7 @@ class ErrorCurves(QObject):
         super().__init__(context.session)
         self._context, self._session = context, context.session
         self.plot = ErrorPlot(unit="deg")
-        self._drawn: tuple[list[tuple[str, LineStyle, Judgement]], int] = [], 0
+        self._drawn: tuple[list[DrawnRun], int] = [], 0
         self._lanes_of: tuple[object, ...] = ()
         self._no_curves = QLabel(_NO_CURVES)
         self._no_curves.setAlignment(Qt.AlignmentFlag.AlignCenter)
@@ -77,7 +79,12 @@ class ErrorCurves(QObject):
             self.plot.set_title(judgement.words)
             self.plot.set_heading(*heading_words(judgement))
         self.stack.setCurrentWidget(self.plot if every else self._no_curves)
-        drawn = [(one.name, runs.style(one), every[one]) for one in every if one.visible]
+        front = runs.front if runs.front in every else None
+        drawn: list[DrawnRun] = [
+            (one.name, runs.style(one), _emphasis(one, front), every[one])
+            for one in every
+            if one.visible
+        ]
         if (drawn, count) != self._drawn:
             self._drawn = drawn, count
             self.plot.set_curves(curves_of(drawn, count))
@@ -101,23 +108,34 @@ class ErrorCurves(QObject):
 
     def go_above(self, direction: int) -> None:
         """Go to the next or previous stretch above the threshold."""
-        frame = self.plot.crossing(direction)
-        if frame is not None:
-            self._session.document.visit(frame)
-        else:
-            where = "after" if direction > 0 else "before"
-            self._context.notifier.say(f"No limb exceeds the threshold {where} this frame.", 4000)
+        here, frame = self._session.document.frame, self.plot.crossing(direction)
+        if frame is None:
+            self._context.notifier.say("No limb exceeds the threshold.", 4000)
+            return
+        self._session.document.visit(frame)
+        if (frame - here) * direction <= 0:
+            end = "the end" if direction > 0 else "the beginning"
+            self._context.notifier.say(f"Stretch above threshold, coming round from {end}.", 4000)
 
 
-def curves_of(runs: Iterable[tuple[str, LineStyle, Judgement]], count: int) -> tuple[Curve, ...]:
-    """One curve per limb and run, which is given by its name and line style.
+DrawnRun: TypeAlias = tuple[str, LineStyle, Emphasis, Judgement]
+"""A run's name, how its curves are drawn, and what they show."""
+
+
+def _emphasis(run: RunEntry, front: RunEntry | None) -> Emphasis:
+    """A trial in front of the run and of other trials; all alike where there is none."""
+    return "usual" if front is None else "front" if run is front else "behind"
+
+
+def curves_of(runs: Iterable[DrawnRun], count: int) -> tuple[Curve, ...]:
+    """One curve per limb and run.
 
     All curves have all `count` frames of the recording, so that the plot stays under the
     timeline's frames while a run grows.
     """
     curves: list[Curve] = []
     every = np.arange(count)
-    for name, style, judgement in runs:
+    for name, style, emphasis, judgement in runs:
         values = {limb: (LIMB_COLOURS[limb], judgement.limbs[limb]) for limb in MEASURED_LIMBS}
         for extra, colour in EXTRA_COLOURS.items():
             values[extra] = (colour, 100.0 * judgement.unexplained_fraction)
@@ -129,6 +147,7 @@ def curves_of(runs: Iterable[tuple[str, LineStyle, Judgement]], count: int) -> t
                 style=style,
                 frame=every,
                 value=_spread(judgement, value, count),
+                emphasis=emphasis,
             )
             for limb, (colour, value) in values.items()
         )

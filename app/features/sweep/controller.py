@@ -10,12 +10,12 @@ from PySide6.QtCore import QObject, Slot
 from PySide6.QtWidgets import QFileDialog
 
 from stereotrack_core.errors import InputError
+from stereotrack_core.parameters import value_text
 from stereotrack_core.tracking.presets import PRESETS, preset
 
 from ...context import Context
 from ...session.tracking import Chosen
 from ...widgets.forms.message import Message
-from ...widgets.forms.parameter_panel import value_text
 from .dialog import SweepDialog
 from .presenter import SweepNow, SweepPresenter
 from .results import SweepResults, parameters_of

@@ -30,6 +30,8 @@ _SECONDS = 2.0
 """Length of the stretch around the frame where neither a selection nor the zoom says another."""
 
 _LONGEST_SECONDS = 10.0
+_TOUCHED = "tune/parameter"
+"""Where the parameter is kept that a person has touched last."""
 
 
 class TuneController(QObject):
@@ -49,6 +51,7 @@ class TuneController(QObject):
         self.series = SeriesPresenter(session, self.runner, self.trials)
         self.trials.live = bool(context.settings.value("tune/live", True, type=bool))
         self.presets = PresetWork(context, self.parameters)
+        self.parameters.last_touched = str(context.settings.value(_TOUCHED, ""))
         self._against: RunEntry | None = None
         self._compared = "preset"
         self._connect()
@@ -61,7 +64,9 @@ class TuneController(QObject):
         parameters.settings_changed.connect(self._session.tracker.use)
         parameters.preset_requested.connect(self.presets.use)
         parameters.against_requested.connect(self._on_compared)
-        panel.chosen.connect(self._context.actions.refresh_soon)
+        keep = self._context.settings.setValue
+        parameters.touched.connect(lambda name: keep(_TOUCHED, name))
+        panel.chosen.connect(self._on_trial_chosen)
         panel.base_chosen.connect(lambda row: self.compare_with(self._entry(row)))
         panel.dismissed.connect(lambda row: self.trials.discard(self._entry(row)))
         track = self._session.track
@@ -163,8 +168,8 @@ class TuneController(QObject):
         if not self.panel.isVisible() or self._session.document.recording is None:
             return
         run, *others = self._entries() or (None,)
-        known, changes = self._session.judging.all(), self.trials.changes
-        self.panel.show_table(*trial_table(run, others, known, self._against, changes))
+        known = self._session.judging.all()
+        self.panel.show_table(*trial_table(run, others, known, self._against))
 
     @Slot()
     def show_progress(self, _what: object = None) -> None:
@@ -214,6 +219,11 @@ class TuneController(QObject):
 
     # ---- what a person does
 
+    @Slot(int)
+    def _on_trial_chosen(self, row: int) -> None:
+        self._session.runs.bring_to_front(self._entry(row))
+        self._context.actions.refresh_soon()
+
     @Slot()
     def _on_settings(self) -> None:
         """Show and try other settings, whoever has chosen them."""
@@ -247,7 +257,7 @@ class TuneController(QObject):
     def use_settings_of(self, entry: RunEntry) -> None:
         """Go on with the settings of a trial."""
         if entry.settings is not None:
-            self._session.tracker.use(entry.settings, f"use settings of {entry.name}")
+            self._session.tracker.use(entry.settings, f"use settings of trial {entry.name}")
 
     # ---- one parameter
 

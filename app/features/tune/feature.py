@@ -26,11 +26,15 @@ def register(context: Context) -> TuneController:
             "Tune",
             "Change settings, run trials on a stretch of frames, and compare them.",
             "settings",
-            side=(("parameters",), ("trials", "series", "comparison", "runs", "inside")),
+            side=(
+                ("scene",),
+                ("parameters",),
+                ("trials", "series", "comparison", "runs", "inside"),
+            ),
             bottom=("plot", "timeline"),
             side_share=0.40,
-            bottom_shares=(0.17, 0.16),
-            side_heights=(1, 1),
+            bottom_shares=(0.20, 0.16),
+            side_heights=(2, 4, 3),
             tall_side=True,
             why_not=context.session.no_depth,
         )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import astuple, dataclass
 
 import numpy as np
@@ -12,7 +12,7 @@ from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 from ...session.comparison import LOST_DEG
 from ...session.judgement import Judgement
 from ...session.runs import RunEntry
-from ...widgets.tables.panels import number_cell
+from ...widgets.tables.panels import TRIAL_TIP, number_cell
 from ...widgets.tables.table import Cell, CellRow
 
 _ERROR = ("arms °", "torso °", "lost %", "unexpl. %", "untracked")
@@ -61,7 +61,6 @@ def trial_table(
     trials: Sequence[RunEntry],
     judgements: Mapping[RunEntry, Judgement],
     against: RunEntry | None,
-    changes: Callable[[RunEntry], str],
 ) -> tuple[tuple[str, ...], list[CellRow]]:
     """Headings, and cells of the run and of each trial, with differences from one of them.
 
@@ -73,8 +72,6 @@ def trial_table(
         Whose settings were changed.
     against : RunEntry or None
         What differences are from; the run where it is not given or has no frames.
-    changes : callable
-        What a trial changed, in words.
     """
     entries = [entry for entry in (run, *trials) if entry is not None]
     chosen = against if against in entries and against in judgements else run
@@ -90,18 +87,26 @@ def trial_table(
         frames = common if is_run else _frames(judgement)
         both = np.intersect1d(frames, _frames(other))
         here, there = _values(judgement, both, truth), _values(other, both, truth)
-        done, count = len(entry.frames), len(entry.wanted)
-        more = f", {done} of {count} frames" if done < count and not is_run else ""
         is_base = entry is chosen
-        changed = "in these frames" if is_run else changes(entry)
-        name = f"{'◆ ' if is_base else ''}{entry.name}{more}\n{changed}"
+        name = f"{'◆ ' if is_base else ''}{_two_lines(entry, is_run=is_run)}"
         values = _values(judgement, frames, truth)
         numbers = [
             number_cell(value, np.nan if is_base else a - b, digits)
             for value, a, b, digits in zip(values, here, there, (*ones, 0), strict=True)
         ]
-        rows.append((Cell(name, name, bold=is_run), *numbers))
+        rows.append((Cell(name, f"{entry.name}. {TRIAL_TIP}", bold=is_run), *numbers))
     return headings, rows if trials else []
+
+
+def _two_lines(entry: RunEntry, *, is_run: bool) -> str:
+    """What differs, or the run, and below it the frames."""
+    if is_run:
+        return f"{entry.name}\nin these frames"
+    done, wanted = len(entry.frames), entry.wanted
+    if done < len(wanted):
+        return f"{entry.name}\n{done} of {len(wanted)} frames"
+    first, _, others = entry.name.partition(", ")
+    return f"{first}\n{others or f'frames {wanted.start} – {wanted.stop - 1}'}"
 
 
 def _values(judgement: Judgement | None, frames: IntArray, truth: bool) -> tuple[float, ...]:

@@ -16,7 +16,7 @@ from ...session.session import Session
 from ...widgets.plots.small_multiples import Multiple
 from .numbers import Summary, summary_of
 from .runner import TrialRunner, Trials
-from .trials import TrialPresenter, entry_of, with_unit
+from .trials import TrialPresenter, entry_of
 
 
 @dataclass(eq=False)
@@ -109,9 +109,9 @@ class SeriesPresenter(QObject):
             trial = self._presenter.trial(settings.replaced(**{row.name: value}), "")
             if trial is None:
                 return
-            entry = entry_of(self._session, with_unit(row.name, value, row.unit), trial)
+            entry = entry_of(self._session, row.words(value), trial)
             tracked.append((entry, trial))
-            tried.append(Tried(value, with_unit("", value, row.unit), entry))
+            tried.append(Tried(value, row.text(value), entry))
         self.row, self.tried = row, tuple(tried)
         self._session.judging.besides = tuple(one.entry for one in tried)
         title = f"tracking with values of {row.name.replace('_', ' ')}"

@@ -11,23 +11,20 @@ from PySide6.QtCore import QObject, QTimer, Signal, Slot
 
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import proportions_of
-from stereotrack_core.parameters import Value
 from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.run_spec import RunSpec
 from stereotrack_core.tracking.stored import shape_of_meta
-from stereotrack_core.tracking.tuning.stages import Stage, changed_names, stage_key
+from stereotrack_core.tracking.tuning.stages import Stage, changes_in_words, stage_key
 from stereotrack_core.tracking.tuning.trial import Start, Trial
 
 from ...session.edits import WindowEdit
 from ...session.runs import Kind, RunEntry
 from ...session.session import Session
-from ...widgets.forms.parameter_panel import value_text
 from .runner import TrialRunner, Trials
 
 _PAUSE_MS = 100
 """Time without a further change after which a trial begins."""
 
-_NAMED = 2
 _HERE = ("tune", "trials")
 """Workspace and panel that show trials."""
 
@@ -63,11 +60,10 @@ class TrialPresenter(QObject):
         self.live = True
         self.running: RunEntry | None = None
         self._trials: Trials | None = None
-        self._made: WeakKeyDictionary[RunEntry, tuple[Trial, str]] = WeakKeyDictionary()
+        self._made: WeakKeyDictionary[RunEntry, Trial] = WeakKeyDictionary()
         self._asked: WeakKeyDictionary[RunEntry, WindowEdit] = WeakKeyDictionary()
         self._broken: WeakSet[RunEntry] = WeakSet()
         self._shown: WeakSet[RunEntry] = WeakSet()
-        self._number = 0
         self._pause = QTimer(self, singleShot=True, interval=_PAUSE_MS)
         self._pause.timeout.connect(self.try_now)
         self._runs.changed.connect(self._on_runs)
@@ -78,10 +74,6 @@ class TrialPresenter(QObject):
     def entries(self) -> tuple[RunEntry, ...]:
         """Trials that are shown, the oldest first; those that were made runs are none."""
         return tuple(e for e in self._runs.entries if e in self._made and e.kind == "trial")
-
-    def changes(self, entry: RunEntry) -> str:
-        """What a trial changed, in words."""
-        return self._made[entry][1] if entry in self._made else ""
 
     @property
     def waits(self) -> bool:
@@ -103,7 +95,7 @@ class TrialPresenter(QObject):
         if not self._session.clouds.available or not len(stretch):
             return None
         spec = RunSpec(settings, preset, stretch, init=self._session.tracker.first_pose)
-        made = self._made[base][0] if base is not None and base in self._made else None
+        made = self._made.get(base) if base is not None else None
         return Trial(spec) if base is None else _trial_beside(base, made, spec)
 
     def wanted(self) -> Trial | None:
@@ -115,7 +107,7 @@ class TrialPresenter(QObject):
         entry = self.running
         if entry is not None:
             done, count = len(entry.frames), len(entry.wanted)
-            return f"{entry.name.capitalize()}: {done} of {count} frames."
+            return f"Trial “{entry.name}”: {done} of {count} frames."
         trial = self.wanted()
         if trial is None:
             return ""
@@ -135,7 +127,7 @@ class TrialPresenter(QObject):
         """Track the stretch with the settings as they are; an edit."""
         entry = self._next()
         if entry is not None and entry.kind == "trial":
-            self._asked[entry] = self._edit(f"run {entry.name}", (entry,), listed=True)
+            self._asked[entry] = self._edit(f"run trial {entry.name}", (entry,), listed=True)
             self._session.edits.do(self._asked[entry])
         elif entry is not None:  # without a run to compare with it is the first one
             self._put((entry,), listed=True)
@@ -151,7 +143,6 @@ class TrialPresenter(QObject):
         """End the trial in progress, and forget it."""
         entry = self.running
         if entry is not None:
-            self._number -= entry.kind == "trial"
             self._put((entry,), listed=False)
             if entry in self._asked:
                 self._session.edits.withdraw(self._asked[entry])
@@ -160,7 +151,8 @@ class TrialPresenter(QObject):
     def discard(self, entry: RunEntry | None) -> None:
         """Take a trial away; what is none stays. An edit."""
         if entry is not None and entry in self.entries:
-            self._session.edits.do(self._edit(f"discard {entry.name}", (entry,), listed=False))
+            words = f"discard trial {entry.name}"
+            self._session.edits.do(self._edit(words, (entry,), listed=False))
 
     def discard_all(self) -> None:
         """Take all trials away; an edit."""
@@ -170,15 +162,17 @@ class TrialPresenter(QObject):
     def make_run(self, entry: RunEntry) -> None:
         """Make a trial the active run, over the frames that it has; an edit."""
         if entry is not self.running and entry in self.entries:
-            words, put = f"make {entry.name} the active run", partial(self._put_kind, entry)
-            before, after = ("trial", entry.name, self._runs.active), ("run", entry.name, entry)
+            words, put = f"make trial {entry.name} the active run", partial(self._put_kind, entry)
+            name = entry.name
+            if entry.settings is not None:
+                name = self._runs.next_name(self._session.track.name_of(entry.settings))
+            before, after = ("trial", entry.name, self._runs.active), ("run", name, entry)
             self._session.edits.do(WindowEdit(words, put, before, after, *_HERE))
 
     def stop(self) -> None:
         """Forget everything, as another recording comes."""
         self.cancel()
         self._made.clear()
-        self._number = 0
 
     # ---- inside
 
@@ -211,7 +205,8 @@ class TrialPresenter(QObject):
         self._broken.discard(entry)
         entry.frames.clear()
         self.running = entry
-        self._trials = self._runner.track(f"tracking {entry.name}", [(entry, self._made[entry][0])])
+        title = f"tracking the trial {entry.name}"
+        self._trials = self._runner.track(title, [(entry, self._made[entry])])
         self._trials.grown.connect(self._on_grown)
         self._trials.ended.connect(self._on_ended)
 
@@ -241,24 +236,24 @@ class TrialPresenter(QObject):
         for entry in self._runs.entries:
             if entry is self.running or entry not in self._made or entry.kind != "trial":
                 continue
-            other = self._made[entry][0]
+            other = self._made[entry]
             begun = other.start.pose if other.start is not None else None
             alike = other.settings == trial.settings and other.stretch == trial.stretch
             if alike and begun is pose:
-                return f"{entry.name.capitalize()} already has these settings."
+                return f"The trial “{entry.name}” already has these settings."
         return ""
 
     def _new_entry(self, trial: Trial) -> RunEntry:
-        base, preset = self.base(), trial.spec.preset
+        base, as_run = self.base(), self._session.track.name_of(trial.settings)
         if base is None:
-            changed = self._session.track.differs_from_preset
-            entry = entry_of(self._session, self._runs.next_name(preset, changed=changed), trial)
+            entry = entry_of(self._session, self._runs.next_name(as_run), trial)
             entry.kind = "run"
         else:
-            self._number += 1
-            entry = entry_of(self._session, f"trial {self._number}", trial)
-        own = settings_of(base) if base is not None else None
-        self._made[entry] = trial, _changes_in_words(own, trial.settings)
+            own = settings_of(base)
+            changes = changes_in_words(own, trial.settings) if own is not None else ""
+            name = self._runs.free_name(changes or as_run, besides=self._made)
+            entry = entry_of(self._session, name, trial)
+        self._made[entry] = trial
         return entry
 
     def _leave(self) -> RunEntry | None:
@@ -352,21 +347,3 @@ def entry_of(session: Session, name: str, trial: Trial) -> RunEntry:
     body = body_model(lengths, trial.settings.body)
     preset = trial.spec.preset
     return RunEntry(name, preset, trial.settings, body, trial.stretch, kind="trial")
-
-
-def _changes_in_words(old: Settings | None, new: Settings) -> str:
-    """``sigma joint 20 deg``; ``sigma joint 20 deg, iterations 8 and 3 more``."""
-    if old is None:
-        return "different settings"
-    names = changed_names(old, new)
-    rows, values = {row.name: row for row in new.rows()}, new.values()
-    said = ", ".join(with_unit(name, values[name], rows[name].unit) for name in names[:_NAMED])
-    if len(names) > _NAMED:
-        return f"{said} and {len(names) - _NAMED} more"
-    return said or "settings of the run"
-
-
-def with_unit(name: str, value: Value, unit: str) -> str:
-    """A parameter's value as a person reads it."""
-    words = f"{name.replace('_', ' ')} {value_text(value).replace('_', ' ')}"
-    return f"{words} {unit}".strip()

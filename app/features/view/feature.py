@@ -56,12 +56,12 @@ SCENE_LAYERS = {
 """Icon and words of the scene's layers, and a tip where the words do not tell it."""
 
 SCENE_SIDES = {
-    "home": ("Oblique view", "Look from the front and slightly from one side.", "R"),
-    "front": ("Front view", "Look south, at a person facing north.", "F"),
-    "side": ("Side view", "Look west.", "S"),
-    "top": ("Top view", "Look down, with north up.", "T"),
+    "home": ("Oblique view", "Look from the front and slightly from one side.", "Ctrl+Alt+1"),
+    "front": ("Front view", "Look south, at a person facing north.", "Ctrl+Alt+2"),
+    "side": ("Side view", "Look west.", "Ctrl+Alt+3"),
+    "top": ("Top view", "Look down, with north up.", "Ctrl+Alt+4"),
 }
-"""Text, tip and key of the directions that the scene is looked at from."""
+"""Text, tip and keys of the directions that the scene is looked at from."""
 
 
 def commands(context: Context, view: ViewController, first_zoom: FirstZoom) -> list[Command]:
@@ -199,10 +199,10 @@ def _scene(
     ]  # fmt: skip
     sides = [
         Menu(menu, session.no_recording).command(
-            f"scene_from_{side}", text, f"{tip} Press {key} in the scene.",
-            partial(scene.set_view, side), icon="scene", section=side == "home",
+            f"scene_from_{side}", text, tip, partial(scene.set_view, side), keys, "scene",
+            section=side == "home",
         )
-        for side, (text, tip, key) in SCENE_SIDES.items()
+        for side, (text, tip, keys) in SCENE_SIDES.items()
     ]  # fmt: skip
     return [*colours, *layers, *sides]
 

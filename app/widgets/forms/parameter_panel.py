@@ -5,9 +5,10 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Sequence
 
-from PySide6.QtCore import Qt, Signal, Slot
-from PySide6.QtGui import QAction, QFont, QKeyEvent, QWheelEvent
+from PySide6.QtCore import Qt, QTimer, Signal, Slot
+from PySide6.QtGui import QAction, QFont, QKeyEvent, QResizeEvent, QWheelEvent
 from PySide6.QtWidgets import (
+    QBoxLayout,
     QCheckBox,
     QComboBox,
     QGridLayout,
@@ -21,21 +22,18 @@ from PySide6.QtWidgets import (
 )
 
 from stereotrack_core.errors import InputError
-from stereotrack_core.parameters import ParameterGroup, ParameterRow, Value
+from stereotrack_core.parameters import ParameterGroup, ParameterRow, Value, value_text
 from stereotrack_core.tracking.presets import PRESETS
+from stereotrack_core.tracking.tuning.search import finds
 
 from ..style.building import choice, hbox, label, scrolled, tool_button, vbox
 
 _EDITOR_WIDTH = 116
 _UNIT_WIDTH = 34
 _TIP_WIDTH = 80
-
-
-def value_text(value: Value) -> str:
-    """Write a value as a person types it."""
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    return f"{value:g}" if isinstance(value, float) else str(value)
+_ONE_ROW_WIDTH = 520
+"""Pixels from which the preset and what it is compared with have room in one row."""
+_ABOVE = 6
 
 
 class _Number(QLineEdit):
@@ -60,7 +58,7 @@ class _Choice(QComboBox):
 
 
 class ParameterLine(QWidget):
-    """Name, field and unit of a parameter, its range and defaults, and a way back."""
+    """Name, field and unit of a parameter, what it does, its range and defaults, and a way back."""
 
     value_changed = Signal(str, object)
     """The person gave a value that the row accepts."""
@@ -82,6 +80,7 @@ class ParameterLine(QWidget):
         self._name = label(row.name.replace("_", " "), wraps=False)
         self._name.setBuddy(self.editor)
         self._name.setMinimumWidth(60)
+        self._help = label(row.help, "muted")
         self._facts = label("", "muted")
         self._facts.setTextFormat(Qt.TextFormat.RichText)
         self._facts.linkActivated.connect(lambda: self._on_given(row.thesis))
@@ -99,11 +98,6 @@ class ParameterLine(QWidget):
     def refusal(self) -> str:
         """Why the text in the field was not taken; empty where it was."""
         return self._refusal.text()
-
-    def matches(self, words: str) -> bool:
-        """Whether every one of `words` is found in name, group or help."""
-        text = f"{self._name.text()} {self.row.name} {self.row.group} {self.row.help}".lower()
-        return all(word in text for word in words.lower().split())
 
     def show_values(self, value: Value, base: Value, base_word: str = "preset") -> None:
         """Show the value, and what revert goes back to; `base_word` says whose value that is."""
@@ -151,8 +145,8 @@ class ParameterLine(QWidget):
         grid.setColumnStretch(0, 1)
         for place, part in enumerate((self._name, self.editor, unit, self.revert_button)):
             grid.addWidget(part, 0, place)
-        grid.addWidget(self._facts, 1, 0, 1, 4)
-        grid.addWidget(self._refusal, 2, 0, 1, 4)
+        for place, part in enumerate((self._help, self._facts, self._refusal), start=1):
+            grid.addWidget(part, place, 0, 1, 4)
 
     def _on_given(self, given: Value | None) -> None:
         if given is None:
@@ -237,6 +231,8 @@ class ParameterPanel(QWidget):
     against_requested = Signal(str)
     """The person wants differences from something else, a key of :data:`AGAINST`; the caller
     answers with :meth:`set_settings`."""
+    touched = Signal(str)
+    """The person gave this parameter a value."""
 
     def __init__(self, parent: QWidget | None = None, *, presets: Sequence[str] = PRESETS) -> None:
         super().__init__(parent)
@@ -245,6 +241,10 @@ class ParameterPanel(QWidget):
         self._against = "preset"
         self._rows: tuple[ParameterRow, ...] = ()
         self._behind = self._seen = False
+        self.last_touched = ""
+        """The parameter that the panel opens at."""
+        self._opening = QTimer(self, singleShot=True, interval=0)
+        self._opening.timeout.connect(self._open_at_last)
         self._lines: dict[str, ParameterLine] = {}
         self._groups: dict[str, QWidget] = {}
         self._nothing = label("", "muted")
@@ -319,10 +319,14 @@ class ParameterPanel(QWidget):
         self.revert_all = QPushButton("Revert all", self)
         self.revert_all.clicked.connect(self._on_revert_all)
         self.search = QLineEdit(self)
-        self.search.setPlaceholderText("Search names and descriptions")
+        self.search.setPlaceholderText("Search names, descriptions and topics")
+        self.search.setToolTip(
+            "Type part of a name or description, or what it is about, such as cross, lost, jitter, "
+            "noise or speed."
+        )
         self.search.setAccessibleName("Search parameters")
         self.search.setClearButtonEnabled(True)
-        self.search.textChanged.connect(self._sift)
+        self.search.textChanged.connect(self._on_search)
         self.only_changed = tool_button("", "filter", "Changed")
         self.only_changed.setAutoRaise(False)
         self.only_changed.setCheckable(True)
@@ -337,13 +341,19 @@ class ParameterPanel(QWidget):
         self.against_box.activated.connect(
             lambda: self.against_requested.emit(self.against_box.currentData())
         )
-        return vbox(
-            hbox(QLabel("Preset", self), (self.preset_box, 1), self.menu_button),
-            hbox(QLabel("Compare with", self), (self.against_box, 1), self.revert_all),
-            hbox((self.search, 1), self.only_changed),
-            margins=(0, 0, 6, 0),
+        self._rows_above = hbox(
+            (hbox(QLabel("Preset", self), (self.preset_box, 1), self.menu_button), 1),
+            (hbox(QLabel("Compare with", self), (self.against_box, 1), self.revert_all), 1),
             spacing=4,
         )
+        find = hbox((self.search, 1), self.only_changed)
+        return vbox(self._rows_above, find, margins=(0, 0, 6, 0), spacing=4)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        wide = self.width() >= _ONE_ROW_WIDTH
+        way = QBoxLayout.Direction.LeftToRight if wide else QBoxLayout.Direction.TopToBottom
+        self._rows_above.setDirection(way)
 
     def _catch_up(self) -> None:
         """Show in the lines what was given while nobody saw them."""
@@ -354,6 +364,7 @@ class ParameterPanel(QWidget):
         if rows != self._rows:
             self._rows = rows
             self._fill()
+            self._opening.start()
         values, bases = self.settings.values(), self._base.values()
         for name, line in self._lines.items():
             line.show_values(values[name], bases[name], self._against)
@@ -380,7 +391,7 @@ class ParameterPanel(QWidget):
         words, only_changed = self.search.text(), self.only_changed.isChecked()
         seen = set()
         for line in self._lines.values():
-            visible = line.matches(words) and (line.is_changed or not only_changed)
+            visible = finds(line.row, words) and (line.is_changed or not only_changed)
             line.setVisible(visible)
             if visible:
                 seen.add(line.row.group)
@@ -398,7 +409,22 @@ class ParameterPanel(QWidget):
             else "No settings are loaded."
         )
 
+    @Slot(str)
+    def _on_search(self, words: str) -> None:
+        self._sift()
+        if not words:
+            self._opening.start()
+
+    @Slot()
+    def _open_at_last(self) -> None:
+        """Show the parameter that was touched last at the top, among the others."""
+        line = self._lines.get(self.last_touched)
+        if line is not None and not line.isHidden():
+            self._scroll.verticalScrollBar().setValue(line.y() - _ABOVE)
+
     def _on_value(self, name: str, value: Value) -> None:
+        self.last_touched = name
+        self.touched.emit(name)
         if self.settings is not None:
             self._take(self.settings.replaced(**{name: value}))
 

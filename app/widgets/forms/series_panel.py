@@ -17,12 +17,11 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from stereotrack_core.parameters import ParameterRow, Value
+from stereotrack_core.parameters import ParameterRow, Value, value_text
 from stereotrack_core.tracking.tuning.series import MOST, usual_range
 
 from ..plots.small_multiples import MeansCurve, Multiple, SmallMultiples, keeps_arrows
 from ..style.building import choice, hbox, label, scrolled, searchable, thin_progress, vbox
-from .parameter_panel import value_text
 
 _NOTHING = (
     "Choose a parameter and a range to see the errors for each value. The selected frames are "

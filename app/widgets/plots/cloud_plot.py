@@ -1,4 +1,4 @@
-"""Errors against something else, point by point, and how often each error occurs."""
+"""Errors against something else, point by point, or how often each error occurs."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pyqtgraph as pg
 from PySide6.QtCore import QSize, Signal
-from PySide6.QtGui import QColor, QPen
-from PySide6.QtWidgets import QWidget
+from PySide6.QtGui import QColor, QPen, QResizeEvent
+from PySide6.QtWidgets import QBoxLayout, QWidget
 
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 
@@ -18,11 +18,14 @@ from ..style.building import ElidedLabel, choice, hbox, vbox
 from ..style.colours import PEN_STYLES, LineStyle
 from ..style.limb_colours import limb_words
 from ..style.theme import Dressed, current_theme
+from .histograms import Histograms, Steps
 from .plots import Curve, LimbLegend, band, dress_plot, new_plot, shade
 
 _OTHERS: tuple[LineStyle, ...] = ("dash", "dot", "dashdot")
 _SYMBOLS = ("o", "x", "t", "s", "d")
 _FADED = 45
+_LEGEND_WIDTH = 400
+"""Pixels that the legend has to have beside the choice; with less it stands below."""
 _NOTHING = "Run the tracker to see what the errors depend on."
 
 
@@ -48,18 +51,6 @@ class PointCloud:
     low: FloatArray
     high: FloatArray
     """`curve_x`, `curve`, `low` and `high`: (K,) float64. Running median and quartiles."""
-
-
-@dataclass(frozen=True, eq=False)
-class Steps:
-    """How often one limb's values fall between `edges` (N + 1,): `height` (N,)."""
-
-    name: str
-    place: int
-    limb: str
-    colour: str
-    edges: FloatArray
-    height: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,12 +86,21 @@ class CloudPlot(Dressed):
         self.plot.scene().sigMouseClicked.connect(self._on_plot_clicked)
         self.words = ElidedLabel(_NOTHING, self)
         self.words.setContentsMargins(8, 0, 8, 2)
-        head = hbox(self.kind, (self.legend, 1), margins=(4, 2, 0, 0))
-        self.setLayout(vbox(head, (self.plot, 1), self.words, spacing=0))
+        self._head = hbox(self.kind, (self.legend, 1), margins=(4, 2, 0, 0), spacing=2)
+        self.histograms = Histograms()
+        self.histograms.hide()
+        both = ((self.plot, 1), (self.histograms, 1))
+        self.setLayout(vbox(self._head, *both, self.words, spacing=0))
         self._dress()
 
     def sizeHint(self) -> QSize:
         return QSize(420, 300)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        beside = self.width() - self.kind.sizeHint().width() >= _LEGEND_WIDTH
+        way = QBoxLayout.Direction.LeftToRight if beside else QBoxLayout.Direction.TopToBottom
+        self._head.setDirection(way)
 
     @property
     def kind_key(self) -> str:
@@ -120,7 +120,7 @@ class CloudPlot(Dressed):
             drawn = [*content.clouds, *content.steps]
         none = np.empty(0, np.int64), np.empty(0)
         self.legend.set_curves(
-            [Curve(one.name, one.limb, one.colour, _style(one.place), *none) for one in drawn]
+            [Curve(one.name, one.limb, one.colour, style_at(one.place), *none) for one in drawn]
         )
         self.words.set_words(_NOTHING if content is None else content.words)
         self._write_ticks()
@@ -131,11 +131,6 @@ class CloudPlot(Dressed):
             self._add_points(cloud)
         for cloud in content.clouds:
             self._add_curve(cloud)
-        for steps in content.steps:
-            item = pg.PlotCurveItem(
-                steps.edges, steps.height, stepMode="center", pen=_pen(steps.colour, steps.place, 2)
-            )
-            self._put(steps.limb, item)
 
     def _add_points(self, cloud: PointCloud) -> None:
         known = np.isfinite(cloud.x) & np.isfinite(cloud.y)
@@ -178,6 +173,10 @@ class CloudPlot(Dressed):
         hidden = self.legend.hidden_limbs
         for limb, item in self._items:
             item.setVisible(limb not in hidden)
+        steps = self._content.steps if self._content is not None else ()
+        self.plot.setVisible(not steps)
+        self.histograms.setVisible(bool(steps))
+        self.histograms.show_steps(steps, hidden)
         self._fit()
 
     def show_everything(self) -> None:
@@ -191,13 +190,11 @@ class CloudPlot(Dressed):
         hidden = self.legend.hidden_limbs
         box = self.plot.getViewBox()
         clouds = [cloud for cloud in self._content.clouds if cloud.limb not in hidden]
-        steps = [one for one in self._content.steps if one.limb not in hidden]
-        xs = [*(cloud.x for cloud in clouds), *(one.edges for one in steps)]
         points = _known([cloud.y for cloud in clouds])
         usual = points if everything else _most(_known([c.y for c in clouds if c.place == 0]))
         curves = _known([v for c in clouds for v in (c.curve, c.high)])
-        x = _known(xs)
-        y = np.concatenate([usual, curves, *(one.height for one in steps)])
+        x = _known([cloud.x for cloud in clouds])
+        y = np.concatenate([usual, curves])
         if len(x) and len(y):
             left, right = float(x.min()), float(x.max())
             box.setXRange(left, max(right, left + 1e-3), padding=0.04)
@@ -222,13 +219,13 @@ class CloudPlot(Dressed):
         self.show_content(self._content)
 
 
-def _style(place: int) -> LineStyle:
+def style_at(place: int) -> LineStyle:
     """Line style of a run, the same as in the plot of errors."""
     return "solid" if place == 0 else _OTHERS[(place - 1) % len(_OTHERS)]
 
 
 def _pen(colour: str, place: int, width: float) -> QPen:
-    pen: QPen = pg.mkPen(colour, width=width, style=PEN_STYLES[_style(place)])
+    pen: QPen = pg.mkPen(colour, width=width, style=PEN_STYLES[style_at(place)])
     return pen
 
 

@@ -3,21 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import cast
 
 import numpy as np
 import pyqtgraph as pg
-from PySide6.QtCore import QSize, Qt, Signal
+from PySide6.QtCore import QEvent, QSize, Qt, Signal
 from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QWidget
 
 from stereotrack_core.arrays import FloatArray, IntArray
 
-from ..style.colours import PEN_STYLES
 from ..style.limb_colours import limb_words
 from ..style.theme import Dressed, current_theme
-from .plots import Curve, LimbLegend, band, dress_plot, new_plot
+from .plots import Curve, LimbLegend, band, dress_plot, new_plot, pen_of
 
-FRAME_KEYS = "Keys: arrows step, A shows all frames."
+FRAME_KEYS = "Keys: arrows step, 0 shows all frames."
 """What the keys of a plot over frames do."""
 
 _HALF_STROKE = 0.4
@@ -140,13 +140,13 @@ class FramePlot(Dressed):
 
     def _new_line(self, curve: Curve) -> pg.PlotCurveItem:
         item = pg.PlotCurveItem(
-            # wider lines take Qt ten times as long
-            pen=pg.mkPen(curve.colour, width=1, style=PEN_STYLES[curve.style]),
+            pen=pen_of(curve.colour, curve.style, curve.emphasis),
             connect="finite",
             name=f"{curve.name}, {limb_words(curve.limb)}",
         )
         # the playhead moves over kept pictures of the curves
         item.setCacheMode(pg.PlotCurveItem.CacheMode.DeviceCoordinateCache)
+        item.setZValue(1 if curve.emphasis == "front" else 0)
         self._plot.addItem(item)
         return item
 
@@ -210,23 +210,36 @@ class FramePlot(Dressed):
             self.set_frame(frame)
             self.frame_requested.emit(frame)
 
+    def event(self, event: QEvent) -> bool:
+        # as in the timeline, what shows a whole image shows all frames here
+        asks = isinstance(event, QKeyEvent) and event.type() == QEvent.Type.ShortcutOverride
+        if asks and _shows_all(cast(QKeyEvent, event)):
+            event.accept()
+            return True
+        return super().event(event)
+
     def keyPressEvent(self, event: QKeyEvent) -> None:
         step = 10 if event.modifiers() & Qt.KeyboardModifier.ShiftModifier else 1
         if event.key() == Qt.Key.Key_Left:
             self._request(self._frame - step)
         elif event.key() == Qt.Key.Key_Right:
             self._request(self._frame + step)
-        elif event.key() == Qt.Key.Key_A and not event.modifiers():
+        elif _shows_all(event):
             self.show_everything()
             self.visible_range_changed.emit(*self._extent())
         else:
             super().keyPressEvent(event)
 
 
+def _shows_all(event: QKeyEvent) -> bool:
+    modifiers = event.modifiers() & ~Qt.KeyboardModifier.KeypadModifier
+    return event.key() == Qt.Key.Key_0 and modifiers == Qt.KeyboardModifier.NoModifier
+
+
 def _look(curve: Curve) -> tuple[object, ...]:
     """What a curve's items are made for: other values of the same curve go into the same line."""
     band = None if curve.sigma is None else curve
-    return curve.name, curve.limb, curve.colour, curve.style, band
+    return curve.name, curve.limb, curve.colour, curve.style, curve.emphasis, band
 
 
 def thinned(

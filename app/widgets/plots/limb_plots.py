@@ -81,9 +81,17 @@ class ErrorPlot(FramePlot):
         self._quiet = False
 
     def crossing(self, direction: int) -> int | None:
-        """Frame of the next (1) or previous (-1) stretch above the threshold, if any."""
+        """Frame of the next (1) or previous (-1) stretch above the threshold, if any.
+
+        After the last one comes the first, and the other way around.
+        """
         angles = [curve for curve in self.shown_curves if curve.limb not in EXTRA_COLOURS]
-        return next_crossing(angles, self.threshold, self._frame, direction)
+        found = next_crossing(angles, self.threshold, self._frame, direction)
+        if found is not None:
+            return found
+        first, last = self._extent()
+        end = first - 1 if direction > 0 else last
+        return next_crossing(angles, self.threshold, int(end), direction)
 
     # ---- inside
 

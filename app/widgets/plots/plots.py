@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from html import escape
-from typing import Any
+from typing import Any, Literal, TypeAlias
 
 import pyqtgraph as pg
 from PySide6.QtCore import QSize, Qt, Signal
@@ -14,13 +14,14 @@ from PySide6.QtWidgets import QApplication, QLabel, QSizePolicy, QToolButton, QW
 
 from stereotrack_core.arrays import FloatArray, IntArray
 
-from ..style.building import hbox, shortened
-from ..style.colours import LineStyle, line_pixmap
-from ..style.limb_colours import EXTRA_COLOURS, limb_words
+from ..style.building import shortened
+from ..style.colours import PEN_STYLES, LineStyle, line_pixmap
+from ..style.limb_colours import EXTRA_COLOURS, brief_limb_words, limb_words
 from ..style.theme import current_theme
 
 _GRID = 70
 _SHADE = 45
+_THICK, _FAINT = 2.5, 120
 
 
 def new_plot(parent: QWidget | None = None) -> pg.PlotWidget:
@@ -66,10 +67,25 @@ def band(
 
 
 _SWATCH = QSize(14, 14)
-_GAP = 2
+_GAP, _LEFT, _RIGHT, _ABOVE = 2, 4, 8, 2
 _MOST_LETTERS = 24
 _BESIDE = 40
 """Pixels that a switch has beside its words: colour, padding, distance."""
+
+
+Emphasis: TypeAlias = Literal["usual", "front", "behind"]
+"""Whether curves stand out before others, which then step back."""
+
+
+def pen_of(colour: str, style: LineStyle, emphasis: Emphasis) -> QPen:
+    """Pen of a run's curves: thick and unbroken in front of others, faint behind."""
+    front = emphasis == "front"
+    pen: QPen = pg.mkPen(
+        shade(colour, _FAINT if emphasis == "behind" else 255),
+        width=_THICK if front else 1,  # wider lines take Qt ten times as long
+        style=PEN_STYLES["solid" if front else style],
+    )
+    return pen
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,6 +106,7 @@ class Curve:
     """(F,) float64. NaN leaves a gap."""
     sigma: FloatArray | None = None
     """(F,) float64. Half the height of a band around the curve, NaN where there is none."""
+    emphasis: Emphasis = "usual"
 
 
 class LimbLegend(QWidget):
@@ -101,10 +118,8 @@ class LimbLegend(QWidget):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._buttons: dict[str, QToolButton] = {}
-        self._runs: tuple[tuple[str, LineStyle], ...] = ()
+        self._runs: tuple[tuple[str, LineStyle, Emphasis], ...] = ()
         self._labels: list[QLabel] = []
-        self._row = hbox(None, margins=(4, 2, 8, 2), spacing=_GAP)
-        self.setLayout(self._row)
         self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
 
     @property
@@ -125,8 +140,8 @@ class LimbLegend(QWidget):
         for limb, colour in colours.items():
             if limb not in self._buttons:
                 self._add_button(limb, colour)
-        self._fit_width()
-        runs = tuple({(curve.name, curve.style): None for curve in curves})
+        self._arrange()
+        runs = tuple({(curve.name, curve.style, curve.emphasis): None for curve in curves})
         if runs != self._runs:
             self._runs = runs
             self._write_runs()
@@ -136,34 +151,51 @@ class LimbLegend(QWidget):
         self._write_runs()
 
     def _drop(self, widget: QWidget) -> None:
-        self._row.removeWidget(widget)
         widget.hide()
         widget.deleteLater()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
-        self._fit_width()
+        self._arrange()
 
     @property
     def wanted_width(self) -> int:
-        """Width in pixels at which every switch has its name beside it."""
-        metrics = self.fontMetrics()
-        limbs = sum(metrics.horizontalAdvance(limb_words(limb)) + _BESIDE for limb in self._buttons)
-        return limbs + sum(label.sizeHint().width() + _GAP for label in self._labels) + 12
+        """Width in pixels at which every switch has its whole name beside it, in one row."""
+        return self._row_width(limb_words) + self._runs_width() + _LEFT + _RIGHT
 
-    def _fit_width(self) -> None:
-        # where it gets narrow the names go, and the colours stay with their tooltips
-        style = (
-            Qt.ToolButtonStyle.ToolButtonTextBesideIcon
-            if self.wanted_width <= self.width()
-            else Qt.ToolButtonStyle.ToolButtonIconOnly
-        )
-        for button in self._buttons.values():
-            button.setToolButtonStyle(style)
+    def _row_width(self, words: Callable[[str], str]) -> int:
+        metrics = self.fontMetrics()
+        return sum(metrics.horizontalAdvance(words(limb)) + _BESIDE for limb in self._buttons)
+
+    def _runs_width(self) -> int:
+        return sum(label.sizeHint().width() + _GAP for label in self._labels)
+
+    def _arrange(self) -> None:
+        """Put the switches and runs in a row; where it gets narrow, short names in several."""
+        words = limb_words if self.wanted_width <= self.width() else brief_limb_words
+        for limb, button in self._buttons.items():
+            button.setText(words(limb))
+        runs = list(zip(self._labels[::2], self._labels[1::2], strict=True))
+        groups: list[tuple[QWidget, ...]] = [*((one,) for one in self._buttons.values()), *runs]
+        sizes = [[part.sizeHint() for part in group] for group in groups]
+        height = max([size.height() for group in sizes for size in group], default=0)
+        right = self.width() - _RIGHT
+        x, y = _LEFT, _ABOVE
+        for place, (group, hints) in enumerate(zip(groups, sizes, strict=True)):
+            wide = sum(hint.width() + _GAP for hint in hints)
+            if place == len(self._buttons):  # the runs stand at the end of their row
+                x = max(x, right - self._runs_width())
+            if x > _LEFT and x + wide > right:
+                x, y = _LEFT, y + height
+            for part, hint in zip(group, hints, strict=True):
+                part.setGeometry(x, y, min(hint.width(), max(right - x, 0)), height)
+                part.show()
+                x += hint.width() + _GAP
+        self.setFixedHeight(y + height + _ABOVE)
 
     def _add_button(self, limb: str, colour: str) -> None:
         button = QToolButton(self)
-        button.setText(limb_words(limb))
+        button.setAccessibleName(limb_words(limb))
         button.setIcon(_swatch(colour))
         button.setIconSize(_SWATCH)
         button.setCheckable(True)
@@ -173,7 +205,7 @@ class LimbLegend(QWidget):
             f"Show or hide the {limb_words(limb)}. Ctrl+click to show only this limb."
         )
         button.clicked.connect(lambda: self._on_clicked(limb))
-        self._row.insertWidget(len(self._buttons), button)
+        button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
         self._buttons[limb] = button
 
     def _on_clicked(self, limb: str) -> None:
@@ -187,16 +219,15 @@ class LimbLegend(QWidget):
         for label in self._labels:
             self._drop(label)
         self._labels = []
-        for name, style in self._runs:
+        for name, style, emphasis in self._runs:
             for label in (QLabel(self), QLabel(shortened(name, _MOST_LETTERS), self)):
                 label.setToolTip(name)
                 self._labels.append(label)
-                self._row.addWidget(label)
             self._labels[-2].setPixmap(
-                line_pixmap(style, QColor(current_theme().text), self.devicePixelRatioF())
+                line_pixmap(pen_of(current_theme().text, style, emphasis), self.devicePixelRatioF())
             )
             self._labels[-1].setProperty("role", "muted")
-        self._fit_width()
+        self._arrange()
 
 
 def _swatch(colour: str) -> QIcon:

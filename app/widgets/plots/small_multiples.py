@@ -27,7 +27,7 @@ from ..style.limb_colours import LIMB_COLOURS
 from ..style.theme import Dressed, current_theme
 from .plots import dress_plot, new_plot
 
-_CELL_WIDTH, _CELL_HEIGHT = 118, 84
+_CELL_WIDTH, _CELL_HEIGHT = 118, 72
 _PAD = 4.0
 _LEAST_TOP = 20.0
 """Degrees that the shared axis shows at least."""
@@ -198,7 +198,7 @@ class MeansCurve(Dressed):
         self._plot.hideAxis("bottom")
         self._plot.setMouseEnabled(x=False, y=False)
         self.setLayout(vbox(self._plot))
-        self.setFixedHeight(64)
+        self.setFixedHeight(54)
         self.setAccessibleName("Mean error by value")
         self.setToolTip("Mean over the arm segments and frames, for each value.")
 

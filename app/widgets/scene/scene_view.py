@@ -81,13 +81,6 @@ _COARSEST = 4
 """How often such a picture may be halved, in pixels."""
 _TURN_PER_PIXEL = np.radians(0.4)
 _TURN_PER_KEY = np.radians(7.5)
-_VIEW_KEYS = {
-    Qt.Key.Key_F: "front",
-    Qt.Key.Key_S: "side",
-    Qt.Key.Key_T: "top",
-    Qt.Key.Key_R: "home",
-    Qt.Key.Key_Home: "home",
-}
 _ZOOM_KEYS = {Qt.Key.Key_Plus: 1.2, Qt.Key.Key_Equal: 1.2, Qt.Key.Key_Minus: 1 / 1.2}
 _TURN_KEYS = {
     Qt.Key.Key_Left: (-1, 0),
@@ -97,7 +90,7 @@ _TURN_KEYS = {
 }
 _HELP = (
     "Drag to rotate, right-drag to pan, scroll to zoom, double-click to reset, click a limb to "
-    "select it. Keys: F front, S side, T top, R reset, + and - zoom, Alt and arrows rotate."
+    "select it. Keys: + and - zoom, Alt and arrows rotate."
 )
 
 
@@ -344,7 +337,7 @@ class SceneView(QWidget):
         event.accept()
 
     def event(self, event: QEvent) -> bool:
-        # single letters are shortcuts of the window; here they turn the scene while it has focus
+        # what zooms the active view zooms the scene while that has the focus
         asks = isinstance(event, QKeyEvent) and event.type() == QEvent.Type.ShortcutOverride
         if asks and self._orbit_for(cast(QKeyEvent, event)) is not None:
             event.accept()
@@ -353,11 +346,8 @@ class SceneView(QWidget):
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         orbit = self._orbit_for(event)
-        key, plain = Qt.Key(event.key()), not event.modifiers()
         if orbit is None:
             super().keyPressEvent(event)
-        elif plain and key in _VIEW_KEYS:
-            self.set_view(_VIEW_KEYS[key])
         else:
             self.set_orbit(orbit)
 
@@ -367,13 +357,8 @@ class SceneView(QWidget):
         if modifiers == Qt.KeyboardModifier.AltModifier and key in _TURN_KEYS:
             right, up = _TURN_KEYS[key]
             return self.orbit.turned(right * _TURN_PER_KEY, up * _TURN_PER_KEY)
-        if modifiers not in (Qt.KeyboardModifier.NoModifier, Qt.KeyboardModifier.ShiftModifier):
-            return None
-        if key in _ZOOM_KEYS:
-            return self.orbit.zoomed(_ZOOM_KEYS[key])
-        if modifiers == Qt.KeyboardModifier.NoModifier and key in _VIEW_KEYS:
-            return self._standard(_VIEW_KEYS[key])
-        return None
+        plain = modifiers & ~Qt.KeyboardModifier.ShiftModifier == Qt.KeyboardModifier.NoModifier
+        return self.orbit.zoomed(_ZOOM_KEYS[key]) if plain and key in _ZOOM_KEYS else None
 
 
 class _Closer:

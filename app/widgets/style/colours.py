@@ -33,13 +33,13 @@ _GAP = 6.0
 _MOST_LETTERS = 34
 
 
-def line_pixmap(style: LineStyle, colour: QColor, ratio: float) -> QPixmap:
-    """A piece of line of that style, 28 x 14 pixels."""
+def line_pixmap(pen: QPen, ratio: float) -> QPixmap:
+    """A piece of line, 28 x 14 pixels."""
     pixmap = QPixmap(round(28 * ratio), round(14 * ratio))
     pixmap.setDevicePixelRatio(ratio)
     pixmap.fill(Qt.GlobalColor.transparent)
     painter = QPainter(pixmap)
-    painter.setPen(QPen(colour, 1.6, PEN_STYLES[style]))
+    painter.setPen(pen)
     painter.drawLine(2, 7, 26, 7)
     painter.end()
     return pixmap

@@ -37,6 +37,14 @@ def limb_rgb(limb: str) -> tuple[int, int, int]:
     return int(text[1:3], 16), int(text[3:5], 16), int(text[5:7], 16)
 
 
+def brief_limb_words(limb: str) -> str:
+    """Return the limb's name for where there is little room, such as ``L upper arm``."""
+    for whole, brief in (("left ", "L "), ("right ", "R "), ("unexplained", "unexpl.")):
+        if limb_words(limb).startswith(whole):
+            return limb_words(limb).replace(whole, brief, 1)
+    return limb_words(limb)
+
+
 def limb_words(limb: str) -> str:
     """Return the limb's name as a person reads it, such as ``left upper arm``."""
     return limb.replace("_", " ")

@@ -42,7 +42,12 @@ class ComparedRow:
 
 
 _NOTHING = "Run the tracker to see run metrics here. Show several runs to compare them."
-_WIDEST_NAME = 96
+_COLOURS = (
+    "Green is lower than the first run, so better; orange is higher. Without a colour, these "
+    "frames do not show a difference: its 95 % interval contains 0."
+)
+_WIDEST_NAME, _ROOMY = 96, 560
+"""Widest heading with a run's name; from that width of the panel on it may be half wider."""
 _NARROWEST_VERDICT = 150
 """With less room the verdict is only in the tips."""
 
@@ -60,7 +65,9 @@ class ComparisonPanel(QWidget):
         header = self.table.horizontalHeader()
         header.setTextElideMode(Qt.TextElideMode.ElideMiddle)
         header.setStretchLastSection(True)
-        self.setLayout(vbox(self.words, (self.table, 1), spacing=2))
+        self._colours = label(_COLOURS, "muted", margins=(8, 2, 8, 4))
+        self.setLayout(vbox(self.words, (self.table, 1), self._colours, spacing=2))
+        self._colours.hide()
         self.table.hide()
 
     def show_numbers(
@@ -73,6 +80,7 @@ class ComparisonPanel(QWidget):
         self.words.setText(words if runs else _NOTHING)
         self.words.setToolTip(how)
         self.table.setVisible(bool(runs and rows))
+        self._colours.setVisible(bool(rows) and len(runs) > 1)
         # two runs leave room for words; of more the intervals and verdicts are in the tips
         self._two = len(runs) == 2
         columns = [Column("measure", "measure"), *(Column(run, run, align=RIGHT) for run in runs)]
@@ -91,10 +99,10 @@ class ComparisonPanel(QWidget):
         table, header = self.table, self.table.horizontalHeader()
         count = len(self.model.columns)
         verdict, names = (4, 2) if self._two else (-1, count - 1)
-        used = 0
+        used, widest_name = 0, _WIDEST_NAME * (1.5 if self.width() >= _ROOMY else 1.0)
         for column in range(count):
             if column != verdict:
-                widest = _WIDEST_NAME if 0 < column <= names else self.width()
+                widest = round(widest_name) if 0 < column <= names else self.width()
                 heading = min(header.sectionSizeHint(column), widest)
                 width = max(table.sizeHintForColumn(column), heading)
                 table.setColumnWidth(column, width)

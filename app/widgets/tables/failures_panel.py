@@ -44,11 +44,12 @@ _NONE = (
     "Select a failure to see the evidence for its cause. Press Enter to go to its worst frame; "
     "Loop failure plays it in a loop."
 )
+_STRENGTH = "Evidence for causes, the strongest first. The bars show how strong it is."
 _BAR = 8
 
 
 class EvidenceView(QScrollArea):
-    """A heading, a picture as wide as there is room, and a line for each piece of evidence."""
+    """A heading, a line for each piece of evidence, and a picture as wide as there is room."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -63,14 +64,15 @@ class EvidenceView(QScrollArea):
         self.label.setTextFormat(Qt.TextFormat.RichText)
         self.picture = ScaledPicture()
         inside = QWidget()
-        parts = (self.heading, self.picture, self.label)
+        parts = (self.heading, self.label, self.picture)
         inside.setLayout(vbox(*parts, None, margins=(8, 6, 8, 6), spacing=6))
         self.setWidget(inside)
 
     def show_words(self, heading: str, verdict: Verdict | None) -> None:
         """Show what is known of a failure and of its causes; without a verdict none is chosen."""
         self.heading.setText(heading or _NONE)
-        lines = []
+        self.label.setVisible(verdict is not None)
+        lines = [f"<p style='margin:0 0 2px 0'>{_STRENGTH}</p>"] if _has_evidence(verdict) else []
         for one in verdict.evidence if verdict is not None else ():
             full = round(_BAR * min(max(one.strength, 0.0), 1.0))
             bar = "█" * full + "░" * (_BAR - full)
@@ -123,17 +125,22 @@ class ScaledPicture(QLabel):
         self.setPixmap(self._whole.scaledToWidth(width, smooth) if width else QPixmap())
 
 
+_PEAKS = {
+    "error": Column("Error °", "Largest error of a limb; found with the reference.", RIGHT),
+    "chance": Column(
+        "Prob. %", "Largest failure probability of a limb; found without the reference.", RIGHT
+    ),
+}
+"""Columns of the peak, by its measure: none mixes units."""
 _COLUMNS = (
-    Column("Frames"),
-    Column("Limbs"),
-    Column("Peak", align=RIGHT),
-    Column("Probable cause"),
-    Column("Confidence", align=RIGHT),
-    Column("By"),
+    Column("Frames", "First and last frame"),
+    Column("Limbs", "Limbs that fail"),
+    *_PEAKS.values(),
+    Column("Probable cause", "The cause that most of the evidence speaks for"),
+    Column("Conf. %", "Confidence in the cause: its share of all evidence", RIGHT),
 )
-_WIDEST = ("0000–0000", "", "100 %", "", "Confidence", "Detected by")
+_WIDEST = ("0000–0000", "", "Error °", "Prob. %", "", "Conf. %")
 """What a column has room for; those without share the rest."""
-_FOUND_SHORT = {"truth": "error", "signs": "signs"}
 
 
 class FailuresPanel(QWidget):
@@ -179,12 +186,12 @@ class FailuresPanel(QWidget):
         tree.setModel(self.sorted)
         tree.setSortingEnabled(True)
         tree.sortByColumn(0, Qt.SortOrder.AscendingOrder)
-        tree.setMinimumHeight(70)
+        tree.setMinimumHeight(56)
         tree.header().setMinimumSectionSize(36)
         tree.header().setStyleSheet("QHeaderView::section { padding: 3px 4px; }")
         room = tree.fontMetrics().horizontalAdvance
         # Qt would leave room for a sign of sorting in each of them
-        widths = [room(widest) + 12 if widest else None for widest in _WIDEST]
+        widths = [room(widest) + 14 if widest else None for widest in _WIDEST]
         dress_list(tree, "Failures", widths)
         tree.selectionModel().currentRowChanged.connect(
             lambda index: self.chosen.emit(self._place(index))
@@ -217,7 +224,14 @@ class FailuresPanel(QWidget):
             self._fps = fps
             with QSignalBlocker(self.tree.selectionModel()):
                 self.model.show(tuple(failures))
+            self._fit_tree()
         self.choose(chosen)
+
+    def _fit_tree(self) -> None:
+        """Let the list be as high as its rows, so that the evidence has the rest."""
+        rows = max(len(self.model.rows), 1) + 1  # one spare: more may come
+        row = max(self.tree.sizeHintForRow(0), self.tree.fontMetrics().height() + 2)
+        self.tree.setMaximumHeight(self.tree.header().sizeHint().height() + rows * row)
 
     def choose(self, place: int) -> None:
         """Choose a row without a signal."""
@@ -235,15 +249,21 @@ class FailuresPanel(QWidget):
     def _cells(self, failure: FailureSegment) -> Sequence[Cell]:
         tip = f"{_heading(failure, self._fps)} Double-click or press Enter to go there."
         confidence = failure.verdict.confidence
-        sure = f"{100.0 * confidence:.0f} %" if confidence > 0 else ""
+        sure = f"{100.0 * confidence:.0f}" if confidence > 0 else ""
         limb = LIMB_COLOURS[failure.peak_limb]
+        peak = failure.peak if failure.measure == "error" else 100.0 * failure.peak
+        peaks = (
+            Cell(f"{peak:.0f}", tip, value=peak)
+            if failure.measure == measure
+            else Cell("", tip, value=-1.0)
+            for measure in _PEAKS
+        )
         return (
             Cell(f"{failure.first}–{failure.last}", tip, value=failure.first),
             Cell(limbs_words(failure.limbs), tip, swatch=limb),
-            Cell(failure.peak_words, tip, value=failure.peak),
+            *peaks,
             Cell(CAUSE_WORDS[failure.verdict.cause], tip),
             Cell(sure, tip, value=confidence),
-            Cell(_FOUND_SHORT[failure.found], tip),
         )
 
     # ---- what a person does
@@ -255,6 +275,10 @@ class FailuresPanel(QWidget):
     def _place(self, index: QModelIndex) -> int:
         """Place of a row in what was handed on."""
         return self.sorted.mapToSource(index).row()
+
+
+def _has_evidence(verdict: Verdict | None) -> bool:
+    return verdict is not None and bool(verdict.evidence)
 
 
 def _heading(failure: FailureSegment, fps: float) -> str:

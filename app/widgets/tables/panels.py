@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import TypeAlias
 
 from PySide6.QtCore import QSignalBlocker, Qt, Signal
-from PySide6.QtGui import QAction, QGuiApplication, QKeyEvent, QKeySequence
+from PySide6.QtGui import QAction, QGuiApplication, QKeyEvent, QKeySequence, QResizeEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QCheckBox,
@@ -209,7 +209,7 @@ class FindingsPanel(QWidget):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.verdict = label(margins=(8, 6, 8, 6))
-        columns = (Column("Run on", align=TOP), Column("Problem and remedy"))
+        columns = (Column("Where", align=TOP), Column("Problem and remedy"))
         self.model = TableModel(columns, _finding_cells)
         self.tree = QTreeView()
         self.tree.setModel(self.model)
@@ -242,11 +242,14 @@ def _verdict(findings: Sequence[Finding]) -> str:
 
 _WORTH_SAYING = 0.05
 _NAME_WIDTH = 172
+_COLOURS_WORDS = (
+    "Green is lower than ◆, so better; orange is higher. Thick curves: the selected trial."
+)
 _NOTHING = (
     "Change a parameter to run a trial: the selected frames are tracked again, and the trial is "
-    "drawn dashed beside the run until you discard it."
+    "drawn beside the run until you discard it."
 )
-_TIP = (
+TRIAL_TIP = (
     "Mean over the frames of the trial; in brackets the difference from the baseline row, marked "
     "◆. Lower is better. Double-click a row to make it the baseline."
 )
@@ -274,8 +277,9 @@ class TrialsPanel(QWidget):
         self.table.selectionModel().selectionChanged.connect(lambda: self.chosen.emit(self.row))
         self.table.doubleClicked.connect(lambda index: self.base_chosen.emit(index.row()))
         self._nothing = empty_label(_NOTHING)
+        self._colours = label(_COLOURS_WORDS, "muted", margins=(8, 2, 8, 2))
         self._buttons = hbox(margins=(6, 0, 6, 0))
-        below = ((self._nothing, 1), (self.table, 1), self._buttons)
+        below = ((self._nothing, 1), (self.table, 1), self._colours, self._buttons)
         head = (self.words, self.stretch_words, self.progress)
         self.setLayout(vbox(*head, *below, margins=(0, 0, 0, 4), spacing=2))
         self.show_progress(0, 0)
@@ -307,19 +311,31 @@ class TrialsPanel(QWidget):
 
     def show_table(self, headings: Sequence[str], rows: Sequence[CellRow]) -> None:
         """Show a name and numbers of the run and its trials; what is selected stays."""
-        self.table.setVisible(bool(rows))
+        for part in (self.table, self._colours):
+            part.setVisible(bool(rows))
         self._nothing.setVisible(not rows)
         keeps = self.row
-        numbers = (Column(heading, _TIP, align=RIGHT) for heading in headings)
+        numbers = (Column(heading, TRIAL_TIP, align=RIGHT) for heading in headings)
         with QSignalBlocker(self.table.selectionModel()):
-            self.model.show(rows, (Column("Trial", _TIP), *numbers))
+            self.model.show(rows, (Column("Trial", TRIAL_TIP), *numbers))
             if 0 <= keeps < len(rows):
                 self.table.selectRow(keeps)
         if rows:
             header = self.table.horizontalHeader()
             header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
             header.setSectionResizeMode(0, QHeaderView.ResizeMode.Interactive)
-            self.table.setColumnWidth(0, min(self.table.sizeHintForColumn(0) + 8, _NAME_WIDTH))
+            self._fit_names()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._fit_names()
+
+    def _fit_names(self) -> None:
+        """Give the names what the numbers leave, and some room at least."""
+        header, count = self.table.horizontalHeader(), self.model.columnCount()
+        numbers = sum(header.sectionSize(column) for column in range(1, count))
+        least = min(self.table.sizeHintForColumn(0) + 8, _NAME_WIDTH)
+        self.table.setColumnWidth(0, max(least, self.table.viewport().width() - numbers))
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         if event.key() == Qt.Key.Key_Delete and self.row >= 0:
@@ -332,5 +348,5 @@ def number_cell(value: float, change: float, digits: int) -> Cell:
     """A number with its change, NaN where there is none, of which less is better."""
     if abs(change) >= _WORTH_SAYING:
         colour = "good" if change < 0 else "warning"
-        return Cell(f"{value:.{digits}f} ({change:+.{digits}f})", _TIP, colour)
-    return Cell("…" if math.isnan(value) else f"{value:.{digits}f}", _TIP)
+        return Cell(f"{value:.{digits}f} ({change:+.{digits}f})", TRIAL_TIP, colour)
+    return Cell("…" if math.isnan(value) else f"{value:.{digits}f}", TRIAL_TIP)

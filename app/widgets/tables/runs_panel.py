@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from PySide6.QtCore import QSignalBlocker, QSize, Qt, Signal, Slot
-from PySide6.QtGui import QIcon, QResizeEvent
+from PySide6.QtGui import QIcon, QPen, QResizeEvent
 from PySide6.QtWidgets import (
     QCheckBox,
     QDialog,
@@ -20,7 +20,7 @@ from PySide6.QtWidgets import (
 )
 
 from ..style.building import choice, empty_label, hbox, label, tool_button, vbox
-from ..style.colours import LineStyle, line_pixmap
+from ..style.colours import PEN_STYLES, LineStyle, line_pixmap
 from .table import Cell, Column, TableModel, new_table, select_cells
 
 Row: TypeAlias = tuple[str, str, str, bool]
@@ -211,7 +211,8 @@ class RunsPanel(QWidget):
             item.setFont(column, font)
         item.setCheckState(0, Qt.CheckState.Checked if row.visible else Qt.CheckState.Unchecked)
         ratio = self.devicePixelRatioF()
-        item.setIcon(0, QIcon(line_pixmap(row.style, self.palette().text().color(), ratio)))
+        pen = QPen(self.palette().text().color(), 1.6, PEN_STYLES[row.style])
+        item.setIcon(0, QIcon(line_pixmap(pen, ratio)))
         if row.active:
             self.tree.setCurrentItem(item)
 

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 
 import numpy as np
 import pytest
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 
 from app.features.tune.presets import NameDialog
@@ -72,16 +72,18 @@ def test_an_edit_by_keys_leads_to_a_trial_beside_the_run(tuning, qtbot, quick_ru
     qtbot.waitUntil(tuning.context.tasks.settled, timeout=60_000)
     (trial,) = tuning.features.tune.trials.entries
     assert tuning.context.session.runs.active is run
-    assert (trial.name, trial.kind) == ("trial 1", "trial")
+    assert (trial.name, trial.kind) == ("sigma joint 25 deg", "trial")
     assert sorted(trial.frames) == list(range(8)) == list(tuning.context.docks.timeline.selection)
     assert trial.settings.tracking.sigma_joint == 25.0
     assert trial.origin.spec.seed == read_run(quick_run_file).meta["seed"] == 2
     styles = {curve.name: curve.style for curve in tuning.features.review.plot.plot.shown_curves}
-    assert styles[run.name] == "solid" != styles["trial 1"]
+    assert styles[run.name] == "solid" != styles[trial.name]
     model = tuning.features.tune.panel.model
-    assert [model.cell(k, 0).text.splitlines()[0] for k in range(2)] == ["◆ quick", "trial 1"]
+    assert model.cell(1, 0).text.splitlines()[1] == "frames 0 – 7"
+    assert [model.cell(k, 0).text.splitlines()[0] for k in range(2)] == ["◆ quick", trial.name]
     assert "(" in model.cell(1, 1).text, "the difference from the run is stated"
-    assert tuning.features.tune.panel.words.text() == "Trial 1 already has these settings."
+    said = "The trial “sigma joint 25 deg” already has these settings."
+    assert tuning.features.tune.panel.words.text() == said
     assert len(tuning.context.session.instant.told.ghosts) == 1, "it is drawn in the views as well"
 
 
@@ -89,10 +91,10 @@ def test_the_same_settings_are_not_tried_twice_and_the_run_s_own_not_at_all(tuni
     before = tuning.context.session.track.settings
     tried(tuning, qtbot)
     trigger(tuning, "trial_now")
-    assert names(tuning) == ["trial 1"]
+    assert names(tuning) == ["sigma joint 25 deg"]
     typed(tuning, "sigma_joint", f"{before.tracking.sigma_joint:g}")
     qtbot.waitUntil(tuning.context.tasks.settled, timeout=60_000)
-    assert names(tuning) == ["trial 1"]
+    assert names(tuning) == ["sigma joint 25 deg"]
     assert "settings of the run" in tuning.features.tune.panel.words.text()
 
 
@@ -105,7 +107,7 @@ def test_a_further_edit_ends_the_trial_in_progress(tuning, qtbot):
             assert trials.running is None
             qtbot.waitUntil(lambda: trials.running is not None)
     qtbot.waitUntil(tuning.context.tasks.settled, timeout=60_000)
-    assert names(tuning) == ["trial 1"]
+    assert names(tuning) == ["sigma joint 35 deg"]
     assert trials.entries[0].settings.tracking.sigma_joint == 35.0
     assert sorted(trials.entries[0].frames) == list(range(8))
 
@@ -129,16 +131,16 @@ def test_a_trial_takes_the_place_of_a_series(tuning, qtbot):
 def test_trials_stay_until_dismissed_one_or_all(tuning, qtbot):
     for text in ("20", "25", "30"):
         tried(tuning, qtbot, text=text)
-    assert names(tuning) == ["trial 1", "trial 2", "trial 3"]
+    assert names(tuning) == [f"sigma joint {value} deg" for value in (20, 25, 30)]
     tuning.features.tune.panel.table.selectRow(2)
     tuning.features.tune.panel.table.setFocus()
     trigger(tuning, "trial_dismiss")
-    assert names(tuning) == ["trial 1", "trial 3"]
+    assert names(tuning) == ["sigma joint 20 deg", "sigma joint 30 deg"]
     qtbot.waitUntil(tuning.context.tasks.settled)
     assert {c.name for c in tuning.features.review.plot.plot.shown_curves} == {
         "quick",
-        "trial 1",
-        "trial 3",
+        "sigma joint 20 deg",
+        "sigma joint 30 deg",
     }
     trigger(tuning, "trial_dismiss_all")
     assert names(tuning) == []
@@ -154,7 +156,7 @@ def test_differences_are_from_the_run_or_from_any_trial(tuning, qtbot):
     table.selectRow(1)
     trigger(tuning, "trial_compare")
     from_first = [model.cell(k, 1).text for k in range(3)]
-    assert model.cell(1, 0).text.startswith("◆ trial 1")
+    assert model.cell(1, 0).text.startswith("◆ sigma joint 20 deg")
     assert "(" not in from_first[1]
     value, change = from_first[0].split(" ")
     assert float(from_run[1].split(" ")[0]) + float(change.strip("()")) == pytest.approx(
@@ -162,10 +164,73 @@ def test_differences_are_from_the_run_or_from_any_trial(tuning, qtbot):
     )
 
 
+def test_a_run_is_named_by_its_preset_and_by_what_differs_from_it(opened):
+    track, fast = opened.context.session.track, preset("fast")
+    track.choose("fast", fast)
+    assert track.name_of(fast) == "fast"
+    other = fast.replaced(iterations=2, fit_shape=False)
+    assert track.name_of(other) == "fast, iterations 2, fit shape no"
+    runs = opened.context.session.runs
+    assert runs.next_name(track.name_of(other)) == "1: fast, iterations 2, fit shape no"
+    assert runs.free_name("iterations 2") == "iterations 2"
+
+
+def drawn(window):
+    """How the curves of each run are drawn: width, whether solid, and how opaque."""
+    plot = window.features.review.plot.plot
+    pens = {c.name: i.opts["pen"] for c, (i, _) in zip(plot._curves, plot._items, strict=True)}
+    solid = Qt.PenStyle.SolidLine
+    return {
+        name: (pen.widthF(), pen.style() == solid, pen.color().alpha())
+        for name, pen in pens.items()
+    }
+
+
+def test_the_chosen_trial_is_drawn_solid_and_thick_before_the_others(tuning, qtbot):
+    for text in ("20", "30"):
+        tried(tuning, qtbot, text=text)
+    first, second = names(tuning)
+    looks = drawn(tuning)
+    assert looks[second] == (2.5, True, 255), "the newest"
+    assert looks["quick"] == (1.0, True, 120)
+    assert looks[first][0] == 1.0
+    table = tuning.features.tune.panel.table
+    place = table.visualRect(table.model().index(1, 0)).center()
+    QTest.mouseClick(table.viewport(), Qt.MouseButton.LeftButton, pos=place)
+    qtbot.waitUntil(tuning.context.tasks.settled)
+    looks = drawn(tuning)
+    assert looks[first] == (2.5, True, 255)
+    assert looks[second][0] == looks["quick"][0] == 1.0
+    assert "Green is lower" in tuning.features.tune.panel._colours.text()
+    assert tuning.features.tune.panel._colours.isVisible(), "colours are explained where they are"
+
+
+def test_the_scene_is_seen_beside_the_parameters(tuning):
+    docks = tuning.context.docks
+    assert all(docks.is_seen(name) for name in ("scene", "parameters", "trials", "plot"))
+    assert docks.scene.is_seen()
+
+
+def test_parameters_open_at_the_last_one_touched(tuning, qtbot):
+    panel = tuning.features.tune.parameters
+    tried(tuning, qtbot)
+    assert tuning.context.settings.value("tune/parameter") == "sigma_joint"
+    line, port = panel.line("sigma_joint"), panel._scroll.viewport()
+
+    def top():
+        return line.mapTo(port, QPoint(0, 0)).y()
+
+    panel.search.setFocus()
+    panel.search.selectAll()
+    QTest.keyClick(panel.search, Qt.Key.Key_Delete)
+    qtbot.waitUntil(lambda: 0 <= top() < 20)
+
+
 def test_a_trial_becomes_the_run(tuning, qtbot):
     trial = tried(tuning, qtbot)
     trigger(tuning, "trial_run")
     assert tuning.context.session.runs.active is trial
+    assert trial.name.startswith("1: accurate, "), "a run is named by preset and differences"
     assert names(tuning) == []
     qtbot.waitUntil(tuning.context.tasks.settled, timeout=60_000)
     np.testing.assert_array_equal(trial.run().frame, np.arange(8))

@@ -138,13 +138,14 @@ def test_a_parameter_is_undone_while_its_trial_is_tracked(tuning, qtbot):
         press(CTRL | SHIFT)
         qtbot.waitUntil(lambda: trials.running is not None)
     settle(tuning, qtbot)
-    assert (sigma(tuning), names(tuning)) == (25.0, ["trial 1"])
+    assert (sigma(tuning), names(tuning)) == (25.0, ["sigma joint 25 deg"])
     typed(tuning, "sigma_joint", "30")
     settle(tuning, qtbot)
     press()
     assert sigma(tuning) == 25.0, "a value with a trial of its own is a step"
     settle(tuning, qtbot)
-    assert names(tuning) == ["trial 1", "trial 2"], "results stay until they are discarded"
+    both = ["sigma joint 25 deg", "sigma joint 30 deg"]
+    assert names(tuning) == both, "results stay until they are discarded"
 
 
 @unix
@@ -152,7 +153,7 @@ def test_a_trial_that_was_asked_for_is_undone_and_tracked_again(still, qtbot):
     typed(still, "sigma_joint", "25")
     with standing_still(still):
         trigger(still, "trial_now")
-        assert named(still)[0] == "Undo Run trial 1"
+        assert named(still)[0] == "Undo Run trial sigma joint 25 deg"
         press()
         assert (names(still), sigma(still)) == ([], 25.0)
         press(CTRL | SHIFT)
@@ -178,19 +179,20 @@ def test_trials_that_were_discarded_come_back_to_their_places(tuning, qtbot):
     table.selectRow(1)
     table.setFocus()
     QTest.keyClick(table, Qt.Key.Key_Delete)
-    assert names(tuning) == ["trial 2"]
-    assert named(tuning)[0] == "Undo Discard trial 1"
+    first, second, third = (f"sigma joint {value} deg" for value in (20, 25, 30))
+    assert names(tuning) == [second]
+    assert named(tuning)[0] == f"Undo Discard trial {first}"
     trigger(tuning, "trial_dismiss_all")
     assert names(tuning) == []
     press()
-    assert names(tuning) == ["trial 2"]
+    assert names(tuning) == [second]
     press()
-    assert names(tuning) == ["trial 1", "trial 2"]
+    assert names(tuning) == [first, second]
     tried(tuning, qtbot, text="30")
-    assert names(tuning) == ["trial 1", "trial 2", "trial 3"], "no two have the same name"
+    assert names(tuning) == [first, second, third]
     tuning.features.tune.panel.table.selectRow(1)
     trigger(tuning, "trial_use")
-    assert (named(tuning)[0], sigma(tuning)) == ("Undo Use settings of trial 1", 20.0)
+    assert (named(tuning)[0], sigma(tuning)) == (f"Undo Use settings of trial {first}", 20.0)
     press()
     assert sigma(tuning) == 30.0
     settle(tuning, qtbot)
@@ -199,23 +201,26 @@ def test_trials_that_were_discarded_come_back_to_their_places(tuning, qtbot):
 def test_a_trial_that_was_made_the_run_is_one_no_longer_though_it_was_stored(tuning, qtbot):
     runs, trial = tuning.context.session.runs, tried(tuning, qtbot)
     project, first = tuning.context.session.project.project, runs.active
+    as_trial = trial.name
     trigger(tuning, "trial_run")
     settle(tuning, qtbot)
-    assert [one.name for one in kept_runs(project.runs)] == ["trial 1"]
+    as_run = trial.name
+    assert as_run.startswith("1: accurate, ")
+    assert [one.name for one in kept_runs(project.runs)] == [as_run]
     trigger(tuning, "annotate-flag")
     for _ in range(2):
         press()
-        assert named(tuning)[0] == "Undo Make trial 1 the active run"
+        assert named(tuning)[0] == f"Undo Make trial {as_trial} the active run"
         press()
         settle(tuning, qtbot)
-        assert (runs.active, names(tuning), trial.kept) == (first, ["trial 1"], "")
+        assert (runs.active, names(tuning), trial.kept) == (first, [as_trial], "")
         assert kept_runs(project.runs) == ()
         press(CTRL | SHIFT)
         assert named(tuning)[1].startswith("Redo Flag")
         press(CTRL | SHIFT)
         settle(tuning, qtbot)
-        assert (runs.active, names(tuning), trial.kept) == (trial, [], "trial 1")
-        assert [one.name for one in kept_runs(project.runs)] == ["trial 1"]
+        assert (runs.active, names(tuning), trial.kept) == (trial, [], as_run)
+        assert [one.name for one in kept_runs(project.runs)] == [as_run]
     assert runs.entries == (first, trial)
 
 

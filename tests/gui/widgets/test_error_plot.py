@@ -233,13 +233,21 @@ class TestPlot:
         qtbot.mouseClick(button, LEFT, Qt.KeyboardModifier.ControlModifier)
         assert {c.limb for c in plot.shown_curves} == set(LIMBS)
 
-    def test_narrow_legend_drops_its_words(self, qapp, plot):
-        beside = Qt.ToolButtonStyle.ToolButtonTextBesideIcon
-        assert plot.legend.button("head").toolButtonStyle() == beside
-        plot.resize(300, 200)
+    def test_narrow_legend_keeps_its_names(self, qapp, plot):
+        legend = plot.legend
+        assert legend.button("left_forearm").text() == "left forearm"
+        plot.resize(300, 240)
         qapp.processEvents()
         assert plot.width() == 300
-        assert plot.legend.button("head").toolButtonStyle() != beside
+        assert legend.button("left_forearm").text() == "L forearm"
+        parts = [*legend.findChildren(QToolButton), *legend.findChildren(QLabel)]
+        shown = [part for part in parts if part.isVisible()]
+        assert len(shown) == 6 + 2 * 2, "limbs, and the line and name of each run"
+        for part in shown:
+            assert legend.rect().contains(part.geometry())
+            assert part.width() >= part.sizeHint().width(), "none is cut off"
+        for k, part in enumerate(shown):
+            assert not any(part.geometry().intersects(one.geometry()) for one in shown[:k])
 
     def test_wheel_zooms_and_tells(self, qtbot, plot):
         place = QPointF(position(plot, 245, 5))
@@ -266,7 +274,7 @@ class TestPlot:
             plot.set_curves(curves_of(495))
         assert plot._box.viewRange()[0] == pytest.approx([99.5, 199.5])
         with qtbot.waitSignal(plot.visible_range_changed) as caught:
-            qtbot.keyClick(plot, Qt.Key.Key_A)
+            qtbot.keyClick(plot, Qt.Key.Key_0)
         assert caught.args == [0, 495]
         assert plot._box.viewRange()[0] == pytest.approx([-0.5, 494.5])
 

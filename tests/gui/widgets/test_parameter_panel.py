@@ -45,7 +45,27 @@ class TestContent:
         text = words(panel.line("window"))
         for part in ("window", "px", "from 5 to 51 px", "default 11", "thesis 7"):
             assert part in text
-        assert "Side of the window." in panel.line("window").toolTip()
+        assert "Side of the window." in text, "without hovering"
+
+    def test_it_opens_at_the_parameter_that_was_touched_last(self, qtbot, shown):
+        widget = ParameterPanel()
+        widget.last_touched = "iterations"
+        widget.set_settings(preset("fast"), preset("fast"))
+        shown(widget, 340, 500)
+        widget.set_seen(True)
+        line, port = widget.line("iterations"), widget._scroll.viewport()
+        qtbot.waitUntil(lambda: 0 <= line.mapTo(port, QPoint(0, 0)).y() < 20)
+
+    def test_search_knows_what_a_person_calls_the_matter(self, qtbot, shown):
+        widget = ParameterPanel()
+        widget.set_settings(preset("fast"), preset("fast"))
+        widget.set_seen(True)
+        shown(widget, 340, 500)
+        qtbot.keyClicks(widget.search, "cross")
+        assert widget.line("arms_apart").isVisible()
+        assert not widget.line("matcher").isVisible()
+        help_text = widget.line("arms_apart").row.help
+        assert help_text in words(widget.line("arms_apart"))
 
     def test_groups_are_headings_once(self, panel):
         text = words(panel)

@@ -8,6 +8,7 @@ from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.tuning.stages import (
     Stage,
     changed_names,
+    changes_in_words,
     stage_key,
     stage_of,
 )
@@ -60,3 +61,14 @@ def test_a_fitted_shape_stands_while_nothing_has_changed_that_it_depends_on(chan
     old = preset("accurate")
     keys = (stage_key(one, Stage.SHAPE) for one in (old, old.replaced(**change)))
     assert (len(set(keys)) == 1) == stands
+
+
+def test_what_differs_is_said_in_words_with_units():
+    old = preset("fast")
+    assert changes_in_words(old, old) == ""
+    one = old.replaced(sigma_joint=25.0)
+    assert changes_in_words(old, one) == "sigma joint 25 deg"
+    more = one.replaced(matching="model_to_data", fit_shape=True, data_points=300)
+    assert changes_in_words(one, more) == "matching model to data, data points 300"
+    most = more.replaced(matcher="sgbm", legs=False)
+    assert changes_in_words(old, most) == "matcher sgbm, legs no and 3 more"
