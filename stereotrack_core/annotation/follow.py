@@ -62,8 +62,8 @@ def follow_points(
     for picture in pictures:
         if picture is None or (cancelled is not None and cancelled()):
             return
-        found = _flow(before, picture, points, scale)
-        missed = np.linalg.norm(_flow(picture, before, found, scale) - points, axis=1)
+        found = flow(before, picture, points, scale)
+        missed = np.linalg.norm(flow(picture, before, found, scale) - points, axis=1)
         back = np.fmax(back, np.where(np.isnan(missed), np.inf, missed))
         before, points = picture, found
         kept = (back <= _BACK * scale).reshape(len(starts), -1)
@@ -83,16 +83,32 @@ def _middle(starts: FloatArray, ends: FloatArray, scale: float) -> tuple[FloatAr
     return middle, np.hypot(np.hypot(_UNCERTAIN * scale, _ASTRAY * way), spread)
 
 
-def _flow(one: ImageArray, two: ImageArray, points: FloatArray, scale: float) -> FloatArray:
-    """Where points (m, 2) of one picture are in another; NaN where they are not found."""
+def flow(
+    one: ImageArray,
+    two: ImageArray,
+    points: FloatArray,
+    scale: float,
+    *,
+    window: int = _WINDOW,
+    move: FloatArray | None = None,
+) -> FloatArray:
+    """Where points (m, 2) of one grey picture are in another; NaN where they are not found.
+
+    Parameters
+    ----------
+    scale : by how much finer the pictures are than 480 lines
+    window : side of the patch in pixels at 480 lines
+    move : (m, 2); by how much the points are expected to move, pixels
+    """
     known = np.isfinite(points).all(axis=1)
     found = np.full(points.shape, np.nan)
     if known.any():
         at = points[known].astype(np.float32).reshape(-1, 1, 2)
-        window = (round(_WINDOW * scale) | 1,) * 2
+        near = at if move is None else at + move[known].astype(np.float32).reshape(-1, 1, 2)
         ends, status, _ = cv2.calcOpticalFlowPyrLK(
-            one, two, at, at.copy(), winSize=window, maxLevel=_LEVELS, criteria=_CRITERIA
-        )
+            one, two, at, near.copy(), winSize=(round(window * scale) | 1,) * 2, maxLevel=_LEVELS,
+            criteria=_CRITERIA, flags=0 if move is None else cv2.OPTFLOW_USE_INITIAL_FLOW,
+        )  # fmt: skip
         found[known] = np.where(status.reshape(-1, 1), ends.reshape(-1, 2), np.nan)
     return found
 

@@ -1,72 +1,40 @@
 """Proposals: where the landmarks of the next frame are, before anybody has clicked there.
 
-One Gaussian holds, for all landmarks together, place and velocity in the world and, for every
-image, how far a person's clicks lie from where the calibration puts the place: a camera that is off
-is clicked where it shows the landmark. Frames that have been clicked are taken in one after the
-other by an iterated extended Kalman filter (Bar-Shalom, Li and Kirubarajan, Estimation with
-Applications to Tracking and Navigation, 10.5). Between frames velocities fade and random
-accelerations come in, which are more alike the nearer two landmarks are; their size is learned from
-how far predictions were off. What a run or a fit says of the motion replaces the velocities. Points
-that were followed in the images, and the clicks of the frame itself, then are measurements. So a
+What the clicked frames around let expect (:mod:`stereotrack_core.annotation.landmark_filter`) is
+corrected by points that were followed in the images, and by the clicks of the frame itself. So a
 click in one image moves the landmark's proposals in the others, and a little those of its
 neighbours.
 
-Clicked frames on both sides are taken in from both sides, and the two predictions are fused.
+Whoever accepts a proposal that is a little off accepts it in all images alike, and the reference
+inherits it. A question may therefore ask for clicks: a landmark that is known worse than clicks
+would tell it then is left out in the one image where a click tells most.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from stereotrack_core.annotation.click import ACCEPTED, USUAL_SIGMA, Click, Prediction, sigma_of
+from stereotrack_core.annotation.click import ACCEPTED, USUAL_SIGMA, ClickKey, Prediction
 from stereotrack_core.annotation.epipolar import in_image
-from stereotrack_core.annotation.predict import predicted_point
-from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
-from stereotrack_core.geometry.camera import Camera, pixel_jacobian
+from stereotrack_core.annotation.follow_body import told_by
+from stereotrack_core.annotation.landmark_filter import (
+    STEADY,
+    Gaussian,
+    LandmarkFilter,
+    ProposalQuestion,
+    Rig,
+    updated,
+)
+from stereotrack_core.arrays import FloatArray
 
 PROPOSED = "proposed"
 """Source of proposals."""
 
-_FRAMES = 10  # clicked frames on each side that are taken in
-_PLACE, _ANYWHERE, _SPEED = 0.3, 2.0, 1.0
-"""Metres around where a landmark is clicked first, or around the others where it never was; metres
-per second."""
-
-_FADING = 0.3  # seconds after which velocities have faded
-_STEP, _MOST_STEPS = 0.1, 30  # seconds that an acceleration lasts
-_ACCELERATION = 10.0  # metres per square second, before it is learned
-_LEARNING = 0.2  # share of the last frame in the learned acceleration
-_ALIKE = 0.4  # metres over which accelerations are alike
-_OFFSET, _DRIFT = 20.0, 1.0
-"""Pixels at 480 lines by which clicks lie beside the calibration, and per root second."""
-
-_STEADY = 0.5  # share of a click's standard deviation that is not in the offset
-_ACCEPTED_SIGMA = 2.0  # pixels at 480 lines; nobody has looked closer than that
-_FREEDOM = 4.0  # of the t distribution of followed points
-_ROUNDS = 3
 _FARTHEST = 120.0  # pixels at 480 lines; what is less certain than that is no proposal
-_LINES = 480.0
-
-
-@dataclass(frozen=True, eq=False)
-class ProposalQuestion:
-    """What is known when a frame begins, or of it so far."""
-
-    frame: int
-    clicks: tuple[Click, ...]  # of this frame
-    around: tuple[Click, ...]  # of other frames
-    followed: tuple[Prediction, ...]  # to this frame, from clicks of others
-    cameras: Mapping[str, Camera]  # whose images are clicked
-    names: tuple[str, ...]  # of the landmarks
-    fps: float
-    sigmas: Mapping[str, float] = field(default_factory=dict)
-    """Mapping from landmark to float; how good clicks are, pixels per axis, as far as measured."""
-    motion: Mapping[int, FloatArray] = field(default_factory=dict)
-    """Mapping from frame to (n, 3); landmarks as a run or a fit has them, world, NaN where it has
-    none; only how they move is used."""
+_WELL = 0.5  # share of a click's standard deviation to which a landmark is known well
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,17 +49,20 @@ class Proposer:
     """Proposes; keeps what is the same from click to click. Called in one thread at a time."""
 
     def __init__(self) -> None:
-        self._kept: tuple[ProposalQuestion, _Gaussian | None] | None = None
+        self._kept: tuple[ProposalQuestion, Gaussian | None] | None = None
 
     def __call__(self, question: ProposalQuestion) -> Proposals:
         """Propose what the clicks of the frame leave open."""
         if self._kept is None or not _same_around(self._kept[0], question):
-            self._kept = (question, _Filter(question).predicted())
-        prior, rig = self._kept[1], _Rig(question)
+            self._kept = (question, LandmarkFilter(question).predicted())
+        prior, rig = self._kept[1], Rig(question)
+        told = told_by(question.steps, question.frame)  # with the motion, so not once more
+        followed = [one for one in question.followed if one.landmark not in told]
         found: list[Prediction] = []
         if prior is not None:
-            posterior = _updated(prior, rig, rig.measured(question.clicks, question.followed))
-            found += _open_places(posterior, rig, question)
+            posterior = updated(prior, rig, rig.measured(question.clicks, followed))
+            left = _to_be_clicked(posterior, rig, question) if question.asks else set()
+            found += (one for one in _open_places(posterior, rig, question) if one.key not in left)
         # what is clicked in one image alone has no place in the world
         said = {one.key for one in question.clicks} | {one.key for one in found}
         alone = {one.key: one for one in question.followed if one.key not in said}
@@ -102,220 +73,38 @@ class Proposer:
 def _same_around(one: ProposalQuestion, two: ProposalQuestion) -> bool:
     """Whether all is the same but what is known of the frame itself."""
     same = all(getattr(one, name) is getattr(two, name) for name in ("cameras", "motion"))
-    equal = ("frame", "around", "names", "fps", "sigmas")
+    equal = ("frame", "around", "names", "fps", "sigmas", "steps")
     return same and all(getattr(one, name) == getattr(two, name) for name in equal)
 
 
-@dataclass(frozen=True, eq=False)
-class _Gaussian:
-    """Mean (n, S) and covariance (n S, n S) of n landmarks: place, velocity, offset per camera."""
-
-    mean: FloatArray
-    covariance: FloatArray
-
-
-@dataclass(frozen=True, eq=False)
-class _Measured:
-    """M pixels of landmarks in images."""
-
-    camera: IntArray  # (M,)
-    landmark: IntArray  # (M,)
-    pixel: FloatArray  # (M, 2)
-    sigma: FloatArray  # (M,)
-    followed: BoolArray  # (M,); may be far off
-
-
-class _Rig:
-    """The cameras and landmarks of a question, by number."""
-
-    def __init__(self, question: ProposalQuestion) -> None:
-        self.names, self.sigmas = question.names, question.sigmas
-        self.cameras = tuple(question.cameras.values())
-        self.scale = np.array([max(1.0, min(c.width, c.height) / _LINES) for c in self.cameras])
-        self._camera = {name: place for place, name in enumerate(question.cameras)}
-        self._landmark = {name: place for place, name in enumerate(question.names)}
-        self.size = 6 + 2 * len(self.cameras)
-
-    def measured(self, clicks: Sequence[Click], followed: Sequence[Prediction] = ()) -> _Measured:
-        """Clicks, and followed points of what is not clicked, as measurements."""
-        said = {click.key for click in clicks}
-        rows = [
-            (one.camera, one.landmark, one.position, self._sigma(one), False)
-            for one in clicks
-            if one.position is not None
-        ] + [
-            (one.camera, one.landmark, one.position, one.sigma or USUAL_SIGMA, True)
-            for one in followed
-            if one.key not in said
-        ]
-        rows = [row for row in rows if row[0] in self._camera and row[1] in self._landmark]
-        return _Measured(
-            np.array([self._camera[row[0]] for row in rows], dtype=np.int64),
-            np.array([self._landmark[row[1]] for row in rows], dtype=np.int64),
-            np.array([row[2] for row in rows], dtype=np.float64).reshape(-1, 2),
-            np.array([row[3] for row in rows], dtype=np.float64),
-            np.array([row[4] for row in rows], dtype=np.bool_),
-        )
-
-    def _sigma(self, click: Click) -> float:
-        sigma = _STEADY * sigma_of(click, self.sigmas)
-        if click.origin != ACCEPTED or click.camera not in self._camera:
-            return sigma
-        return max(sigma, _ACCEPTED_SIGMA * float(self.scale[self._camera[click.camera]]))
-
-    def pixels(self, mean: FloatArray) -> FloatArray:
-        """Where the landmarks are seen (C, n, 2), offsets included."""
-        offsets = mean[:, 6:].reshape(len(mean), -1, 2)
-        return np.stack(
-            [c.project(mean[:, :3]) + offsets[:, i] for i, c in enumerate(self.cameras)]
-        )
-
-    def jacobian(self, mean: FloatArray, camera: IntArray, landmark: IntArray) -> FloatArray:
-        """Derivative (M, 2, n S) of pixels of landmarks in images by the state."""
-        by_place = np.stack([pixel_jacobian(c, mean[:, :3]) for c in self.cameras])
-        found = np.zeros((len(camera), 2, len(mean), self.size))
-        row = np.arange(len(camera))
-        found[row, :, landmark, :3] = by_place[camera, landmark]
-        for axis in range(2):
-            found[row, axis, landmark, 6 + 2 * camera + axis] = 1.0
-        return found.reshape(len(camera), 2, -1)
+def _to_be_clicked(state: Gaussian, rig: Rig, question: ProposalQuestion) -> set[ClickKey]:
+    """Where a click tells most of each uncertain landmark that nobody has clicked by hand."""
+    said = {one.key for one in question.clicks}
+    by_hand = {one.landmark for one in question.clicks if one.origin != ACCEPTED}
+    found, views = set(), np.arange(len(rig.cameras))
+    for place, name in enumerate(rig.names):
+        keys = [ClickKey(question.frame, camera.name, name) for camera in rig.cameras]
+        free = [view for view, key in enumerate(keys) if key not in said]
+        if name in by_hand or not free:
+            continue
+        own = slice(place * rig.size, (place + 1) * rig.size)
+        H = rig.jacobian(state.mean, views, np.full(len(views), place))[:, :, own]
+        H = H.reshape(2 * len(views), -1)
+        P = H @ state.covariance[own, own] @ H.T
+        sigma = STEADY * rig.sigmas.get(name, USUAL_SIGMA)
+        if np.trace(P) > len(P) * (_WELL * sigma) ** 2:
+            gains = [_gain(P, view, sigma) for view in free]
+            found.add(keys[free[int(np.argmax(gains))]])
+    return found
 
 
-class _Filter:
-    """Takes in the clicked frames around one frame."""
-
-    def __init__(self, question: ProposalQuestion) -> None:
-        self._question, self._rig = question, _Rig(question)
-        by_frame: dict[int, list[Click]] = {}
-        for click in question.around:
-            if click.camera in question.cameras:
-                by_frame.setdefault(click.frame, []).append(click)
-        self._clicks = by_frame
-
-    def predicted(self) -> _Gaussian | None:
-        """What is expected of the frame itself; None where too little has been clicked."""
-        frame = self._question.frame
-        before = [known for known in sorted(self._clicks) if known < frame][-_FRAMES:]
-        after = [known for known in sorted(self._clicks, reverse=True) if known > frame][-_FRAMES:]
-        sides = [side for frames in (before, after) if (side := self._from(frames)) is not None]
-        if len(sides) < 2:
-            return sides[0] if sides else None
-        one, two = sides
-        gain = np.linalg.solve(one.covariance + two.covariance, one.covariance).T
-        apart = (two.mean - one.mean).ravel()
-        return _Gaussian(
-            one.mean + (gain @ apart).reshape(one.mean.shape),
-            _symmetric(one.covariance - gain @ one.covariance),
-        )
-
-    def _from(self, frames: Sequence[int]) -> _Gaussian | None:
-        """The prediction from clicked frames on one side, in the order they are taken in."""
-        acceleration = np.full(len(self._rig.names), _ACCELERATION)
-        state: _Gaussian | None = None
-        for place, frame in enumerate(frames):
-            clicks = self._clicks[frame]
-            if state is None:
-                begun = self._begun(clicks)
-                state = begun and _updated(begun, self._rig, self._rig.measured(clicks))
-                continue
-            seconds = (frame - frames[place - 1]) / self._question.fps
-            expected = self._moved(state, frames[place - 1], frame, acceleration)
-            state = _updated(expected, self._rig, self._rig.measured(clicks))
-            off = np.linalg.norm((state.mean - expected.mean)[:, :3], axis=1)
-            seen = np.maximum(2.0 * off / (np.sqrt(3.0) * seconds**2), 0.1 * _ACCELERATION)
-            mean = (1.0 - _LEARNING) * np.square(acceleration) + _LEARNING * np.square(seen)
-            acceleration = np.sqrt(mean)
-        if state is None:
-            return None
-        return self._moved(state, frames[-1], self._question.frame, acceleration)
-
-    def _begun(self, clicks: Sequence[Click]) -> _Gaussian | None:
-        """Before a first frame is taken in; None where no landmark is clicked in two images."""
-        rig = self._rig
-        mean = np.zeros((len(rig.names), rig.size))
-        mean[:, :3] = np.nan
-        for place, name in enumerate(rig.names):
-            own = [click for click in clicks if click.landmark == name]
-            point = predicted_point(self._question.cameras, own, sigma=rig.sigmas)
-            if point is not None:
-                mean[place, :3] = point.world
-        if np.isnan(mean[:, 0]).all():
-            return None
-        known = np.isfinite(mean[:, :3])
-        mean[:, :3] = np.where(known, mean[:, :3], np.nanmean(mean[:, :3], axis=0))
-        spread = np.tile(np.repeat(_OFFSET * rig.scale, 2), (len(mean), 1))
-        spread = np.hstack(
-            [np.where(known, _PLACE, _ANYWHERE), np.full((len(mean), 3), _SPEED), spread]
-        )
-        return _Gaussian(mean, np.diag(np.square(spread).ravel()))
-
-    def _moved(self, state: _Gaussian, start: int, end: int, acceleration: FloatArray) -> _Gaussian:
-        """What is expected at another frame, before or after."""
-        seconds = (end - start) / self._question.fps
-        shift = self._shift(start, end, len(state.mean))
-        told = np.isfinite(shift).all(axis=1)
-        steps = min(max(round(abs(seconds) / _STEP), 1), _MOST_STEPS)
-        moved = state
-        for step in range(steps):  # what a run tells does not grow worse with time
-            pushed = np.where(told & (step > 0), 0.0, acceleration)
-            moved = self._pushed(moved, seconds / steps, pushed)
-        mean = moved.mean.copy()
-        mean[told, :3] = state.mean[told, :3] + shift[told]
-        mean[told, 3:6] = shift[told] / seconds
-        return _Gaussian(mean, moved.covariance)
-
-    def _pushed(self, state: _Gaussian, seconds: float, acceleration: FloatArray) -> _Gaussian:
-        """What is expected a little later, or earlier."""
-        size, count = self._rig.size, len(state.mean)
-        faded = np.exp(-abs(seconds) / _FADING)
-        step = np.eye(size)
-        step[:3, 3:6] = 0.5 * seconds * (1.0 + faded) * np.eye(3)
-        step[3:6, 3:6] = faded * np.eye(3)
-        places = state.mean[:, :3]
-        apart = np.linalg.norm(places[:, None] - places, axis=-1)
-        alike = np.exp(-apart / _ALIKE) * acceleration[:, None] * acceleration
-        by_acceleration = np.array([0.5 * seconds**2, seconds])
-        pushed = np.zeros((size, size))
-        pushed[:6, :6] = np.kron(np.outer(by_acceleration, by_acceleration), np.eye(3))
-        drift = np.square(np.repeat(_DRIFT * self._rig.scale, 2)) * abs(seconds)
-        whole = np.kron(np.eye(count), step)
-        covariance = whole @ state.covariance @ whole.T + np.kron(alike, pushed)
-        covariance += np.diag(np.tile(np.concatenate([np.zeros(6), drift]), count))
-        return _Gaussian(state.mean @ step.T, covariance)
-
-    def _shift(self, start: int, end: int, count: int) -> FloatArray:
-        """How the landmarks move (n, 3) as a run or fit has it; NaN where it does not say."""
-        motion = self._question.motion
-        if start not in motion or end not in motion:
-            return np.full((count, 3), np.nan)
-        return motion[end] - motion[start]
+def _gain(P: FloatArray, view: int, sigma: float) -> float:
+    """By how much a click in one image makes the variances of the pixels P (2 V, 2 V) smaller."""
+    at = slice(2 * view, 2 * view + 2)
+    return float(np.trace(P[:, at] @ np.linalg.solve(P[at, at] + sigma**2 * np.eye(2), P[at])))
 
 
-def _updated(prior: _Gaussian, rig: _Rig, measured: _Measured) -> _Gaussian:
-    """The Gaussian after measurements; followed points weigh the less the farther they are off."""
-    if not len(measured.camera):
-        return prior
-    start, covariance, mean = prior.mean.ravel(), prior.covariance, prior.mean
-    weight = np.ones(len(measured.camera))
-    for _ in range(_ROUNDS):
-        H = rig.jacobian(mean, measured.camera, measured.landmark).reshape(-1, start.size)
-        off = measured.pixel - rig.pixels(mean)[measured.camera, measured.landmark]
-        R = np.repeat(np.square(measured.sigma) / weight, 2)
-        S = H @ covariance @ H.T + np.diag(R)
-        K = np.linalg.solve(S, H @ covariance).T
-        mean = (start + K @ (off.ravel() - H @ (start - mean.ravel()))).reshape(prior.mean.shape)
-        off = measured.pixel - rig.pixels(mean)[measured.camera, measured.landmark]
-        distance = np.square(off).sum(axis=1) / np.square(measured.sigma)
-        weight = np.where(measured.followed, (_FREEDOM + 2.0) / (_FREEDOM + distance), 1.0)
-    return _Gaussian(mean, _symmetric(covariance - K @ H @ covariance))
-
-
-def _symmetric(matrix: FloatArray) -> FloatArray:
-    result: FloatArray = 0.5 * (matrix + matrix.T)
-    return result
-
-
-def _open_places(state: _Gaussian, rig: _Rig, question: ProposalQuestion) -> Sequence[Prediction]:
+def _open_places(state: Gaussian, rig: Rig, question: ProposalQuestion) -> Sequence[Prediction]:
     """What nobody has clicked and is certain enough, in all images that show it."""
     said = {click.key for click in question.clicks}
     count = len(rig.names)

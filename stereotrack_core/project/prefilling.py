@@ -17,8 +17,9 @@ from stereotrack_core.annotation.click import Click, Prediction
 from stereotrack_core.annotation.epipolar import in_image
 from stereotrack_core.annotation.fit.results import GAP, TrajectoryFit
 from stereotrack_core.annotation.follow import follow_clicks
+from stereotrack_core.annotation.landmark_filter import ProposalQuestion
 from stereotrack_core.annotation.landmark_set import NINE, LandmarkSet
-from stereotrack_core.annotation.propose import PROPOSED, ProposalQuestion, Proposer
+from stereotrack_core.annotation.propose import PROPOSED, Proposer
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.counting import counted

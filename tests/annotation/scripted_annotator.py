@@ -12,8 +12,11 @@ import numpy as np
 
 from stereotrack_core.annotation.click import ACCEPTED, Click, ClickKey, Prediction
 from stereotrack_core.annotation.follow import follow_clicks
+from stereotrack_core.annotation.follow_body import BodyStep, follow_body, told_by
+from stereotrack_core.annotation.landmark_filter import ProposalQuestion
 from stereotrack_core.annotation.landmark_set import NINE
-from stereotrack_core.annotation.propose import ProposalQuestion, Proposer
+from stereotrack_core.annotation.propose import Proposer
+from stereotrack_core.body.proportions import Proportions
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.recording.reader import FrameReader
 
@@ -51,26 +54,48 @@ def annotate(
     reader: FrameReader | None = None,
     off_px: Callable[[str], float] = lambda _camera: FAR_OFF,
     motion: Mapping[int, np.ndarray] | None = None,
+    proportions: Proportions | None = None,
+    asks: bool = False,
 ) -> Annotation:
     """Annotate all frames that something is seen in, view by view.
 
     In every view the proposal that is farthest off is clicked until none is too far off, then the
-    rest of the view is accepted with one key. Without a reader nothing is followed.
+    rest of the view is accepted with one key. Without a reader nothing is followed, and without
+    proportions not the body.
     """
     done, proposer, motion = Annotation(), Proposer(), motion or {}
     frames = sorted({key.frame for key in seen})
+    steps: list[BodyStep] = []
     for place, frame in enumerate(frames):
         wanted = {key: at for key, at in seen.items() if key.frame == frame}
         around = tuple(
             one for one in done.clicks if one.frame in frames[max(place - 10, 0) : place]
         )
         last = [one for one in around if one.frame == frames[place - 1]]
-        followed = follow_clicks(reader, last, (frame,)) if reader is not None else ()
 
-        def proposed(own: Sequence[Click], now=(frame, around, followed)):
-            frame, around, followed = now
+        followed: tuple[Prediction, ...] = ()
+        if reader is not None and last:
+            if proportions is not None:
+                step = follow_body(reader, around, frames[place - 1], frame, cameras, proportions)
+                steps = [*steps[-10:], *((step,) if step is not None else ())]
+            told = told_by(steps, frame)
+            open_ones = [one for one in last if one.landmark not in told]
+            followed = follow_clicks(reader, open_ones, (frame,))
+
+        def proposed(own: Sequence[Click], now=(frame, around, followed, tuple(steps))):
+            frame, around, followed, seen = now
             question = ProposalQuestion(
-                frame, tuple(own), around, followed, cameras, NINE.names, fps, {}, motion
+                frame,
+                tuple(own),
+                around,
+                followed,
+                cameras,
+                NINE.names,
+                fps,
+                {},
+                motion,
+                seen,
+                asks,
             )
             return {one.key: one for one in proposer(question).predictions}
 

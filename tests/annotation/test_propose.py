@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-import pytest
 
-from stereotrack_core import open_recording
 from stereotrack_core.annotation.click import Click, ClickKey, Visibility
+from stereotrack_core.annotation.follow_body import BodyStep
+from stereotrack_core.annotation.landmark_filter import ProposalQuestion
 from stereotrack_core.annotation.landmark_set import NINE
-from stereotrack_core.annotation.propose import PROPOSED, ProposalQuestion, Proposer
+from stereotrack_core.annotation.propose import PROPOSED, Proposer
+from stereotrack_core.body.proportions import proportions_of
 from stereotrack_core.recording.reader import FrameReader
-from stereotrack_core.simulation.make import SceneOptions, simulate
 from tests.annotation.scenes import bodies, cameras, clicks_of
 from tests.annotation.scripted_annotator import annotate, seen_by
 
@@ -18,10 +18,11 @@ RIG = cameras()
 FPS = 10.0
 
 
-def question(frame, around, clicks=(), *, rig=RIG, motion=None, followed=()):
+def question(frame, around, clicks=(), *, rig=RIG, motion=None, followed=(), steps=(), asks=False):
     return ProposalQuestion(
-        frame, tuple(clicks), tuple(around), tuple(followed), rig, NINE.names, FPS, {}, motion or {}
-    )
+        frame, tuple(clicks), tuple(around), tuple(followed), rig, NINE.names, FPS, {},
+        motion or {}, tuple(steps), asks,
+    )  # fmt: skip
 
 
 def proposed(*what, **how):
@@ -120,6 +121,68 @@ def test_a_run_tells_how_the_landmarks_move_not_where_they_are():
     assert np.median(off_px(told, truth)) < 1.0 < 3.0 < np.median(off_px(alone, truth))
 
 
+def seen_to_move(points, start, end, *, sigma=0.002):
+    """What following the body tells where it errs nowhere."""
+    covariance = np.tile(sigma**2 * np.eye(3), (9, 1, 1))
+    return BodyStep(start, end, NINE.names, points[end] - points[start], covariance)
+
+
+def test_how_the_body_was_seen_to_move_is_believed():
+    points = bodies(6)
+    points[5] += np.array([0.10, -0.06, 0.12])  # what nobody could expect
+    truth, clicks = pixels(points), clicks_of(points, RIG)
+    before = [one for one in clicks if one.frame < 5]
+    alone = off_px(proposed(5, before), truth)
+    told = off_px(proposed(5, before, steps=[seen_to_move(points, 4, 5)]), truth)
+    assert np.median(told) < 3.0 < 8.0 < np.median(alone)
+    back = [one for one in clicks_of(points[::-1], RIG) if one.frame < 5]
+    assert proposed(5, back, steps=[seen_to_move(points, 3, 5)]).keys() == proposed(5, back).keys()
+
+
+def test_what_the_body_tells_of_a_lost_limb_does_not_carry_it_away():
+    points = bodies(6)
+    truth, clicks = pixels(points), clicks_of(points, RIG)
+    step = seen_to_move(points, 4, 5)
+    hand = NINE.names.index("left_hand")
+    step.shift[hand] += 1.5
+    step.shift[NINE.names.index("head")] = np.nan
+    found = proposed(5, [one for one in clicks if one.frame < 5], steps=[step])
+    hands = off_px({key: one for key, one in found.items() if key.landmark == "left_hand"}, truth)
+    assert len(found) == 36
+    assert np.median(hands) < 20.0, "1.5 m are more than 200 px"
+
+
+def test_steps_that_were_wrong_are_believed_less():
+    points = bodies(8)
+    before = [one for one in clicks_of(points, RIG) if one.frame < 7]
+    steps = [seen_to_move(points, k, k + 1) for k in range(7)]
+
+    def spread():
+        return np.median([one.sigma for one in proposed(7, before, steps=steps).values()])
+
+    trusted = spread()
+    for k, step in enumerate(steps[:-1]):
+        step.shift[:] += np.array([0.03, -0.03, 0.03]) * (-1) ** k
+    assert spread() > 1.5 * trusted
+
+
+def test_an_uncertain_landmark_is_left_to_be_clicked_in_one_image():
+    points = bodies(6)
+    clicks = clicks_of(points, RIG)
+    before = [one for one in clicks if one.frame < 5]
+    found = proposed(5, before, asks=True)
+    left = {key for key in pixels(points) if key.frame == 5} - set(found)
+    assert sorted(key.landmark for key in left) == sorted(NINE.names), "each in one image"
+    (own,) = (key for key in left if key.landmark == "head")
+    by_hand = next(one for one in clicks if one.key == own)
+    assert "head" in {key.landmark for key in left}
+    assert len(proposed(5, before, [by_hand], asks=True)) == 35 - 8, "nothing more of the head"
+    other = next(key for key in found if key.landmark == "head")
+    accepted = Click(*other, found[other].position, origin="accepted")
+    still = proposed(5, before, [accepted], asks=True)
+    assert sum(key.landmark == "head" for key in still) == 2, "accepted is not clicked"
+
+
 def test_the_certainty_is_about_right():
     points = bodies(12, seed=2)
     truth, clicks = pixels(points), clicks_of(points, RIG, sigma=1.0)
@@ -129,15 +192,6 @@ def test_the_certainty_is_about_right():
         spread = np.array([one.sigma for one in found.values()])
         ratios += list(off_px(found, truth) / spread)
     assert 0.2 < np.median(ratios) < 2.5
-
-
-@pytest.fixture(scope="module")
-def clip(tmp_path_factory):
-    """Somebody who moves, rendered in two small views."""
-    folder = tmp_path_factory.mktemp("clip") / "clip"
-    options = SceneOptions(width=320, height=240, focal=200.0, t_pose_first=False)
-    simulate(folder, person="P2", motion="travolta", frames=8, views="NO", seed=3, options=options)
-    return open_recording(folder)
 
 
 def test_following_the_images_saves_more_clicks_than_the_motion_alone(clip):
@@ -152,3 +206,13 @@ def test_following_the_images_saves_more_clicks_than_the_motion_alone(clip):
     assert sum(followed.clicked) <= sum(alone.clicked)
     accepted = [one for one in followed.clicks if one.origin == "accepted"]
     assert all(np.hypot(*np.subtract(one.position, seen[one.key])) <= 3.0 for one in accepted)
+
+
+def test_following_the_body_saves_more_clicks_than_following_points(clip):
+    rig = {view.image.camera: clip.cameras[view.image.camera] for view in clip.views}
+    seen = seen_by(pixels(clip.reference.points, rig), sigma=0.5, seed=1)
+    with FrameReader(clip, colour=False) as reader:
+        points = annotate(seen, rig, clip.fps, reader=reader)
+        lengths = proportions_of(clip.subject)
+        body = annotate(seen, rig, clip.fps, reader=reader, proportions=lengths)
+    assert sum(body.clicked) < sum(points.clicked)

@@ -208,6 +208,12 @@ def _switches(session: Session, annotate: ClickController) -> list[Command]:
               "visible views, show the next keyframe that is not done, or the next frame where no "
               "keyframes are set.", annotate.toggle_going_on,
               checked=lambda: annotate.annotating.goes_on, section=True),
+        Menu(_MENU, session.no_recording).command(
+            "ask_for_clicks", "Ask for clicks of uncertain landmarks", "Propose nothing for an "
+            "uncertain landmark in the view where a click tells most. Takes more clicks and keeps "
+            "accepted proposals closer to what you see.", annotate.toggle_asking,
+            checked=lambda: annotate.proposals.asks, section=True,
+        ),
         Menu(_MENU, no_depth).command(
             "fit_depth", "Fit to clicks and depth", "Fit the body to the measured points as well "
             "as to the clicks, where the recording has depth.", annotate.toggle_depth, "Shift+D",

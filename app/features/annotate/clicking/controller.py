@@ -86,6 +86,7 @@ def _key(swap: Swap) -> tuple[object, ...]:
 
 _ADVANCE = "annotate/advance"
 _GOES_ON = "annotate/goes_on"
+_ASKS = "annotate/asks"
 _DEPTH = "annotate/depth"
 
 
@@ -117,6 +118,7 @@ class ClickController(QObject):
         stored = stored_text(context.settings, _ADVANCE)
         self.annotating.advance = next((name for name in ADVANCES if name == stored), "landmark")
         self.annotating.goes_on = bool(context.settings.value(_GOES_ON, False, type=bool))
+        self.proposals.set_asks(bool(context.settings.value(_ASKS, False, type=bool)))
         self.facts.use_depth = bool(context.settings.value(_DEPTH, True, type=bool))
         self.body.with_depth.setChecked(self.facts.use_depth)
         self._connect()
@@ -298,6 +300,11 @@ class ClickController(QObject):
         """Go on to another frame when one is clicked, or stay; and keep that for next time."""
         self.annotating.goes_on = not self.annotating.goes_on
         self._context.settings.setValue(_GOES_ON, self.annotating.goes_on)
+
+    def toggle_asking(self) -> None:
+        """Let proposals leave out what should be clicked, or not; and keep that for next time."""
+        self.proposals.set_asks(not self.proposals.asks)
+        self._context.settings.setValue(_ASKS, self.proposals.asks)
 
     def ask_sigma(self) -> None:
         """Let the person say how sure the click at hand is."""

@@ -3,16 +3,22 @@
 from __future__ import annotations
 
 import threading
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 import numpy as np
 from PySide6.QtCore import QObject, QTimer, Signal, Slot
 
 from stereotrack_core.annotation.click import Click, ClickKey, Prediction
 from stereotrack_core.annotation.follow import MOST_FRAMES, follow_clicks
-from stereotrack_core.annotation.propose import ProposalQuestion, Proposals, Proposer
+from stereotrack_core.annotation.follow_body import BodyStep, follow_body, told_by
+from stereotrack_core.annotation.landmark_filter import ProposalQuestion
+from stereotrack_core.annotation.landmark_set import LandmarkSet
+from stereotrack_core.annotation.propose import Proposals, Proposer
 from stereotrack_core.arrays import FloatArray
+from stereotrack_core.body.proportions import Proportions, proportions_of
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.project.history import Changed
 from stereotrack_core.project.prefilling import clicks_around
@@ -30,6 +36,8 @@ from .annotating import Annotating
 _SOON_MS = 20
 _TRAIL = 4
 """Clicked frames that the trail shows."""
+_CHAIN = 4
+"""Clicked frames before and after from which the body is followed, one to the next."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,11 +50,33 @@ class _Way:
     overtaken: threading.Event = field(default_factory=threading.Event)
 
 
-def _follow(way: _Way) -> tuple[Prediction, ...] | None:
-    """Where the clicks have come to; None where it was stopped."""
+@dataclass(frozen=True, eq=False)
+class _BodyWay:
+    """Two clicked frames, or the one that is clicked next, between which the body is followed."""
+
+    reader: Shared[FrameReader]
+    clicks: tuple[Click, ...]
+    start: int
+    frame: int
+    cameras: Mapping[str, Camera]
+    proportions: Proportions
+    landmarks: LandmarkSet
+    overtaken: threading.Event = field(default_factory=threading.Event)
+
+
+def _follow(way: _Way | _BodyWay) -> tuple[Prediction, ...] | BodyStep | None:
+    """Where the clicks have come to, or how the body moved; None where it was stopped or lost."""
+    stopped = way.overtaken.is_set
     with way.reader.used() as reader:
-        found = follow_clicks(reader, way.clicks, (way.frame,), cancelled=way.overtaken.is_set)
-    return None if way.overtaken.is_set() else found
+        found: tuple[Prediction, ...] | BodyStep | None
+        if isinstance(way, _Way):
+            found = follow_clicks(reader, way.clicks, (way.frame,), cancelled=stopped)
+        else:
+            found = follow_body(
+                reader, way.clicks, way.start, way.frame, way.cameras, way.proportions,
+                way.landmarks, cancelled=stopped,
+            )  # fmt: skip
+    return None if stopped() else found
 
 
 class ProposalPresenter(QObject):
@@ -75,12 +105,14 @@ class ProposalPresenter(QObject):
         self._document, self._project, self._annotating = document, project, annotating
         self._shown = cameras
         self._active = False
+        self.asks = False
         self._run: RunEntry | None = None
         self._motion: Mapping[int, FloatArray] = {}
         self._cameras: Mapping[str, Camera] = {}
         self._around: tuple[int, tuple[Click, ...]] | None = None
         self._followed: dict[tuple[ClickKey, object, int], Prediction | None] = {}
-        self._way: _Way | None = None
+        self._steps: dict[tuple[int, int], tuple[object, BodyStep | None]] = {}
+        self._way: _Way | _BodyWay | None = None
         self._answer: NewestAnswer[Proposals] = NewestAnswer(
             self._question, Proposer(), "proposals"
         )
@@ -124,7 +156,8 @@ class ProposalPresenter(QObject):
         if after is not None and self._wanted():
             clicked = self._clicked_in(after)
             names = {one.landmark for one in self._found(after) if one.key not in clicked}
-            found[after] = frozenset(names)
+            told = told_by(self._steps_to(after), after)
+            found[after] = frozenset(names) | (told if not clicked else frozenset())
         return {frame: names for frame, names in found.items() if names}
 
     def settled(self) -> bool:
@@ -136,6 +169,11 @@ class ProposalPresenter(QObject):
     def set_active(self, active: bool) -> None:
         """Propose from now on, or rest."""
         self._active = active
+        self._soon.start()
+
+    def set_asks(self, asks: bool) -> None:
+        """Leave an uncertain landmark to be clicked in one image, or propose all there is."""
+        self.asks = asks
         self._soon.start()
 
     def set_run(self, run: RunEntry | None) -> None:
@@ -161,7 +199,7 @@ class ProposalPresenter(QObject):
     def _forget(self, _what: object = None) -> None:
         """Know nothing of another recording or project."""
         self.close()
-        self._around, self._followed = None, {}
+        self._around, self._followed, self._steps = None, {}, {}
         self._soon.start()
 
     @Slot(object)
@@ -198,19 +236,62 @@ class ProposalPresenter(QObject):
         if not self._wanted() or reader is None:
             return
         for frame in (self._document.frame, self._annotating.following_frame()):
-            clicks = () if frame is None else self._to_follow(frame)
-            if frame is not None and clicks:
+            if frame is None:
+                continue
+            self._way = self._body_way(reader, frame)
+            if self._way is None and (clicks := self._to_follow(frame)):
                 self._way = _Way(reader, clicks, frame)
+            if self._way is not None:
                 self._following.ask(self._way)
                 return
+
+    def _body_way(self, reader: Shared[FrameReader], frame: int) -> _BodyWay | None:
+        """The next pair of frames between which nobody has followed the body yet."""
+        recording, project = self._document.recording, self._project.project
+        if recording is None or project is None:
+            return None
+        clicks = self._known(frame)
+        for start, end in self._pairs(frame, clicks):
+            if self._steps.get((start, end), (None, None))[0] == _told(clicks, start):
+                continue
+            subject = project.subject()
+            proportions = proportions_of(subject if subject is not None else recording.subject)
+            names = {one.camera for one in clicks} & set(recording.cameras)
+            cameras = {name: recording.cameras[name] for name in recording.cameras if name in names}
+            landmarks = self._annotating.landmark_set
+            return _BodyWay(reader, clicks, start, end, cameras, proportions, landmarks)
+        return None
+
+    def _known(self, frame: int) -> tuple[Click, ...]:
+        """Clicks around a frame, those of the frame that is shown included."""
+        own = self._annotating.clicks().values()
+        return tuple(one for one in (*self._clicks_around(), *own) if one.frame != frame)
+
+    @staticmethod
+    def _pairs(frame: int, clicks: Sequence[Click]) -> tuple[tuple[int, int], ...]:
+        """Clicked frames on both sides, each with the next one on the way to a frame."""
+        frames = sorted({one.frame for one in clicks})
+        before = [*(one for one in frames if one < frame)][-_CHAIN:]
+        after = [*(one for one in frames if one > frame)][:_CHAIN]
+        to_it = ((*before, frame), (*reversed(after), frame))
+        pairs = [tuple(pairwise(way)) for way in to_it]
+        return (*reversed(pairs[0]), *reversed(pairs[1]))
+
+    def _steps_to(self, frame: int) -> tuple[BodyStep, ...]:
+        """How the body was seen to move on the way to a frame."""
+        pairs = self._pairs(frame, self._known(frame))
+        found = (self._steps.get(pair, (None, None))[1] for pair in pairs)
+        return tuple(step for step in found if step is not None)
 
     def _to_follow(self, frame: int) -> tuple[Click, ...]:
         """Clicks that nobody has followed to a frame yet and that lead to something open there."""
         clicked = self._clicked_in(frame)
+        told = told_by(self._steps_to(frame), frame)
         return tuple(
             one
             for one in self._nearest(frame)
-            if (one.key, one.position, frame) not in self._followed
+            if one.landmark not in told
+            and (one.key, one.position, frame) not in self._followed
             and ClickKey(frame, one.camera, one.landmark) not in clicked
         )
 
@@ -247,6 +328,7 @@ class ProposalPresenter(QObject):
             frame, own, around, self._found(frame), self._cameras,
             self._annotating.landmark_set.names, recording.fps,
             project.click_sigmas() if project is not None else {}, self._motion,
+            self._steps_to(frame), self.asks,
         )  # fmt: skip
 
     def _clicks_around(self) -> tuple[Click, ...]:
@@ -263,20 +345,32 @@ class ProposalPresenter(QObject):
     # ---- answers
 
     @Slot(object, object)
-    def _on_followed(self, way: _Way, found: tuple[Prediction, ...] | None) -> None:
-        if found is None or way is not self._way:
+    def _on_followed(
+        self, way: _Way | _BodyWay, found: tuple[Prediction, ...] | BodyStep | None
+    ) -> None:
+        if way is not self._way or way.overtaken.is_set():
             return
-        by_key = {(one.camera, one.landmark): one for one in found}
-        for one in way.clicks:
-            place = by_key.get((one.camera, one.landmark))
-            self._followed[one.key, one.position, way.frame] = place
+        if isinstance(way, _BodyWay):
+            step = found if isinstance(found, BodyStep) else None
+            self._steps[way.start, way.frame] = (_told(way.clicks, way.start), step)
+        elif isinstance(found, tuple):
+            by_key = {(one.camera, one.landmark): one for one in found}
+            for one in way.clicks:
+                place = by_key.get((one.camera, one.landmark))
+                self._followed[one.key, one.position, way.frame] = place
         self._way = None
-        if way.frame == self._document.frame:
-            self._answer.ask()
         self._follow_next()
+        if way.frame == self._document.frame or isinstance(way, _BodyWay):
+            self._answer.ask()
         self.ahead_changed.emit()
 
     @Slot(object, object)
     def _on_not_followed(self, _way: object, error: Exception) -> None:
         self._way = None
         self.failed.emit(error)
+
+
+def _told(clicks: Sequence[Click], frame: int) -> frozenset[str]:
+    """Landmarks that clicks of a frame place: clicked in two images."""
+    counts = Counter(one.landmark for one in clicks if one.frame == frame and one.position)
+    return frozenset(name for name, count in counts.items() if count > 1)

@@ -1,0 +1,306 @@
+"""Follow the body's surface through the images, from a clicked frame to another.
+
+A landmark is a joint inside the body; what can be followed in images is skin and clothes around
+it, which turn about the joint as the limb turns. So points are spread over the surface of the body
+that stands where the clicks put it, followed in every image that shows them (forward-backward
+checked, as in :mod:`stereotrack_core.annotation.follow`), and the trunk, the head and each segment
+of the arms is moved as a rigid body, its own axis included, to where most of its points went in all
+images. Joints hold the parts together. How the parts move tells how the landmarks do.
+
+Only how they move is told: where the clicks are a few pixels off, the surface starts as far off.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from stereotrack_core.annotation.click import Click
+from stereotrack_core.annotation.clicked_surface import ClickedSurface, clicked_places
+from stereotrack_core.annotation.follow import MOST_FRAMES, flow, pictures_of
+from stereotrack_core.annotation.landmark_set import NINE, LandmarkSet
+from stereotrack_core.arrays import FloatArray, ImageArray, IntArray
+from stereotrack_core.body.proportions import Proportions
+from stereotrack_core.body.skeleton import FOREARMS, PARTS, TORSO, UPPER_ARMS
+from stereotrack_core.geometry.camera import Camera, pixel_jacobian
+from stereotrack_core.geometry.rotation import rotation_from_vector, skew, vector_from_rotation
+from stereotrack_core.recording.reader import FrameReader
+
+_LINES = 480
+_WINDOW = 9  # side of the patch in pixels at 480 lines
+_BACK = 0.7  # pixels at 480 lines by which a step forward and back may miss the start
+_BORDER = 60  # pixels at 480 lines around the person in which is looked
+
+_JOINTS = (
+    (TORSO, UPPER_ARMS[0], "left_shoulder", 0.010),
+    (TORSO, UPPER_ARMS[1], "right_shoulder", 0.010),
+    (UPPER_ARMS[0], FOREARMS[0], "left_elbow", 0.003),
+    (UPPER_ARMS[1], FOREARMS[1], "right_elbow", 0.003),
+)
+"""Parts, the landmark between them, and metres by which they part in a step."""
+
+_GOING_ON = 0.85  # share of a motion that goes on
+_TURN, _WAY = 0.6, 0.3  # radians and metres that a part moves where nothing was followed
+_SIGMA, _FREEDOM = 0.8, 2.0  # pixels at 480 lines, and of the t distribution of followed points
+_TOGETHER = 8.0  # followed points that tell no more than one
+_WIDER = (4.0, 4.0, 2.0, 2.0, 1.0, 1.0, 1.0)  # than `_SIGMA`, round by round
+
+
+@dataclass(frozen=True, eq=False)
+class BodyStep:
+    """How landmarks have moved from one frame to another, as the images show it."""
+
+    start: int
+    end: int
+    names: tuple[str, ...]  # of the landmarks
+    shift: FloatArray  # (n, 3), world, metres; NaN where it is not known
+    covariance: FloatArray  # (n, 3, 3), square metres
+
+
+def told_by(steps: Iterable[BodyStep], frame: int) -> frozenset[str]:
+    """Landmarks whose way to a frame is known: nothing need follow them one by one."""
+    return frozenset(
+        name
+        for step in steps
+        if step.end == frame
+        for name, shift in zip(step.names, step.shift, strict=True)
+        if np.isfinite(shift).all()
+    )
+
+
+def follow_body(
+    reader: FrameReader,
+    clicks: Sequence[Click],
+    start: int,
+    frame: int,
+    cameras: Mapping[str, Camera],
+    proportions: Proportions,
+    landmarks: LandmarkSet = NINE,
+    *,
+    cancelled: Callable[[], bool] | None = None,
+) -> BodyStep | None:
+    """Follow the body from a clicked frame to another frame.
+
+    None where the two are too far apart, the trunk is not clicked in two images, no image of the
+    cameras can be read, or it was cancelled.
+
+    Parameters
+    ----------
+    clicks : of the frame `start` and of others, from which it is told how the body is moving
+    cameras : whose images are followed; those that the reader does not show are left out
+    """
+    if not 0 < abs(frame - start) <= MOST_FRAMES:
+        return None
+    places = clicked_places([click for click in clicks if click.frame == start], cameras)
+    surface = ClickedSurface.of(clicks, start, places, cameras, proportions)
+    if surface is None:
+        return None
+    guess = surface.guessed(_going_on(clicks, start, frame, places, cameras))
+    shown = {stream.camera for view in reader.views for stream in view.streams().values()}
+    step = 1 if frame > start else -1
+    seen = []
+    for name in (name for name in cameras if name in shown):
+        pictures = pictures_of(reader, name, range(start, frame + step, step))
+        points, starts, ends = surface.seen_by(name, guess)
+        found = _followed(pictures, starts, ends, abs(frame - start), cancelled)
+        if found is None:
+            return None
+        known = np.isfinite(found).all(axis=1)
+        seen.append(_Seen(name, points[known], found[known]))
+    parts = _moved(surface, seen, guess) if seen else None
+    return None if parts is None else _step(parts, surface, (start, frame), landmarks)
+
+
+def _going_on(
+    clicks: Sequence[Click],
+    start: int,
+    frame: int,
+    places: Mapping[str, FloatArray],
+    cameras: Mapping[str, Camera],
+) -> dict[str, FloatArray]:
+    """How landmarks (3,) move if they go on as they did from the clicked frame before."""
+    step = 1 if frame > start else -1
+    earlier = [one.frame for one in clicks if (one.frame - start) * step < 0]
+    before = min(earlier, key=lambda one: abs(one - start), default=start)
+    if not 0 < abs(before - start) <= MOST_FRAMES:
+        return {}
+    there = clicked_places([one for one in clicks if one.frame == before], cameras)
+    share = _GOING_ON * abs(frame - start) / abs(start - before)
+    return {n: share * (places[n] - there[n]) for n in places.keys() & there.keys()}
+
+
+def _followed(
+    pictures: Iterable[ImageArray | None],
+    starts: FloatArray,
+    guess: FloatArray,
+    steps: int,
+    cancelled: Callable[[], bool] | None,
+) -> FloatArray | None:
+    """Where pixels (M, 2) of the first picture are in the last, NaN where they were lost.
+
+    None where it was cancelled. A step goes as far as `guess` for all of them would have it.
+    """
+    found, move = starts, (guess - starts) / steps
+    lost = np.zeros(len(starts), dtype=np.bool_)
+    before, half, scale = None, 1, 1.0
+    for picture in pictures:
+        if cancelled is not None and cancelled():
+            return None
+        if picture is None or not len(starts):
+            return np.full(starts.shape, np.nan)
+        if before is None:
+            half = max(min(picture.shape) // _LINES, 1)
+            scale = max(1.0, min(picture.shape) / _LINES) / half
+            corner, size = _window(starts, guess, half, _BORDER * scale)
+            found, move = (found - 0.5 * (half - 1)) / half - corner, move / half
+        small = _cut(picture, half, corner, size)
+        if before is not None:
+            there = flow(before, small, found, scale, window=_WINDOW, move=move)
+            back = flow(small, before, there, scale, window=_WINDOW, move=-move)
+            lost |= ~(np.linalg.norm(back - found, axis=1) <= _BACK * scale)
+            found = there
+        before = small
+    return np.where(lost[:, None], np.nan, half * (found + corner) + 0.5 * (half - 1))
+
+
+def _window(
+    starts: FloatArray, guess: FloatArray, half: int, border: float
+) -> tuple[IntArray, IntArray]:
+    """Corner and size of the part of the picture that holds the points."""
+    both = np.concatenate([starts, guess]) / half
+    corner = np.maximum(np.floor(both.min(axis=0) - border), 0).astype(np.int64)
+    return corner, (np.ceil(both.max(axis=0) + border) - corner).astype(np.int64)
+
+
+def _cut(picture: ImageArray, half: int, corner: IntArray, size: IntArray) -> ImageArray:
+    end = half * (corner + size)
+    (x, y), (right, bottom) = half * corner, end
+    cut = picture[y:bottom, x:right]
+    if half == 1:
+        return np.ascontiguousarray(cut)
+    smooth = cv2.blur(cut, (half, half), anchor=((half - 1) // 2, (half - 1) // 2))
+    return np.ascontiguousarray(smooth[::half, ::half])
+
+
+@dataclass(frozen=True, eq=False)
+class _Seen:
+    """Points (M,) of the surface and their pixels (M, 2) in a camera's image of the other frame."""
+
+    camera: str
+    points: IntArray
+    pixels: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class _Parts:
+    """How the P parts move: x becomes turn (x - centre) + centre + way."""
+
+    turn: FloatArray  # (P, 3, 3)
+    way: FloatArray  # (P, 3)
+    centre: FloatArray  # (P, 3)
+    covariance: FloatArray  # (6 P, 6 P) of turn and way
+
+    def move(self, part: int | IntArray, points: FloatArray) -> FloatArray:
+        """Points (..., 3) of one part, or of a part each."""
+        arm = (self.turn[part] @ (points - self.centre[part])[..., None])[..., 0]
+        result: FloatArray = arm + self.centre[part] + self.way[part]
+        return result
+
+    def jacobian(self, part: int, point: FloatArray) -> FloatArray:
+        """Derivative (3, 6 P) of a moved point by turn and way of all parts."""
+        found = np.zeros((3, 6 * len(PARTS)))
+        found[:, 6 * part : 6 * part + 3] = -skew(self.turn[part] @ (point - self.centre[part]))
+        found[:, 6 * part + 3 : 6 * part + 6] = np.eye(3)
+        return found
+
+
+def _moved(surface: ClickedSurface, seen: Sequence[_Seen], guess: FloatArray) -> _Parts:
+    """Gauss-Newton steps; points that are far off weigh less (t distribution)."""
+    parts = _unmoved(surface, guess)
+    first = parts.way
+    for wider in _WIDER:
+        H, g = _prior(parts, first)
+        for one in seen:
+            _add_pixels(H, g, surface, parts, one, wider)
+        _add_joints(H, g, surface, parts)
+        covariance = np.linalg.inv(H)
+        delta = (covariance @ g).reshape(-1, 6)
+        turn: FloatArray = rotation_from_vector(delta[:, :3]) @ parts.turn
+        parts = _Parts(turn, parts.way + delta[:, 3:], parts.centre, 1.0 * covariance)
+    return parts
+
+
+def _unmoved(surface: ClickedSurface, guess: FloatArray) -> _Parts:
+    count = len(PARTS)
+    centre, way = np.zeros((count, 3)), np.zeros((count, 3))
+    for part in np.unique(surface.part).tolist():
+        own = surface.part == part
+        centre[part] = surface.points[own].mean(axis=0)
+        way[part] = (guess[own] - surface.points[own]).mean(axis=0)
+    turn = np.tile(np.eye(3), (count, 1, 1))
+    return _Parts(turn, way, centre, np.zeros((6 * count, 6 * count)))
+
+
+def _prior(parts: _Parts, first: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Information (6 P, 6 P) and its product with the step (6 P,) of what is expected."""
+    weight = np.repeat(1.0 / np.square((_TURN, _WAY)), 3)
+    away = np.hstack([vector_from_rotation(parts.turn), parts.way - first])
+    return np.diag(np.tile(weight, len(PARTS))), -(weight * away).ravel()
+
+
+def _add_pixels(
+    H: FloatArray, g: FloatArray, surface: ClickedSurface, parts: _Parts, seen: _Seen, wider: float
+) -> None:
+    """Add what the followed points of an image tell."""
+    camera, part = surface.cameras[seen.camera], surface.part[seen.points]
+    if not len(part):
+        return
+    points = parts.move(part, surface.points[seen.points])
+    off = seen.pixels - camera.project(points) - surface.offset[seen.camera][part]
+    by_place = pixel_jacobian(camera, points)
+    arm = points - parts.centre[part] - parts.way[part]
+    J = np.concatenate([-by_place @ skew(arm), by_place], axis=-1)
+    fine = np.isfinite(off).all(axis=1) & np.isfinite(J).all(axis=(1, 2))
+    sigma = wider * _SIGMA * max(1.0, min(camera.width, camera.height) / _LINES)
+    distance = np.square(off).sum(axis=1) / sigma**2
+    weight = (_FREEDOM + 2.0) / (_FREEDOM + distance) / (sigma**2 * _TOGETHER)
+    for one in np.unique(part).tolist():
+        own = fine & (part == one)
+        at = slice(6 * one, 6 * one + 6)
+        weighted = J[own] * weight[own, None, None]
+        H[at, at] += np.einsum("nai,naj->ij", weighted, J[own])
+        g[at] += np.einsum("nai,na->i", weighted, off[own])
+
+
+def _add_joints(H: FloatArray, g: FloatArray, surface: ClickedSurface, parts: _Parts) -> None:
+    """Add that parts do not come apart."""
+    for one, two, name, sigma in _JOINTS:
+        joint = surface.landmarks[NINE.names.index(name)]
+        if not np.isin([one, two], surface.part).all():
+            continue
+        apart = parts.move(two, joint) - parts.move(one, joint)
+        J = parts.jacobian(one, joint) - parts.jacobian(two, joint)
+        H += J.T @ J / sigma**2
+        g += J.T @ apart / sigma**2
+
+
+def _step(
+    parts: _Parts, surface: ClickedSurface, frames: tuple[int, int], landmarks: LandmarkSet
+) -> BodyStep:
+    """How the landmarks of a set move with their parts."""
+    names, there = landmarks.names, set(surface.part.tolist())
+    shift, covariance = np.full((len(names), 3), np.nan), np.full((len(names), 3, 3), np.nan)
+    ends = {joint: (one, two) for one, two, joint, _ in _JOINTS}
+    for place, name in enumerate(names):
+        own = PARTS.index(landmarks[name].part)
+        carried = [part for part in ends.get(name, (own,)) if part in there]
+        if not carried or name not in surface.own_names:
+            continue
+        point = surface.own[surface.own_names.index(name)]
+        shift[place] = np.mean([parts.move(part, point) - point for part in carried], axis=0)
+        J = np.mean([parts.jacobian(part, point) for part in carried], axis=0)
+        covariance[place] = J @ parts.covariance @ J.T
+    return BodyStep(*frames, names, shift, covariance)

@@ -1,0 +1,87 @@
+"""How the body moved is seen in the images, although joints hide under skin that turns."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from stereotrack_core.annotation.click import Click
+from stereotrack_core.annotation.follow_body import follow_body, told_by
+from stereotrack_core.annotation.landmark_set import NINE
+from stereotrack_core.body.proportions import proportions_of
+from stereotrack_core.recording.reader import FrameReader
+
+
+@pytest.fixture(scope="module")
+def rig(clip):
+    return {view.image.camera: clip.cameras[view.image.camera] for view in clip.views}
+
+
+@pytest.fixture(scope="module")
+def clicks(clip, rig):
+    return tuple(
+        Click(frame, camera.name, name, tuple(camera.project(place).tolist()))
+        for frame, landmarks in enumerate(clip.reference.points)
+        for camera in rig.values()
+        for name, place in zip(NINE.names, landmarks, strict=True)
+    )
+
+
+@pytest.fixture(scope="module")
+def reader(clip):
+    with FrameReader(clip, colour=False) as reader:
+        yield reader
+
+
+def follow(reader, clicks, start, frame, rig, **how):
+    known = proportions_of(reader.recording.subject)
+    return follow_body(reader, clicks, start, frame, rig, known, **how)
+
+
+def test_the_body_is_seen_to_move(clip, rig, clicks, reader):
+    points, off, way = clip.reference.points, [], []
+    for frame in range(1, 7):
+        known = [one for one in clicks if one.frame <= frame]
+        step = follow(reader, known, frame, frame + 1, rig)
+        assert (step.start, step.end, step.names) == (frame, frame + 1, NINE.names)
+        assert told_by([step], frame + 1) == set(NINE.names)
+        assert told_by([step], frame) == frozenset()
+        moved = points[frame + 1] - points[frame]
+        off.append(np.linalg.norm(step.shift - moved, axis=1))
+        way.append(np.linalg.norm(moved, axis=1))
+    assert np.median(off) < 0.5 * np.median(way)
+    assert np.mean(off) < 0.6 * np.mean(way)
+
+
+def test_it_is_followed_backwards_too(clip, rig, clicks, reader):
+    forward = follow(reader, [one for one in clicks if one.frame == 3], 3, 4, rig)
+    back = follow(reader, [one for one in clicks if one.frame == 4], 4, 3, rig)
+    assert np.median(np.linalg.norm(forward.shift + back.shift, axis=1)) < 0.01
+
+
+def test_a_camera_that_is_clicked_beside_its_calibration_is_followed_there(rig, clicks, reader):
+    start = [one for one in clicks if one.frame == 3]
+    moved = [
+        Click(*one.key, (one.position[0] + 3.0, one.position[1] + 2.0))
+        if one.camera == next(iter(rig))
+        else one
+        for one in start
+    ]
+    right, beside = (follow(reader, given, 3, 4, rig) for given in (start, moved))
+    assert np.median(np.linalg.norm(right.shift - beside.shift, axis=1)) < 0.015
+
+
+def test_limbs_that_nobody_clicked_are_not_told(rig, clicks, reader):
+    known = [one for one in clicks if one.frame == 3 and one.landmark != "left_hand"]
+    step = follow(reader, known, 3, 4, rig)
+    assert told_by([step], 4) == set(NINE.names) - {"left_hand"}
+
+
+def test_without_a_trunk_far_away_or_stopped_nothing_is_known(rig, clicks, reader):
+    start = [one for one in clicks if one.frame == 3]
+    arms = [one for one in start if "shoulder" not in one.landmark and "hip" not in one.landmark]
+    assert follow(reader, arms, 3, 4, rig) is None
+    assert follow(reader, (), 3, 4, rig) is None
+    assert follow(reader, start, 3, 3, rig) is None
+    assert follow(reader, start, 3, 300, rig) is None
+    assert follow(reader, start, 3, 4, rig, cancelled=lambda: True) is None
