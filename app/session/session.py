@@ -73,8 +73,8 @@ class Session(QObject):
         """What is open, for tasks that use the clouds of one another."""
         self.track = TrackPresenter(self.runs, self.processes.run, self)
         """The tracker at work."""
-        self.opening = Opening(self.document, self.project, self.track, settings, self)
-        """Opens recordings and projects."""
+        self.opening = Opening(self.document, self.project, self.track, tasks, settings, self)
+        """Opens recordings, projects and runs."""
         self.judging = JudgementPresenter(self.document, self.runs, self)
         """How good the runs are."""
         self.cameras = CameraDoubts(self.document, self.project, self)

@@ -98,6 +98,11 @@ def cameras_of(use: Use) -> tuple[str, ...]:
     return (f"{use.view}_{use.role}" if use.role in ("left", "right") else use.view,)
 
 
+def view_for(use: Use, role: Role) -> str:
+    """The view that a source belongs to when it gets another role, unless another is named."""
+    return use.view if role in ("left", "right", "depth", "image") else use.source.name
+
+
 def size_of(use: Use) -> tuple[int, int]:
     """Width and height of the images of each camera that a source shows."""
     halves = 2 if use.role.startswith("side") else 1

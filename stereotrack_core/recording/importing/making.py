@@ -53,8 +53,8 @@ def make_recording(
     folder = Path(folder)
     for problem in problems_of(choices):
         raise problem
+    check_place(choices, folder)
     files = files_of(choices.used(), folder)
-    _check_place(folder, files, choices)
     cameras = cameras_for(choices)
     kept = _keeps_calibration(choices, folder)
     new = [one for one in files if one.how != "stay"]
@@ -120,7 +120,11 @@ def _guessed(name: str, width: int, height: int) -> Camera:
     )
 
 
-def _check_place(folder: Path, files: Sequence[StreamFiles], choices: Choices) -> None:
+def check_place(choices: Choices, folder: Path) -> None:
+    """Refuse a folder in which the recording cannot be made; InputError says why."""
+    files = files_of(choices.used(), folder)
+    if folder.is_file():
+        raise InputError("this is a file", where=str(folder), remedy="Give the name of a folder.")
     if (folder / DESCRIPTION).exists():
         raise InputError(
             "this is a recording already",

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from stereotrack_core.arrays import ImageArray
 from stereotrack_core.errors import InputError
 from stereotrack_core.reading import check_file, readable, reason
+from stereotrack_core.recording.folder import DESCRIPTION
 from stereotrack_core.recording.images import (
     DamagedFrame,
     NumberedImages,
@@ -76,7 +77,7 @@ class Source:
 
     def says(self) -> str:
         """Size, length and rate in words."""
-        rate = "" if self.fps is None else f", {self.fps:.4g} frames per second"
+        rate = "" if self.fps is None else f", {self.fps:.4g} fps"
         return f"{self.width} x {self.height}, {self.frames} frames{rate}"
 
 
@@ -132,6 +133,13 @@ def look_at(paths: Sequence[Path]) -> Found:
 def is_media(path: Path) -> bool:
     """Whether a file looks like a video or an image."""
     return path.suffix.lower() in VIDEO_SUFFIXES | IMAGE_SUFFIXES
+
+
+def is_unmade(path: Path) -> bool:
+    """Whether a path holds videos or images of which a recording could be made."""
+    if path.is_dir():
+        return not (path / DESCRIPTION).exists() and holds_media(path)
+    return path.is_file() and is_media(path)
 
 
 def holds_media(folder: Path) -> bool:
