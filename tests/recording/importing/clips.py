@@ -45,3 +45,13 @@ def images(folder: Path, names: Callable[[int], str] = "{:04d}.png".format, dept
             picture[:, -8:] = 1500
         write_png(folder / names(k), picture)
     return folder
+
+
+def flashing(at):
+    """Dark frames; the light is switched on within frame `at`, for a fraction of its exposure."""
+
+    def picture(k):
+        share = float(np.clip(k + 1 - at, 0.0, 1.0))
+        return np.full((HEIGHT, WIDTH), round(40 + 120 * share), np.uint8)
+
+    return picture
