@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from argparse import Namespace
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
@@ -15,15 +16,16 @@ from stereotrack_core.errors import InputError, did_you_mean
 from stereotrack_core.recording.importing.choices import (
     ROLES,
     Choices,
-    Role,
     Use,
     doubts_about,
     guessed_unit,
     problems_of,
     propose,
+    view_for,
 )
 from stereotrack_core.recording.importing.making import make_recording
 from stereotrack_core.recording.importing.sources import look_at
+from stereotrack_core.recording.importing.synchronise import METHODS, Lead, synchronised
 from stereotrack_core.tables import Table
 
 DESCRIPTION = (
@@ -55,6 +57,11 @@ OPTIONS = (
            "may be given several times", action="append", default=[]),
     option("--unit METRES", "metres per count of depth maps (default: by the depth of the scene)",
            type=float, dest="unit"),
+    option("--synchronise METHOD", "find the frames of the same instant: start (times stated by "
+           "the files or a timestamps.csv), flash, clap, or motion (default: frame 0 of all)",
+           choices=tuple(METHODS), dest="method"),
+    option("--first SOURCE=FRAME", "own frame of a source at the common instant, with fractions if "
+           "need be; may be given several times", action="append", default=[], dest="firsts"),
     flag("--dry-run", "only print what would be made"),
     JSON,
 )  # fmt: skip
@@ -75,13 +82,15 @@ def run(args: Namespace) -> int:
     choices = _decided(choices, args)
     for problem in problems_of(choices):
         raise problem
+    choices, leads = _in_time(choices, args)
     for doubt in doubts_about(choices):
         say(f"note: {doubt}")
     if not args.dry_run:
         with watched("Making the recording", "No recording was created.") as (show, stopped):
             make_recording(choices, folder, on_progress=show, cancelled=stopped)
     what = "Would be made" if args.dry_run else "Recording written to"
-    put_result(_facts(choices, folder), _table(choices, f"{what} {folder}"), as_json=args.json)
+    facts = {**_facts(choices, folder), "synchronised": [asdict(lead) for lead in leads]}
+    put_result(facts, _table(choices, f"{what} {folder}"), as_json=args.json)
     return OK
 
 
@@ -100,6 +109,31 @@ def _decided(choices: Choices, args: Namespace) -> Choices:
         _check_known(cameras, choices.camera_names(), "--camera")
         choices = replace(choices, cameras=cameras)
     return replace(choices, depth_unit=_unit(choices, args.unit))
+
+
+def _in_time(choices: Choices, args: Namespace) -> tuple[Choices, tuple[Lead, ...]]:
+    """The choices with the frames of the same instant, and how these were found."""
+    leads: tuple[Lead, ...] = ()
+    if args.method is not None:
+        with watched("Synchronising", "No recording was created.") as (show, stopped):
+            choices, leads = synchronised(choices, args.method, on_progress=show, cancelled=stopped)
+        for lead in leads:
+            say(f"synchronised by {args.method}: {lead.says(choices.fps or 1.0)}")
+    firsts = dict(_pair(text, "--first") for text in args.firsts)
+    _check_known(firsts, [use.source.name for use in choices.uses], "--first")
+    given = {name: _frame(text) for name, text in firsts.items()}
+    uses = tuple(replace(use, lead=given.get(use.source.name, use.lead)) for use in choices.uses)
+    return replace(choices, uses=uses), leads
+
+
+def _frame(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise InputError(f"{text!r} is no frame", where="--first", remedy="Give a number.")
+    return value
 
 
 def _unit(choices: Choices, given: float | None) -> float:
@@ -122,12 +156,8 @@ def _used(use: Use, roles: dict[str, str], mirrored: Sequence[str]) -> Use:
     word, _, view = text.partition(":")
     for role in ROLES:
         if role == word.strip().lower():
-            return replace(use, role=role, view=view.strip() or _view_of(use, role))
+            return replace(use, role=role, view=view.strip() or view_for(use, role))
     raise InputError(f"unknown role {word!r}", where="--as", remedy=f"Roles: {', '.join(ROLES)}.")
-
-
-def _view_of(use: Use, role: Role) -> str:
-    return use.source.name if role in ("mono", "side by side") else use.view
 
 
 def _pair(text: str, where: str) -> tuple[str, str]:
@@ -164,6 +194,7 @@ def _facts(choices: Choices, folder: Path) -> dict[str, Any]:
                 "role": use.role,
                 "view": use.view,
                 "mirrored": use.mirrored,
+                "lead": use.lead,
                 "size": list(use.source.size),
                 "frames": use.source.frames,
                 "fps": use.source.fps,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from stereotrack_core.recording.folder import open_recording
-from tests.recording.importing.clips import clip, images
+from tests.recording.importing.clips import clip, flashing, images
 
 
 @pytest.fixture
@@ -73,6 +73,21 @@ def test_what_does_not_fit_is_refused_in_a_sentence(run, videos, arguments, word
     assert words in ended.err
     assert "Traceback" not in ended.err
     assert sorted(videos.iterdir()) == before
+
+
+def test_offsets_are_estimated_or_given(run, tmp_path):
+    for name, at in (("A", 9.0), ("B", 12.0)):
+        clip(tmp_path / "in" / f"{name}.mp4", flashing(at), frames=20)
+    ended = run("import", "recording", tmp_path / "in", "--synchronise", "flash", "--json")
+    assert ended.status == 0, ended.err
+    assert "synchronised by flash: B: +3" in ended.err
+    assert [one["frames"] for one in ended.json["synchronised"]] == pytest.approx([0, 3], abs=0.1)
+    streams = [view.image.first_frame for view in open_recording(tmp_path / "in").views]
+    assert streams == [0, 3]
+    by_hand = ("--first", "A=2", "-o", tmp_path / "out")
+    assert run("import", "recording", tmp_path / "in" / "A.mp4", *by_hand).status == 0
+    ended = run("import", "recording", tmp_path / "in", "--first", "A=x", "-o", tmp_path / "no")
+    assert (ended.status, "'x' is no frame" in ended.err) == (2, True)
 
 
 @pytest.mark.parametrize("kind", ["labels", "recording"])

@@ -15,7 +15,7 @@ from stereotrack_core.recording.importing.choices import propose
 from stereotrack_core.recording.importing.making import cameras_for
 from stereotrack_core.recording.importing.sources import look_at
 from tests.gui.test_opening_files import drop, settle
-from tests.recording.importing.clips import WIDTH, clip, images, numbered
+from tests.recording.importing.clips import WIDTH, clip, flashing, images, numbered
 
 pytestmark = pytest.mark.window
 BUTTON = QWizard.WizardButton
@@ -132,6 +132,47 @@ def test_images_need_a_frame_rate(window, qtbot, tmp_path, wizard_of):
     assert recording_of(window, qtbot).fps == 30.0
 
 
+def choose_method(wizard, qtbot, method):
+    page = wizard.timing
+    page.method.setFocus()
+    for _ in range(page.method.findData(method) - page.method.currentIndex()):
+        QTest.keyClick(page.method, Qt.Key.Key_Down)
+    assert page.method.currentData() == method
+    assert not wizard.button(BUTTON.NextButton).isEnabled()
+    assert "Press Estimate" in page.words.text()
+    page.estimate.setFocus()
+    QTest.keyClick(page.estimate, Qt.Key.Key_Space)
+    qtbot.waitUntil(lambda: page.estimate.isEnabled())
+
+
+def test_cameras_are_synchronised_by_a_flash(window, qtbot, tmp_path, wizard_of):
+    for name, at in (("A", 9.0), ("B", 12.25)):
+        clip(tmp_path / "videos" / f"{name}.mp4", flashing(at), frames=20)
+    wizard = wizard_of(tmp_path / "videos")
+    press(wizard, BUTTON.NextButton)
+    choose_method(wizard, qtbot, "flash")
+    assert "B: +3.2" in wizard.timing.offsets.text()
+    to_the_end(wizard)
+    press(wizard, BUTTON.FinishButton)
+    streams = [view.image for view in recording_of(window, qtbot).views]
+    assert [one.first_frame for one in streams] == [0, 3]
+    assert streams[1].time_offset == pytest.approx(0.25 / 25.0, abs=0.004)
+
+
+def test_what_cannot_be_synchronised_is_said(qtbot, tmp_path, wizard_of):
+    for name in "AB":
+        clip(tmp_path / "videos" / f"{name}.mp4", frames=4)
+    wizard = wizard_of(tmp_path / "videos")
+    press(wizard, BUTTON.NextButton)
+    choose_method(wizard, qtbot, "clap")
+    assert "A has no sound" in wizard.timing.words.text()
+    assert not wizard.button(BUTTON.NextButton).isEnabled()
+    wizard.timing.method.setFocus()
+    QTest.keyClick(wizard.timing.method, Qt.Key.Key_Home)
+    assert wizard.timing.words.text() == ""
+    assert wizard.button(BUTTON.NextButton).isEnabled()
+
+
 def test_cameras_of_a_calibration_are_matched(window, qtbot, videos, tmp_path, wizard_of):
     cameras = cameras_for(propose(look_at([videos])))
     path = tmp_path / "rig.toml"
@@ -199,6 +240,7 @@ def test_every_field_has_a_name_and_an_explanation(videos, wizard_of):
         for field in (row.role, row.view, row.mirrored):
             assert field.accessibleName()
             assert field.toolTip()
-    for field in (wizard.timing.fps, wizard.timing.unit, wizard.place.name, wizard.place.folder):
+    timing, place = wizard.timing, wizard.place
+    for field in (timing.fps, timing.unit, timing.method, place.name, place.folder):
         assert field.accessibleName()
         assert field.toolTip()

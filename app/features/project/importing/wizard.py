@@ -36,7 +36,7 @@ class ImportWizard(QWizard):
         self.setOption(QWizard.WizardOption.NoBackButtonOnStartPage)
         self._looked, self._tasks = looked, tasks
         self._work: Task | None = None
-        self.sources, self.timing = SourcesPage(looked), TimingPage(looked)
+        self.sources, self.timing = SourcesPage(looked), TimingPage(looked, tasks)
         self.calibration, self.place = CalibrationPage(looked), PlacePage(looked)
         self.steps = (self.sources, self.timing, self.calibration, self.place)
         for page in self.steps:
@@ -82,6 +82,7 @@ class ImportWizard(QWizard):
         if self._work is not None:
             self._work.cancel()
             return
+        self.timing.stop()
         super().reject()
 
     def _show_working(self, *, working: bool) -> None:
