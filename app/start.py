@@ -148,13 +148,20 @@ def _check(opening: Opening) -> None:
     """Refuse at once what can be known to be wrong before a window is there."""
     path, picture = opening.path, opening.picture
     if path is not None:
+        from stereotrack_core.interop.run_file import holds_run
+        from stereotrack_core.interop.run_places import meta_of_run
         from stereotrack_core.project.database import check_header
         from stereotrack_core.recording.folder import open_recording
+        from stereotrack_core.recording.importing.sources import is_unmade
 
         from .start import check_workspace_name
 
         check_workspace_name(opening.workspace)
-        if path.is_file() and path.name != "recording.toml":
+        if path.is_file() and holds_run(path):
+            meta_of_run(path)
+        elif picture is None and is_unmade(path):
+            pass  # the window offers to make a recording of it
+        elif path.is_file() and path.name != "recording.toml":
             check_header(path)
         else:
             open_recording(path.parent if path.is_file() else path)

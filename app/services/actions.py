@@ -32,6 +32,10 @@ def _always() -> str:
     return ""
 
 
+def _is_shown() -> bool:
+    return True
+
+
 @dataclass(frozen=True)
 class Command:
     """One thing that the workbench can do."""
@@ -58,6 +62,8 @@ class Command:
     """Whether a separator stands before it in the menu."""
     says: Callable[[], str] | None = None
     """What it is called now, where that changes: ``Undo Place left elbow``."""
+    shown: Callable[[], bool] = _is_shown
+    """Whether it stands in its menu and in the palette now."""
     goes_first: bool = False
     """Whether it takes its keys from another command of the same keys, while it can be done."""
 
@@ -221,6 +227,7 @@ class ActionRegistry(QObject):
             named = command.says() if command.says is not None else ""
             if named:
                 action.setText(named.replace("&", "&&"))
+            action.setVisible(command.shown())
             if command.checked is not None:
                 action.setChecked(command.checked())
             said = (named, why_not, self.key_words(name))

@@ -87,7 +87,7 @@ class CameraDoubts(QObject):
     @Slot()
     def _ask(self) -> None:
         recording, project = self._document.recording, self._project.project
-        if recording is None or project is None:
+        if recording is None or recording.guessed or project is None:
             self._take(None)
         else:
             self._worker.ask(_Question(project, recording.cameras))

@@ -1,22 +1,24 @@
-"""Opening recordings and projects: what was asked for, and which were opened last."""
+"""Opening whatever a person names: recordings, projects, runs, and videos that are none yet."""
 
 from __future__ import annotations
 
-import os
+from collections.abc import Sequence
 from dataclasses import dataclass
+from datetime import datetime
 from pathlib import Path
 
-from PySide6.QtCore import QMimeData, QObject, QSettings, Signal
+from PySide6.QtCore import QMimeData, QObject, QSettings, Signal, Slot
 
-from stereotrack_core.project.whereabouts import SUFFIX
+from stereotrack_core.interop.run_file import holds_run
+from stereotrack_core.interop.run_places import is_run_of, recording_of_run_file
+from stereotrack_core.recording.folder import DESCRIPTION
+from stereotrack_core.recording.importing.sources import is_media, is_unmade
 
-from ..services.stored import stored_texts
+from ..services.tasks.task import Task, TaskList
 from .document import DocumentPresenter
 from .project import ProjectPresenter
+from .recents import Recent, forget_all, is_project, recents_in, remember
 from .tracking import TrackPresenter
-
-_RECENT = "recent"
-_MOST_RECENT = 10
 
 
 @dataclass(frozen=True)
@@ -44,25 +46,41 @@ class Opening(QObject):
     """
 
     recent_changed = Signal()
+    import_wanted = Signal(object)
+    """Folders and files of videos or images, of which a recording can be made."""
+    run_wanted = Signal(object)
+    """A run of the recording that is open already."""
+    run_without_recording = Signal(object)
+    """A run whose recording was not found; the person has to say where it is."""
 
     def __init__(
         self,
         document: DocumentPresenter,
         project: ProjectPresenter,
         track: TrackPresenter,
+        tasks: TaskList,
         settings: QSettings,
         parent: QObject,
     ) -> None:
         super().__init__(parent)
         self._document, self._project, self._track = document, project, track
-        self._settings = settings
+        self._tasks, self._settings = tasks, settings
+        self._finding: Task | None = None
         self.asked = self._due = Asked()
         document.opened.connect(self._remember)
 
-    def recent(self) -> list[Path]:
+    def recents(self) -> list[Recent]:
         """Recordings and projects opened last that are still there, the newest first."""
-        found = [Path(path) for path in stored_texts(self._settings, _RECENT) or ()]
-        return [path for path in found if os.path.isdir(path) or is_project(path)]
+        return recents_in(self._settings)
+
+    def recent(self) -> list[Path]:
+        """Their paths."""
+        return [one.path for one in self.recents()]
+
+    def forget_recents(self) -> None:
+        """Empty the list of what was opened last."""
+        forget_all(self._settings)
+        self.recent_changed.emit()
 
     def open(
         self,
@@ -73,8 +91,18 @@ class Opening(QObject):
         run: Path | None = None,
         tracks: bool = False,
     ) -> None:
-        """Open a recording folder, the folder of a recording.toml, or a project."""
-        named = path.is_file() and path.name != "recording.toml"
+        """Open a recording folder, the folder of a recording.toml, a project, or a run.
+
+        Of a folder of videos, or a video, a recording can be made: :attr:`import_wanted`.
+        """
+        self._finding = None
+        if path.is_file() and holds_run(path):
+            self._open_run(path, frame, workspace)
+            return
+        if is_unmade(path):
+            self.import_wanted.emit((path,))
+            return
+        named = path.is_file() and path.name != DESCRIPTION
         project = path.resolve() if named else None
         self.asked = self._due = Asked(project, frame, workspace or "", run, tracks)
         self._track.stop()
@@ -82,35 +110,63 @@ class Opening(QObject):
             self._project.open_file(path, frame)
             return
         self._project.give_up()
-        self._document.open(path.parent if path.name == "recording.toml" else path, frame)
+        self._document.open(path.parent if path.name == DESCRIPTION else path, frame)
+
+    def open_all(self, paths: Sequence[Path]) -> None:
+        """Open what was dropped: several videos or folders of them together make a recording."""
+        media = tuple(path for path in paths if is_unmade(path))
+        others = [path for path in paths if path not in media]
+        if others:
+            self.open(others[0])
+        elif media:
+            self.import_wanted.emit(media)
 
     def due(self) -> Asked:
         """What was asked for and is still to be done, once."""
         due, self._due = self._due, Asked()
         return due
 
+    def _open_run(self, path: Path, frame: int, workspace: str | None) -> None:
+        """Look for the recording of a run, off the window's thread, and open it with the run."""
+        shown = self._document.recording
+
+        def find(_task: Task) -> tuple[Path, int, str | None, Path | None]:
+            of_shown = shown is not None and is_run_of(path, shown)
+            folder = shown.folder if shown and of_shown else recording_of_run_file(path)
+            return path, frame, workspace, folder
+
+        title = f"looking for the recording of {path.name}"
+        self._finding = self._tasks.begin(title, find, self._on_found)
+
+    @Slot(object)
+    def _on_found(self, found: tuple[Path, int, str | None, Path | None]) -> None:
+        if self.sender() is not self._finding:  # something else was asked for since
+            return
+        path, frame, workspace, folder = found
+        shown = self._document.recording
+        if shown is not None and (folder is None or shown.folder.resolve() == folder.resolve()):
+            self.run_wanted.emit(path)  # what does not belong to it is said there
+        elif folder is None:
+            self.run_without_recording.emit(path)
+        else:
+            self.open(folder, frame=frame, workspace=workspace, run=path)
+
+    @Slot()
     def _remember(self) -> None:
         recording = self._document.recording
         if recording is None:
             return
         opened = self.asked.project or recording.folder.resolve()
-        others = [path for path in self.recent() if path != opened]
-        paths = [str(path) for path in [opened, *others][:_MOST_RECENT]]
-        self._settings.setValue(_RECENT, paths)
+        remember(self._settings, opened, datetime.now())
         self.recent_changed.emit()
 
 
-def is_project(path: Path) -> bool:
-    """Whether a path looks like a project file."""
-    return path.suffix == SUFFIX and os.path.isfile(path)
+def dropped_paths(data: QMimeData) -> tuple[Path, ...]:
+    """Folders, projects, runs, videos and images that were dragged into the window."""
+    paths = [Path(url.toLocalFile()) for url in data.urls() if url.isLocalFile()]
+    return tuple(path for path in paths if path.is_dir() or _opens(path))
 
 
-def dropped_path(data: QMimeData) -> Path | None:
-    """Recording folder, recording.toml or project that was dragged into the window."""
-    for url in data.urls():
-        path = Path(url.toLocalFile())
-        if not url.isLocalFile():
-            continue
-        if path.is_dir() or path.name == "recording.toml" or is_project(path):
-            return path
-    return None
+def _opens(path: Path) -> bool:
+    known = path.name == DESCRIPTION or is_project(path) or is_media(path)
+    return known or (path.is_file() and holds_run(path))

@@ -12,6 +12,7 @@ from stereotrack_core.tracking.tuning.process import KeptRecording, forget
 
 from ..services.failures import message_of
 from ..services.tasks.task import Processes, Task, TaskList
+from ..widgets.forms.message import Message
 from .camera_doubts import CameraDoubts
 from .clouds import CloudPresenter
 from .document import DocumentPresenter
@@ -72,8 +73,8 @@ class Session(QObject):
         """What is open, for tasks that use the clouds of one another."""
         self.track = TrackPresenter(self.runs, self.processes.run, self)
         """The tracker at work."""
-        self.opening = Opening(self.document, self.project, self.track, settings, self)
-        """Opens recordings and projects."""
+        self.opening = Opening(self.document, self.project, self.track, tasks, settings, self)
+        """Opens recordings, projects and runs."""
         self.judging = JudgementPresenter(self.document, self.runs, self)
         """How good the runs are."""
         self.cameras = CameraDoubts(self.document, self.project, self)
@@ -153,6 +154,9 @@ class Session(QObject):
 
     def no_depth(self) -> str:
         """No view gives depth."""
+        recording = self.document.recording
+        if recording is not None and recording.guessed:
+            return "The calibration is a guess. Replace it with a calibration of these cameras."
         none = "No view of this recording provides depth. Tracking needs a stereo or depth view."
         return self.no_frames() or ("" if self.clouds.available else none)
 
@@ -181,7 +185,8 @@ class Session(QObject):
             self.kept = KeptRecording(dataclasses.replace(recording, reference=None))
             self._view_state.show_views(recording.views)
         try:
-            self.clouds.set_recording(recording)
+            measured = recording is not None and not recording.guessed
+            self.clouds.set_recording(recording if measured else None)
         except InputError as error:
             self.clouds.set_recording(None)
             refused = error
@@ -191,6 +196,8 @@ class Session(QObject):
             Task("starting the process that tracks", lambda _: self.processes.run(load)).start()
         if refused is not None:
             self.message.emit(message_of(refused))
+        if recording is not None and recording.guessed:
+            self.message.emit(_guessed(recording.name))
 
     @Slot()
     def _on_closed(self) -> None:
@@ -216,3 +223,12 @@ class Session(QObject):
         if self.clouds.parameters != self.track.settings.depth:
             self.clouds.set_parameters(self.track.settings.depth)
             self.instant.tell_soon()
+
+
+def _guessed(recording: str) -> Message:
+    return Message(
+        "note",
+        "the cameras of this recording are guessed from the size of the images",
+        recording,
+        "Landmarks can be clicked. 3-D positions, fitting and tracking need a calibration.",
+    )

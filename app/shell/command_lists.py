@@ -98,7 +98,8 @@ class CommandPalette(_CommandList):
 
     def _fill(self, text: str) -> None:
         self.list.clear()
-        ranked = [(match_rank(text, command), command) for command in self._book.commands]
+        shown = [command for command in self._book.commands if command.shown()]
+        ranked = [(match_rank(text, command), command) for command in shown]
         found = [(rank, command) for rank, command in ranked if rank is not None]
         for _, command in sorted(found, key=lambda row: self._order(*row)):
             self._show(command)

@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QMainWindow, QWidget
 from ..context import make_context
 from ..services.stored import stored_bytes
 from ..services.tasks.task import Processes
-from ..session.opening import dropped_path
+from ..session.opening import dropped_paths
 from ..widgets.forms.message import MessageBar
 from ..widgets.forms.welcome import WelcomePage
 from ..widgets.style.icons import set_icon
@@ -106,6 +106,7 @@ class MainWindow(QMainWindow):
         actions, opening = self.context.actions, self.context.session.opening
         self.welcome.open_wanted.connect(actions.action("open").trigger)
         self.welcome.demo_wanted.connect(actions.action("demo").trigger)
+        self.welcome.import_wanted.connect(actions.action("import_recording").trigger)
         self.welcome.recent_chosen.connect(opening.open)
         opening.recent_changed.connect(self._list_recent)
         self.context.session.document.playing_changed.connect(self._show_playing)
@@ -145,7 +146,8 @@ class MainWindow(QMainWindow):
 
     @Slot()
     def _list_recent(self) -> None:
-        self.welcome.set_recent(self.context.session.opening.recent())
+        recents = self.context.session.opening.recents()
+        self.welcome.set_recent([(one.path, one.when) for one in recents])
 
     @Slot()
     def write_title(self) -> None:
@@ -174,11 +176,11 @@ class MainWindow(QMainWindow):
         event.accept()
 
     def dragEnterEvent(self, event: QDragEnterEvent) -> None:
-        if dropped_path(event.mimeData()) is not None:
+        if dropped_paths(event.mimeData()):
             event.acceptProposedAction()
 
     def dropEvent(self, event: QDropEvent) -> None:
-        path = dropped_path(event.mimeData())
-        if path is not None:
+        paths = dropped_paths(event.mimeData())
+        if paths:
             event.acceptProposedAction()
-            self.context.session.opening.open(path)
+            self.context.session.opening.open_all(paths)

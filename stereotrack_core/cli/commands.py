@@ -68,7 +68,7 @@ COMMANDS: tuple[Command, ...] = (
     ),
     Command("fit", "fit the body to clicked landmarks, to make a reference"),
     Command(
-        "import", "import clicks or a trajectory from another tool into a project", "import_labels"
+        "import", "import labels into a project, or make a recording of videos", "import_chosen"
     ),
     Command(
         "export", "export a run, or the clicks or the reference of a project, for another tool"

@@ -48,7 +48,12 @@ from stereotrack_core.recording.description import Recording, read_subject
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.recording.reader import FrameReader
-from stereotrack_core.recording.selection import asked_frames, frames_within, views_of
+from stereotrack_core.recording.selection import (
+    asked_frames,
+    check_calibrated,
+    frames_within,
+    views_of,
+)
 from stereotrack_core.tables import Table, number
 
 DESCRIPTION = (
@@ -102,6 +107,7 @@ def run(args: Namespace) -> int:
     check_reference_file(args.output)
     settings, sigma = _settings(args), _sigma(args.sigma)
     recording = open_recording(args.recording)
+    check_calibrated(recording)
     check_output(args.output, recording)
     views = views_of(recording, args.views)
     with FrameReader(recording, views=views, read_ahead=0) as reader:

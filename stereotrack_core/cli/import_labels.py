@@ -27,7 +27,6 @@ DESCRIPTION = (
 )
 
 OPTIONS = (
-    option("what", "what to import", choices=("labels",)),
     option(
         "file FILE",
         "clicks (.csv), DeepLabCut labels (.csv), COCO keypoints (.json), SLEAP labels "

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from stereotrack_core.atomic import write_file
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.errors import InputError
-from stereotrack_core.interop.npz import ArchiveFormat, ArrayLayout, archive_bytes
+from stereotrack_core.interop.npz import ArchiveFormat, ArrayLayout, archive_bytes, array_names
 from stereotrack_core.reading import MB, open_file, parsed_json
 from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.tables import LARGEST as LAST_FRAME
@@ -54,6 +54,8 @@ _FILE = ArchiveFormat(
     "Use a run written by `stereotrack track`, or track the recording again.",
     _LAYOUT,
 )
+
+_META = ArchiveFormat(_FILE.what, _FILE.remedy, {"meta": _LAYOUT["meta"]})
 
 _MOST_BYTES = 4096 * MB
 
@@ -93,6 +95,24 @@ def read_npz(path: Path) -> Run:
     """
     with open_file(path, _MOST_BYTES) as file:
         return _run_of(path, file, path.absolute().parent)
+
+
+def read_meta(path: Path) -> dict[str, Any]:
+    """What a run file says of its recording and how it was tracked; its numbers are not read.
+
+    InputError for a file that is missing, damaged, or not a run of this program.
+    """
+    with open_file(path, _MOST_BYTES) as file:
+        try:
+            names = array_names(file)
+        except InputError:
+            raise _FILE.refusal(str(path), "it is no archive of arrays") from None
+        if not set(_LAYOUT) - {"limb_lost"} <= names:
+            raise _FILE.refusal(str(path), "it lacks arrays of a run")
+        arrays = _META.read(file, str(path))
+        with _META.decoding(path):
+            text = str(arrays["meta"])
+    return _meta_from_store(path, text, path.absolute().parent)
 
 
 def _run_of(path: Path, file: BinaryIO, beside: Path | None) -> Run:

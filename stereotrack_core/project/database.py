@@ -74,7 +74,7 @@ class ProjectDamaged(InputError):
     """
 
     def __init__(self, path: Path, detail: str, first: str = "") -> None:
-        self.detail = detail
+        self.path, self.detail = path, detail
         super().__init__(
             f"the project file is damaged ({detail})",
             where=str(path),

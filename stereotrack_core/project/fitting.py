@@ -49,6 +49,7 @@ from stereotrack_core.project.schema import REFERENCE
 from stereotrack_core.project.selection import gaps_of, landmark_gaps_of
 from stereotrack_core.project.setups import load_reference, save_reference
 from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.selection import check_calibrated
 from stereotrack_core.worker_processes import Asker
 
 FITTED = "fitted to clicks"
@@ -75,8 +76,10 @@ def fit_project(
     `do`: calls :func:`fit_reference`, given with all that it needs but ``on_frame``, in another
     process perhaps.
 
-    Raises InputError where there is no click to fit to; Cancelled when stopped.
+    Raises InputError where there is no click to fit to, or the cameras are guessed; Cancelled when
+    stopped.
     """
+    check_calibrated(recording)
     begun, landmarks = time.monotonic(), project.landmark_set()
     clicks = project.clicks.between(frames.start, frames.stop)
     sigma, subject = project.click_sigmas(), project.subject() or recording.subject

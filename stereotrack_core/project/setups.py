@@ -148,6 +148,7 @@ class Corrections:
             recording,
             views=tuple(self._view(view) for view in recording.views),
             cameras=cameras,
+            guessed=recording.guessed and bool(set(recording.cameras) - set(self.cameras)),
         )
 
     def _view(self, view: View) -> View:

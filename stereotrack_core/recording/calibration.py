@@ -189,8 +189,20 @@ def _distortions(table: Table, fisheye: bool) -> FloatArray | None:
     return coefficients
 
 
-def write_calibration(path: Path, cameras: Mapping[str, Camera]) -> None:
-    """Write cameras so that :func:`read_calibration` gives them again; lengths in metres."""
+def is_guess(path: Path) -> bool:
+    """Whether a calibration says of itself that it was guessed; False where it cannot be read."""
+    try:
+        metadata = load_toml(path).get("metadata")
+    except InputError:
+        return False
+    return isinstance(metadata, Mapping) and metadata.get("guess") is True
+
+
+def write_calibration(path: Path, cameras: Mapping[str, Camera], *, guessed: bool = False) -> None:
+    """Write cameras so that :func:`read_calibration` gives them again; lengths in metres.
+
+    `guessed`: whether to say in it that nobody has measured them.
+    """
     content: dict[str, Any] = {}
     for i, camera in enumerate(cameras.values()):
         section: dict[str, Any] = {
@@ -204,5 +216,5 @@ def write_calibration(path: Path, cameras: Mapping[str, Camera]) -> None:
         if camera.fisheye:
             section["fisheye"] = True
         content[f"cam_{i}"] = section
-    content["metadata"] = {"units": "m"}
+    content["metadata"] = {"units": "m"} | ({"guess": True} if guessed else {})
     write_file(path, tomli_w.dumps(content))

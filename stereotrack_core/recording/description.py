@@ -95,6 +95,8 @@ class Recording:
     reference: LandmarkTrajectory | None = None
     """Taken as truth by ``evaluate``; the tracker never sees it."""
     segments: tuple[Segment, ...] = field(default=())
+    guessed: bool = False
+    """Whether the cameras are guessed, so that nothing in space may be concluded from them."""
 
     def view(self, name: str) -> View:
         """The view of that name; KeyError where there is none."""

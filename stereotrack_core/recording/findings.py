@@ -46,7 +46,16 @@ def examine(folder: Path, deep: bool = False, *, compare: bool = False) -> tuple
 def _check(
     recording: Recording, *, readable: bool, paced: bool, deep: bool, compare: bool
 ) -> Iterator[Finding]:
-    yield from check_cameras(recording)
+    if recording.guessed:
+        yield Finding(
+            "warning",
+            "calibration.toml, [metadata] guess",
+            "the cameras are guessed from the size of the images",
+            "Landmarks can be clicked. For 3-D positions, fitting and tracking, replace it with a "
+            "calibration of these cameras.",
+        )
+    else:
+        yield from check_cameras(recording)
     yield from _check_subject(recording)
     lasting: dict[str, int] = {}
     for view in recording.views:
@@ -64,7 +73,7 @@ def _check(
         yield Finding.of(error)
     if deep and readable and frame_count:
         yield from check_images(recording)
-    if compare and frame_count:
+    if compare and frame_count and not recording.guessed:
         yield from check_consistency(recording, frame_count)
 
 

@@ -15,7 +15,7 @@ import numpy as np
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.reading import SETTINGS_BYTES, open_file, read_bytes
-from stereotrack_core.recording.calibration import parse_calibration
+from stereotrack_core.recording.calibration import is_guess, parse_calibration
 from stereotrack_core.recording.description import (
     Recording,
     Stream,
@@ -178,7 +178,7 @@ def describe(folder: Path, complaints: list[InputError]) -> Recording | None:
         table.complain("fps", "the key is missing", "Add fps = frame sets per second.")
     elif fps is not None and fps <= 0:
         table.complain("fps", f"{fps:g} frame sets per second is invalid", "Write fps > 0.")
-    cameras, unusable = _cameras(folder, table)
+    cameras, unusable, guessed = _cameras(folder, table)
     views = _views(table)
     for view in views:
         _check_streams(folder, table, view, cameras, unusable)
@@ -191,6 +191,7 @@ def describe(folder: Path, complaints: list[InputError]) -> Recording | None:
         subject=_optional(folder, table, "subject", read_subject),
         reference=_optional(folder, table, "reference", read_landmarks),
         segments=_optional(folder, table, "segments", read_segments) or (),
+        guessed=guessed,
     )
 
 
@@ -216,18 +217,23 @@ def _check_format(table: Table) -> None:
         )
 
 
-def _cameras(folder: Path, table: Table) -> tuple[Mapping[str, Camera], frozenset[str] | None]:
-    """The usable cameras, and the names of the others; None for these where nobody knows them."""
+def _cameras(
+    folder: Path, table: Table
+) -> tuple[Mapping[str, Camera], frozenset[str] | None, bool]:
+    """The usable cameras, the names of the others, and whether they are guessed.
+
+    None for the names where nobody knows them.
+    """
     relative = table.text("calibration", required=True)
     if relative is None:
-        return {}, None
+        return {}, None, False
     try:
         path = inside(folder, relative, f"{table.where}, calibration")
     except InputError as error:
         table.complaints.append(error)
-        return {}, None
+        return {}, None, False
     cameras, stated = parse_calibration(path, table.complaints)
-    return cameras, None if stated is None else stated - set(cameras)
+    return cameras, None if stated is None else stated - set(cameras), is_guess(path)
 
 
 def _optional(folder: Path, table: Table, key: str, read: Callable[[Path], T]) -> T | None:

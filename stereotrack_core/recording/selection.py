@@ -93,8 +93,22 @@ def seeds_of(text: str) -> list[int]:
     return seeds
 
 
+def check_calibrated(recording: Recording) -> None:
+    """Refuse a recording whose cameras are guessed; InputError says what to do."""
+    if recording.guessed:
+        raise InputError(
+            "the calibration is a guess, so nothing in space can be computed",
+            where=str(recording.folder / "calibration.toml"),
+            remedy="Replace it with a calibration of these cameras.",
+        )
+
+
 def usable_views(recording: Recording, views: Sequence[str] | None) -> tuple[str, ...]:
-    """Names of the views that give depth and were asked for, in the recording's order."""
+    """Names of the views that give depth and were asked for, in the recording's order.
+
+    Raises InputError where there are none, or the cameras are guessed.
+    """
+    check_calibrated(recording)
     deep = tuple(view.name for view in recording.views if view.kind != "mono")
     if not deep:
         raise InputError(

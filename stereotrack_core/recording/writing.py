@@ -33,11 +33,12 @@ from stereotrack_core.recording.landmarks import write_landmarks
 __all__ = ["VideoWriter", "counts_of", "write_png", "write_recording_description"]
 
 
-def write_recording_description(recording: Recording) -> None:
+def write_recording_description(recording: Recording, *, with_calibration: bool = True) -> None:
     """Write every file of a recording but its pictures into ``recording.folder``.
 
     The folder is made if it is not there; ``subject.toml``, ``reference.csv`` and ``segments.csv``
-    are written where the recording has them. Raises InputError where not all of them can be
+    are written where the recording has them; ``calibration.toml`` is not where it lies there
+    already. Raises InputError where not all of them can be
     written; then the folder stays as it was.
     """
     content: dict[str, Any] = {
@@ -47,7 +48,9 @@ def write_recording_description(recording: Recording) -> None:
         "calibration": "calibration.toml",
     }
     with filling(recording.folder) as folder:
-        write_calibration(folder / "calibration.toml", recording.cameras)
+        if with_calibration:
+            path = folder / "calibration.toml"
+            write_calibration(path, recording.cameras, guessed=recording.guessed)
         if recording.subject is not None:
             content["subject"] = "subject.toml"
             write_subject(folder / "subject.toml", recording.subject)

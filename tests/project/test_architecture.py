@@ -151,6 +151,7 @@ WRITES_BY_ITSELF = {
     "stereotrack_core/interop/calibrations/opencv_storage.py": {"FileStorage"},  # into memory
     "stereotrack_core/interop/npz.py": {"savez", "savez_compressed"},  # into memory
     "stereotrack_core/report/drawing.py": {"savefig"},
+    "stereotrack_core/recording/importing/files.py": {"open"},  # to a temporary file
     "stereotrack_core/recording/writing.py": {"open"},  # to a temporary file, and read back
     "stereotrack_core/cli/arguments.py": {"TemporaryFile"},  # whether one can be made there
     "app/pdf.py": {"QPdfWriter"},

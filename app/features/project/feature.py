@@ -2,27 +2,45 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 from stereotrack_core.project.history import Entry
 
 from ...context import Context
 from ...services.actions import Command, Menu
+from ...session.recents import MOST_RECENT
 from ...session.session import Session
 from .files import FileController
+from .importing.controller import ImportController
 from .projects import ProjectController
 
 
-def commands(session: Session, files: FileController, projects: ProjectController) -> list[Command]:
+def commands(
+    session: Session,
+    files: FileController,
+    projects: ProjectController,
+    importing: ImportController,
+) -> list[Command]:
     """Commands of the menus File and Edit."""
-    return [*_files(session, files, projects), *_edits(session, projects)]
+    return [*_files(session, files, projects, importing), *_edits(session, projects)]
 
 
-def _files(session: Session, files: FileController, projects: ProjectController) -> list[Command]:
+def _files(
+    session: Session,
+    files: FileController,
+    projects: ProjectController,
+    importing: ImportController,
+) -> list[Command]:
     command, project = Menu("&File").command, Menu("&File/Project").command
     return [
         command("open", "Open a recording …", "Open a recording folder.", files.ask_for_recording,
                 "Ctrl+O", "open"),
+        *_recents(session, files),
         command("open_project", "Open a project …", "Open a project file (.stereotrack) and its "
                 "recording.", projects.ask_for_project, "Ctrl+Alt+O", "open"),
+        command("import_recording", "Make a recording of videos …", "Make a recording folder of "
+                "videos, stereo videos, or folders of images or depth maps.",
+                importing.ask_for_videos, "", "camera"),
         command("demo", "Create and track demo", "Render four stereo views of a moving person "
                 "with known ground truth (only the first time), and track them.",
                 files.begin_demo, icon="run-tracker", why_not=lambda: (
@@ -46,12 +64,38 @@ def _files(session: Session, files: FileController, projects: ProjectController)
         project("projects_folder", "Keep new projects in folder …", "Choose a folder for the "
                 "projects of new recordings.", projects.ask_for_home, icon="settings",
                 checked=lambda: not projects.kept_beside()),
-        command("open_run", "Open run …", "Show a saved run (.npz) with this recording.",
-                files.ask_for_run, "Ctrl+Shift+O", "open", section=True,
-                why_not=session.no_recording),
+        command("open_run", "Open run …", "Show a saved run (.npz) with its recording.",
+                files.ask_for_run, "Ctrl+Shift+O", "open", section=True),
         command("save_run", "Save run as …", "Save the active run: complete (.npz), or as .csv, "
                 ".trc, .c3d or .bvh.", files.ask_where_to_save, "Ctrl+S", "save",
                 why_not=session.no_run),
+    ]  # fmt: skip
+
+
+def _recents(session: Session, files: FileController) -> list[Command]:
+    """One command for each place in the list of what was opened last."""
+    none = "Nothing was opened yet."
+
+    def says(place: int) -> str:
+        there = place < len(files.recents)
+        return files.recents[place].says() if there else ""
+
+    def there(place: int) -> bool:
+        return place < len(files.recents)
+
+    command = Menu("&File/Open &recent", lambda: "" if files.recents else none).command
+    return [
+        *(
+            command(
+                f"recent_{place + 1}", f"Recent {place + 1}", "Open this recording or project "
+                "again. The date is that of its last opening.",
+                partial(files.open_recent, place), says=partial(says, place),
+                shown=partial(there, place),
+            )
+            for place in range(MOST_RECENT)
+        ),
+        command("forget_recent", "Clear this list", "Forget what was opened. No file is deleted.",
+                session.opening.forget_recents, icon="delete", section=True),
     ]  # fmt: skip
 
 
@@ -81,7 +125,8 @@ def _edits(session: Session, projects: ProjectController) -> list[Command]:
 def register(context: Context) -> FileController:
     """Offer files and edits."""
     files = FileController(context)
-    context.actions.add(commands(context.session, files, ProjectController(context)))
+    projects, importing = ProjectController(context), ImportController(context)
+    context.actions.add(commands(context.session, files, projects, importing))
     # keys that follow an edit at once find them ready
     context.session.edits.changed.connect(lambda: context.actions.refresh("&Edit"))
     return files

@@ -278,12 +278,16 @@ class TaskList(QObject):
         if done is not None:
             task.finished.connect(done)
         task.failed.connect(self.failed)
+        self.start(task)
+        return task
+
+    def start(self, task: Task) -> None:
+        """Start a task whose failure is told by whoever made it."""
         task.progressed.connect(self._on_progress)
         task.ended.connect(self._on_ended)
         self._tasks.append(task)
         task.start()
         self.changed.emit()
-        return task
 
     def cancel_all(self) -> None:
         """Ask all work to stop."""

@@ -17,7 +17,7 @@ _ABOUT = (
 )
 _HINT = (
     "A recording is a folder with a recording.toml, its calibration and its images. Drop one onto "
-    "this window to open it."
+    "this window to open it, or drop videos to make one of them."
 )
 
 
@@ -26,6 +26,7 @@ class WelcomePage(QWidget):
 
     open_wanted = Signal()
     demo_wanted = Signal()
+    import_wanted = Signal()
     recent_chosen = Signal(object)
     """Its folder."""
 
@@ -36,6 +37,10 @@ class WelcomePage(QWidget):
         self.demo_button.setToolTip(
             "Render four stereo views of a moving person with known ground truth, then track them."
         )
+        self.import_button = _button("Make a recording of videos …", "camera")
+        self.import_button.setToolTip(
+            "Make a recording folder of videos or images of one or more cameras."
+        )
         self.recent = QListWidget()
         self.recent.setAccessibleName("Recent recordings")
         self.recent.setFrameShape(QFrame.Shape.NoFrame)
@@ -44,19 +49,21 @@ class WelcomePage(QWidget):
         self._lay_out()
         self.open_button.clicked.connect(self.open_wanted)
         self.demo_button.clicked.connect(self.demo_wanted)
+        self.import_button.clicked.connect(self.import_wanted)
         self.recent.itemActivated.connect(self._on_recent)
         self.recent.itemClicked.connect(self._on_recent)
 
-    def set_recent(self, folders: Sequence[Path]) -> None:
-        """List the recordings opened last, the newest first."""
+    def set_recent(self, recents: Sequence[tuple[Path, str]]) -> None:
+        """List what was opened last, with the date as a person reads it, the newest first."""
         self.recent.clear()
-        for folder in folders:
-            item = QListWidgetItem(f"{folder.name}    {folder.parent}")
+        for folder, when in recents:
+            parts = (folder.name, when, str(folder.parent))
+            item = QListWidgetItem("    ".join(part for part in parts if part))
             item.setData(Qt.ItemDataRole.UserRole, str(folder))
             item.setToolTip(str(folder))
             self.recent.addItem(item)
-        self.recent.setVisible(bool(folders))
-        self._none.setVisible(not folders)
+        self.recent.setVisible(bool(recents))
+        self._none.setVisible(not recents)
 
     def _lay_out(self) -> None:
         title = label("stereotrack")
@@ -69,7 +76,9 @@ class WelcomePage(QWidget):
             None,
             title,
             label(_ABOUT),
-            hbox(self.open_button, self.demo_button, None, margins=(0, 8, 0, 16)),
+            hbox(
+                self.open_button, self.import_button, self.demo_button, None, margins=(0, 8, 0, 16)
+            ),
             label("Open recent", "heading"),
             self._none,
             (self.recent, 4),

@@ -208,7 +208,7 @@ class AnnotationFacts(QObject):
     def _hint_question(self) -> HintQuestion | None:
         recording = self._document.recording
         clicks = tuple(self._annotating.clicks().values())
-        if recording is None or not self._active or not clicks:
+        if recording is None or recording.guessed or not self._active or not clicks:
             return None
         return HintQuestion(
             **self._known(recording),
@@ -246,7 +246,7 @@ class AnnotationFacts(QObject):
 
     def _question(self, cloud: Cloud | None) -> FitQuestion | None:
         recording = self._document.recording
-        if recording is None or not self._worth_fitting():
+        if recording is None or recording.guessed or not self._worth_fitting():
             return None
         names = {view.image.camera for view in recording.views}
         names |= {click.camera for click in self._annotating.clicks().values()}

@@ -317,7 +317,7 @@ class ProposalPresenter(QObject):
 
     def _question(self) -> ProposalQuestion | None:
         recording, frame = self._document.recording, self._document.frame
-        if recording is None or not self._wanted():
+        if recording is None or recording.guessed or not self._wanted():
             return None
         around, own = self._clicks_around(), tuple(self._annotating.clicks().values())
         names = {one.camera for one in (*around, *own)} | set(self._shown())

@@ -86,6 +86,8 @@ class ReferenceWork(QObject):
             return "No project is open. Open or create one first."
         if self._project.read_only:
             return "The project is open read-only."
+        if self._recording.guessed:
+            return "The calibration is a guess. Replace it with a calibration of these cameras."
         if self._fitting is not None:
             return "A fit is already running. Wait for it, or stop it."
         return ""

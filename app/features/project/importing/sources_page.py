@@ -1,0 +1,129 @@
+"""First step: what each video or folder of images shows."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from PySide6.QtCore import Qt, Slot
+from PySide6.QtWidgets import QCheckBox, QGridLayout, QLabel, QWidget, QWizardPage
+
+from stereotrack_core.recording.importing.choices import (
+    ROLES,
+    Choices,
+    Role,
+    Use,
+    problems_of,
+    view_for,
+)
+
+from ....widgets.forms.form_dialog import line_edit, say_in
+from ....widgets.style.building import choice, label, scrolled, vbox
+from .looking import Looked, thumbnail
+
+_WIDTH, _HEIGHT = 120, 68
+_WORDS = (
+    "Say what each source shows. The left and the right image of a stereo camera get the same "
+    "view name, as do a depth map and its image."
+)
+_HEADINGS = ("First image", "Source", "Shows", "View", "Mirrored")
+_MOST_PROBLEMS = 3
+
+
+class _Row:
+    """The fields of one source."""
+
+    def __init__(self, use: Use) -> None:
+        self.use = use
+        name = use.source.name
+        self.role = choice(f"What {name} shows", ROLES.items(), "What this source shows")
+        self.role.setCurrentIndex(self.role.findData(use.role))
+        self.view = line_edit(
+            f"View of {name}", use.view, tip="Name of the view, such as N or left"
+        )
+        self.view.setMinimumWidth(90)
+        self.mirrored = QCheckBox()
+        self.mirrored.setChecked(use.mirrored)
+        self.mirrored.setAccessibleName(f"{name} is mirrored")
+        self.mirrored.setToolTip(
+            "The images are mirror images, as those of the Kinect v1. They are turned back, which "
+            "writes them again."
+        )
+        self.role.currentIndexChanged.connect(self._propose_view)
+
+    def _propose_view(self) -> None:
+        """A view of its own for a source that makes one alone, unless a name was typed."""
+        if not self.view.isModified():
+            self.view.setText(view_for(self.use, self.role.currentData()))
+
+    def chosen(self) -> Use:
+        """What is written in the fields."""
+        role: Role = self.role.currentData()
+        view = self.view.text().strip()
+        return replace(self.use, role=role, view=view, mirrored=self.mirrored.isChecked())
+
+
+class SourcesPage(QWizardPage):
+    """A row for each source: its first picture, and what it is used as."""
+
+    def __init__(self, looked: Looked) -> None:
+        super().__init__()
+        self.setTitle("Sources")
+        self._proposed = looked.proposed
+        self.rows = [_Row(use) for use in looked.proposed.uses]
+        self.words = label()
+        self.words.setObjectName("import_problems")
+        unread = [f"Not used: {problem}" for problem in looked.problems[:_MOST_PROBLEMS]]
+        self._unread = label("\n".join(unread), "error")
+        self._unread.setVisible(bool(unread))
+        area = scrolled(self._grid(looked), "Sources")
+        self.setLayout(vbox(label(_WORDS, "muted"), (area, 1), self._unread, self.words))
+        for row in self.rows:
+            row.role.currentIndexChanged.connect(self._on_changed)
+            row.view.textChanged.connect(self._on_changed)
+            row.mirrored.toggled.connect(self._on_changed)
+        self._on_changed()
+
+    def _grid(self, looked: Looked) -> QWidget:
+        grid = QGridLayout()
+        grid.setHorizontalSpacing(14)
+        for column, heading in enumerate(_HEADINGS):
+            grid.addWidget(label(heading, "muted", wraps=False), 0, column)
+        for number, row in enumerate(self.rows, start=1):
+            source = row.use.source
+            picture = QLabel()
+            shown = thumbnail(source, looked.pictures.get(source.name), _WIDTH, _HEIGHT)
+            picture.setPixmap(shown)
+            picture.setAccessibleName(f"First image of {source.name}")
+            named = label(f"{source.name}\n{source.says()}")
+            named.setToolTip(str(source.path))
+            fields = (picture, named, row.role, row.view, row.mirrored)
+            for column, field in enumerate(fields):
+                grid.addWidget(field, number, column)
+            grid.setAlignment(row.mirrored, Qt.AlignmentFlag.AlignHCenter)
+        grid.setColumnStretch(1, 1)
+        grid.setRowStretch(len(self.rows) + 1, 1)
+        inside = QWidget()
+        inside.setLayout(grid)
+        return inside
+
+    def chosen(self, choices: Choices) -> Choices:
+        """The choices with what is written here."""
+        return replace(choices, uses=tuple(row.chosen() for row in self.rows))
+
+    def isComplete(self) -> bool:
+        return not self._problems()
+
+    def _problems(self) -> list[str]:
+        """What keeps a recording from being made, but for the frame rate, which comes later."""
+        choices = self.chosen(replace(self._proposed, fps=self._proposed.fps or 1.0))
+        return [str(problem) for problem in problems_of(choices)]
+
+    @Slot()
+    def _on_changed(self) -> None:
+        for row in self.rows:
+            used = row.role.currentData() != "unused"
+            row.view.setEnabled(used)
+            row.mirrored.setEnabled(used)
+        problems = self._problems()
+        say_in(self.words, "\n".join(problems[:_MOST_PROBLEMS]), error=True)
+        self.completeChanged.emit()

@@ -1,0 +1,143 @@
+"""Second step: frame rate, the frames of the same instant, and the unit of depth."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from PySide6.QtCore import Slot
+from PySide6.QtWidgets import QDoubleSpinBox, QFormLayout, QWizardPage
+
+from stereotrack_core.recording.importing.choices import Choices, doubts_about
+from stereotrack_core.recording.importing.synchronise import METHODS, Lead, synchronised
+
+from ....services.failures import message_of
+from ....services.tasks.task import Task, TaskList
+from ....widgets.forms.form_dialog import push_button, say_in
+from ....widgets.style.building import choice, hbox, label, vbox
+from .looking import Looked
+
+_WORDS = (
+    "Frame k of every source must show the same instant. Where the cameras were started one after "
+    "the other, let the offsets be estimated."
+)
+
+
+class TimingPage(QWizardPage):
+    """Frames per second, offsets between sources, and metres per count."""
+
+    def __init__(self, looked: Looked, tasks: TaskList) -> None:
+        super().__init__()
+        self.setTitle("Timing")
+        self._choices, self._tasks = looked.proposed, tasks
+        self._work: Task | None = None
+        self._leads: dict[str, float] = {}
+        self.fps = QDoubleSpinBox(minimum=0.0, maximum=1000.0, decimals=3)
+        self.fps.setSpecialValueText("not known")
+        self.fps.setAccessibleName("Frames per second")
+        self.fps.setToolTip("Frame sets per second, as stated by the files")
+        self.fps.setValue(looked.found.fps or 0.0)
+        self.method = choice(
+            "Synchronise by", [("", "nothing: frame 0 of all"), *METHODS.items()],
+            "What tells which frames show the same instant",
+        )  # fmt: skip
+        self.estimate = push_button(
+            "&Estimate", self._estimate, "Read the sources and estimate their offsets"
+        )
+        self.unit = QDoubleSpinBox(minimum=0.01, maximum=1000.0, decimals=3, suffix=" mm")
+        self.unit.setAccessibleName("Depth unit")
+        self.unit.setToolTip("Millimetres per count of the depth maps")
+        self.unit.setValue(1000.0 * looked.proposed.depth_unit)
+        self.offsets, self.words = label("", "muted"), label()
+        form = QFormLayout()
+        form.addRow("&Frames per second", self.fps)
+        form.addRow("&Synchronise by", hbox((self.method, 1), self.estimate))
+        form.addRow("", self.offsets)
+        if any(source.kind == "depth" for source in looked.found.sources):
+            form.addRow("&Depth unit", self.unit)
+            form.addRow("", label("Guessed from the depth of the scene. Check it.", "muted"))
+        self.setLayout(vbox(label(_WORDS, "muted"), form, self.words, None))
+        self.fps.valueChanged.connect(self._forget)
+        self.method.currentIndexChanged.connect(self._forget)
+
+    def begin(self, choices: Choices) -> None:
+        """Show what the sources that were chosen say about time."""
+        if choices.used() != self._choices.used():
+            self._choices = choices
+            self._forget()
+        self._say()
+
+    def chosen(self, choices: Choices) -> Choices:
+        """The choices with what is written and was estimated here."""
+        uses = tuple(
+            replace(use, lead=self._leads.get(use.source.name, 0.0)) for use in choices.uses
+        )
+        unit = self.unit.value() / 1000.0
+        return replace(choices, uses=uses, fps=self.fps.value() or None, depth_unit=unit)
+
+    def isComplete(self) -> bool:
+        estimated = not self.method.currentData() or bool(self._leads)
+        return self.fps.value() > 0 and estimated
+
+    def stop(self) -> None:
+        """Estimate no longer."""
+        if self._work is not None:
+            self._work.cancel()
+            self._work = None
+
+    @Slot()
+    def _forget(self) -> None:
+        """Offsets of other settings are not kept."""
+        self.stop()
+        self._leads = {}
+        self.offsets.clear()
+        self._say()
+
+    def _say(self, problem: str = "") -> None:
+        self.estimate.setEnabled(bool(self.method.currentData()) and self.fps.value() > 0)
+        if self.fps.value() <= 0:
+            problem = "The files do not state their frame rate. Enter it."
+        doubts = doubts_about(self.chosen(self._choices))
+        if problem or self.isComplete():
+            rates = [one for one in doubts if "frames off" in one]
+            say_in(self.words, problem or "\n".join(rates), error=bool(problem))
+        else:
+            say_in(self.words, "Press Estimate to find the offsets.")
+        self.completeChanged.emit()
+
+    def _estimate(self) -> None:
+        choices, method = self.chosen(self._choices), self.method.currentData()
+        self._forget()
+        self.estimate.setEnabled(False)
+
+        def work(task: Task) -> tuple[Choices, tuple[Lead, ...]]:
+            return synchronised(
+                choices, method, on_progress=task.report, cancelled=task.token.cancelled
+            )
+
+        self._work = Task("synchronising the sources", work)
+        self._work.progressed.connect(self._on_progress)
+        self._work.finished.connect(self._on_found)
+        self._work.failed.connect(self._on_failed)
+        self._tasks.start(self._work)
+
+    @Slot(float, str)
+    def _on_progress(self, _share: float, words: str) -> None:
+        if self.sender() is self._work:
+            say_in(self.words, words)
+
+    @Slot(object)
+    def _on_found(self, found: tuple[Choices, tuple[Lead, ...]]) -> None:
+        if self.sender() is not self._work:  # other settings since
+            return
+        self._work = None
+        choices, leads = found
+        self._leads = {use.source.name: use.lead for use in choices.used()}
+        self.offsets.setText("\n".join(lead.says(self.fps.value()) for lead in leads))
+        self._say()
+
+    @Slot(object)
+    def _on_failed(self, error: Exception) -> None:
+        if self.sender() is not self._work:
+            return
+        self._work = None
+        self._say(message_of(error).sentence())

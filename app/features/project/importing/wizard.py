@@ -1,0 +1,117 @@
+"""The steps from videos to a recording."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from PySide6.QtCore import Signal, Slot
+from PySide6.QtWidgets import QWidget, QWizard
+
+from stereotrack_core.recording.importing.choices import Choices
+from stereotrack_core.recording.importing.making import make_recording
+
+from ....services.failures import message_of
+from ....services.tasks.task import Task, TaskList
+from ....widgets.forms.form_dialog import say_in
+from .calibration_page import CalibrationPage
+from .looking import Looked
+from .place_page import PlacePage
+from .sources_page import SourcesPage
+from .timing_page import TimingPage
+
+
+class ImportWizard(QWizard):
+    """Sources, timing, calibration, folder; at the end the recording is made.
+
+    Nothing is written before the last step; Cancel while it is written leaves nothing behind.
+    """
+
+    made = Signal(object)
+    """The folder of the recording that was made."""
+
+    def __init__(self, looked: Looked, tasks: TaskList, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setWindowTitle("Make a recording")
+        self.setWizardStyle(QWizard.WizardStyle.ClassicStyle)
+        self.setOption(QWizard.WizardOption.NoBackButtonOnStartPage)
+        self._looked, self._tasks = looked, tasks
+        self._work: Task | None = None
+        self.sources, self.timing = SourcesPage(looked), TimingPage(looked, tasks)
+        self.calibration, self.place = CalibrationPage(looked), PlacePage(looked)
+        self.steps = (self.sources, self.timing, self.calibration, self.place)
+        for page in self.steps:
+            page.setSubTitle(f"Step {self.steps.index(page) + 1} of {len(self.steps)}")
+            self.addPage(page)
+        self.setButtonText(QWizard.WizardButton.FinishButton, "&Make recording")
+        self.currentIdChanged.connect(self._on_page)
+        self.resize(900, 560)
+
+    def choices(self) -> Choices:
+        """What is chosen in all steps."""
+        choices = self._looked.proposed
+        for page in self.steps:
+            choices = page.chosen(choices)
+        return choices
+
+    @Slot(int)
+    def _on_page(self, number: int) -> None:
+        page = self.page(number)
+        if isinstance(page, TimingPage | CalibrationPage | PlacePage):
+            page.begin(self.choices())
+
+    def accept(self) -> None:
+        """Make the recording; the wizard closes when it is there."""
+        if self._work is not None:
+            return
+        choices, folder = self.choices(), self.place.place()
+        self._show_working(working=True)
+
+        def work(task: Task) -> Path:
+            make_recording(choices, folder, on_progress=task.report, cancelled=task.token.cancelled)
+            return folder
+
+        self._work = Task("making the recording", work)
+        self._work.progressed.connect(self._on_progress)
+        self._work.finished.connect(self._on_made)
+        self._work.failed.connect(self._on_failed)
+        self._work.stopped.connect(self._on_stopped)
+        self._tasks.start(self._work)
+
+    def reject(self) -> None:
+        """Stop making the recording, or close."""
+        if self._work is not None:
+            self._work.cancel()
+            return
+        self.timing.stop()
+        super().reject()
+
+    def _show_working(self, *, working: bool) -> None:
+        self.place.progress.setVisible(working)
+        self.place.progress.setRange(0, 1000)
+        for which in (QWizard.WizardButton.BackButton, QWizard.WizardButton.FinishButton):
+            self.button(which).setEnabled(not working)
+        for field in (self.place.name, self.place.folder):
+            field.setEnabled(not working)
+
+    @Slot(float, str)
+    def _on_progress(self, share: float, words: str) -> None:
+        self.place.progress.setValue(round(1000 * share))
+        say_in(self.place.words, words)
+
+    @Slot(object)
+    def _on_made(self, folder: Path) -> None:
+        self._work = None
+        super().accept()
+        self.made.emit(folder)
+
+    @Slot(object)
+    def _on_failed(self, error: Exception) -> None:
+        self._work = None
+        self._show_working(working=False)
+        say_in(self.place.words, message_of(error).sentence(), error=True)
+
+    @Slot()
+    def _on_stopped(self) -> None:
+        self._work = None
+        self._show_working(working=False)
+        say_in(self.place.words, "Stopped. No recording was created.")

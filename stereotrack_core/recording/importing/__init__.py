@@ -1,0 +1,1 @@
+"""Make a recording folder from videos and images: look, choose, synchronise, write."""

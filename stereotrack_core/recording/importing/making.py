@@ -1,0 +1,175 @@
+"""Write the recording folder that was chosen; sources are read only, nothing is overwritten."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from contextlib import closing
+from pathlib import Path
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from stereotrack_core.atomic import filling
+from stereotrack_core.errors import Cancelled, InputError
+from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.geometry.transform import RigidTransform
+from stereotrack_core.recording.calibration import read_calibration
+from stereotrack_core.recording.description import Recording, Stream, View
+from stereotrack_core.recording.folder import DESCRIPTION, open_recording
+from stereotrack_core.recording.importing.choices import (
+    Choices,
+    cameras_of,
+    problems_of,
+    size_of,
+)
+from stereotrack_core.recording.importing.files import StreamFiles, bring, files_of
+from stereotrack_core.recording.writing import write_recording_description
+
+OnProgress: TypeAlias = Callable[[float, str], None]
+"""Is told the share that is done and what is being done."""
+
+_CALIBRATION = "calibration.toml"
+_FOCAL_SHARE = 0.9  # focal length over the longer side; a horizontal field of view of 58 degrees
+
+
+def make_recording(
+    choices: Choices,
+    folder: Path,
+    *,
+    on_progress: OnProgress = lambda _share, _words: None,
+    cancelled: Callable[[], bool] = lambda: False,
+) -> Recording:
+    """Make a recording folder.
+
+    Sources that lie in `folder` stay as they are and are named where they lie; others are copied
+    into it. Images that hold two views, or are mirrored, are written again, as are images whose
+    names the format cannot express. Without a calibration, the cameras are a guess and marked as
+    such.
+
+    Raises InputError where the choices do not fit together (:func:`problems_of`), the calibration
+    does not fit the images, or `folder` is a recording already or holds other things; Cancelled on
+    request. Then the folder is as it was.
+    """
+    folder = Path(folder)
+    for problem in problems_of(choices):
+        raise problem
+    check_place(choices, folder)
+    files = files_of(choices.used(), folder)
+    cameras = cameras_for(choices)
+    kept = _keeps_calibration(choices, folder)
+    new = [one for one in files if one.how != "stay"]
+    with filling(folder) as workplace:
+        for number, one in enumerate(new):
+            with closing(bring(one, workplace, choices.fps or 1.0)) as steps:
+                for share in steps:
+                    if cancelled():
+                        raise Cancelled("No recording was created.")
+                    on_progress((number + share) / len(new), f"writing {one.frames}")
+        recording = Recording(
+            workplace, choices.name, choices.fps or 1.0, _views(choices, files), cameras,
+            guessed=choices.calibration is None,
+        )  # fmt: skip
+        write_recording_description(recording, with_calibration=not kept)
+        if len(new) == len(files) and not kept:
+            open_recording(workplace)  # what is wrong is said before it is there
+    return open_recording(folder)
+
+
+def _keeps_calibration(choices: Choices, folder: Path) -> bool:
+    """Whether the calibration lies in the folder already."""
+    given, own = choices.calibration, folder / _CALIBRATION
+    return given is not None and own.exists() and given.resolve() == own.resolve()
+
+
+def cameras_for(choices: Choices) -> dict[str, Camera]:
+    """The cameras of the calibration, or guessed ones.
+
+    Raises InputError where a camera is missing in the calibration, or its images have another size.
+    """
+    sizes = {name: size_of(use) for use in choices.used() for name in cameras_of(use)}
+    if choices.calibration is None:
+        return {name: _guessed(name, *size) for name, size in sizes.items()}
+    known = read_calibration(choices.calibration)
+    for name, size in sizes.items():
+        wanted = choices.cameras.get(name, name)
+        camera = known.get(wanted)
+        if camera is None:
+            raise InputError(
+                f"the camera {wanted!r} is not in the calibration",
+                where=str(choices.calibration),
+                remedy=f"Its cameras are: {', '.join(known)}. Say which of them {name} is.",
+            )
+        if size != (camera.width, camera.height):
+            raise InputError(
+                f"the images of {name} have {size[0]} x {size[1]} pixels, but the calibration of "
+                f"{wanted!r} is for {camera.width} x {camera.height}",
+                where=str(choices.calibration),
+                remedy="Use a calibration made with images of this size.",
+            )
+    return known
+
+
+def _guessed(name: str, width: int, height: int) -> Camera:
+    """A pinhole camera without distortion, 3 m south of the origin, level, facing north."""
+    focal = _FOCAL_SHARE * max(width, height)
+    matrix = np.array([[focal, 0, (width - 1) / 2], [0, focal, (height - 1) / 2], [0, 0, 1]])
+    rotation = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
+    place = np.array([0.0, -3.0, 1.2])
+    return Camera(
+        name, width, height, matrix, np.zeros(5), False, RigidTransform(rotation, -rotation @ place)
+    )
+
+
+def check_place(choices: Choices, folder: Path) -> None:
+    """Refuse a folder in which the recording cannot be made; InputError says why."""
+    files = files_of(choices.used(), folder)
+    if folder.is_file():
+        raise InputError("this is a file", where=str(folder), remedy="Give the name of a folder.")
+    if (folder / DESCRIPTION).exists():
+        raise InputError(
+            "this is a recording already",
+            where=str(folder),
+            remedy="Open it, or choose another folder.",
+        )
+    root = folder.resolve()
+    own = any(one.use.source.path.resolve().is_relative_to(root) for one in files)
+    if folder.is_dir() and any(folder.iterdir()) and not own:
+        raise InputError(
+            "the folder is not empty",
+            where=str(folder),
+            remedy="Choose a new folder, or the one that holds the videos.",
+        )
+    new = [one.frames.split("/")[0] for one in files if one.how != "stay"]
+    if not _keeps_calibration(choices, folder):
+        new.append(_CALIBRATION)
+    for name in new:
+        if (folder / name).exists():
+            use_it = "Use it as the calibration, or choose" if name == _CALIBRATION else "Choose"
+            raise InputError(
+                f"there is already a {name}, and nothing is overwritten",
+                where=str(folder),
+                remedy=f"{use_it} another folder.",
+            )
+
+
+def _views(choices: Choices, files: Sequence[StreamFiles]) -> tuple[View, ...]:
+    used, fps = choices.used(), choices.fps or 1.0
+    earliest = min(use.lead for use in used)
+    views = []
+    for name in dict.fromkeys(use.view for use in used):
+        streams: dict[str, Stream] = {}
+        for one in (file for file in files if file.use.view == name):
+            start = one.use.lead - earliest
+            first = round(start)
+            camera = choices.cameras.get(one.camera, one.camera)
+            streams[one.part] = Stream(
+                camera, one.frames, None, first, round((start - first) / fps, 6)
+            )
+        kind: Any = "stereo" if "right" in streams else "depth" if "depth" in streams else "mono"
+        turned = next(use.source.turned for use in used if use.view == name)
+        view = View(
+            name, kind, streams["right" if kind == "stereo" else "image"], streams.get("left"),
+            streams.get("depth"), choices.depth_unit, display_rotation=turned,
+        )  # fmt: skip
+        views.append(view)
+    return tuple(views)

@@ -1,0 +1,265 @@
+"""When sources show the same instant: by their start times, or a flash, clap or motion they share.
+
+Each method turns a source into a signal over time. Two signals are laid over each other where their
+normalised correlation is highest, between samples by a parabola. The answer is refused where the
+signals agree too little, or as well elsewhere.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Literal, TypeAlias
+
+import numpy as np
+
+from stereotrack_core.arrays import FloatArray
+from stereotrack_core.errors import InputError
+from stereotrack_core.recording.importing.choices import Choices
+from stereotrack_core.recording.importing.signals import (
+    SOUND_RATE,
+    brightness,
+    loudness,
+    motion,
+)
+from stereotrack_core.recording.importing.sources import Source
+from stereotrack_core.tables import finite_number, read_rows, whole_number
+
+Method: TypeAlias = Literal["start", "flash", "clap", "motion"]
+
+METHODS: Mapping[Method, str] = {
+    "start": "start times of the files",
+    "flash": "a flash of light that all cameras see",
+    "clap": "a clap or other sound that all cameras record",
+    "motion": "the motion that all cameras see",
+}
+"""Every method in words."""
+
+TIMESTAMPS = "timestamps.csv"
+_LEAST_CORRELATION = 0.6
+_MOST_ELSEWHERE = 0.75
+"""Correlation of the second best place over that of the best, from which neither is certain."""
+_LEAST_OVERLAP = 0.5  # of the energy of each signal
+_USUAL_PERCENT = 95.0
+_LEAST_EVENT = 4.0  # times what all but a few rises are below; then it is an event
+
+
+@dataclass(frozen=True)
+class Lead:
+    """The place in a source of what the first source shows in its frame 0."""
+
+    source: str
+    frames: float
+    """The source's own frame there; with fractions, negative where it starts later."""
+    correlation: float
+    """How well the signals agree, at most 1."""
+    elsewhere: float
+    """How well they agree in the second best place."""
+
+    def says(self, fps: float) -> str:
+        """Place and evidence in words."""
+        agreement = f", correlation {self.correlation:.2f}" if self.elsewhere else ""
+        return (
+            f"{self.source}: {self.frames:+.2f} frames ({1000 * self.frames / fps:+.0f} ms"
+            f"{agreement})"
+        )
+
+
+OnProgress: TypeAlias = Callable[[float, str], None]
+
+
+def synchronised(
+    choices: Choices,
+    method: Method,
+    *,
+    on_progress: OnProgress = lambda _share, _words: None,
+    cancelled: Callable[[], bool] = lambda: False,
+) -> tuple[Choices, tuple[Lead, ...]]:
+    """Choices whose sources begin at the same instant, and the evidence; see :func:`leads_of`.
+
+    A depth map is taken to be of the same instants as the image of its view.
+    """
+    if choices.fps is None:
+        raise InputError(
+            "the files do not state their frame rate", remedy="Give the frames per second."
+        )
+    used = choices.used()
+    pictured = {use.view for use in used if use.role == "image"}
+    asked = [use for use in used if use.role != "depth" or use.view not in pictured]
+    sources = [use.source for use in asked]
+    leads = leads_of(sources, method, choices.fps, on_progress=on_progress, cancelled=cancelled)
+    found = {lead.source: lead.frames for lead in leads}
+    of_view = {use.view: found[use.source.name] for use in asked}
+    uses = tuple(
+        use
+        if use.role == "unused"
+        else replace(use, lead=found.get(use.source.name, of_view[use.view]))
+        for use in choices.uses
+    )
+    return replace(choices, uses=uses), leads
+
+
+def leads_of(
+    sources: Sequence[Source],
+    method: Method,
+    fps: float,
+    *,
+    on_progress: OnProgress = lambda _share, _words: None,
+    cancelled: Callable[[], bool] = lambda: False,
+) -> tuple[Lead, ...]:
+    """Where each source shows what the first one shows in its frame 0.
+
+    Parameters
+    ----------
+    fps : float
+        Frames per second of all sources.
+
+    Raises
+    ------
+    InputError
+        Where a source lacks what the method needs, or the evidence is too weak.
+    Cancelled
+        On request.
+    """
+    if method == "start":
+        return _by_start(sources, fps)
+    read = {"flash": brightness, "clap": loudness, "motion": motion}[method]
+    signals = []
+    for number_, source in enumerate(sources):
+        share = number_ / len(sources)
+        on_progress(share, f"reading {source.name}")
+        signals.append(read(source, cancelled))
+    first = signals[0]
+    if method != "motion":
+        for source, signal in zip(sources, signals, strict=True):
+            _check_event(signal.values, source, method)
+    leads = [Lead(sources[0].name, 0.0, 1.0, 0.0)]
+    rate = SOUND_RATE if method == "clap" else fps
+    for source, signal in zip(sources[1:], signals[1:], strict=True):
+        lag, best, second = best_lag(first.values, signal.values)
+        _check_evidence(source, sources[0], best, second)
+        if method == "flash":
+            lag = _lag_of_flash(first.values, signal.values, round(lag))
+        seconds = lag / rate + signal.begin - first.begin
+        leads.append(Lead(source.name, seconds * fps, best, second))
+    return tuple(leads)
+
+
+def best_lag(one: FloatArray, other: FloatArray) -> tuple[float, float, float]:
+    """Lag in samples at which two signals agree best: ``other[k + lag]`` is as ``one[k]``.
+
+    Parameters
+    ----------
+    one, other : (N,), (M,)
+
+    Returns
+    -------
+    tuple of float
+        The lag, between samples; the correlation there; that of the best other place.
+    """
+    a, b = one - one.mean(), other - other.mean()
+    size = 1 << int(np.ceil(np.log2(len(a) + len(b))))
+    products = np.fft.irfft(np.conj(np.fft.rfft(a, size)) * np.fft.rfft(b, size), size)
+    lags = np.arange(-(len(a) - 1), len(b))
+    overlap_a = _energies(a, -lags, len(b))
+    overlap_b = _energies(b, lags, len(a))
+    floor_a, floor_b = _LEAST_OVERLAP * (a @ a), _LEAST_OVERLAP * (b @ b)
+    scale = np.sqrt(np.maximum(overlap_a, floor_a) * np.maximum(overlap_b, floor_b))
+    correlation = products[lags % size] / np.maximum(scale, 1e-12)
+    peak = int(np.argmax(correlation))
+    first = last = peak
+    while first > 0 and correlation[first - 1] < correlation[first]:
+        first -= 1
+    while last < len(lags) - 1 and correlation[last + 1] < correlation[last]:
+        last += 1
+    rest = np.concatenate([correlation[:first], correlation[last + 1 :]])
+    second = float(rest.max()) if rest.size else 0.0
+    shift = 0.0
+    if 0 < peak < len(lags) - 1:
+        left, middle, right = correlation[peak - 1 : peak + 2]
+        curve = left - 2 * middle + right
+        shift = 0.5 * float((left - right) / curve) if curve < 0 else 0.0
+    return float(lags[peak] + shift), float(correlation[peak]), second
+
+
+def _lag_of_flash(one: FloatArray, other: FloatArray, lag: int) -> float:
+    """Lag between the centres of the brightest rise, which exposures share between frames."""
+    peak = int(np.argmax(one))
+    return _centre(other, peak + lag) - _centre(one, peak)
+
+
+def _centre(values: FloatArray, peak: int) -> float:
+    """Centre of what rises within a frame of `peak`."""
+    near = np.arange(max(peak - 1, 0), min(peak + 2, len(values)))
+    total = float(values[near].sum())
+    return float((near * values[near]).sum() / total) if total > 0 else float(peak)
+
+
+def _energies(signal: FloatArray, starts: np.ndarray, length: int) -> FloatArray:
+    """Sum of squares of the part of a signal that begins at each start and has that length."""
+    sums = np.concatenate([[0.0], np.cumsum(signal**2)])
+    begin = np.clip(starts, 0, len(signal))
+    end = np.clip(starts + length, 0, len(signal))
+    return np.asarray(sums[end] - sums[begin])
+
+
+def _check_event(values: FloatArray, source: Source, method: Method) -> None:
+    """Refuse a signal that no event stands out of."""
+    what = "flash of light" if method == "flash" else "sudden sound"
+    peak = int(np.argmax(values))
+    rest = np.delete(values, np.arange(max(peak - 2, 0), min(peak + 3, len(values))))
+    usual = float(np.percentile(rest, _USUAL_PERCENT)) if rest.size else 0.0
+    if values.max() <= 0 or values.max() < _LEAST_EVENT * usual:
+        raise InputError(
+            f"no {what} stands out in {source.name}",
+            where=str(source.path),
+            remedy="Use another method, or give the first frames by hand.",
+        )
+
+
+def _check_evidence(source: Source, first: Source, best: float, second: float) -> None:
+    """Refuse two signals that hardly agree, or that agree in several places."""
+    if best < _LEAST_CORRELATION:
+        why = f"they hardly agree (correlation {best:.2f})"
+    elif second > _MOST_ELSEWHERE * best:
+        why = f"they agree in two places almost equally ({best:.2f} and {second:.2f})"
+    else:
+        return
+    raise InputError(
+        f"{source.name} and {first.name} cannot be synchronised: {why}",
+        where=str(source.path),
+        remedy="Use another method, or give the first frames by hand.",
+    )
+
+
+def _by_start(sources: Sequence[Source], fps: float) -> tuple[Lead, ...]:
+    starts = [_start_of(source) for source in sources]
+    return tuple(
+        Lead(source.name, (starts[0] - start) * fps, 1.0, 0.0)
+        for source, start in zip(sources, starts, strict=True)
+    )
+
+
+def _start_of(source: Source) -> float:
+    """Seconds of the first frame, by a timestamps.csv beside the source, else by its metadata."""
+    for folder in (source.path.parent, source.path.parent.parent):
+        found = _stamped(folder / TIMESTAMPS, source.name)
+        if found is not None:
+            return found
+    if source.start is None:
+        raise InputError(
+            "the file does not state its start time with fractions of a second",
+            where=str(source.path),
+            remedy=f"Use another method, or add a {TIMESTAMPS} with frame, view and seconds.",
+        )
+    return source.start
+
+
+def _stamped(path: Path, name: str) -> float | None:
+    if not path.is_file():
+        return None
+    for line, cells in read_rows(path, ("frame", "view", "seconds")):
+        if cells["view"] == name and whole_number(cells["frame"], path, line, "frame") == 0:
+            return finite_number(cells["seconds"], path, line, "seconds")
+    return None

@@ -1,0 +1,97 @@
+"""``stereotrack import recording``: from videos to a recording that opens."""
+
+from __future__ import annotations
+
+import pytest
+
+from stereotrack_core.recording.folder import open_recording
+from tests.recording.importing.clips import clip, flashing, images
+
+
+@pytest.fixture
+def videos(tmp_path):
+    for name in ("N_left", "N_right", "S"):
+        clip(tmp_path / "videos" / f"{name}.mp4", frames=4)
+    return tmp_path / "videos"
+
+
+def test_a_folder_of_videos_becomes_a_recording(run, videos):
+    ended = run("import", "recording", videos, "--json")
+    assert ended.status == 0, ended.err
+    assert ended.json["guessed"] is True
+    assert "need a calibration" in ended.err
+    recording = open_recording(videos)
+    assert [(view.name, view.kind) for view in recording.views] == [("N", "stereo"), ("S", "mono")]
+    assert recording.name == "videos"
+    shown = run("info", videos)
+    assert shown.status == 0
+    assert "guessed from the size" in shown.out.replace("\n", " ") or "guessed" in shown.out
+
+
+def test_a_dry_run_writes_nothing(run, videos):
+    before = sorted(videos.iterdir())
+    ended = run("import", "recording", videos, "--dry-run")
+    assert ended.status == 0
+    assert "left image of a stereo camera" in ended.out
+    assert sorted(videos.iterdir()) == before
+
+
+def test_what_sources_show_can_be_said(run, videos, tmp_path):
+    out = tmp_path / "new"
+    roles = ("--as", "N_left=mono:A", "--as", "N_right=unused", "--mirrored", "S")
+    ended = run("import", "recording", videos, "-o", out, *roles, "--fps", "50", "--title", "t")
+    assert ended.status == 0, ended.err
+    recording = open_recording(out)
+    assert [(view.name, view.kind) for view in recording.views] == [("A", "mono"), ("S", "mono")]
+    assert (recording.name, recording.fps) == ("t", 50.0)
+
+
+def test_the_unit_of_depth_is_said(run, tmp_path):
+    images(tmp_path / "in" / "O_depth", depth=True)
+    ended = run("import", "recording", tmp_path / "in", "--fps", "30", "--json")
+    assert ended.status == 0, ended.err
+    assert ended.json["depth_unit"] == 0.001
+    assert "0.001 metres per count" in ended.err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("--as", "N_left=dancer"), "unknown role 'dancer'"),
+        (("--as", "M=mono"), "there is no 'M'"),
+        (("--as", "N_left"), "two names joined by ="),
+        (("--mirrored", "Q"), "there is no 'Q'"),
+        (("--camera", "Q=x"), "there is no 'Q'"),
+        (("--as", "N_left=mono"), "the left image is missing"),
+        (("--calibration", "nowhere.toml"), "nowhere.toml"),
+    ],
+)
+def test_what_does_not_fit_is_refused_in_a_sentence(run, videos, arguments, words):
+    before = sorted(videos.iterdir())
+    ended = run("import", "recording", videos, *arguments)
+    assert ended.status == 2
+    assert words in ended.err
+    assert "Traceback" not in ended.err
+    assert sorted(videos.iterdir()) == before
+
+
+def test_offsets_are_estimated_or_given(run, tmp_path):
+    for name, at in (("A", 9.0), ("B", 12.0)):
+        clip(tmp_path / "in" / f"{name}.mp4", flashing(at), frames=20)
+    ended = run("import", "recording", tmp_path / "in", "--synchronise", "flash", "--json")
+    assert ended.status == 0, ended.err
+    assert "synchronised by flash: B: +3" in ended.err
+    assert [one["frames"] for one in ended.json["synchronised"]] == pytest.approx([0, 3], abs=0.1)
+    streams = [view.image.first_frame for view in open_recording(tmp_path / "in").views]
+    assert streams == [0, 3]
+    by_hand = ("--first", "A=2", "-o", tmp_path / "out")
+    assert run("import", "recording", tmp_path / "in" / "A.mp4", *by_hand).status == 0
+    ended = run("import", "recording", tmp_path / "in", "--first", "A=x", "-o", tmp_path / "no")
+    assert (ended.status, "'x' is no frame" in ended.err) == (2, True)
+
+
+@pytest.mark.parametrize("kind", ["labels", "recording"])
+def test_each_kind_of_import_has_its_help(run, kind):
+    assert kind in run("import", "--help").out
+    assert "--json" in run("import", kind, "--help").out
+    assert run("import", "tracks").status == 2

@@ -1,0 +1,199 @@
+"""Whatever is named or dropped opens: runs with their recording, recents, damaged projects."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import sqlite3
+from contextlib import closing
+from dataclasses import replace
+
+import pytest
+from PySide6.QtCore import QMimeData, QPoint, QPointF, Qt, QUrl
+from PySide6.QtGui import QDragEnterEvent, QDropEvent
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication, QFileDialog
+
+from stereotrack_core.interop.run_file import write_run
+from stereotrack_core.project.project import Project
+from stereotrack_core.recording.folder import fingerprint, open_recording
+from tests.gui.made_runs import made_run
+
+pytestmark = pytest.mark.window
+
+
+@pytest.fixture
+def folder(small_recording, tmp_path):
+    """A copy of the recording that a test may have runs beside and move."""
+    return shutil.copytree(small_recording, tmp_path / "place" / "walk")
+
+
+@pytest.fixture
+def run_file(folder):
+    """A run of it, in its own folder beside it."""
+    recording = open_recording(folder)
+    run = made_run(recording)
+    meta = {
+        "recording": recording.name,
+        "recording_folder": str(folder),
+        "fingerprint": fingerprint(recording),
+    }
+    path = folder.parent / "runs" / "first.npz"
+    path.parent.mkdir()
+    write_run(path, replace(run, meta={**run.meta, **meta}))
+    return path
+
+
+def drop(window, *paths):
+    """Drag files into the window as a file manager does; whether it takes them."""
+    data = QMimeData()
+    data.setUrls([QUrl.fromLocalFile(str(path)) for path in paths])
+    how = Qt.DropAction.CopyAction, data, Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier
+    entering = QDragEnterEvent(QPoint(200, 200), *how)
+    entering.setAccepted(False)
+    window.dragEnterEvent(entering)
+    if entering.isAccepted():
+        window.dropEvent(QDropEvent(QPointF(200, 200), *how))
+    return entering.isAccepted()
+
+
+def settle(qtbot, window):
+    qtbot.waitUntil(window.context.tasks.settled)
+
+
+def shows(qtbot, window, folder):
+    def there():
+        recording = window.context.session.document.recording
+        return recording is not None and recording.folder.resolve() == folder.resolve()
+
+    qtbot.waitUntil(there)
+    settle(qtbot, window)
+
+
+def accept_offer(qtbot, window):
+    """Press the button of the message, when it is painted."""
+    button = window.messages.do_button
+    qtbot.waitUntil(lambda: not button.visibleRegion().isEmpty())
+    QApplication.processEvents()
+    QTest.mouseClick(button, Qt.MouseButton.LeftButton)
+
+
+def runs(window):
+    return [entry.name for entry in window.context.session.runs.entries]
+
+
+def test_a_run_file_opens_with_its_recording(window, qtbot, folder, run_file):
+    assert drop(window, run_file)
+    shows(qtbot, window, folder)
+    assert runs(window) == ["first"]
+    assert drop(window, run_file)
+    settle(qtbot, window)
+    assert runs(window) == ["first", "first"]
+    assert window.context.session.document.recording.folder.resolve() == folder.resolve()
+
+
+def test_a_run_opens_although_both_have_moved(window, qtbot, folder, run_file):
+    away = shutil.move(folder.parent, folder.parent.with_name("away"))
+    window.context.session.opening.open(away / "runs" / "first.npz")
+    shows(qtbot, window, away / "walk")
+    assert runs(window) == ["first"]
+
+
+def test_the_recording_of_a_run_is_asked_for_where_it_is_not_found(
+    window, qtbot, folder, run_file, tmp_path, monkeypatch
+):
+    away = shutil.move(folder, tmp_path / "far" / "away")
+    window.context.session.opening.open(run_file)
+    qtbot.waitUntil(lambda: window.messages.message is not None)
+    assert "the recording of this run was not found" in window.messages.text()
+    monkeypatch.setattr(QFileDialog, "getExistingDirectory", lambda *_: str(away))
+    accept_offer(qtbot, window)
+    shows(qtbot, window, away)
+    assert runs(window) == ["first"]
+
+
+def test_what_is_no_run_is_said(window, qtbot, tmp_path):
+    path = tmp_path / "broken.npz"
+    path.write_bytes(b"PK\x03\x04 and nothing more")
+    window.context.session.opening.open(path)
+    qtbot.waitUntil(lambda: window.messages.message is not None)
+    assert "broken.npz" in window.messages.text()
+    assert window.context.session.document.recording is None
+
+
+def test_a_run_beside_the_recording_is_offered_until_it_is_turned_down(
+    window, qtbot, folder, run_file
+):
+    beside = shutil.copy(run_file, folder.parent / "walk.npz")
+    opening = window.context.session.opening
+    opening.open(folder)
+    shows(qtbot, window, folder)
+    assert "a run of this recording lies beside it" in window.messages.text()
+    assert window.messages.do_button.text() == "Open run"
+    accept_offer(qtbot, window)
+    assert runs(window) == ["walk"]
+    window.context.actions.action("close").trigger()
+    opening.open(folder)
+    shows(qtbot, window, folder)
+    assert window.messages.do_button.text() == "Open run"
+    window.context.actions.action("close_message").trigger()
+    window.context.actions.action("close").trigger()
+    opening.open(folder)
+    shows(qtbot, window, folder)
+    assert window.messages.message is None
+    assert beside.is_file()
+
+
+def test_recents_stand_in_the_menu_with_their_dates(window, qtbot, folder, settings):
+    actions = window.context.actions
+    actions.refresh()
+    assert not actions.action("recent_1").isVisible()
+    assert "Nothing was opened yet" in actions.action("forget_recent").toolTip()
+    window.context.session.opening.open(folder)
+    shows(qtbot, window, folder)
+    actions.refresh()
+    first = actions.action("recent_1")
+    assert first.isVisible()
+    assert re.match(r"walk   \d{4}-\d\d-\d\d \d\d:\d\d   .*place$", first.text())
+    assert not actions.action("recent_2").isVisible()
+    actions.action("close").trigger()
+    assert re.search(r"\d{4}-\d\d-\d\d", window.welcome.recent.item(0).text())
+    first.trigger()
+    shows(qtbot, window, folder)
+    actions.action("forget_recent").trigger()
+    actions.refresh()
+    assert not first.isVisible()
+    assert folder.is_dir()
+
+
+def test_damaged_dates_cost_no_recent_recording(window, folder, settings):
+    settings.setValue("recent", [str(folder)])
+    for damaged in (["tomorrow"], "2026-11-25T10:00:00", ["2026-11-25T10:00:00", "x"], 5):
+        settings.setValue("recent_dates", damaged)
+        assert window.context.session.opening.recent() == [folder]
+
+
+def test_a_damaged_project_says_what_can_be_done(window, qtbot, folder, tmp_path, monkeypatch):
+    path = tmp_path / "mine.stereotrack"
+    Project.create(path, folder).close()
+    with closing(sqlite3.connect(path)) as database:
+        database.executescript("DROP TABLE keyframe")
+    whole = path.read_bytes()
+    assert drop(window, path)
+    qtbot.waitUntil(lambda: window.messages.message is not None)
+    settle(qtbot, window)
+    assert "this project file is damaged" in window.messages.text()
+    assert "It is left as it is" in window.messages.text()
+    assert window.messages.do_button.text() == "Recover …"
+    asked = []
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *a, **_: asked.append(a) or ("", ""))
+    accept_offer(qtbot, window)
+    assert asked[0][1] == "Save recovered project as"
+    assert asked[0][2].endswith("mine-rescued.stereotrack")
+    assert path.read_bytes() == whole
+
+
+def test_what_the_window_cannot_open_is_not_taken(window, tmp_path):
+    text = tmp_path / "notes.txt"
+    text.write_text("no recording")
+    assert not drop(window, text)
