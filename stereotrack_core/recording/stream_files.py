@@ -22,9 +22,10 @@ from stereotrack_core.recording.images import (
 )
 from stereotrack_core.recording.video import VideoStream, open_container, video_stream
 
-_IMAGE_SUFFIXES = frozenset(
+IMAGE_SUFFIXES = frozenset(
     {".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".pgm", ".ppm", ".webp"}
 )
+"""Endings of the files that hold one picture."""
 
 _WIDEST_GAP = 10_000  # image numbers that may be missing altogether, besides every second one
 
@@ -78,7 +79,7 @@ def picture_size(folder: Path, frames: str, where: str) -> tuple[int, int]:
     if is_pattern(frames):
         files = _files(folder, frames, where)
         return image_size(files[min(files)], where)
-    if path.suffix.lower() in _IMAGE_SUFFIXES:
+    if path.suffix.lower() in IMAGE_SUFFIXES:
         return image_size(path, where)
     try:
         with open_container(path) as container:
@@ -180,7 +181,7 @@ def _picture(folder: Path, view: View, stream: Stream, key: str, kind: PictureKi
     file = stream.background or ""
     path = inside(folder, file, where)
     try:
-        if not is_pattern(file) and path.suffix.lower() in _IMAGE_SUFFIXES:
+        if not is_pattern(file) and path.suffix.lower() in IMAGE_SUFFIXES:
             return read_image(path, kind)
         source = open_stream(folder, file, kind, where)
         try:
