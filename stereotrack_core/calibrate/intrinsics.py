@@ -74,13 +74,15 @@ def calibrate_intrinsics(
     board: Board,
     *,
     model: str = "auto",
+    alone: bool = True,
     stop: Stop = lambda: False,
 ) -> Intrinsics:
     """The lens of one camera.
 
     Outlying pictures are removed, at most a third of them. Of the models the one with the fewest
     coefficients is taken whose held-out error is within one percent of the least; `model` names
-    one instead.
+    one instead. Where other cameras are adjusted with it, and it is not left `alone`, it may be
+    badly known at first.
 
     Raises
     ------
@@ -97,7 +99,8 @@ def calibrate_intrinsics(
     coverage = coverage_of(used, fit.poses)
     covariance = fit.bundle.covariance
     sigma = np.sqrt(np.maximum(np.diag(covariance)[:4], 0.0))
-    _check_known(fit, sigma, coverage, used)
+    if alone:
+        check_known(fit.bundle.rms, sigma, fit.lens, coverage, used)
     camera = fit.lens.camera(used.camera, used.size, RigidTransform.identity())
     return Intrinsics(
         camera, fit.lens, used, fit.poses, fit.errors, fit.bundle.rms, held_out, sigma,
@@ -234,8 +237,11 @@ def _chosen(
     return best, candidates, roots[best]
 
 
-def _check_known(fit: LensFit, sigma: FloatArray, coverage: Coverage, sightings: Sightings) -> None:
-    share = _focal_uncertainty(fit, sigma)
+def check_known(
+    rms: float, sigma: FloatArray, lens: Lens, coverage: Coverage, sightings: Sightings
+) -> None:
+    """Refuse a lens whose focal length is not determined; raises InputError with what to film."""
+    share = _focal_uncertainty(rms, sigma, lens)
     if share < _UNKNOWN_FOCAL:
         return
     if coverage.tilt_deg < _LEAST_TILT_DEG:
@@ -249,11 +255,11 @@ def _check_known(fit: LensFit, sigma: FloatArray, coverage: Coverage, sightings:
     )
 
 
-def _focal_uncertainty(fit: LensFit, sigma: FloatArray) -> float:
+def _focal_uncertainty(rms: float, sigma: FloatArray, lens: Lens) -> float:
     """Standard deviation of the focal length as a share of it, for corners of usual noise."""
-    noise = max(fit.bundle.rms / np.sqrt(2.0), 1e-12)
+    noise = max(rms / np.sqrt(2.0), 1e-12)
     factor = max(1.0, _NOISE_PX / noise)
-    share = float(factor * np.max(sigma[:2]) / fit.lens.focal)
+    share = float(factor * np.max(sigma[:2]) / lens.focal)
     return share if np.isfinite(share) else float("inf")
 
 
@@ -275,7 +281,7 @@ def _findings(
                 "Film 15 to 30 positions.",
             )
         )
-    share = _focal_uncertainty(fit, sigma)
+    share = _focal_uncertainty(fit.bundle.rms, sigma, fit.lens)
     if share > _VAGUE_FOCAL:
         what = f"the focal length is only known to {100 * share:.1f} %"
         found.append(Finding("warning", where, what, _REFILM))

@@ -11,6 +11,8 @@ import numpy as np
 from stereotrack_core.calibrate.bundle import rms_of
 from stereotrack_core.calibrate.intrinsics import Intrinsics
 from stereotrack_core.calibrate.sightings import LeftOut, Sightings
+from stereotrack_core.calibrate.world import World
+from stereotrack_core.calibrate.world_checks import distances
 from stereotrack_core.errors import Finding
 from stereotrack_core.tables import Table, number
 
@@ -60,6 +62,85 @@ def picture_facts(sightings: Sightings, rms: Sequence[float]) -> dict[str, Any]:
             for out in sightings.left_out
         ],
     }
+
+
+def world_facts(world: World) -> dict[str, Any]:
+    """What is known about cameras in one world."""
+    cameras = []
+    for i, camera in enumerate(world.cameras):
+        lens = world.lenses[i]
+        own = picture_facts(world.sightings[i], [rms_of(error) for error in world.errors[i]])
+        cameras.append(
+            {
+                "camera": camera.name,
+                "rms_px": world.rms_by_camera[i],
+                "held_out_px": world.held_out_by_camera[i],
+                "position_m": camera.position_world,
+                "position_sigma_m": world.position_sigma_m[i],
+                "rotation_sigma_deg": np.degrees(world.rotation_sigma_rad[i]),
+                "frames_shared": {
+                    other.name: int(count)
+                    for other, count in zip(world.cameras, world.shared[i], strict=True)
+                    if other is not camera
+                },
+                "focal_px": camera.matrix[[0, 1], [0, 1]],
+                "distortions": camera.distortions,
+                "lens": None if lens is None else lens_facts(lens),
+                **own,
+            }
+        )
+    return {
+        "board": world.board,
+        "rms_px": world.rms_px,
+        "held_out_px": world.held_out_px,
+        "boards": len(world.boards),
+        "scale": world.scale,
+        "cameras": cameras,
+        "distances_m": [
+            {"from": a, "to": b, "distance": length} for a, b, length in distances(world.cameras)
+        ],
+    }
+
+
+def world_tables(world: World) -> list[Table]:
+    """Lenses, places and the whole."""
+    lenses = [one for one in world.lenses if one is not None]
+    rows = [
+        (
+            camera.name,
+            str(len(world.sightings[i])),
+            str(int(world.shared[i].max(initial=0))),
+            number(world.rms_by_camera[i], 3),
+            number(world.held_out_by_camera[i], 3),
+            " ".join(f"{value:.3f}" for value in camera.position_world),
+            f"{1000 * world.position_sigma_m[i]:.1f}",
+            f"{np.degrees(world.rotation_sigma_rad[i]):.3f}",
+        )
+        for i, camera in enumerate(world.cameras)
+    ]
+    headings = (
+        "camera", ">pictures", ">shared", ">rms (px)", ">held out (px)", ">place (m)", ">± (mm)",
+        ">± (°)",
+    )  # fmt: skip
+    whole = [
+        ("rms of all corners", f"{world.rms_px:.3f} px"),
+        ("held out", f"{number(world.held_out_px, 3)} px"),
+        ("boards", str(len(world.boards))),
+        (
+            "squares measured / given",
+            f"{number(100 * world.scale.ratio, 2)} %, spread "
+            f"{number(1000 * world.scale.spread_m, 2)} mm",
+        ),
+    ]
+    whole += [
+        (f"from {a} to {b}", f"{1000 * length:.0f} mm")
+        for a, b, length in distances(world.cameras)[:_LISTED]
+    ]
+    return [
+        *([lens_table(lenses)] if lenses else []),
+        Table("Cameras", headings, rows),
+        Table("All together", ("what", ">value"), whole),
+    ]
 
 
 def lens_table(lenses: Sequence[Intrinsics]) -> Table:
@@ -122,9 +203,3 @@ def finding_table(findings: Sequence[Finding]) -> Table | None:
     rows = [(one.severity, one.where, one.what, one.remedy) for one in findings]
     heads = ("severity", "where", "what", "remedy")
     return Table("Remarks", heads, rows) if rows else None
-
-
-def finite_mean(values: Sequence[float]) -> float:
-    """Mean of what is known; NaN of nothing."""
-    known = [value for value in values if np.isfinite(value)]
-    return float(np.mean(known)) if known else float("nan")

@@ -10,9 +10,9 @@ DESCRIPTION = (
 )
 
 SUBCOMMANDS = (
-    Command(
-        "intrinsics", "the lens of one camera from pictures of a board", "calibration.intrinsics"
-    ),
+    Command("intrinsics", "the lens of one camera", "calibration.intrinsics"),
+    Command("stereo", "a pair of cameras side by side", "calibration.stereo"),
+    Command("world", "all cameras in one world", "calibration.world"),
     Command("import", "read a calibration of another tool", "calibration.import_file"),
     Command("export", "write a calibration for another tool", "calibration.export_file"),
 )

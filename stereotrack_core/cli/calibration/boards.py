@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from argparse import Namespace
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 from stereotrack_core.calibrate.board import Board, charuco, chessboard
@@ -16,6 +17,8 @@ from stereotrack_core.cli.arguments import check_least, option
 from stereotrack_core.cli.output import put_json, put_table
 from stereotrack_core.cli.progress import progress, stoppable
 from stereotrack_core.errors import Finding, InputError
+from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.recording.calibration import read_calibration
 from stereotrack_core.tables import Table
 
 BOARD = (
@@ -33,6 +36,17 @@ MODEL = option(
     "lens model (default: auto, the simplest that no other clearly improves on)",
     default="auto",
 )
+LENSES = option(
+    "--lenses FILE.toml",
+    "calibration whose lenses are kept, by the names of the cameras; others are calibrated",
+    type=Path,
+)
+NOT_ALIGNED = Finding(
+    "note",
+    "world",
+    "the world is that of the first camera, taken as level and looking south",
+    "Turn it with `stereotrack calibrate align`.",
+)
 NOTHING = "No calibration was written."
 
 
@@ -47,6 +61,11 @@ def board_of(args: Namespace) -> Board:
     if args.board is not None:
         return chessboard(args.board, args.square)
     return charuco(args.charuco, args.square)
+
+
+def given_lenses(path: Path | None) -> dict[str, Camera]:
+    """The cameras of ``--lenses``."""
+    return {} if path is None else read_calibration(path)
 
 
 def found_board(args: Namespace, sources: Sequence[Pictures], count: int) -> Search:
