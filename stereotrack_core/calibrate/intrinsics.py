@@ -10,7 +10,7 @@ import numpy as np
 from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.calibrate.board import Board
 from stereotrack_core.calibrate.coverage import Coverage, coverage_of
-from stereotrack_core.calibrate.lens import LENS_MODELS, Lens, LensModel
+from stereotrack_core.calibrate.lens import BROWN, BROWN5, LENS_MODELS, RADIAL, Lens, LensModel
 from stereotrack_core.calibrate.lens_fit import (
     LensFit,
     Stop,
@@ -28,7 +28,7 @@ from stereotrack_core.geometry.transform import RigidTransform
 _LEAST_VIEWS, _FEW_VIEWS, _MOST_VIEWS = 4, 12, 60
 _ROUNDS = 3  # in which outlying pictures are looked for
 _WORTH = 0.01
-"""Share of the held-out error that further coefficients have to be worth."""
+"""Share by which a model's held-out error may be above the least one."""
 
 _NOISE_PX = 0.1  # error per axis that corners have at least, whatever the fit says
 _UNKNOWN_FOCAL, _VAGUE_FOCAL = 0.02, 0.003  # shares of the focal length
@@ -79,10 +79,10 @@ def calibrate_intrinsics(
 ) -> Intrinsics:
     """The lens of one camera.
 
-    Outlying pictures are removed, at most a third of them. Of the models the one with the fewest
-    coefficients is taken whose held-out error is within one percent of the least; `model` names
-    one instead. Where other cameras are adjusted with it, and it is not left `alone`, it may be
-    badly known at first.
+    Outlying pictures are removed, at most a third of them. Of the models whose held-out error is
+    within one percent of the least, the one with the least Bayesian information criterion is taken,
+    but no fisheye lens where a plain one does; `model` names one instead. A lens that is adjusted
+    together with other cameras later is not `alone` and may be badly known at first.
 
     Raises
     ------
@@ -229,12 +229,22 @@ def _chosen(
         for name, own in squares.items()
     }
     least = np.nanmin(list(roots.values()), initial=np.inf)
-    within = [name for name, error in roots.items() if error <= (1.0 + _WORTH) * least]
-    best = within[0] if within else next(iter(fits))
+    within = [name for name, error in roots.items() if not error > (1.0 + _WORTH) * least]
+    if any(fits[name].lens.model in (RADIAL, BROWN, BROWN5) for name in within):
+        within = [name for name in within if not fits[name].lens.model.fisheye]
+    best = min(within, key=lambda name: _criterion(fits[name]))
     candidates = tuple(
         Candidate(fit.lens.model, fit.bundle.rms, roots[name]) for name, fit in fits.items()
     )
     return best, candidates, roots[best]
+
+
+def _criterion(fit: LensFit) -> float:
+    """Bayesian information criterion: N log(mean squared error) + k log N of N coordinates."""
+    count = float(np.isfinite(fit.errors).sum())
+    error = max(float(np.nanmean(np.square(fit.errors))), 1e-12)
+    unknowns = len(fit.lens.model.estimated)
+    return float(count * np.log(error) + unknowns * np.log(count))
 
 
 def check_known(

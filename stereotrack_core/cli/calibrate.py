@@ -13,6 +13,7 @@ SUBCOMMANDS = (
     Command("intrinsics", "the lens of one camera", "calibration.intrinsics"),
     Command("stereo", "a pair of cameras side by side", "calibration.stereo"),
     Command("world", "all cameras in one world", "calibration.world"),
+    Command("align", "z up, y north and the origin on the floor", "calibration.align"),
     Command("import", "read a calibration of another tool", "calibration.import_file"),
     Command("export", "write a calibration for another tool", "calibration.export_file"),
 )

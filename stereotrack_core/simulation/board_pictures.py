@@ -25,6 +25,11 @@ class BoardRenderer:
         self._camera, self._sensor = camera, sensor
         self._square = board.square
         self._texture = _texture(board)
+        x, y = np.meshgrid(
+            np.linspace(-1 - _MARGIN, board.columns + _MARGIN, 24),
+            np.linspace(-1 - _MARGIN, board.rows + _MARGIN, 24),
+        )
+        self._area = board.square * np.column_stack([x.ravel(), y.ravel(), np.zeros(x.size)])
         step = 1.0 / _SAMPLES
         offsets = (np.arange(_SAMPLES) - (_SAMPLES - 1) / 2) * step
         columns = (np.arange(camera.width)[:, None] + offsets).ravel()
@@ -37,26 +42,46 @@ class BoardRenderer:
     def picture(self, world_from_board: RigidTransform, frame: int) -> ImageArray:
         """Grey picture (H, W); the noise depends on the frame."""
         pose = self._camera.camera_from_world @ world_from_board
+        light = np.full((self._camera.height, self._camera.width, 1), _BACKGROUND, np.float32)
+        top, bottom, left, right = self._box(world_from_board)
+        if top < bottom and left < right:
+            rays = self._rays[
+                _SAMPLES * top : _SAMPLES * bottom, _SAMPLES * left : _SAMPLES * right
+            ]
+            light[top:bottom, left:right, 0] = self._drawn(rays, pose)
+        return self._sensor.exposed(light, frame)
+
+    def _box(self, world_from_board: RigidTransform) -> tuple[int, int, int, int]:
+        """Rows and columns that show the board; all where that cannot be told."""
+        height, width = self._camera.height, self._camera.width
+        seen = self._camera.project(world_from_board.apply(self._area))
+        if not np.isfinite(seen).all():
+            return 0, height, 0, width
+        low = np.floor(seen.min(axis=0)).astype(int) - 2
+        high = np.ceil(seen.max(axis=0)).astype(int) + 3
+        return max(low[1], 0), min(high[1], height), max(low[0], 0), min(high[0], width)
+
+    def _drawn(self, rays: FloatArray, pose: RigidTransform) -> Float32Array:
+        """Mean light (h, w) of the samples of pixels, from where their rays meet the board."""
         normal = pose.rotation[:, 2]
-        ahead = self._rays @ normal[:2] + normal[2]
+        ahead = rays @ normal[:2] + normal[2]
         with np.errstate(divide="ignore", invalid="ignore"):
             depth = float(normal @ pose.translation) / ahead
-            points = np.concatenate([self._rays, np.ones_like(ahead)[..., None]], axis=-1)
+            points = np.concatenate([rays, np.ones_like(ahead)[..., None]], axis=-1)
             points = points * depth[..., None] - pose.translation
             on_board = points @ pose.rotation[:, :2] / self._square
-        hidden = ~(depth > 0.01)
-        texels = ((on_board + 1.0 + _MARGIN) * _TEXELS - 0.5).astype(np.float32)
-        texels[hidden] = -1e4
-        texels = np.nan_to_num(texels, nan=-1e4, posinf=-1e4, neginf=-1e4)
+            texels = ((on_board + 1.0 + _MARGIN) * _TEXELS - 0.5).clip(-1e4, 1e4)
+        texels[~(depth > 0.01)] = -1e4
+        maps = np.nan_to_num(texels, nan=-1e4).astype(np.float32)
         light = cv2.remap(
-            self._texture, np.ascontiguousarray(texels[..., 0]),
-            np.ascontiguousarray(texels[..., 1]), cv2.INTER_LINEAR,
+            self._texture, np.ascontiguousarray(maps[..., 0]),
+            np.ascontiguousarray(maps[..., 1]), cv2.INTER_LINEAR,
             borderMode=cv2.BORDER_CONSTANT, borderValue=(_BACKGROUND,),
         )  # fmt: skip
-        height, width = self._camera.height, self._camera.width
-        blocks = np.asarray(light).reshape(height, _SAMPLES, width, _SAMPLES, 1)
+        height, width = light.shape[0] // _SAMPLES, light.shape[1] // _SAMPLES
+        blocks = np.asarray(light).reshape(height, _SAMPLES, width, _SAMPLES)
         mean: Float32Array = blocks.mean(axis=(1, 3), dtype=np.float32)
-        return self._sensor.exposed(mean, frame)
+        return mean
 
 
 def _texture(board: Board) -> Float32Array:
