@@ -12,6 +12,7 @@ from stereotrack_core.calibrate.board import DICTIONARIES, Board
 
 _LEAST_CHARUCO = 6  # corners; with fewer a board's pose is a guess
 _WINDOW_SHARE = 0.35  # of a square's side, within which a corner is refined
+_GAP_SHARE = 0.85  # of the gap between a corner and the nearest marker, for the same
 _LEAST_WINDOW, _WIDEST_WINDOW = 2, 11
 _FARTHEST_MOVE = 1.5  # pixels; farther away there is another corner
 _FLAGS = cv2.CALIB_CB_NORMALIZE_IMAGE | cv2.CALIB_CB_ACCURACY
@@ -74,12 +75,15 @@ def _charuco_detector(board: Board) -> cv2.aruco.CharucoDetector:
 def _refined(image: ImageArray, pixels: FloatArray, board: Board) -> FloatArray:
     """Corners moved to the saddle of the grey values within a part of the squares around them.
 
-    The window may not reach the neighbouring corners, so that it follows the squares' local size.
+    The window may not reach the neighbouring corners or markers, so that it follows the squares'
+    local size.
     """
     heights = _heights(pixels.reshape(board.rows, board.columns, 2)).ravel()
     usual = np.nanmedian(heights) if np.isfinite(heights).any() else np.nan
     heights = np.where(np.isfinite(heights), heights, usual)
-    halves = np.clip(np.nan_to_num(np.floor(_WINDOW_SHARE * heights)), 0, _WIDEST_WINDOW)
+    gap = 0.5 * (1.0 - board.marker / board.square)  # between a corner and the nearest marker
+    share = min(_WINDOW_SHARE, _GAP_SHARE * gap)
+    halves = np.clip(np.nan_to_num(np.floor(share * heights)), 0, _WIDEST_WINDOW)
     result = pixels.copy()
     for half in np.unique(halves[halves >= _LEAST_WINDOW]).astype(int).tolist():
         rows = np.flatnonzero((halves == half) & np.isfinite(pixels[:, 0]))

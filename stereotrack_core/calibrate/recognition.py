@@ -55,20 +55,31 @@ def recognised(
     the other dictionaries. A mirrored chessboard looks like another chessboard and is not noticed.
     """
     first = Recognition(named)
-    best, most = first, _count(images, first)
+    most = _count(images, first)
     enough = _LEAST_SHARE * len(images) * len(named.corners)
-    if most >= enough:
-        return best
-    others = _charuco_variants(images, named) if named.dictionary else _chessboards(named)
-    for other in others:
-        if cancelled():
-            raise Cancelled
-        count = _count(images, other)
-        if count > most:
-            best, most = other, count
+    if not named.dictionary:
         if most >= enough:
-            break
+            return _larger_chessboard(images, first)
+        return max([first, *_chessboards(named)], key=lambda one: _count(images, one))
+    best = first
+    if most < enough:
+        for other in _charuco_variants(images, named):
+            if cancelled():
+                raise Cancelled
+            count = _count(images, other)
+            if count > most:
+                best, most = other, count
+            if most >= enough:
+                break
     return best
+
+
+def _larger_chessboard(images: Sequence[ImageArray], named: Recognition) -> Recognition:
+    """The board as it was named, or the larger one that it is only a part of."""
+    found = [image for image in images if named.find(image) is not None][:_SAMPLE]
+    size = len(named.board.corners)
+    larger = [one for one in _chessboards(named.board) if len(one.board.corners) > size]
+    return max([named, *larger], key=lambda one: _count(found, one))
 
 
 def _count(images: Sequence[ImageArray], recognition: Recognition) -> int:
