@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from stereotrack_core.arrays import BoolArray, FloatArray
 from stereotrack_core.calibrate.board_pose import likeliest_poses
 from stereotrack_core.calibrate.bundle import Bundle, BundleCamera, adjusted, rms_of
-from stereotrack_core.calibrate.lens import BROWN5, FISHEYE, RADIAL, Lens, LensModel
+from stereotrack_core.calibrate.lens import FISHEYE, RADIAL, Lens, LensModel
 from stereotrack_core.geometry.transform import RigidTransform
 
 _FOCALS = (0.3, 0.45, 0.65, 0.9, 1.3, 1.9, 2.8, 4.2)
@@ -81,26 +81,36 @@ def first_lens(
     model = FISHEYE if fisheye else RADIAL
     rows = np.unique(np.linspace(0, len(pixels) - 1, _START_VIEWS).astype(int))
     some, best, cost = pixels[rows], None, np.inf
-    focal_only = np.zeros(model.free.size, dtype=bool)
-    focal_only[:2] = True
     for share in _FOCALS:
         values = np.zeros(model.free.size)
         values[:2] = share * max(size)
         values[2:4] = (size[0] - 1) / 2, (size[1] - 1) / 2
-        fit: LensFit | None = None
-        for free in (focal_only, model.free):
-            lens, poses = (Lens(model, values), None) if fit is None else (fit.lens, fit.poses)
-            fit = fitted(
-                lens, some, corners, free=free, poses=poses, loss_scale=10 * _LOSS_PX,
-                rounds=_START_ROUNDS, stop=stop,
-            )  # fmt: skip
-            if fit is None:
-                break
+        fit = _begun(Lens(model, values), some, corners, stop)
         if fit is not None and _is_possible(fit.lens, size):
             off = float(np.nanmedian(np.linalg.norm(fit.errors, axis=-1)))
             if off < cost:
                 best, cost = fit.lens, off
     return best
+
+
+def _begun(lens: Lens, pixels: FloatArray, corners: FloatArray, stop: Stop) -> LensFit | None:
+    """The focal length, then all of the model, fitted to the pictures that can be placed."""
+    found = likeliest_poses(lens, corners, pixels)
+    placed = [i for i, pose in enumerate(found) if pose is not None]
+    if 2 * len(placed) < len(pixels):
+        return None
+    poses = tuple(pose for pose in found if pose is not None)
+    focal_only = np.zeros(lens.values.size, dtype=bool)
+    focal_only[:2] = True
+    fit = None
+    for free in (focal_only, lens.model.free):
+        fit = fitted(
+            lens, pixels[placed], corners, free=free, poses=poses, loss_scale=10 * _LOSS_PX,
+            rounds=_START_ROUNDS, stop=stop,
+        )  # fmt: skip
+        assert fit is not None  # noqa: S101 - poses were given
+        lens, poses = fit.lens, fit.poses
+    return fit
 
 
 def _is_possible(lens: Lens, size: tuple[int, int]) -> bool:
@@ -156,8 +166,3 @@ def view_errors(
     placed = fitted(lens, pixels[rows], corners, free=nothing, poses=poses, stop=stop)
     assert placed is not None  # noqa: S101 - poses were given
     return np.array([rms_of(one) ** 2 for one in placed.errors])
-
-
-def enriched(lens: Lens) -> Lens:
-    """A lens to begin the rational model with, which divides by what Brown's model multiplies."""
-    return replace(lens, model=BROWN5) if not lens.model.fisheye else lens

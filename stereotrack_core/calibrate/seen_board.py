@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -39,56 +40,19 @@ def seen_board(
 
     Raises InputError where no camera sees it, or where they contradict each other.
     """
-    known = [one for one in sightings if one.camera in cameras and len(one)]
-    counts: dict[int, int] = {}
-    for one in known:
-        for frame in one.frames.tolist():
-            counts[frame] = counts.get(frame, 0) + 1
-    if not counts:
-        raise InputError(
-            "no camera of the calibration sees the board",
-            where="--board-on-floor",
-            remedy="Name the videos or folders as the cameras, and check the size of the board.",
-        )
-    frame = max(counts, key=lambda one: (counts[one], one))
-    seeing = [one.only(np.flatnonzero(one.frames == frame)) for one in known]
-    seeing = [one for one in seeing if len(one)]
-    bundle_cameras, candidates = [], []
-    for one in seeing:
-        camera = cameras[one.camera]
-        lens = lens_of(camera)
-        if lens is None:
-            raise InputError(
-                f"its lens has {camera.distortions.size} distortion coefficients",
-                where=f"camera {one.camera}",
-                remedy="Leave its pictures out of the folder.",
-            )
-        nothing = np.zeros(lens.values.size, dtype=bool)
-        bundle_cameras.append(
-            BundleCamera(
-                lens,
-                camera.camera_from_world,
-                np.zeros(1, np.int64),
-                one.pixels,
-                nothing,
-                pose_free=False,
-            )
-        )
-        poses = board_poses(lens, board.corners, one.pixels[0])
-        candidates += [camera.world_from_camera @ pose for pose in poses]
-
-    def cost(world_from_board: RigidTransform) -> float:
-        return sum(
-            float(np.nanmedian(corner_errors(own.lens, own.camera_from_world @ world_from_board,
-                                             own.pixels[0], board)))
-            for own in bundle_cameras
-        )  # fmt: skip
-
+    seeing = _last_seen([one for one in sightings if one.camera in cameras and len(one)])
+    seen_by = [_bundle_camera(cameras[one.camera], one) for one in seeing]
+    candidates = [
+        own.camera_from_world.inverse() @ pose
+        for own in seen_by
+        for pose in board_poses(own.lens, board.corners, own.pixels[0])
+    ]
     if not candidates:
         raise InputError(
             "the board cannot be placed", where="--board-on-floor", remedy="Use another picture."
         )
-    found = adjusted(bundle_cameras, [min(candidates, key=cost)], board.corners)
+    best = min(candidates, key=lambda one: _cost(one, seen_by, board))
+    found = adjusted(seen_by, [best], board.corners)
     if found.rms > _MOST_PX:
         raise InputError(
             f"{counted(len(seeing), 'camera')} that see the board contradict each other by "
@@ -98,9 +62,43 @@ def seen_board(
             "moved, and that picture k of all cameras is the same instant.",
         )
     names = tuple(one.camera for one in seeing)
-    return SeenBoard(
-        found.boards[0],
-        found.rms,
-        scale_check([cameras[name] for name in names], seeing, board),
-        names,
+    scale = scale_check([cameras[name] for name in names], seeing, board)
+    return SeenBoard(found.boards[0], found.rms, scale, names)
+
+
+def _last_seen(sightings: Sequence[Sightings]) -> list[Sightings]:
+    """Those of the frame in which most cameras see the board, the last of several."""
+    counts = Counter(int(frame) for one in sightings for frame in one.frames)
+    if not counts:
+        raise InputError(
+            "no camera of the calibration sees the board",
+            where="--board-on-floor",
+            remedy="Name the videos or folders as the cameras, and check the size of the board.",
+        )
+    frame = max(counts, key=lambda one: (counts[one], one))
+    seeing = [one.only(np.flatnonzero(one.frames == frame)) for one in sightings]
+    return [one for one in seeing if len(one)]
+
+
+def _bundle_camera(camera: Camera, sightings: Sightings) -> BundleCamera:
+    lens = lens_of(camera)
+    if lens is None:
+        raise InputError(
+            f"its lens has {camera.distortions.size} distortion coefficients",
+            where=f"camera {camera.name}",
+            remedy="Leave its pictures out of the folder.",
+        )
+    nothing = np.zeros(lens.values.size, dtype=bool)
+    first = np.zeros(1, dtype=np.int64)
+    return BundleCamera(
+        lens, camera.camera_from_world, first, sightings.pixels, nothing, pose_free=False
     )
+
+
+def _cost(world_from_board: RigidTransform, cameras: Sequence[BundleCamera], board: Board) -> float:
+    """Sum over the cameras of the median error in pixels."""
+    errors = (
+        corner_errors(own.lens, own.camera_from_world @ world_from_board, own.pixels[0], board)
+        for own in cameras
+    )
+    return sum(float(np.nanmedian(one)) for one in errors)

@@ -98,6 +98,18 @@ def calibrate_world(
             check_known(bundle.rms, sigma, bundle.cameras[i].lens, fit.coverage, used[i])
     check_places(bundle, used)
     held_out = _held_out(bundle, used, board, stop)
+    return _world(bundle, used, board, fits, held_out, start.shared)
+
+
+def _world(
+    bundle: Bundle,
+    used: tuple[Sightings, ...],
+    board: Board,
+    fits: Sequence[Intrinsics | Lens],
+    held_out: Sequence[FloatArray],
+    shared: IntArray,
+) -> World:
+    """The result with all its measures; the first camera level and looking south."""
     cameras = tuple(
         one.lens.camera(own.camera, own.size, one.camera_from_world @ _FIRST_FROM_WORLD)
         for one, own in zip(bundle.cameras, used, strict=True)
@@ -122,11 +134,11 @@ def calibrate_world(
         tuple(rms_of(one) for one in held_out),
         positions,
         rotations,
-        start.shared,
+        shared,
         scale,
         tuple(
             [*(f for fit in fits if isinstance(fit, Intrinsics) for f in fit.findings)]
-            + world_findings(used, own_rms, positions, start.shared, scale)
+            + world_findings(used, own_rms, positions, shared, scale)
         ),
     )
 
