@@ -28,6 +28,7 @@ from stereotrack_core.geometry.transform import RigidTransform
 
 _LEAST_VIEWS, _FEW_VIEWS, _MOST_VIEWS = 4, 12, 60
 _ROUNDS = 3  # in which outlying pictures are looked for
+_PENALTY = 4.0
 _WORTH = 0.01
 """Share by which a model's held-out error may be above the least one."""
 
@@ -81,9 +82,9 @@ def calibrate_intrinsics(
     """The lens of one camera.
 
     Outlying pictures are removed, at most a third of them. Of the models whose held-out error is
-    within one percent of the least, the one with the least Akaike information criterion is taken,
-    but no fisheye lens where a plain one does; `model` names one instead. A lens that is adjusted
-    together with other cameras later is not `alone` and may be badly known at first.
+    within one percent of the least, the one with the least information criterion is taken, but no
+    fisheye lens where a plain one does; `model` names one instead. A lens that is adjusted together
+    with other cameras later is not `alone` and may be badly known at first.
 
     Raises
     ------
@@ -253,15 +254,16 @@ def _chosen(
 
 
 def _criterion(fit: LensFit) -> float:
-    """Akaike's information criterion: N log(mean squared error) + 2 k of N coordinates.
+    """Information criterion N log(mean squared error) + 4 k of N coordinates, k coefficients.
 
-    A stricter one leaves out the tangential distortion of ordinary lenses, and the principal point
-    takes its place: the camera then seems turned by a tenth of a degree.
+    Two coefficients have to be significant at 2 %. Akaike's penalty of 2 k lets in coefficients of
+    no use; that of Bayes, k log N, leaves out the tangential distortion of ordinary lenses, and the
+    principal point takes its place: the camera then seems turned by a tenth of a degree.
     """
     count = float(np.isfinite(fit.errors).sum())
     error = max(float(np.nanmean(np.square(fit.errors))), 1e-12)
     unknowns = len(fit.lens.model.estimated)
-    return float(count * np.log(error) + 2.0 * unknowns)
+    return float(count * np.log(error) + _PENALTY * unknowns)
 
 
 def check_known(

@@ -26,9 +26,10 @@ def scene_points(
     Views without depth at that instant give none. Raises InputError for a stereo camera that cannot
     be rectified.
     """
+    everywhere = parameters.replaced(disparity_from_volume=False)
     parts = [np.zeros((0, 3))]
     for name in views:
-        source = source_of(recording, recording.view(name), parameters)
+        source = source_of(recording, recording.view(name), everywhere)
         geometry = source.geometry
         try:
             opened = source.open(frame_set.views[name])
