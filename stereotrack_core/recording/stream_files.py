@@ -25,6 +25,7 @@ from stereotrack_core.recording.video import VideoStream, open_container, video_
 IMAGE_SUFFIXES = frozenset(
     {".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".pgm", ".ppm", ".webp"}
 )
+"""Endings of the files that hold one picture."""
 
 _WIDEST_GAP = 10_000  # image numbers that may be missing altogether, besides every second one
 

@@ -1,0 +1,276 @@
+"""Turn a calibration's world so that z is up, y north, and the origin stands on the floor.
+
+Every function returns new_from_old; :func:`aligned` applies it to the cameras.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from stereotrack_core.arrays import BoolArray, FloatArray
+from stereotrack_core.errors import InputError
+from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.geometry.transform import RigidTransform
+from stereotrack_core.geometry.triangulation import Sightings, nearest_to_rays, point_of_sightings
+from stereotrack_core.recording.landmarks import LANDMARKS
+
+ORIGIN, NORTH, FLOOR = POINTS = "origin", "north", "floor"
+"""Names of the three points that are clicked: the origin, one north of it, a third on the floor."""
+
+_TRIALS, _SEED = 500, 0
+_ON_FLOOR_M = 0.03
+_LEAST_FLOOR = 500  # points
+_LEAST_SHARE = 0.08  # of all points that lie on the floor at least
+_MOST_TILT = np.radians(60.0)  # between a camera's upright and the floor's normal
+_LEAST_POINT_M = 0.1  # from the line through the other two
+_HIP_HEIGHT = 1.84
+"""Height of the hip joints over the torso's length: 0.530 over 0.818 - 0.530 of the body height (D.
+A. Winter, Biomechanics and Motor Control of Human Movement, figure 4.1)."""
+
+_LEAST_WALK_M = 0.5
+_LEAST_STANDING = 0.8  # mean of the torso's unit vectors; less is no standing person
+
+
+@dataclass(frozen=True, eq=False)
+class Alignment:
+    """How the world was turned, and what that rests on.
+
+    `points` or frames were used; `spread_m` is their standard deviation along z, NaN if unknown.
+    """
+
+    new_from_old: RigidTransform
+    source: str
+    points: int
+    spread_m: float
+
+    @property
+    def tilt_deg(self) -> float:
+        """Angle between the old z axis and the new one."""
+        cosine = self.new_from_old.rotation[2, 2]
+        return float(np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0))))
+
+
+def aligned(cameras: Mapping[str, Camera], new_from_old: RigidTransform) -> dict[str, Camera]:
+    """The same cameras in the new world."""
+    old_from_new = new_from_old.inverse()
+    return {
+        name: replace(one, camera_from_world=one.camera_from_world @ old_from_new)
+        for name, one in cameras.items()
+    }
+
+
+def world_of_axes(up: FloatArray, north: FloatArray, origin: FloatArray) -> RigidTransform:
+    """new_from_old of a world with z along `up`, y as near to `north` as it can be.
+
+    Raises InputError where both have the same direction.
+    """
+    z = up / np.linalg.norm(up)
+    y = north - (north @ z) * z
+    length = float(np.linalg.norm(y))
+    if not length > 1e-3 * float(np.linalg.norm(north)):
+        raise InputError(
+            "north cannot be told from up",
+            where="north",
+            remedy="Choose a direction along the floor.",
+        )
+    y = y / length
+    rotation = np.stack([np.cross(y, z), y, z])
+    return RigidTransform(rotation, -rotation @ origin)
+
+
+def against_view(camera: Camera) -> FloatArray:
+    """The direction (3,) against which a camera looks: north, for one that stands in the north."""
+    gaze: FloatArray = camera.camera_from_world.rotation[2]
+    return -gaze
+
+
+def from_floor(points: FloatArray, cameras: Sequence[Camera], north: Camera) -> Alignment:
+    """The largest plane of points (N, 3) that lies below upright cameras is the floor.
+
+    The origin is where the cameras' common gaze meets it; `north` is the camera in the north.
+
+    Raises InputError where no such plane is found.
+    """
+    known = points[np.isfinite(points).all(axis=1)]
+    plane = _floor(known, cameras)
+    if plane is None:
+        raise InputError(
+            "no floor was found in the depth images",
+            where="--floor",
+            remedy="Use a frame in which much of the floor is seen, and has texture; or lay the "
+            "board on it and use --board-on-floor.",
+        )
+    up, height, on_floor = plane
+    spread = float(np.std(known[on_floor] @ up - height))
+    centre = _common_gaze(cameras)
+    origin = centre - (centre @ up - height) * up
+    world = world_of_axes(up, against_view(north), origin)
+    return Alignment(world, "floor", int(on_floor.sum()), spread)
+
+
+def _floor(
+    points: FloatArray, cameras: Sequence[Camera]
+) -> tuple[FloatArray, float, BoolArray] | None:
+    """Normal (3,), height along it and the points on it, or None (RANSAC, Fischler 1981)."""
+    if len(points) < _LEAST_FLOOR:
+        return None
+    rng = np.random.default_rng(_SEED)
+    some = points[rng.choice(len(points), min(len(points), 4000), replace=False)]
+    upright = np.mean([-camera.camera_from_world.rotation[1] for camera in cameras], axis=0)
+    places = np.array([camera.position_world for camera in cameras])
+    best, most = None, 0
+    for _ in range(_TRIALS):
+        a, b, c = some[rng.choice(len(some), 3, replace=False)]
+        normal = np.cross(b - a, c - a)
+        length = float(np.linalg.norm(normal))
+        if length < 1e-6:
+            continue
+        normal *= np.sign(normal @ upright) / length
+        if normal @ upright < np.cos(_MOST_TILT) * np.linalg.norm(upright):
+            continue
+        above = some @ normal - a @ normal
+        if (places @ normal - a @ normal).min() < 10 * _ON_FLOOR_M:
+            continue
+        count = int((np.abs(above) < _ON_FLOOR_M).sum()) - int((above < -3 * _ON_FLOOR_M).sum())
+        if count > most:
+            best, most = (normal, float(a @ normal)), count
+    if best is None or most < _LEAST_SHARE * len(some):
+        return None
+    normal, height = best
+    for _ in range(5):
+        near = np.abs(points @ normal - height) < _ON_FLOOR_M
+        middle = points[near].mean(axis=0)
+        _, _, axes = np.linalg.svd(points[near] - middle, full_matrices=False)
+        normal = axes[2] * np.sign(axes[2] @ normal)
+        height = float(middle @ normal)
+    return normal, height, np.abs(points @ normal - height) < _ON_FLOOR_M
+
+
+def _common_gaze(cameras: Sequence[Camera]) -> FloatArray:
+    """The point (3,) nearest to all optical axes; 2 m ahead where they are parallel."""
+    places = np.array([camera.position_world for camera in cameras])
+    axes = np.array([camera.camera_from_world.rotation[2] for camera in cameras])
+    point = nearest_to_rays(places, axes)
+    ahead = np.einsum("ci,ci->c", point - places, axes)
+    if np.isfinite(point).all() and (ahead > 0).all() and (ahead < 20).all():
+        return point
+    return np.asarray((places + 2.0 * axes).mean(axis=0), dtype=np.float64)
+
+
+def from_board(old_from_board: RigidTransform, corners: FloatArray) -> Alignment:
+    """The board lies on the floor, seen from above; where its upper side points is north.
+
+    The origin is the middle of its corners (n, 3).
+    """
+    up, north = -old_from_board.rotation[:, 2], -old_from_board.rotation[:, 1]
+    origin = old_from_board.apply(corners.mean(axis=0))
+    return Alignment(world_of_axes(up, north, origin), "board", len(corners), float("nan"))
+
+
+def from_points(
+    origin: FloatArray, north: FloatArray, floor: FloatArray, above: FloatArray
+) -> Alignment:
+    """Three points (3,) of the floor: origin, one north of it, a third; `above` (3,) is above it.
+
+    Raises InputError where they lie on a line.
+    """
+    along = north - origin
+    up = np.cross(along, floor - origin)
+    apart = float(np.linalg.norm(up) / max(float(np.linalg.norm(along)), 1e-9))
+    if not (np.linalg.norm(along) > _LEAST_POINT_M and apart > _LEAST_POINT_M):
+        raise InputError(
+            "the three points lie nearly on a line",
+            where="--points",
+            remedy="Choose a third point of the floor beside the line from origin to north, at "
+            "least half a metre away.",
+        )
+    up = up * np.sign(up @ (above - origin))
+    return Alignment(world_of_axes(up, along, origin), "points", 3, float("nan"))
+
+
+def triangulated(
+    cameras: Mapping[str, Camera], clicks: Mapping[str, Mapping[str, FloatArray]]
+) -> dict[str, FloatArray]:
+    """Points (3,) clicked in two cameras or more: pixels (2,) by point and camera.
+
+    Raises InputError for one that is missing, clicked once only, or whose rays do not meet.
+    """
+    found = {}
+    for name in POINTS:
+        seen = clicks.get(name, {})
+        if len(seen) < 2:
+            raise InputError(
+                f"the point {name!r} is clicked in {len(seen)} cameras",
+                where="--points",
+                remedy=f"Click {', '.join(POINTS)} in at least two cameras each.",
+            )
+        pixels = np.array(list(seen.values()))
+        sightings = Sightings.of([cameras[one] for one in seen], pixels, np.ones(len(seen)))
+        point = point_of_sightings(sightings)
+        if point is None:
+            raise InputError(
+                f"the clicks of {name!r} do not meet in one point",
+                where="--points",
+                remedy="Check that the same point was clicked in all cameras.",
+            )
+        found[name] = point.world
+    return found
+
+
+def from_person(points: FloatArray, *, walking: bool) -> Alignment:
+    """A person who stands facing north, or walks north, over frames of landmarks (F, 9, 3).
+
+    Up is the mean direction of the torso, at right angles to the path of a walking person. The
+    origin is the floor under the hips, half way; its height follows from the torso's length.
+
+    Raises InputError where hips and shoulders are unknown, the person does not stand, or did not
+    walk.
+    """
+    middle = {
+        name: points[:, [LANDMARKS.index(f"{side}_{name}") for side in ("left", "right")]]
+        for name in ("hip", "shoulder")
+    }
+    known = np.isfinite(np.concatenate(list(middle.values()), axis=1)).all(axis=(1, 2))
+    if not known.any():
+        raise InputError(
+            "no frame has both hips and both shoulders",
+            where="--person",
+            remedy="Give landmarks in which these four are known.",
+        )
+    hips, shoulders = (middle[name][known] for name in ("hip", "shoulder"))
+    torso = shoulders.mean(axis=1) - hips.mean(axis=1)
+    length = float(np.median(np.linalg.norm(torso, axis=1)))
+    direction = (torso / np.linalg.norm(torso, axis=1, keepdims=True)).mean(axis=0)
+    if np.linalg.norm(direction) < _LEAST_STANDING:
+        raise InputError(
+            "the person does not stand upright in these frames",
+            where="--person",
+            remedy="Choose frames in which the person stands or walks: --frames A:B.",
+        )
+    path = hips.mean(axis=1)
+    up = direction / np.linalg.norm(direction)
+    across = (shoulders[:, 1] - shoulders[:, 0] + hips[:, 1] - hips[:, 0]).mean(axis=0)
+    north = np.cross(up, across)
+    if walking:
+        up, north = _of_walk(path, up)
+    origin = np.median(path, axis=0) - _HIP_HEIGHT * length * up
+    sway = float(np.std(path @ up))
+    return Alignment(world_of_axes(up, north, origin), "person", int(known.sum()), sway)
+
+
+def _of_walk(path: FloatArray, up: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Up at right angles to the path of the hips (F, 3), and the direction of walking."""
+    third = max(len(path) // 3, 1)
+    forward = path[-third:].mean(axis=0) - path[:third].mean(axis=0)
+    if np.linalg.norm(forward) < _LEAST_WALK_M:
+        raise InputError(
+            f"the person moved only {100 * np.linalg.norm(forward):.0f} cm",
+            where="--person",
+            remedy="Choose frames in which the person walks a metre or more: --frames A:B.",
+        )
+    forward = forward / np.linalg.norm(forward)
+    level = up - (up @ forward) * forward
+    return level / np.linalg.norm(level), forward

@@ -1,0 +1,72 @@
+"""How much of a camera's image the board has reached, and how it was held."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from stereotrack_core.arrays import BoolArray
+from stereotrack_core.calibrate.board_pose import tilts
+from stereotrack_core.calibrate.sightings import Sightings
+from stereotrack_core.errors import Finding
+from stereotrack_core.geometry.transform import RigidTransform
+
+_COLUMNS, _ROWS = 8, 6
+_LEAST_SHARE = 0.6
+_LEAST_BAND = 0.35  # share of the cells along a side of the image
+
+
+@dataclass(frozen=True, eq=False)
+class Coverage:
+    """Cells (6, 8) of the image that hold corners; tilt and distances of the boards.
+
+    `tilt_deg` is the largest angle between a board's normal and their mean; distances in metres.
+    """
+
+    cells: BoolArray
+    tilt_deg: float
+    nearest_m: float
+    farthest_m: float
+
+    @property
+    def share(self) -> float:
+        """Share of the image's cells that hold a corner."""
+        return float(self.cells.mean())
+
+    def findings(self) -> Iterator[Finding]:
+        """What the board has not reached."""
+        bands = {
+            "left": self.cells[:, :1],
+            "right": self.cells[:, -1:],
+            "top": self.cells[:1],
+            "bottom": self.cells[-1:],
+        }
+        empty = [name for name, band in bands.items() if band.mean() < _LEAST_BAND]
+        if empty:
+            yield Finding(
+                "warning",
+                "",
+                f"the board hardly came to the {' and '.join(empty)} of the image",
+                "The distortion there is a guess: film the board there too.",
+            )
+        elif self.share < _LEAST_SHARE:
+            yield Finding(
+                "warning",
+                "",
+                f"the board covered only {100 * self.share:.0f} % of the image",
+                "Film it in the other parts of the image too.",
+            )
+
+
+def coverage_of(sightings: Sightings, poses: Sequence[RigidTransform]) -> Coverage:
+    """What pictures with the boards at `poses` (camera_from_board) cover."""
+    seen = sightings.pixels[np.isfinite(sightings.pixels[..., 0])]
+    place = (seen + 0.5) / sightings.size * (_COLUMNS, _ROWS)
+    column, row = np.clip(place.astype(int), 0, (_COLUMNS - 1, _ROWS - 1)).T
+    cells = np.zeros((_ROWS, _COLUMNS), dtype=bool)
+    cells[row, column] = True
+    distance = [float(np.linalg.norm(pose.translation)) for pose in poses]
+    tilt = float(np.degrees(tilts(poses).max())) if len(poses) else 0.0
+    return Coverage(cells, tilt, min(distance, default=np.nan), max(distance, default=np.nan))

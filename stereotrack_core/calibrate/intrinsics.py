@@ -1,0 +1,318 @@
+"""One camera's lens from its pictures: which pictures, which model, and how well it is known."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from stereotrack_core.arrays import FloatArray, IntArray
+from stereotrack_core.calibrate.board import Board
+from stereotrack_core.calibrate.board_pose import likeliest_poses
+from stereotrack_core.calibrate.coverage import Coverage, coverage_of
+from stereotrack_core.calibrate.lens import BROWN, BROWN5, LENS_MODELS, RADIAL, Lens, LensModel
+from stereotrack_core.calibrate.lens_fit import (
+    LensFit,
+    Stop,
+    best_fit,
+    first_lens,
+    held_out_errors,
+)
+from stereotrack_core.calibrate.sightings import Sightings
+from stereotrack_core.calibrate.view_errors import outlying_views, without_far_corners
+from stereotrack_core.counting import counted
+from stereotrack_core.errors import Finding, InputError, did_you_mean
+from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.geometry.transform import RigidTransform
+
+_LEAST_VIEWS, _FEW_VIEWS, _MOST_VIEWS = 4, 12, 60
+_ROUNDS = 3  # in which outlying pictures are looked for
+_PENALTY = 4.0
+_WORTH = 0.01
+"""Share by which a model's held-out error may be above the least one."""
+
+_NOISE_PX = 0.1  # error per axis that corners have at least, whatever the fit says
+_UNKNOWN_FOCAL, _VAGUE_FOCAL = 0.02, 0.003  # shares of the focal length
+_LEAST_TILT_DEG = 12.0
+_REFILM = (
+    "Film again: tilt the board by 30 to 45 degrees to all sides, near and far, and bring it into "
+    "every corner of the image."
+)
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A lens model that was tried, with its error on all pictures and on those left out."""
+
+    model: LensModel
+    rms_px: float
+    held_out_px: float
+
+
+@dataclass(frozen=True, eq=False)
+class Intrinsics:
+    """A calibrated lens and what is known about it.
+
+    `camera` stands at the origin; `sightings` are the pictures that were used.
+    """
+
+    camera: Camera
+    lens: Lens
+    sightings: Sightings
+    poses: tuple[RigidTransform, ...]  # camera_from_board of each
+    errors: FloatArray  # (F, n, 2) pixels
+    rms_px: float
+    held_out_px: float
+    sigma: FloatArray
+    """(4,) standard deviations of f_x, f_y, c_x, c_y in pixels."""
+    candidates: tuple[Candidate, ...]
+    coverage: Coverage
+    findings: tuple[Finding, ...]
+
+
+def calibrate_intrinsics(
+    sightings: Sightings,
+    board: Board,
+    *,
+    model: str = "auto",
+    alone: bool = True,
+    stop: Stop = lambda: False,
+) -> Intrinsics:
+    """The lens of one camera.
+
+    Outlying pictures are removed, at most a third of them. Of the models whose held-out error is
+    within one percent of the least, the one with the least information criterion is taken, but no
+    fisheye lens where a plain one does; `model` names one instead. A lens that is adjusted together
+    with other cameras later is not `alone` and may be badly known at first.
+
+    Raises
+    ------
+    InputError
+        Too few pictures, boards that do not determine the lens, or an unknown model.
+    Cancelled
+    """
+    check_model(model)
+    check_count(sightings)
+    used, start = _without_outliers(_spread_views(sightings), board, model, stop)
+    fits = _fits(start, used, board, model, stop)
+    chosen, candidates, held_out = _chosen(fits, used, board, stop)
+    fit = fits[chosen]
+    coverage = coverage_of(used, fit.poses)
+    covariance = fit.bundle.covariance
+    sigma = np.sqrt(np.maximum(np.diag(covariance)[:4], 0.0))
+    if alone:
+        check_known(fit.bundle.rms, sigma, fit.lens, coverage, used)
+    camera = fit.lens.camera(used.camera, used.size, RigidTransform.identity())
+    return Intrinsics(
+        camera, fit.lens, used, fit.poses, fit.errors, fit.bundle.rms, held_out, sigma,
+        candidates, coverage, tuple(_findings(fit, sigma, coverage, used)),
+    )  # fmt: skip
+
+
+def check_model(name: str) -> None:
+    """Refuse a name that no lens model has; raises InputError."""
+    if name != "auto" and name not in LENS_MODELS:
+        raise InputError(
+            f"unknown lens model {name!r}",
+            where="--model",
+            remedy=f"{did_you_mean(name, LENS_MODELS)}Use auto, {', '.join(LENS_MODELS)}.",
+        )
+
+
+def check_count(sightings: Sightings) -> None:
+    """Refuse too few pictures of the board; raises InputError with what to film."""
+    if len(sightings) < _LEAST_VIEWS:
+        found = counted(len(sightings), "picture") if len(sightings) else "none"
+        searched = max(sightings.searched, len(sightings))
+        raise InputError(
+            f"the board was found in {found} of {searched}, and at least {_LEAST_VIEWS} are needed",
+            where=f"camera {sightings.camera}",
+            remedy="Check the size of the board. Film it again in 15 to 30 positions, whole, "
+            "sharp and evenly lit, with a white margin around it.",
+        )
+
+
+def _spread_views(sightings: Sightings) -> Sightings:
+    """At most `_MOST_VIEWS` of them, as different from each other as possible."""
+    if len(sightings) <= _MOST_VIEWS:
+        return sightings
+    scaled = sightings.pixels / max(sightings.size)
+    low, high = np.nanmin(scaled, axis=1), np.nanmax(scaled, axis=1)
+    slant = np.nanstd(scaled[..., 0] * scaled[..., 1], axis=1)
+    features = np.column_stack([0.5 * (low + high), high - low, slant])
+    rows = _farthest_rows(features, _MOST_VIEWS)
+    others = np.setdiff1d(np.arange(len(sightings)), rows)
+    return sightings.without(
+        others.tolist(), ["much like another picture, not needed"] * len(others)
+    )
+
+
+def _farthest_rows(features: FloatArray, count: int) -> IntArray:
+    chosen = [int(np.argmin(np.linalg.norm(features - features.mean(axis=0), axis=1)))]
+    distance = np.full(len(features), np.inf)
+    while len(chosen) < count:
+        to_last = np.linalg.norm(features - features[chosen[-1]], axis=1)
+        distance = np.minimum(distance, to_last)
+        chosen.append(int(np.argmax(distance)))
+    return np.array(sorted(chosen), dtype=np.int64)
+
+
+def _without_outliers(
+    sightings: Sightings, board: Board, model: str, stop: Stop
+) -> tuple[Sightings, dict[bool, Lens]]:
+    """Pictures that agree with each other, and first lenses by whether they are fisheye lenses."""
+    wanted = {model_.fisheye for model_ in _models(model)}
+    start = {}
+    for fisheye in sorted(wanted):
+        lens = first_lens(
+            sightings.pixels, board.corners, sightings.size, fisheye=fisheye, stop=stop
+        )
+        if lens is not None:
+            start[fisheye] = lens
+    if not start:
+        raise _undetermined(sightings, "no focal length explains the pictures")
+    sightings = _placeable(sightings, list(start.values()), board)
+    most = len(sightings) // 3
+    for _ in range(_ROUNDS):
+        fits = _fits(start, sightings, board, model, stop)
+        fit = min(fits.values(), key=lambda one: float(np.nanmedian(_lengths(one.errors))))
+        sightings = without_far_corners(sightings, fit.errors)
+        rows, reasons = outlying_views(fit.errors, most)
+        if not rows:
+            break
+        most -= len(rows)
+        sightings = sightings.without(rows, reasons)
+        check_count(sightings)
+    return sightings, start
+
+
+def _placeable(sightings: Sightings, lenses: Sequence[Lens], board: Board) -> Sightings:
+    """Those in which one of the first lenses can place the board."""
+    poses = [likeliest_poses(one, board.corners, sightings.pixels) for one in lenses]
+    rows = [i for i, own in enumerate(zip(*poses, strict=True)) if not any(own)]
+    if not rows:
+        return sightings
+    kept = sightings.without(rows, ["the board cannot be placed"] * len(rows))
+    check_count(kept)
+    return kept
+
+
+def _lengths(errors: FloatArray) -> FloatArray:
+    lengths: FloatArray = np.linalg.norm(errors, axis=-1)
+    return lengths
+
+
+def _models(name: str) -> list[LensModel]:
+    return list(LENS_MODELS.values()) if name == "auto" else [LENS_MODELS[name]]
+
+
+def _fits(
+    start: dict[bool, Lens], sightings: Sightings, board: Board, model: str, stop: Stop
+) -> dict[str, LensFit]:
+    """Every model fitted, by name; each begins with the simpler one before it."""
+    fits: dict[str, LensFit] = {}
+    latest = dict(start)
+    for one in _models(model):
+        if one.fisheye not in latest:
+            continue
+        if 2 * int(np.isfinite(sightings.pixels[..., 0]).sum()) <= one.free.sum() + 6 * len(
+            sightings
+        ):
+            continue
+        fit = best_fit(one, latest[one.fisheye], sightings.pixels, board.corners, stop)
+        if fit is not None:
+            fits[one.name] = fit
+            latest[one.fisheye] = fit.lens
+    if not fits:
+        raise _undetermined(sightings, "no lens model explains the pictures")
+    return fits
+
+
+def _chosen(
+    fits: dict[str, LensFit], sightings: Sightings, board: Board, stop: Stop
+) -> tuple[str, tuple[Candidate, ...], float]:
+    """Name of the model taken, all that were tried, and its held-out error in pixels."""
+    squares = {
+        name: held_out_errors(fit, sightings.pixels, board.corners, stop)
+        for name, fit in fits.items()
+    }
+
+    roots = {
+        name: float("nan") if own is None else float(np.sqrt(own.mean()))
+        for name, own in squares.items()
+    }
+    least = np.nanmin(list(roots.values()), initial=np.inf)
+    within = [name for name, error in roots.items() if not error > (1.0 + _WORTH) * least]
+    if any(fits[name].lens.model in (RADIAL, BROWN, BROWN5) for name in within):
+        within = [name for name in within if not fits[name].lens.model.fisheye]
+    best = min(within, key=lambda name: _criterion(fits[name]))
+    candidates = tuple(
+        Candidate(fit.lens.model, fit.bundle.rms, roots[name]) for name, fit in fits.items()
+    )
+    return best, candidates, roots[best]
+
+
+def _criterion(fit: LensFit) -> float:
+    """Information criterion N log(mean squared error) + 4 k of N coordinates, k coefficients.
+
+    Two coefficients have to be significant at 2 %. Akaike's penalty of 2 k lets in coefficients of
+    no use; that of Bayes, k log N, leaves out the tangential distortion of ordinary lenses, and the
+    principal point takes its place: the camera then seems turned by a tenth of a degree.
+    """
+    count = float(np.isfinite(fit.errors).sum())
+    error = max(float(np.nanmean(np.square(fit.errors))), 1e-12)
+    unknowns = len(fit.lens.model.estimated)
+    return float(count * np.log(error) + _PENALTY * unknowns)
+
+
+def check_known(
+    rms: float, sigma: FloatArray, lens: Lens, coverage: Coverage, sightings: Sightings
+) -> None:
+    """Refuse a lens whose focal length is not determined; raises InputError with what to film."""
+    share = _focal_uncertainty(rms, sigma, lens)
+    if share < _UNKNOWN_FOCAL:
+        return
+    if coverage.tilt_deg < _LEAST_TILT_DEG:
+        raise _undetermined(
+            sightings,
+            f"the boards are all nearly parallel (tilted by {coverage.tilt_deg:.0f} degrees at "
+            "most), so that the focal length is not determined",
+        )
+    raise _undetermined(
+        sightings, f"the focal length is only known to {100 * min(share, 1.0):.0f} %"
+    )
+
+
+def _focal_uncertainty(rms: float, sigma: FloatArray, lens: Lens) -> float:
+    """Standard deviation of the focal length as a share of it, for corners of usual noise."""
+    noise = max(rms / np.sqrt(2.0), 1e-12)
+    factor = max(1.0, _NOISE_PX / noise)
+    share = float(factor * np.max(sigma[:2]) / lens.focal)
+    return share if np.isfinite(share) else float("inf")
+
+
+def _undetermined(sightings: Sightings, what: str) -> InputError:
+    return InputError(what, where=f"camera {sightings.camera}", remedy=_REFILM)
+
+
+def _findings(
+    fit: LensFit, sigma: FloatArray, coverage: Coverage, sightings: Sightings
+) -> Sequence[Finding]:
+    where = f"camera {sightings.camera}"
+    found = []
+    if len(sightings) < _FEW_VIEWS:
+        found.append(
+            Finding(
+                "warning",
+                where,
+                f"only {counted(len(sightings), 'picture')} of the board could be used",
+                "Film 15 to 30 positions.",
+            )
+        )
+    share = _focal_uncertainty(fit.bundle.rms, sigma, fit.lens)
+    if share > _VAGUE_FOCAL:
+        what = f"the focal length is only known to {100 * share:.1f} %"
+        found.append(Finding("warning", where, what, _REFILM))
+    found += [replace(one, where=where) for one in coverage.findings()]
+    return found

@@ -1,0 +1,283 @@
+"""The pictures that are searched for the board: files, videos, folders of cameras, recordings."""
+
+from __future__ import annotations
+
+import glob
+import os
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Protocol
+
+import numpy as np
+
+from stereotrack_core.arrays import FloatArray, ImageArray
+from stereotrack_core.calibrate.board import Board
+from stereotrack_core.calibrate.recognition import Recognition, recognised
+from stereotrack_core.calibrate.sightings import LeftOut, Sightings
+from stereotrack_core.counting import counted
+from stereotrack_core.errors import Cancelled, InputError
+from stereotrack_core.recording.folder import open_recording
+from stereotrack_core.recording.images import DamagedFrame, read_image
+from stereotrack_core.recording.stream_files import (
+    IMAGE_SUFFIXES,
+    StreamSource,
+    open_stream,
+)
+
+_SAMPLE = 8  # pictures by which the board is recognised
+_DIGITS = re.compile(r"(\d+)")
+VIDEO_SUFFIXES = frozenset({".mp4", ".avi", ".mov", ".mkv", ".m4v", ".webm", ".mpg", ".mpeg"})
+
+
+class Pictures(Protocol):
+    """Grey pictures of one camera by number; frame k of all cameras is the same instant."""
+
+    @property
+    def camera(self) -> str:
+        """Name of the camera."""
+
+    def count(self) -> int:
+        """Number of pictures."""
+
+    def name(self, k: int) -> str:
+        """What a person calls picture k."""
+
+    def read(self, k: int) -> ImageArray:
+        """Picture k (H, W); raises :class:`DamagedFrame` where it cannot be read."""
+
+    def close(self) -> None:
+        """Close what is open."""
+
+
+@dataclass(frozen=True)
+class PictureFiles:
+    """Image files in the order of their names."""
+
+    camera: str
+    files: tuple[Path, ...]
+
+    def count(self) -> int:
+        """Number of files."""
+        return len(self.files)
+
+    def name(self, k: int) -> str:
+        """Name of file k."""
+        return self.files[k].name
+
+    def read(self, k: int) -> ImageArray:
+        """Picture k."""
+        return np.ascontiguousarray(read_image(self.files[k], "grey"))
+
+    def close(self) -> None:
+        """Nothing is held open."""
+
+
+@dataclass(frozen=True)
+class StreamPictures:
+    """A video, or a recording's numbered images, from frame `first` on."""
+
+    camera: str
+    source: StreamSource
+    first: int = 0
+
+    def count(self) -> int:
+        """Number of frames; waits until the end of a video has been reached."""
+        return max(self.source.count() - self.first, 0)
+
+    def name(self, k: int) -> str:
+        """Number of the frame."""
+        return f"frame {k}"
+
+    def read(self, k: int) -> ImageArray:
+        """Frame k."""
+        picture = self.source.read(k + self.first, lambda _number, _picture: None)
+        return np.ascontiguousarray(picture)
+
+    def close(self) -> None:
+        """Close the video."""
+        self.source.close()
+
+
+def pictures_of_glob(pattern: str, camera: str, where: str) -> Pictures:
+    """The files that fit a pattern such as ``left/*.png``, a folder of them, or one video.
+
+    Raises InputError where there are none.
+    """
+    path = Path(pattern)
+    if path.is_dir():
+        return _pictures_at(path, camera, where)
+    found = [Path(one) for one in glob.glob(os.path.expanduser(pattern))]
+    files = [one for one in found if one.suffix.lower() in IMAGE_SUFFIXES and one.is_file()]
+    if len(found) == 1 and found[0].suffix.lower() in VIDEO_SUFFIXES:
+        return _pictures_at(found[0], camera, where)
+    if not files:
+        raise InputError(
+            f"no image fits {pattern!r}",
+            where=where,
+            remedy="Give a pattern in quotes such as 'left/*.png', a folder, or one video.",
+        )
+    return PictureFiles(camera, _in_order(files))
+
+
+def pictures_of_folder(folder: Path) -> list[Pictures]:
+    """One video or folder of pictures per camera, named as the camera; or those of a recording.
+
+    Raises InputError where there is no such folder or nothing in it.
+    """
+    if not folder.is_dir():
+        raise InputError(
+            "there is no such folder", where=str(folder), remedy="Give the folder of the cameras."
+        )
+    if (folder / "recording.toml").is_file():
+        return _pictures_of_recording(folder)
+    found: dict[str, Pictures] = {}
+    for path in sorted(folder.iterdir()):
+        is_video = path.suffix.lower() in VIDEO_SUFFIXES
+        if path.name.startswith(".") or not (path.is_dir() or is_video):
+            continue
+        if path.is_dir() and not _images_in(path):
+            continue
+        if path.stem in found:
+            raise InputError(
+                f"there are two sources for camera {path.stem}",
+                where=str(folder),
+                remedy="Leave one video or one folder for each camera.",
+            )
+        found[path.stem] = _pictures_at(path, path.stem if is_video else path.name, str(folder))
+    if not found:
+        raise InputError(
+            "it contains neither a recording nor videos or folders of images",
+            where=str(folder),
+            remedy="Put one video or one folder of images per camera into it, named as the camera.",
+        )
+    return list(found.values())
+
+
+def _pictures_at(path: Path, camera: str, where: str) -> Pictures:
+    if path.is_dir():
+        files = _images_in(path)
+        if not files:
+            raise InputError(
+                f"the folder {path.name!r} contains no images", where=where, remedy="Add them."
+            )
+        return PictureFiles(camera, _in_order(files))
+    return StreamPictures(camera, open_stream(path.parent, path.name, "grey", where))
+
+
+def _images_in(folder: Path) -> list[Path]:
+    files = [one for one in folder.iterdir() if one.suffix.lower() in IMAGE_SUFFIXES]
+    return [one for one in files if one.is_file() and not one.name.startswith(".")]
+
+
+def _in_order(files: Sequence[Path]) -> tuple[Path, ...]:
+    """By name, numbers in them by value."""
+
+    def key(path: Path) -> list[tuple[int, int, str]]:
+        parts = _DIGITS.split(path.name)
+        return [(1, int(one), "") if one.isdigit() else (0, 0, one) for one in parts]
+
+    return tuple(sorted(files, key=key))
+
+
+def _pictures_of_recording(folder: Path) -> list[Pictures]:
+    recording = open_recording(folder)
+    found: list[Pictures] = []
+    for view in recording.views:
+        for key, stream in view.streams().items():
+            if key in ("depth", "mask"):
+                continue
+            where = f"{folder / 'recording.toml'}, view {view.name}, {key}"
+            source = open_stream(folder, stream.frames, "grey", where)
+            found.append(StreamPictures(stream.camera, source, stream.first_frame))
+    return found
+
+
+def check_same_length(sources: Sequence[Pictures]) -> int:
+    """The number of instants that all sources show.
+
+    Raises InputError where the pictures are files and their numbers differ, so that nobody knows
+    which belong together.
+    """
+    counts = {one.camera: one.count() for one in sources}
+    files = [one for one in sources if isinstance(one, PictureFiles)]
+    if len(files) == len(sources) and len(set(counts.values())) > 1:
+        words = ", ".join(f"{name} {count}" for name, count in counts.items())
+        raise InputError(
+            f"the cameras have different numbers of pictures ({words})",
+            where="pictures",
+            remedy="Picture k of all cameras must show the same instant: remove those that the "
+            "other cameras do not have.",
+        )
+    return min(counts.values(), default=0)
+
+
+def recognised_in(
+    pictures: Pictures, named: Board, cancelled: Callable[[], bool] = lambda: False
+) -> Recognition:
+    """The board as some pictures, spread over all of them, show it."""
+    images = []
+    for k in np.unique(np.linspace(0, pictures.count() - 1, _SAMPLE).astype(int)):
+        try:
+            images.append(pictures.read(int(k)))
+        except DamagedFrame:
+            continue
+    return recognised(images, named, cancelled)
+
+
+def find_in_pictures(
+    pictures: Pictures,
+    recognition: Recognition,
+    frames: Sequence[int],
+    *,
+    on_picture: Callable[[], None] = lambda: None,
+    cancelled: Callable[[], bool] = lambda: False,
+) -> Sightings:
+    """The board in pictures of one camera; those without it, or damaged, are left out with reasons.
+
+    Raises
+    ------
+    InputError
+        No picture can be read.
+    Cancelled
+    """
+    found: dict[int, FloatArray] = {}
+    left_out: list[LeftOut] = []
+    size: tuple[int, int] | None = None
+    for k in frames:
+        if cancelled():
+            raise Cancelled
+        reason = ""
+        try:
+            image = pictures.read(k)
+            own = image.shape[1], image.shape[0]
+            size = size or own
+            if own != size:
+                reason = f"its size is {own[0]}x{own[1]} instead of {size[0]}x{size[1]}"
+            elif (pixels := recognition.find(image)) is None:
+                reason = "the board was not found"
+            else:
+                found[k] = pixels
+        except DamagedFrame as problem:
+            reason = str(problem)
+        if reason:
+            left_out.append(LeftOut(pictures.camera, k, pictures.name(k), reason))
+        on_picture()
+    if size is None:
+        raise InputError(
+            f"none of {counted(len(frames), 'picture')} can be read"
+            + (f": {left_out[0].reason}" if left_out else ""),
+            where=f"camera {pictures.camera}",
+            remedy="Check the files.",
+        )
+    corners = len(recognition.board.corners)
+    return Sightings(
+        pictures.camera,
+        size,
+        np.array(list(found), dtype=np.int64),
+        np.array(list(found.values())).reshape(-1, corners, 2),
+        tuple(pictures.name(k) for k in found),
+        tuple(left_out),
+        len(frames),
+    )

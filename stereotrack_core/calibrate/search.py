@@ -1,0 +1,85 @@
+"""The board looked for in the pictures of all cameras."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from stereotrack_core.calibrate.board import Board
+from stereotrack_core.calibrate.pictures import Pictures, find_in_pictures, recognised_in
+from stereotrack_core.calibrate.recognition import Recognition
+from stereotrack_core.calibrate.sightings import Sightings
+from stereotrack_core.errors import Finding, InputError
+
+
+@dataclass(frozen=True, eq=False)
+class Search:
+    """The board as it was seen, what each camera saw of it, and what differs from what was named.
+
+    `mirrored` are the names of cameras whose pictures are mirrored.
+    """
+
+    board: Board
+    sightings: tuple[Sightings, ...]
+    mirrored: tuple[str, ...]
+    findings: tuple[Finding, ...]
+
+    def check_not_mirrored(self) -> None:
+        """Refuse mirrored pictures, which have no place in a world.
+
+        Raises InputError, which names the cameras.
+        """
+        if self.mirrored:
+            raise InputError(
+                "the pictures are mirrored, so that left and right would be exchanged in the world",
+                where=f"camera {', '.join(self.mirrored)}",
+                remedy="Switch off mirroring in the recording software and record again.",
+            )
+
+
+def search(
+    sources: Sequence[Pictures],
+    named: Board,
+    frames: Sequence[int],
+    *,
+    on_picture: Callable[[], None] = lambda: None,
+    cancelled: Callable[[], bool] = lambda: False,
+) -> Search:
+    """Look for the board in some frames of every camera.
+
+    Raises
+    ------
+    InputError
+        Pictures that cannot be read, or cameras that show different boards.
+    Cancelled
+    """
+    board, seen, findings, mirrored = named, [], [], []
+    known: Recognition | None = None
+    for one in sources:
+        recognition = recognised_in(one, board, cancelled)
+        if recognition.mirrored:
+            mirrored.append(one.camera)
+        if known is None and recognition.differences:
+            what = "; ".join(recognition.differences)
+            remedy = f"Calibrated with the {recognition.board.words}."
+            findings.append(Finding("warning", f"camera {one.camera}", what, remedy))
+        own = find_in_pictures(one, recognition, frames, on_picture=on_picture, cancelled=cancelled)
+        if len(own):
+            if known is not None and recognition.board != known.board:
+                raise InputError(
+                    f"it shows a {recognition.board.words}, other cameras a {known.board.words}",
+                    where=f"camera {one.camera}",
+                    remedy="Film the same board with all cameras.",
+                )
+            known, board = recognition, recognition.board
+        seen.append(own)
+    sightings = tuple(one if len(one) else _empty(one, board) for one in seen)
+    return Search(board, sightings, tuple(mirrored), tuple(findings))
+
+
+def _empty(sightings: Sightings, board: Board) -> Sightings:
+    """No sightings, of as many corners as the board has."""
+    pixels = np.zeros((0, len(board.corners), 2))
+    return replace(sightings, pixels=pixels)

@@ -1,0 +1,259 @@
+"""All cameras in one world, from boards that some of them saw together."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from stereotrack_core.arrays import FloatArray, IntArray
+from stereotrack_core.calibrate.board import Board
+from stereotrack_core.calibrate.bundle import Bundle, BundleCamera, adjusted, rms_of
+from stereotrack_core.calibrate.connection import Connected, connected
+from stereotrack_core.calibrate.intrinsics import Intrinsics, calibrate_intrinsics, check_known
+from stereotrack_core.calibrate.lens import Lens, lens_of
+from stereotrack_core.calibrate.lens_fit import Stop
+from stereotrack_core.calibrate.sightings import Sightings
+from stereotrack_core.calibrate.view_errors import outlying_views, without_far_corners
+from stereotrack_core.calibrate.world_checks import (
+    ScaleCheck,
+    check_places,
+    place_sigmas,
+    scale_check,
+    world_findings,
+)
+from stereotrack_core.errors import Finding, InputError
+from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.geometry.transform import RigidTransform
+
+_LOSS_PX = 1.0
+_ROUNDS = 3  # in which outlying pictures are looked for
+_HELD_OUT = 5  # every fifth board is left out to measure what the cameras are worth
+
+LOOKING_SOUTH = np.array([[-1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, -1.0, 0.0]])
+"""world_from_camera of a level camera that looks south, as the view N does."""
+
+
+@dataclass(frozen=True, eq=False)
+class World:
+    """Calibrated cameras in one frame, and what is known about them.
+
+    `boards` are world_from_board by frame; `errors` (F, n, 2) pixels belong to `sightings`. All
+    else has one value per camera, the standard deviations relative to the first one.
+    """
+
+    board: Board
+    cameras: tuple[Camera, ...]
+    lenses: tuple[Intrinsics | None, ...]  # None where the lens was given
+    sightings: tuple[Sightings, ...]
+    boards: Mapping[int, RigidTransform]
+    errors: tuple[FloatArray, ...]
+    rms_px: float
+    held_out_px: float
+    rms_by_camera: tuple[float, ...]
+    held_out_by_camera: tuple[float, ...]
+    position_sigma_m: tuple[float, ...]
+    rotation_sigma_rad: tuple[float, ...]
+    shared: IntArray
+    """(C, C) frames in which two cameras saw the board together."""
+    scale: ScaleCheck
+    findings: tuple[Finding, ...]
+
+
+def calibrate_world(
+    sightings: Sequence[Sightings],
+    board: Board,
+    *,
+    model: str = "auto",
+    given: Mapping[str, Camera] | None = None,
+    stop: Stop = lambda: False,
+) -> World:
+    """Calibrate cameras that saw boards, and place them in the frame of the first one.
+
+    Lenses are those `given` by the name of the camera, and stay as they are, or are calibrated from
+    the camera's own pictures first and then together with all places. The first camera is put at
+    the origin, level, looking south; :mod:`stereotrack_core.calibrate.align` turns the world.
+
+    Raises
+    ------
+    InputError
+        A lens that is not determined, cameras that are not connected or not well placed.
+    Cancelled
+    """
+    if len(sightings) < 2:
+        raise InputError(
+            "one camera has no place relative to others",
+            where="cameras",
+            remedy="Give two cameras or more, or use `stereotrack calibrate intrinsics`.",
+        )
+    fits = [_lens(one, board, model, given or {}, stop) for one in sightings]
+    lenses = [fit.lens if isinstance(fit, Intrinsics) else fit for fit in fits]
+    fixed = [not isinstance(fit, Intrinsics) for fit in fits]
+    start = connected(sightings, lenses, board)
+    bundle, used = _adjusted(start, lenses, fixed, board, stop)
+    for i, fit in enumerate(fits):
+        if isinstance(fit, Intrinsics):
+            sigma = np.sqrt(np.maximum(np.diag(bundle.covariance_of(i))[:4], 0.0))
+            check_known(bundle.rms, sigma, bundle.cameras[i].lens, fit.coverage, used[i])
+    check_places(bundle, used)
+    held_out = _held_out(bundle, used, board, stop)
+    return _world(bundle, used, board, fits, held_out, start.shared)
+
+
+def _world(
+    bundle: Bundle,
+    used: tuple[Sightings, ...],
+    board: Board,
+    fits: Sequence[Intrinsics | Lens],
+    held_out: Sequence[FloatArray],
+    shared: IntArray,
+) -> World:
+    """The result with all its measures; the first camera level and looking south."""
+    cameras = tuple(
+        one.lens.camera(own.camera, own.size, one.camera_from_world @ _FIRST_FROM_WORLD)
+        for one, own in zip(bundle.cameras, used, strict=True)
+    )
+    frames = _frames(used)
+    world_from_first = _FIRST_FROM_WORLD.inverse()
+    boards = {f: world_from_first @ bundle.boards[i] for i, f in enumerate(frames)}
+    positions, rotations = place_sigmas(bundle)
+    scale = scale_check(cameras, used, board)
+    own_rms = tuple(rms_of(one) for one in bundle.errors)
+    everywhere = np.concatenate([one.reshape(-1, 2) for one in held_out])
+    return World(
+        board,
+        cameras,
+        tuple(fit if isinstance(fit, Intrinsics) else None for fit in fits),
+        used,
+        boards,
+        bundle.errors,
+        bundle.rms,
+        rms_of(everywhere),
+        own_rms,
+        tuple(rms_of(one) for one in held_out),
+        positions,
+        rotations,
+        shared,
+        scale,
+        tuple(
+            [*(f for fit in fits if isinstance(fit, Intrinsics) for f in fit.findings)]
+            + world_findings(used, own_rms, positions, shared, scale)
+        ),
+    )
+
+
+_FIRST_FROM_WORLD = RigidTransform(LOOKING_SOUTH.T, np.zeros(3))
+
+
+def _lens(
+    sightings: Sightings, board: Board, model: str, given: Mapping[str, Camera], stop: Stop
+) -> Intrinsics | Lens:
+    camera = given.get(sightings.camera)
+    if camera is None:
+        return calibrate_intrinsics(sightings, board, model=model, alone=False, stop=stop)
+    where = f"camera {sightings.camera}"
+    if (camera.width, camera.height) != sightings.size:
+        raise InputError(
+            f"its lens was calibrated for {camera.width}x{camera.height}, the pictures are "
+            f"{sightings.size[0]}x{sightings.size[1]}",
+            where=where,
+            remedy="Use the same picture size, or calibrate the lens again.",
+        )
+    lens = lens_of(camera)
+    if lens is None:
+        raise InputError(
+            f"its lens has {camera.distortions.size} distortion coefficients",
+            where=where,
+            remedy="Leave it out of the given lenses, so that it is calibrated again.",
+        )
+    return lens
+
+
+def _frames(sightings: Sequence[Sightings]) -> list[int]:
+    return sorted({int(frame) for one in sightings for frame in one.frames})
+
+
+def _adjusted(
+    start: Connected, lenses: Sequence[Lens], fixed: Sequence[bool], board: Board, stop: Stop
+) -> tuple[Bundle, tuple[Sightings, ...]]:
+    """Cameras and boards adjusted without the pictures that do not fit, and those that do."""
+    used, poses, boards = start.sightings, start.cameras, dict(start.boards)
+    lenses, most = list(lenses), [len(one) // 3 for one in used]
+    for attempt in range(_ROUNDS + 1):
+        last = attempt == _ROUNDS
+        cameras = _bundle_cameras(used, lenses, poses, fixed)
+        places = [boards[frame] for frame in _frames(used)]
+        bundle = adjusted(cameras, places, board.corners, loss_scale=_LOSS_PX, cancelled=stop)
+        lenses = [one.lens for one in bundle.cameras]
+        poses = tuple(one.camera_from_world for one in bundle.cameras)
+        boards = dict(zip(_frames(used), bundle.boards, strict=True))
+        kept = []
+        for i, (one, errors) in enumerate(zip(used, bundle.errors, strict=True)):
+            clean = without_far_corners(one, errors)
+            rows, reasons = outlying_views(errors, 0 if last else most[i])
+            most[i] -= len(rows)
+            kept.append(clean.without(rows, reasons))
+        removed = sum(map(len, used)) - sum(map(len, kept))
+        used = tuple(kept)
+        if not removed:
+            break
+    cameras = _bundle_cameras(used, lenses, poses, fixed)
+    places = [boards[frame] for frame in _frames(used)]
+    return adjusted(cameras, places, board.corners, cancelled=stop), used
+
+
+def _bundle_cameras(
+    sightings: Sequence[Sightings],
+    lenses: Sequence[Lens],
+    poses: Sequence[RigidTransform],
+    fixed: Sequence[bool],
+) -> list[BundleCamera]:
+    number = {frame: i for i, frame in enumerate(_frames(sightings))}
+    return [
+        BundleCamera(
+            lens,
+            pose,
+            np.array([number[int(frame)] for frame in one.frames], dtype=np.int64),
+            one.pixels,
+            lens.model.free & (not keep),
+            pose_free=i > 0,
+        )
+        for i, (one, lens, pose, keep) in enumerate(
+            zip(sightings, lenses, poses, fixed, strict=True)
+        )
+    ]
+
+
+def _held_out(
+    bundle: Bundle, sightings: Sequence[Sightings], board: Board, stop: Stop
+) -> list[FloatArray]:
+    """Errors (F, n, 2) by camera for boards that the cameras were not adjusted to.
+
+    Every fifth of the boards that several cameras saw is left out; then only its own place is
+    fitted. Empty where there are too few.
+    """
+    frames = _frames(sightings)
+    seen = np.bincount(
+        np.concatenate([camera.boards for camera in bundle.cameras]), minlength=len(frames)
+    )
+    several = np.flatnonzero(seen > 1)
+    out = set(several[_HELD_OUT // 2 :: _HELD_OUT].tolist())
+    corners = len(board.corners)
+    if len(several) - len(out) < 3 or not out:
+        return [np.zeros((0, corners, 2)) for _ in bundle.cameras]
+    train = [_only(camera, out, keep=False) for camera in bundle.cameras]
+    others = adjusted(train, bundle.boards, board.corners, cancelled=stop)
+    test = []
+    for camera, found in zip(bundle.cameras, others.cameras, strict=True):
+        nothing = np.zeros_like(found.lens_free)
+        own = replace(_only(camera, out, keep=True), lens=found.lens, lens_free=nothing)
+        test.append(replace(own, camera_from_world=found.camera_from_world, pose_free=False))
+    placed = adjusted(test, bundle.boards, board.corners, cancelled=stop)
+    return list(placed.errors)
+
+
+def _only(camera: BundleCamera, boards: set[int], *, keep: bool) -> BundleCamera:
+    """A camera's sightings of some boards, or of all others."""
+    rows = np.flatnonzero(np.isin(camera.boards, list(boards)) == keep)
+    return replace(camera, boards=camera.boards[rows], pixels=camera.pixels[rows])

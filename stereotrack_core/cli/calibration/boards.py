@@ -1,0 +1,105 @@
+"""What all commands about boards share: their options, and the search for the board."""
+
+from __future__ import annotations
+
+from argparse import Namespace
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from stereotrack_core.calibrate.board import Board, charuco, chessboard
+from stereotrack_core.calibrate.lens import LENS_MODELS
+from stereotrack_core.calibrate.pictures import Pictures
+from stereotrack_core.calibrate.report import finding_table, left_out_table
+from stereotrack_core.calibrate.search import Search, search
+from stereotrack_core.calibrate.sightings import LeftOut
+from stereotrack_core.cli.arguments import check_least, option
+from stereotrack_core.cli.output import put_json, put_table
+from stereotrack_core.cli.progress import progress, stoppable
+from stereotrack_core.errors import Finding, InputError
+from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.recording.calibration import read_calibration
+from stereotrack_core.tables import Table
+
+BOARD = (
+    option("--board COLSxROWS", "chessboard: number of inner corners, for example 9x6"),
+    option(
+        "--charuco COLSxROWS:DICTIONARY:MARKER",
+        "ChArUco board: number of squares, dictionary, side of a marker in metres, for example "
+        "5x7:4X4_50:0.018",
+    ),
+    option("--square METRES", "side of a square of the board", type=float, required=True),
+)
+EVERY = option("--every N", "use only every Nth picture (default: 1)", type=int, default=1)
+MODEL = option(
+    f"--model auto|{'|'.join(LENS_MODELS)}",
+    "lens model (default: auto, the simplest that no other clearly improves on)",
+    default="auto",
+)
+LENSES = option(
+    "--lenses FILE.toml",
+    "calibration whose lenses are kept, by the names of the cameras; others are calibrated",
+    type=Path,
+)
+NOT_ALIGNED = Finding(
+    "note",
+    "world",
+    "the world is that of the first camera, taken as level and looking south",
+    "Turn it with `stereotrack calibrate align`.",
+)
+NOTHING = "No calibration was written."
+
+
+def board_of(args: Namespace) -> Board:
+    """The board that was named; InputError where none or two were."""
+    if (args.board is None) == (args.charuco is None):
+        raise InputError(
+            "name one board",
+            where="--board",
+            remedy="Use either --board 9x6 (inner corners) or --charuco 5x7:4X4_50:0.018.",
+        )
+    if args.board is not None:
+        return chessboard(args.board, args.square)
+    return charuco(args.charuco, args.square)
+
+
+def given_lenses(path: Path | None) -> dict[str, Camera]:
+    """The cameras of ``--lenses``."""
+    return {} if path is None else read_calibration(path)
+
+
+def found_board(args: Namespace, sources: Sequence[Pictures], count: int) -> Search:
+    """The board looked for in the first `count` pictures of all cameras, with a progress bar."""
+    check_least(1, every=args.every)
+    named = board_of(args)
+    frames = range(0, count, args.every)
+    done = 0
+    try:
+        with progress("Searching", len(frames) * len(sources)) as show, stoppable(NOTHING) as stop:
+
+            def advance() -> None:
+                nonlocal done
+                done += 1
+                show(done)
+
+            return search(sources, named, frames, on_picture=advance, cancelled=stop)
+    finally:
+        for source in sources:
+            source.close()
+
+
+def put_calibration(
+    facts: dict[str, Any],
+    tables: Sequence[Table | None],
+    left_out: Sequence[LeftOut],
+    findings: Sequence[Finding],
+    *,
+    as_json: bool,
+) -> None:
+    """Write the result of a calibration to standard output."""
+    if as_json:
+        put_json({**facts, "remarks": [vars(one) for one in findings]})
+        return
+    for table in (*tables, left_out_table(left_out), finding_table(findings)):
+        if table is not None:
+            put_table(table)

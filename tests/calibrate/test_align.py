@@ -1,0 +1,152 @@
+"""Alignment: the true world found again from floor, board, points and person."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from stereotrack_core.calibrate.align import (
+    aligned,
+    from_board,
+    from_floor,
+    from_person,
+    from_points,
+    triangulated,
+    world_of_axes,
+)
+from stereotrack_core.calibrate.seen_board import seen_board
+from stereotrack_core.errors import InputError
+from stereotrack_core.geometry.rotation import rotation_from_vector
+from stereotrack_core.geometry.transform import RigidTransform
+from stereotrack_core.recording.landmarks import LANDMARKS
+from tests.calibrate.scenes import BENT, BOARD, SIZE, looking_at, sightings_of
+
+_OLD_FROM_NEW = RigidTransform(rotation_from_vector(np.array([0.4, -0.3, 2.0])), np.ones(3))
+"""The world as it was before; the new one is what the tests expect."""
+
+_CLIMB = np.array([0.0, 0.0, 1.0])
+
+
+@pytest.fixture
+def cameras():
+    """Three cameras in the old world, the first in the north."""
+    places = {"a": (0, 2.5, 1.6), "b": (2.2, 0.5, 1.8), "c": (-1.5, -2, 1.5)}
+    new = {
+        name: BENT.camera(name, SIZE, looking_at(place, (0, 0, 0.4)))
+        for name, place in places.items()
+    }
+    return aligned(new, _OLD_FROM_NEW)
+
+
+def check(cameras, alignment, place=0.01, degrees=0.5):
+    """The cameras are where they are in the new world."""
+    new = aligned(cameras, alignment.new_from_old)
+    both = alignment.new_from_old @ _OLD_FROM_NEW
+    np.testing.assert_allclose(both.translation, 0, atol=place)
+    np.testing.assert_allclose(both.rotation, np.eye(3), atol=np.radians(degrees))
+    np.testing.assert_allclose(new["a"].position_world, (0, 2.5, 1.6), atol=3 * place)
+
+
+@given(seed=st.integers(0, 10_000))
+def test_a_world_of_axes_is_right_handed_with_its_axes(seed):
+    rng = np.random.default_rng(seed)
+    up, north, origin = rng.normal(size=(3, 3))
+    world = world_of_axes(up, north, origin)
+    np.testing.assert_allclose(world.rotation @ world.rotation.T, np.eye(3), atol=1e-9)
+    assert np.linalg.det(world.rotation) == pytest.approx(1)
+    np.testing.assert_allclose(world.rotation @ up / np.linalg.norm(up), _CLIMB, atol=1e-9)
+    assert (world.rotation @ north)[1] > 0
+    assert abs((world.rotation @ north)[0]) < 1e-9
+    np.testing.assert_allclose(world.apply(origin), 0, atol=1e-9)
+
+
+def test_north_along_up_is_refused():
+    with pytest.raises(InputError, match="north"):
+        world_of_axes(_CLIMB, 2 * _CLIMB, np.zeros(3))
+
+
+def test_the_floor_is_found_below_furniture_and_beside_walls(cameras):
+    rng = np.random.default_rng(0)
+    floor = np.column_stack([rng.uniform(-2, 2, (3000, 2)), rng.normal(0, 0.01, 3000)])
+    table = np.column_stack([rng.uniform(-0.5, 0.5, (2000, 2)), rng.normal(0.7, 0.005, 2000)])
+    wall = np.column_stack(
+        [np.full(4000, 2.5), rng.uniform(-2, 2, 4000), rng.uniform(0, 2.5, 4000)]
+    )
+    points = _OLD_FROM_NEW.apply(np.concatenate([floor, table, wall, np.full((5, 3), np.nan)]))
+    found = from_floor(points, list(cameras.values()), cameras["a"])
+    new = aligned(cameras, found.new_from_old)
+    assert new["a"].position_world[2] == pytest.approx(1.6, abs=0.005)
+    assert new["a"].position_world[1] > 2
+    assert new["a"].camera_from_world.rotation[2, 0] == pytest.approx(0, abs=1e-6)
+    assert found.points == pytest.approx(3000, abs=150)
+
+
+def test_without_a_floor_it_is_said(cameras):
+    rng = np.random.default_rng(0)
+    cloud = rng.normal(size=(2000, 3))
+    with pytest.raises(InputError, match="no floor"):
+        from_floor(cloud, list(cameras.values()), cameras["a"])
+
+
+def test_a_board_on_the_floor(cameras):
+    # seen from above its upper side points north
+    rotation = np.diag([1.0, -1.0, -1.0])
+    middle = BOARD.corners.mean(axis=0)
+    lying = _OLD_FROM_NEW @ RigidTransform(rotation, -rotation @ middle)
+    seen = [sightings_of(camera, [lying], 1) for camera in cameras.values()]
+    found = seen_board(cameras, seen, BOARD)
+    assert len(found.cameras) >= 2
+    assert found.rms_px < 0.3
+    assert found.scale.ratio == pytest.approx(1, abs=0.01)
+    check(cameras, from_board(found.world_from_board, BOARD.corners), degrees=0.7)
+
+
+def test_a_board_that_nobody_sees_is_refused(cameras):
+    with pytest.raises(InputError, match="no camera"):
+        seen_board(cameras, [], BOARD)
+
+
+def test_three_clicked_points(cameras):
+    points = {"origin": (0, 0, 0), "north": (0, 0.8, 0), "floor": (-0.6, 0.1, 0)}
+    clicks = {
+        name: {c.name: c.project(_OLD_FROM_NEW.apply(np.array(point))) for c in cameras.values()}
+        for name, point in points.items()
+    }
+    found = triangulated(cameras, clicks)
+    above = np.mean([one.position_world for one in cameras.values()], axis=0)
+    check(cameras, from_points(found["origin"], found["north"], found["floor"], above))
+    with pytest.raises(InputError, match="on a line"):
+        from_points(found["origin"], found["north"], found["north"] * 1.01, above)
+    del clicks["floor"]["b"], clicks["floor"]["c"]
+    with pytest.raises(InputError, match="'floor' is clicked in 1 cameras"):
+        triangulated(cameras, clicks)
+
+
+def person(frames, walk=0.0):
+    """Landmarks (F, 9, 3) of a person who faces north, and walks so many metres."""
+    places = {"shoulder": (0.2, 1.5), "hip": (0.12, 1.0)}
+    points = np.full((frames, 9, 3), np.nan)
+    for name, (aside, height) in places.items():
+        for side, sign in (("left", -1), ("right", 1)):
+            row = LANDMARKS.index(f"{side}_{name}")
+            points[:, row] = (sign * aside, 0, height * 0.92)
+    points[..., 1] += np.linspace(-walk / 2, walk / 2, frames)[:, None]
+    return _OLD_FROM_NEW.apply(points)
+
+
+@pytest.mark.parametrize("walk", [0.0, 2.0])
+def test_a_person_who_stands_or_walks(cameras, walk):
+    found = from_person(person(20, walk), walking=walk > 0)
+    assert found.points == 20
+    check(cameras, found, place=0.08)
+
+
+def test_persons_who_tell_nothing_are_refused():
+    with pytest.raises(InputError, match="moved only 0 cm"):
+        from_person(person(20), walking=True)
+    with pytest.raises(InputError, match="both hips"):
+        from_person(np.full((3, 9, 3), np.nan), walking=False)
+    tumbling = person(20)
+    tumbling[::2] *= -1
+    with pytest.raises(InputError, match="upright"):
+        from_person(tumbling, walking=False)

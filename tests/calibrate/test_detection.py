@@ -1,0 +1,99 @@
+"""Corners in rendered pictures, and boards that are not what was named."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from stereotrack_core.calibrate.board import Board
+from stereotrack_core.calibrate.detection import find_board
+from stereotrack_core.calibrate.lens import BROWN, Lens
+from stereotrack_core.calibrate.recognition import recognised
+from stereotrack_core.geometry.rotation import rotation_from_vector
+from stereotrack_core.geometry.transform import RigidTransform
+from stereotrack_core.simulation.board_pictures import BoardRenderer
+from stereotrack_core.simulation.rig import Sensor
+from tests.calibrate.scenes import HERE
+
+_LENS = Lens(BROWN, np.array([300.0, 301, 160, 119, -0.15, 0.03, 5e-4, -4e-4, 0, 0, 0, 0]))
+_CAMERA = _LENS.camera("a", (320, 240), HERE)
+_SENSOR = Sensor(np.ones((1, 3)), 1.0, 0.6, 2.5, (0, 1))
+CHESS = Board(7, 4, 0.06)
+CHARUCO = Board(4, 3, 0.09, "4X4_50", 0.06)
+
+
+def placed(board, turn=(0.3, -0.25, 0.1), away=0.9):
+    """A board before the camera, tilted."""
+    rotation = rotation_from_vector(np.array(turn))
+    return RigidTransform(rotation, np.array([0, 0, away]) - rotation @ board.corners.mean(axis=0))
+
+
+def picture(board, frame=0, **place):
+    """A picture of a board, and its true corners (n, 2)."""
+    pose = placed(board, **place)
+    image = BoardRenderer(_CAMERA, board, _SENSOR).picture(pose, frame)
+    return image, _CAMERA.project(pose.apply(board.corners))
+
+
+def close_to(found, true):
+    """Most corners are seen, where they are."""
+    seen = np.isfinite(found[:, 0])
+    assert seen.mean() > 0.7
+    np.testing.assert_allclose(found[seen], true[seen], atol=0.5)
+
+
+@pytest.mark.parametrize("board", [CHESS, CHARUCO], ids=["chessboard", "charuco"])
+def test_corners_are_found_to_fractions_of_a_pixel(board):
+    image, true = picture(board)
+    found = find_board(image, board)
+    seen = np.isfinite(found[:, 0])
+    assert seen.mean() > 0.9
+    assert np.sqrt(np.mean(np.square(found - true)[seen].sum(axis=1))) < 0.1
+
+
+def test_the_numbering_follows_the_board_when_it_is_turned_round():
+    image, true = picture(CHESS, turn=(0.1, 0.2, np.pi))
+    np.testing.assert_allclose(find_board(image, CHESS), true, atol=0.3)
+
+
+def test_an_empty_picture_shows_no_board():
+    image, _ = picture(CHESS, away=-5.0)
+    assert find_board(image, CHESS) is None
+    assert find_board(image, CHARUCO) is None
+
+
+@pytest.mark.parametrize(
+    ("shown", "named", "words"),
+    [
+        (CHESS, replace(CHESS, columns=8, rows=5), "are its squares"),
+        (CHESS, replace(CHESS, columns=8), "were named"),
+        (CHESS, replace(CHESS, rows=3), "were named"),
+        (CHARUCO, replace(CHARUCO, columns=3, rows=4), "not the reverse"),
+        (replace(CHARUCO, legacy=True), CHARUCO, "legacy"),
+        (CHARUCO, replace(CHARUCO, dictionary="5X5_100"), "4X4_50, not 5X5_100"),
+        (replace(CHARUCO, inverted=True), CHARUCO, "black and white"),
+    ],
+)
+def test_a_board_that_was_named_wrongly_is_recognised(shown, named, words):
+    image, true = picture(shown)
+    found = recognised([image], named)
+    assert found.board == shown
+    assert not found.mirrored
+    assert words in " ".join(found.differences)
+    close_to(found.find(image), true)
+
+
+def test_mirrored_pictures_are_recognised_by_their_markers():
+    image, true = picture(CHARUCO)
+    found = recognised([np.ascontiguousarray(image[:, ::-1])], CHARUCO)
+    assert found.mirrored
+    assert found.board == CHARUCO
+    corners = found.find(np.ascontiguousarray(image[:, ::-1]))
+    close_to(corners, np.column_stack([319 - true[:, 0], true[:, 1]]))
+
+
+def test_the_board_that_was_named_is_taken_where_it_is_seen():
+    image, _ = picture(CHESS)
+    found = recognised([image, picture(CHESS, away=-5.0)[0]], CHESS)
+    assert found.board == CHESS
+    assert found.differences == ()

@@ -1,0 +1,154 @@
+"""Cameras in one world: chains, stereo cameras, wrong pictures, what cannot work."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from stereotrack_core.calibrate.board import Board
+from stereotrack_core.calibrate.lens import BROWN
+from stereotrack_core.calibrate.stereo import pair_of
+from stereotrack_core.calibrate.world import calibrate_world
+from stereotrack_core.errors import InputError
+from stereotrack_core.geometry.rotation import vector_from_rotation
+from tests.calibrate.scenes import BENT, BOARD, SIZE, boards_before, looking_at, sightings_of
+
+_LENS = BENT.as_model(BROWN)
+
+
+def camera_at(name, *place):
+    return _LENS.camera(name, SIZE, looking_at(place))
+
+
+def off(world, true):
+    """Distances (m) and angles (rad) of cameras from the truth, relative to the first ones."""
+    first, known = world.cameras[0], true[0]
+    places, turns = [], []
+    for found, own in zip(world.cameras, true, strict=True):
+        mine = found.camera_from_world @ first.world_from_camera
+        right = own.camera_from_world @ known.world_from_camera
+        places.append(np.linalg.norm(mine.inverse().translation - right.inverse().translation))
+        turns.append(np.linalg.norm(vector_from_rotation(mine.rotation @ right.rotation.T)))
+    return np.array(places), np.array(turns)
+
+
+@pytest.fixture(scope="module")
+def pair():
+    """A stereo camera, and boards before it."""
+    cameras = [camera_at("N_left", 0.06, -2, 1.2), camera_at("N_right", 0.18, -2, 1.2)]
+    return cameras, boards_before(cameras[0], 18, seed=7, distances=(0.9, 1.8))
+
+
+@pytest.fixture(scope="module")
+def chain():
+    """Three cameras; the first and the last never see the same board."""
+    cameras = [camera_at("a", -2, -1.2, 1.2), camera_at("b", 0, -2.2, 1.3)]
+    cameras.append(camera_at("c", 2, -1.2, 1.1))
+    first = [sightings_of(one, boards_before(cameras[0], 40, seed=1), 1) for one in cameras]
+    last = [sightings_of(one, boards_before(cameras[2], 40, seed=2), 2) for one in cameras]
+    joined = []
+    for one, other in zip(first, last, strict=True):
+        frames = np.concatenate([one.frames, other.frames + 40])
+        pixels = np.concatenate([one.pixels, other.pixels])
+        joined.append(
+            replace(one, frames=frames, pixels=pixels, pictures=(*one.pictures, *other.pictures))
+        )
+    near = set(joined[0].frames) & set(joined[2].frames)
+    only = [np.flatnonzero(~np.isin(one.frames, list(near))) for one in joined]
+    return cameras, [one.only(rows) for one, rows in zip(joined, only, strict=True)]
+
+
+def test_a_stereo_camera(pair):
+    cameras, boards = pair
+    seen = [sightings_of(camera, boards, 3) for camera in cameras]
+    world = calibrate_world(seen, BOARD, model="brown")
+    places, turns = off(world, cameras)
+    assert places.max() < 0.002
+    assert np.degrees(turns.max()) < 0.1
+    assert world.rms_px < 0.16
+    assert world.rms_px < world.held_out_px < 0.3
+    assert abs(world.scale.ratio - 1) < 0.005
+    assert 0 < world.position_sigma_m[1] < 0.003
+    found = pair_of(*world.cameras, *world.sightings)
+    assert found.baseline_m == pytest.approx(0.12, abs=0.001)
+    assert found.row_error_px < 0.3
+    with pytest.raises(InputError, match="exchanged"):
+        pair_of(*world.cameras[::-1], *world.sightings[::-1])
+
+
+def test_the_first_camera_looks_south_and_is_level(pair):
+    cameras, boards = pair
+    seen = [sightings_of(camera, boards, 3) for camera in cameras]
+    first = calibrate_world(seen, BOARD, model="radial").cameras[0]
+    np.testing.assert_allclose(first.position_world, 0, atol=1e-9)
+    np.testing.assert_allclose(first.camera_from_world.rotation[2], [0, -1, 0], atol=1e-9)
+    np.testing.assert_allclose(first.camera_from_world.rotation[1], [0, 0, -1], atol=1e-9)
+
+
+def test_cameras_that_share_no_board_are_connected_over_others(chain):
+    cameras, seen = chain
+    assert not set(seen[0].frames) & set(seen[2].frames)
+    world = calibrate_world(seen, BOARD, model="brown")
+    places, turns = off(world, cameras)
+    assert places.max() < 0.005
+    assert np.degrees(turns.max()) < 0.2
+    assert world.shared[0, 2] == 0
+    assert world.shared[0, 1] > 3
+
+
+def test_cameras_without_a_connection_are_refused(chain):
+    _, seen = chain
+    with pytest.raises(InputError, match="a and c never saw the board at the same time") as refusal:
+        calibrate_world([seen[0], seen[2]], BOARD, model="radial")
+    assert "one camera of each group" in refusal.value.remedy
+
+
+def test_given_lenses_stay_as_they_are(pair):
+    cameras, boards = pair
+    seen = [sightings_of(camera, boards[:8], 3) for camera in cameras]
+    given = {camera.name: camera for camera in cameras}
+    world = calibrate_world(seen, BOARD, given=given)
+    assert world.lenses == (None, None)
+    for found, own in zip(world.cameras, cameras, strict=True):
+        np.testing.assert_allclose(found.matrix, own.matrix)
+        np.testing.assert_allclose(found.distortions, own.distortions)
+    assert off(world, cameras)[0].max() < 0.002
+    wrong = {"N_left": replace(cameras[0], width=320)}
+    with pytest.raises(InputError, match="320x480"):
+        calibrate_world(seen, BOARD, given=wrong)
+
+
+def test_a_board_with_two_numberings_is_numbered_alike(pair):
+    cameras, _ = pair
+    board = Board(8, 6, 0.06)
+    boards = boards_before(cameras[0], 14, seed=9, board=board, distances=(0.9, 1.8))
+    seen = [sightings_of(camera, boards, 3, board=board) for camera in cameras]
+    pixels = seen[1].pixels.copy()
+    pixels[::2] = pixels[::2, ::-1]
+    world = calibrate_world([seen[0], replace(seen[1], pixels=pixels)], board, model="radial")
+    assert world.rms_px < 0.2
+    assert off(world, cameras)[0].max() < 0.004
+
+
+def test_a_picture_of_another_instant_is_left_out(pair):
+    cameras, boards = pair
+    seen = [sightings_of(camera, boards, 3) for camera in cameras]
+    pixels = seen[1].pixels.copy()
+    pixels[4] += (12.0, -9.0)
+    world = calibrate_world([seen[0], replace(seen[1], pixels=pixels)], BOARD, model="brown")
+    out = [one for own in world.sightings for one in own.left_out]
+    assert {int(seen[1].frames[4])} == {one.frame for one in out}
+    assert off(world, cameras)[0].max() < 0.002
+
+
+def test_one_camera_is_refused(pair):
+    cameras, boards = pair
+    with pytest.raises(InputError, match="one camera"):
+        calibrate_world([sightings_of(cameras[0], boards, 3)], BOARD)
+
+
+def test_a_camera_with_too_few_pictures_is_named(pair):
+    cameras, boards = pair
+    seen = [sightings_of(camera, boards, 3) for camera in cameras]
+    with pytest.raises(InputError, match="camera N_right: the board was found in 2 pictures"):
+        calibrate_world([seen[0], seen[1].only(np.arange(2))], BOARD)
