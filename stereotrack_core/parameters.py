@@ -142,7 +142,8 @@ class ParameterGroup:
     @classmethod
     def rows(cls) -> tuple[ParameterRow, ...]:
         """All rows of this group and of the groups inside it, in order of declaration."""
-        return _rows_of(cls)
+        group: type = cls
+        return _rows_of(group)
 
     def __post_init__(self) -> None:
         own = {field.name for field in dataclasses.fields(self)}
@@ -189,7 +190,7 @@ class ParameterGroup:
 
 
 @cache
-def _rows_of(group: type[ParameterGroup]) -> tuple[ParameterRow, ...]:
+def _rows_of(group: type) -> tuple[ParameterRow, ...]:
     """All rows of a group, which take long to find out and never change."""
     hints, rows = get_type_hints(group), list[ParameterRow]()
     for field in dataclasses.fields(group):
