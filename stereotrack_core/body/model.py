@@ -109,7 +109,7 @@ def body_cones(proportions: Proportions, parameters: BodyParameters) -> Cones:
 
 
 def _turned_to(axes: FloatArray) -> FloatArray:
-    """Rotations (C, 3, 3) that turn z to axes (C, 3) and keep y, the flattened direction, upright."""
+    """Rotations (C, 3, 3) that turn z to axes (C, 3) and keep y, the flattened side, upright."""
     z = axes / np.linalg.norm(axes, axis=1, keepdims=True)
     x = np.stack([z[:, 2], np.zeros(len(z)), -z[:, 0]], axis=1)
     x /= np.linalg.norm(x, axis=1, keepdims=True)
