@@ -5,7 +5,9 @@
 # Number of processes that run tests.
 WORKERS = 2
 PY = .venv/bin/python
-PYTEST = QT_QPA_PLATFORM=offscreen OPENBLAS_NUM_THREADS=1 $(PY) -m pytest --timeout 600
+# Tests start many processes, none of which shall compile the program anew, whatever is usual here.
+PYTEST = PYTHONDONTWRITEBYTECODE= QT_QPA_PLATFORM=offscreen OPENBLAS_NUM_THREADS=1 \
+    $(PY) -m pytest --timeout 600
 
 help:
 	@echo 'make demo       track the demo recording, print its errors, show it in the workbench'

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import Any, TypeVar, get_type_hints
@@ -157,22 +157,12 @@ class ParameterGroup:
     @classmethod
     def rows(cls) -> tuple[ParameterRow, ...]:
         """All rows of this group and of the groups inside it, in order of declaration."""
-        return tuple(cls._rows())
-
-    @classmethod
-    def _rows(cls) -> Iterator[ParameterRow]:
-        owner: type = cls
-        hints = _hints(owner)
-        for field in dataclasses.fields(cls):
-            kind = hints[field.name]
-            if isinstance(kind, type) and issubclass(kind, ParameterGroup):
-                yield from kind._rows()
-            else:
-                yield ParameterRow(field.name, kind, default=field.default, **field.metadata[_ROW])
+        group: type = cls
+        return _rows_of(group)
 
     def __post_init__(self) -> None:
         own = {field.name for field in dataclasses.fields(self)}
-        for row in self._rows():
+        for row in self.rows():
             if row.name in own:
                 object.__setattr__(self, row.name, row.checked(getattr(self, row.name)))
 
@@ -215,9 +205,18 @@ class ParameterGroup:
 
 
 @cache
-def _hints(group: type) -> dict[str, Any]:
-    """Types of a group's fields, which takes long to find out and never changes."""
-    return get_type_hints(group)
+def _rows_of(group: type) -> tuple[ParameterRow, ...]:
+    """All rows of a group, which take long to find out and never change."""
+    hints, rows = get_type_hints(group), list[ParameterRow]()
+    for field in dataclasses.fields(group):
+        kind = hints[field.name]
+        if isinstance(kind, type) and issubclass(kind, ParameterGroup):
+            rows += kind.rows()
+        else:
+            rows.append(
+                ParameterRow(field.name, kind, default=field.default, **field.metadata[_ROW])
+            )
+    return tuple(rows)
 
 
 def parsed_settings(texts: Sequence[str]) -> dict[str, Value]:

@@ -101,19 +101,19 @@ def body_cones(proportions: Proportions, parameters: BodyParameters) -> Cones:
     sizes = ("r1", "r2", "height", "flatness", "round_base", "round_end")
     return Cones(
         part=np.array([row.part for row in rows], dtype=np.int64),
-        rotations=np.stack([_turned_to(np.array(row.axis)) for row in rows]),
+        rotations=_turned_to(np.array([row.axis for row in rows])),
         origins=np.array([row.origin for row in rows]),
         **{name: np.array([getattr(row, name) for row in rows]) for name in sizes},
         outline=outline,
     )
 
 
-def _turned_to(axis: FloatArray) -> FloatArray:
-    """Rotation (3, 3) that turns z to the axis and keeps y, the flattened direction, upright."""
-    z = axis / np.linalg.norm(axis)
-    x = np.cross([0.0, 1.0, 0.0], z)
-    x /= np.linalg.norm(x)
-    return np.stack([x, np.cross(z, x), z], axis=1)
+def _turned_to(axes: FloatArray) -> FloatArray:
+    """Rotations (C, 3, 3) that turn z to axes (C, 3) and keep y, the flattened side, upright."""
+    z = axes / np.linalg.norm(axes, axis=1, keepdims=True)
+    x = np.stack([z[:, 2], np.zeros(len(z)), -z[:, 0]], axis=1)
+    x /= np.linalg.norm(x, axis=1, keepdims=True)
+    return np.stack([x, np.cross(z, x), z], axis=2)
 
 
 def _trunk(p: Proportions, b: BodyShape) -> list[_Cone]:

@@ -85,9 +85,9 @@ def judged(fault: str, count: int, frames: int, seed: int) -> tuple[str, str, fl
     return name, found.camera or "pair", found.late_frames
 
 
-@pytest.mark.parametrize("frames", [1, 4, 40])
-def test_sound_rigs_are_never_accused(frames):
-    for seed in range(200):
+@pytest.mark.parametrize(("frames", "seeds"), [(1, 200), (4, 200), (40, 50)])
+def test_sound_rigs_are_never_accused(frames, seeds):
+    for seed in range(seeds):
         count = 2 + seed % 5
         assert judged("none", count, frames, seed)[1] == "none", (seed, count)
 
@@ -147,11 +147,19 @@ def test_a_turned_camera_is_told_from_wrong_clicks_by_residuals(count, least, wr
         assert list(residuals) == list(cameras)
         assert residuals[bad].median_px == pytest.approx(found.off_px, rel=0.2)
         assert all(one.median_px < 5.0 for name, one in residuals.items() if name != bad), seed
-        blamed = set(own_outliers([one.key for one in clicks], found, clicks, cameras))
+        blamed = set(own_outliers(_flagged(clicks, keys), found, clicks, cameras))
         assert not {key for key in blamed if key.camera == bad}
         right += len(keys & blamed)
     assert named >= least
     assert count == 3 or right >= 0.85 * named * wrong, "two others cannot tell which one is wrong"
+
+
+def _flagged(clicks: list[Click], wrong: set[ClickKey]) -> list[ClickKey]:
+    """All clicks of the landmarks that are wrong somewhere, and of one that is right."""
+    places = {(key.frame, key.landmark) for key in wrong}
+    every = sorted({(one.frame, one.landmark) for one in clicks})
+    places.add(next(place for place in every if place not in places))
+    return [one.key for one in clicks if (one.frame, one.landmark) in places]
 
 
 @pytest.mark.parametrize("count", [2, 3, 4])

@@ -25,6 +25,7 @@ ROOM: dict[str, Callable[[int], int]] = {
     "little room": lambda _: 20,
     "nearly enough": lambda needed: needed - 1,
 }
+ROOMS = ("no room", pytest.param("little room", marks=pytest.mark.slow), "nearly enough")
 
 
 @pytest.fixture(scope="module")
@@ -75,7 +76,7 @@ def marked(name: str):
     return pytest.param(name, marks=marks)
 
 
-@pytest.mark.parametrize("room", ROOM)
+@pytest.mark.parametrize("room", ROOMS)
 @pytest.mark.parametrize("name", [marked(name) for name in (*FILES, *FOLDERS)])
 def test_a_writer_says_so_and_leaves_what_was_there(name, room, things, enough, tmp_path):
     if name == "sleap.slp":
@@ -110,7 +111,7 @@ def test_a_command_says_so_and_leaves_what_was_there(name, room, things, enough,
     assert "Traceback" not in ended.err
 
 
-@pytest.mark.parametrize("room", ROOM)
+@pytest.mark.parametrize("room", ROOMS)
 def test_strips_that_were_there_stay_as_they_were(room, things, tmp_path):
     folder = tmp_path / "strips"
     failures = find_failures(things.judged)

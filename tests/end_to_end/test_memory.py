@@ -76,7 +76,8 @@ def test_memory_is_flat_over_many_frames(name, frames, sound):
 
 
 def test_what_is_kept_of_a_frame_is_small(sound):
-    with Pipeline(open_recording(sound), RunSpec(preset("fast"))) as pipeline:
+    spec = RunSpec(preset("fast").replaced(fit_shape=False), init="tpose")
+    with Pipeline(open_recording(sound), spec) as pipeline:
         kept = [frame.without_cloud() for frame in pipeline.frames(range(4))]
     for frame in kept:
         prior = 0 if frame.estimate.prior is None else frame.estimate.prior.P.nbytes

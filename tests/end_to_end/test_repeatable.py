@@ -15,10 +15,9 @@ from stereotrack_core.interop.run_file import read_run
 from stereotrack_core.program import main
 from stereotrack_core.tracking.presets import PRESETS
 
-ALWAYS = ("accurate", "thesis")
 EACH = pytest.mark.parametrize(
     "preset",
-    [pytest.param(name, marks=() if name in ALWAYS else pytest.mark.slow) for name in PRESETS],
+    [pytest.param(name, marks=() if name == "accurate" else pytest.mark.slow) for name in PRESETS],
 )
 NUMBERS = (
     "frame",
@@ -140,10 +139,7 @@ def tracked_with_threads(folder, place, preset, threads):
     return read_run(place)
 
 
-@pytest.mark.parametrize(
-    "preset",
-    [pytest.param(name, marks=() if name == "accurate" else pytest.mark.slow) for name in PRESETS],
-)
+@EACH
 def test_the_number_of_threads_changes_nothing(preset, sound, tmp_path):
     alone = tracked_with_threads(sound, tmp_path / "1.npz", preset, 1)
     many = tracked_with_threads(sound, tmp_path / "5.npz", preset, 5)

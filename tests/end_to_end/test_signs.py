@@ -57,7 +57,7 @@ def test_frames_in_which_nothing_is_seen_are_not_tracked(clear, tmp_path, run):
     folder, place = tmp_path / "dark", tmp_path / "run.npz"
     shutil.copytree(clear, folder)
     _darken(folder, CAMERAS, DARK)
-    told = run("track", folder, "-o", place, "--init", "tpose", "--json")
+    told = run("track", folder, "-o", place, *FAST, "--json")
     stored = read_run(place)
     assert stored.frame[~stored.tracked].tolist() == list(DARK)
     assert np.isnan(stored.landmarks[DARK.start : DARK.stop]).all()

@@ -10,7 +10,7 @@ import pytest
 
 from stereotrack_core.cli import track_plan
 from stereotrack_core.interop.run_file import read_run
-from tests.end_to_end.conftest import FRAMES
+from tests.end_to_end.conftest import FAST, FRAMES
 
 DONE = 3
 
@@ -30,7 +30,7 @@ def interrupted(monkeypatch):
 @pytest.mark.parametrize("suffix", [".npz", ".csv"])
 def test_a_run_that_is_stopped_keeps_what_it_has(suffix, sound, tmp_path, run):
     place = (tmp_path / "run").with_suffix(suffix)
-    told = run("track", sound, "-o", place, "--preset", "fast")
+    told = run("track", sound, "-o", place, *FAST)
     assert told.status == 1
     assert f"Stopped after {DONE} of {FRAMES} frames; they are in {place}." in told.err
     if suffix == ".npz":

@@ -58,6 +58,18 @@ def test_rays_go_through_their_pixels(lens):
         assert np.allclose(found, pixels, rtol=0, atol=1e-4)
 
 
+@pytest.mark.parametrize("count", [0, 4, 5, 8, 12, 14])
+def test_many_points_have_the_pixels_that_opencv_gives_each_of_them(count):
+    rng = np.random.default_rng(count)
+    lens = rng.uniform(-0.02, 0.02, count)
+    camera = Camera("C", 640, 480, MATRIX, lens, False, RigidTransform.identity())
+    points = rng.uniform([-0.5, -0.4, 0.9], [0.5, 0.4, 1.1], (300, 3))
+    expected, _ = cv2.projectPoints(points, np.zeros(3), np.zeros(3), MATRIX, lens)
+    found = camera.project(points)
+    assert np.allclose(found, expected[:, 0], rtol=0, atol=1e-9)
+    assert np.allclose(camera.project(points[:3]), found[:3], rtol=0, atol=1e-9)
+
+
 @pytest.mark.parametrize("lens", LENSES)
 def test_points_behind_the_camera_have_no_pixel(lens):
     points = np.array([[0, 0, -1.0], [0, 0, 0], [0.1, 0.1, 2.0], [np.nan, 0, 1]])

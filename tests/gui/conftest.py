@@ -15,8 +15,11 @@ from pathlib import Path
 import pytest
 from PySide6.QtCore import QSettings
 
+from app.features.annotate import panels
+from app.features.annotate.clicking import facts
 from app.services.failures import FailureRelay
 from app.services.tasks.task import Processes
+from app.session import camera_doubts
 from stereotrack_core.simulation.make import simulate
 from tests.gui.kept_window import (
     PATIENCE_MS,
@@ -28,6 +31,7 @@ from tests.gui.kept_window import (
 
 FRAMES = 8
 FOLDER = Path(__file__).parent
+PAUSES = ((camera_doubts, "_PAUSE_MS"), (facts, "_PAUSE_MS"), (panels, "_COUNTING_MS"))
 KEPT = pytest.StashKey[KeptWindow]()
 
 
@@ -52,6 +56,15 @@ def qtbot(qtbot):
     for name in ("waitUntil", "waitSignal", "waitSignals", "waitExposed"):
         setattr(qtbot, name, patient(getattr(qtbot, name)))
     return qtbot
+
+
+@pytest.fixture(scope="session", autouse=True)
+def short_pauses():
+    """Windows that wait less after an edit whether another one follows, and so settle sooner."""
+    with pytest.MonkeyPatch.context() as patch:
+        for module, name in PAUSES:
+            patch.setattr(module, name, 40)
+        yield
 
 
 @pytest.fixture(scope="session")

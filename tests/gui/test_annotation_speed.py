@@ -124,13 +124,13 @@ def test_from_the_click_to_its_paint_and_into_the_file(show):
 
 def test_nothing_is_worked_out_about_frames_that_are_only_passed_by(show, qtbot):
     """Threads of this process share the interpreter with the one that paints."""
-    full = show(MANY)
-    hints = full.features.annotate.clicking.facts._hints
+    window = show(FEW)
+    hints = window.features.annotate.clicking.facts._hints
     asked, question = [], hints._question
-    hints._question = lambda: asked.append(full.context.session.document.frame) or question()
-    first = full.context.session.document.frame
+    hints._question = lambda: asked.append(window.context.session.document.frame) or question()
+    first = window.context.session.document.frame
     for _ in range(4):
-        key(full, Qt.Key.Key_Right)
+        key(window, Qt.Key.Key_Right)
     assert asked == []
     qtbot.waitUntil(lambda: hints.at(first + 4) is not None, timeout=30_000)
     assert set(asked) == {first + 4}

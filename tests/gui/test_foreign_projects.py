@@ -18,11 +18,11 @@ pytestmark = pytest.mark.window
 
 VALUES = (
     'UPDATE subject SET facts = \'{"hip_width": "wide"}\'',
-    'UPDATE landmark_set SET facts = \'{"name": 5, "landmarks": [5]}\'',
     "UPDATE click SET frame = frame + 10000000",
-    "DELETE FROM recording",
 )
 MORE = (
+    'UPDATE landmark_set SET facts = \'{"name": 5, "landmarks": [5]}\'',
+    "DELETE FROM recording",
     "UPDATE edit_change SET before = '[1,2]', after = '{}'",
     "UPDATE view_setting SET value = '[[[1e999, null, {}]]]'",
     'UPDATE description SET facts = \'{"reason": 1, "time_offsets": [1]}\'',

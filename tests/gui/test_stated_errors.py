@@ -41,7 +41,8 @@ def stating(trajectory: LandmarkTrajectory, shift=0.0, sigma=None) -> Reference:
 def tracked(small_recording, tmp_path_factory):
     """The recording, and a run of it read from a file."""
     recording = open_recording(small_recording)
-    return recording, track(recording, RunSpec(preset("fast"), preset="fast"))
+    settings = preset("fast").replaced(fit_shape=False)
+    return recording, track(recording, RunSpec(settings, preset="fast", init="tpose"))
 
 
 @pytest.fixture

@@ -162,7 +162,7 @@ def tracked(request, recording, tmp_path_factory):
     chosen = settings(request.param)
     run = track(
         recording,
-        RunSpec(chosen, preset=request.param, smooth=True),
+        RunSpec(chosen, preset=request.param, init="tpose", smooth=True),
         keeper=journal,
         on_frame=lambda _: states.append(path.read_bytes()),
     )
@@ -183,7 +183,7 @@ def test_a_run_that_goes_on_is_the_one_that_nobody_stopped(done, recording, trac
     journal, changed = RunJournal(path, lambda: 9.0, wish), []
     again = track(
         recording,
-        RunSpec(chosen, preset=name, smooth=True),
+        RunSpec(chosen, preset=name, init="tpose", smooth=True),
         keeper=journal,
         begun=begun,
         on_frame=lambda frame: changed.append(begun.changed_by(frame)),
@@ -219,8 +219,8 @@ def test_another_tracker_s_memory_is_refused(recording, tracked, tmp_path):
     begun, _ = read_unfinished(path)
     other = settings("fast" if name == "thesis" else "thesis")
     with pytest.raises(InputError, match="does not belong"):
-        track(recording, RunSpec(other), begun=begun)
+        track(recording, RunSpec(other, init="tpose"), begun=begun)
     broken = {**begun.checkpoint.memory, "P": np.eye(3)}
     begun = replace(begun, checkpoint=replace(begun.checkpoint, memory=broken))
     with pytest.raises(InputError, match="does not belong"):
-        track(recording, RunSpec(settings(name)), begun=begun)
+        track(recording, RunSpec(settings(name), init="tpose"), begun=begun)

@@ -14,6 +14,7 @@ import pytest
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.errors import InputError
 from stereotrack_core.program import main
+from stereotrack_core.project import connection
 from stereotrack_core.project.clicks import PlaceClicks, place
 from stereotrack_core.project.database import ProjectDamaged
 from stereotrack_core.project.history import History
@@ -125,9 +126,10 @@ def test_spaces_and_the_index_that_older_programs_did_not_make_do_not_matter(str
 
 
 def test_a_table_of_pages_that_lead_back_to_each_other_is_not_read_for_ever(
-    stranger, project, tmp_path
+    stranger, project, tmp_path, monkeypatch
 ):
     """Few pages that refer to each other so often that no machine comes to the end of the rows."""
+    monkeypatch.setattr(connection, "_FREE_STEPS", 1_000_000)
     with closing(sqlite3.connect(stranger)) as database:
         (root,) = database.execute(
             "SELECT rootpage FROM sqlite_schema WHERE name = 'keyframe'"

@@ -107,7 +107,8 @@ def test_smoothed_poses_reproduce_their_landmarks(smooth_run, tmp_path):
 
 
 def test_a_smoothed_run_that_is_cancelled_keeps_what_it_has(recording):
-    run = track(recording, RunSpec(_settings("fast"), seed=3, smooth=True), cancelled=lambda: True)
+    spec = RunSpec(_settings("fast"), init=_pose(0), smooth=True)
+    run = track(recording, spec, cancelled=lambda: True)
     assert list(run.frame) == [0]
     assert run.meta["smoothed"]
 
@@ -188,7 +189,7 @@ def test_poses_of_a_stored_run_reproduce_its_landmarks(recording, fast_run, tmp_
 
 def test_the_shape_that_was_tracked_with_comes_back(recording, tmp_path):
     settings = _settings("fast").replaced(torso_radius_low=0.15, fit_shape=True)
-    with Pipeline(recording, RunSpec(settings)) as pipeline:
+    with Pipeline(recording, RunSpec(settings, init=_pose(0))) as pipeline:
         run = run_of(list(pipeline.frames(range(3))), pipeline.origin())
         used = pipeline.body.cones
     write_run(tmp_path / "run.npz", run)
@@ -216,7 +217,7 @@ def test_a_cancelled_run_keeps_what_it_has(recording, fast_run):
 
 
 def test_frames_are_handed_on_with_their_clouds(recording):
-    with Pipeline(recording, RunSpec(_settings("fast"), seed=3)) as pipeline:
+    with Pipeline(recording, RunSpec(_settings("fast"), init=_pose(0))) as pipeline:
         frames = list(pipeline.frames(range(2)))
         run = run_of(frames, pipeline.origin())
     for k, frame in enumerate(frames):
@@ -258,7 +259,8 @@ def test_a_first_pose_can_be_given(recording):
 
 def test_a_shared_reader_stays_open(recording):
     with FrameReader(recording, colour=False) as reader:
-        with Pipeline(recording, RunSpec(_settings("fast")), reader=reader) as pipeline:
+        spec = RunSpec(_settings("fast"), init=_pose(0))
+        with Pipeline(recording, spec, reader=reader) as pipeline:
             assert next(iter(pipeline.frames(range(1)))).tracked
         assert reader.frame_set(0).views.keys() == set("NOSW")
 

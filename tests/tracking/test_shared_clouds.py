@@ -29,7 +29,7 @@ def recording(tmp_path_factory):
 
 @pytest.fixture
 def first(recording):
-    with Pipeline(recording, RunSpec(SETTINGS)) as pipeline:
+    with Pipeline(recording, RunSpec(SETTINGS, init="tpose")) as pipeline:
         yield pipeline
 
 
@@ -65,14 +65,14 @@ def test_a_run_with_shared_clouds_is_the_run_alone(recording, first):
     clouds = SharedClouds(first.chain, first.reader)
     takers = [clouds.taker() for _ in range(2)]
     runs = [
-        Pipeline(recording, RunSpec(SETTINGS, seed=seed), clouds=taker)
+        Pipeline(recording, RunSpec(SETTINGS, seed=seed, init="tpose"), clouds=taker)
         for seed, taker in enumerate(takers)
     ]
     together = list(zip(*(run.frames(range(FRAMES)) for run in runs), strict=True))
     for run in runs:
         run.close()
     for seed in (0, 1):
-        with Pipeline(recording, RunSpec(SETTINGS, seed=seed)) as alone:
+        with Pipeline(recording, RunSpec(SETTINGS, seed=seed, init="tpose")) as alone:
             for k, frame in enumerate(alone.frames(range(FRAMES))):
                 np.testing.assert_array_equal(together[k][seed].x, frame.x)
     assert first.reader.frame_set(0).views.keys() == set("NOSW")

@@ -25,7 +25,7 @@ pytestmark = [
 ]
 
 PROGRAM = Path(__file__).parents[1] / "tracking_process.py"
-HELD = 5
+HELD = 2
 NAME = f"interrupted at frame {HELD - 1}"
 
 
@@ -100,9 +100,13 @@ def test_a_run_that_ends_leaves_no_file(window, qtbot, small_recording):
     assert not place.exists()
 
 
-def test_a_file_that_is_damaged_stays_and_is_said(killed, window, qtbot, small_recording):
-    [part] = unfinished_runs(killed)
+def test_a_file_that_is_damaged_stays_and_is_said(window, qtbot, small_recording):
+    opened(window, qtbot, small_recording)
+    project = window.context.session.project.path
+    window.context.session.document.close()
+    part = place_for_run(project)
     part.write_bytes(b"something else")
+    assert unfinished_runs(project) == (part,)
     [message] = opened(window, qtbot, small_recording)
     assert message.severity == "error"
     assert str(part) == message.where

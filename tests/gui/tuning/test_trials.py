@@ -77,7 +77,8 @@ def begin(runner):
 
 
 def trial(frames=range(2), **changes):
-    return Trial(RunSpec(preset("thesis").replaced(**changes), frames=frames))
+    settings = preset("thesis").replaced(fit_shape=False, **changes)
+    return Trial(RunSpec(settings, frames=frames, init="tpose"))
 
 
 def test_they_are_bit_identical_to_those_that_are_tracked_here(qtbot, runner, begin):

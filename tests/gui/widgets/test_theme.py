@@ -85,12 +85,12 @@ def test_theme_reaches_palette_and_tokens(qapp, dark):
     assert qapp.palette().color(QPalette.ColorRole.WindowText) == QColor(light.text)
 
 
-@pytest.mark.parametrize("kind", [QPushButton, QLabel, QCheckBox, QComboBox, QSlider, QTableWidget])
-def test_widgets_that_are_there_already_change(qapp, qtbot, dark, kind):
+def test_widgets_that_are_there_already_change(qapp, qtbot, dark):
     window = QMainWindow()
     qtbot.addWidget(window)
     dock, inner = QDockWidget("panel", window), QWidget()
-    widget = kind(inner)
+    kinds = (QPushButton, QLabel, QCheckBox, QComboBox, QSlider, QTableWidget)
+    widgets = [kind(inner) for kind in kinds]
     dock.setWidget(inner)
     window.addDockWidget(Qt.DockWidgetArea.LeftDockWidgetArea, dock)
     window.statusBar()
@@ -98,10 +98,12 @@ def test_widgets_that_are_there_already_change(qapp, qtbot, dark, kind):
     for name in ("light", "dark"):
         apply_theme(qapp, name)
         qapp.processEvents()
-        theme, colours = load_theme(name), widget.palette()
-        assert colours.color(QPalette.ColorRole.Button).name() == theme.raised
-        assert colours.color(QPalette.ColorRole.Base).name() == theme.base
-        assert colours.color(QPalette.ColorRole.WindowText).name() == theme.text
+        theme = load_theme(name)
+        for widget in widgets:
+            colours = widget.palette()
+            assert colours.color(QPalette.ColorRole.Button).name() == theme.raised, widget
+            assert colours.color(QPalette.ColorRole.Base).name() == theme.base, widget
+            assert colours.color(QPalette.ColorRole.WindowText).name() == theme.text, widget
 
 
 def test_system_theme_is_one_of_the_two(qapp, dark):

@@ -68,15 +68,16 @@ def test_a_part_of_a_cloud_keeps_what_belongs_together(coloured):
 
 def test_recordings_are_looked_at_for_colours(coloured, tmp_path_factory):
     settings = preset("accurate").replaced(**TINY, fit_shape=False, search_arms=False)
-    run = track(coloured, RunSpec(settings, frames=range(FRAMES)))
+    run = track(coloured, RunSpec(settings, frames=range(FRAMES), init="tpose"))
     assert run.tracked.all()
-    with Pipeline(coloured, RunSpec(settings)) as pipeline:
+    with Pipeline(coloured, RunSpec(settings, init="tpose")) as pipeline:
         (first, *_) = pipeline.frames(range(FRAMES))
         assert first.cloud.colours is not None
     grey = write_depth_recording(tmp_path_factory.mktemp("grey"), BODY, [POSES["t"]] * FRAMES)
     found = {}
     for weight in (0.0, 0.06):
-        with Pipeline(grey, RunSpec(settings.replaced(colour_weight=weight))) as pipeline:
+        spec = RunSpec(settings.replaced(colour_weight=weight), init="tpose")
+        with Pipeline(grey, spec) as pipeline:
             frames = list(pipeline.frames(range(FRAMES)))
             assert frames[0].cloud.colours is None
             found[weight] = np.array([frame.x for frame in frames])
