@@ -103,7 +103,7 @@ def measure_tracking(recording: Path, frames: int) -> dict[str, Any]:
     thread computes in a round does not depend on what else the machine does. The run begins in the
     T pose with `accurate`; rounds count from its first frame to its last one.
     """
-    from PySide6.QtCore import QElapsedTimer, QEventLoop, QSettings, Qt, QTimer
+    from PySide6.QtCore import QSettings
     from PySide6.QtWidgets import QApplication
 
     from .program import make_window
@@ -120,25 +120,12 @@ def measure_tracking(recording: Path, frames: int) -> dict[str, Any]:
         window: Any = make_window(settings)[0]
         window.resize(1366, 768)
         _open(window, recording, 0, "track")
-        session = window.context.session
-        opened, track = session.document.recording, session.track
-        came: list[tuple[int, float]] = []
-        clock, beat, loop = QElapsedTimer(), QTimer(), QEventLoop()
-        clock.start()
-        beat.setTimerType(Qt.TimerType.PreciseTimer)
-        beat.timeout.connect(lambda: came.append((clock.nsecsElapsed(), time.thread_time())))
-        first: list[int] = []
-        track.advanced.connect(lambda _: first.append(clock.nsecsElapsed()))
-        track.finished.connect(loop.quit)
-        beat.start(5)
-        track.begin(opened, range(min(frames, session.document.frame_count)), "tpose")
-        loop.exec()
-        beat.stop()
-        end = first[-1]
+        beats, drawn = _beats_while_tracking(window, frames)
         window.close()
         garbage.deleteLater()
-    inside = np.array([beat for beat in came if first[0] <= beat[0] <= end])
-    rounds, computing = np.diff(inside[:, 0]) / 1e6, np.diff(inside[:, 1]) * 1e3
+    begun, end = drawn[0], drawn[-1]
+    inside = np.array([beat for beat in beats if begun <= beat[0] <= end])
+    rounds, computing = np.diff(inside[:, 0]) * 1e3, np.diff(inside[:, 1]) * 1e3
     return {
         "round_ms": round(float(np.median(rounds)), 2),
         "round_ms_p95": round(float(np.percentile(rounds, 95)), 2),
@@ -146,9 +133,31 @@ def measure_tracking(recording: Path, frames: int) -> dict[str, Any]:
         "round_computing_ms_p95": round(float(np.percentile(computing, 95)), 2),
         "round_computing_ms_max": round(float(np.max(computing)), 2),
         "rounds": len(rounds),
-        "frames_per_second": round(1e9 * (frames - 1) / max(end - first[0], 1), 2),
+        "frames_per_second": round((frames - 1) / (end - begun), 2),
         "platform": app.platformName(),
     }
+
+
+def _beats_while_tracking(
+    window: Any, frames: int
+) -> tuple[list[tuple[float, float]], list[float]]:
+    """When the beats of a timer came, with the thread's time, and when frames were drawn."""
+    from PySide6.QtCore import QEventLoop, Qt, QTimer
+
+    session = window.context.session
+    beats: list[tuple[float, float]] = []
+    drawn: list[float] = []
+    beat, loop = QTimer(), QEventLoop()
+    beat.setTimerType(Qt.TimerType.PreciseTimer)
+    beat.timeout.connect(lambda: beats.append((time.perf_counter(), time.thread_time())))
+    session.track.advanced.connect(lambda _: drawn.append(time.perf_counter()))
+    session.track.finished.connect(loop.quit)
+    beat.start(5)
+    wanted = range(min(frames, session.document.frame_count))
+    session.track.begin(session.document.recording, wanted, "tpose")
+    loop.exec()
+    beat.stop()
+    return beats, drawn
 
 
 def _open(window: Any, path: Path, frames: int, workspace: str) -> int:

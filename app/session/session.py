@@ -88,6 +88,10 @@ class Session(QObject):
         )
         """What its commands mean in the state that the session is in."""
         self.clouds.set_parameters(self.track.settings.depth)
+        self._connect()
+        tasks.watch(self.settled)
+
+    def _connect(self) -> None:
         self.document.closed.connect(self._on_closed)
         self.track.settings_changed.connect(self._on_settings)
         self.track.finished.connect(self.judging.judge)
@@ -102,7 +106,6 @@ class Session(QObject):
             self.edits.changed,
         ):  # fmt: skip
             changed.connect(self._tell_change)
-        tasks.watch(self.settled)
 
     def settled(self) -> bool:
         """Whether everything that was asked for is there."""

@@ -90,7 +90,7 @@ class DepthParameters(ParameterGroup):
         "Percentile of a pixel's disparities used as background."
     )
     background_standing: bool = parameter(True, _BACKGROUND, thesis=False)(
-        "Keep somebody who stands still out of a background that is learned from the recording."
+        "Keep a person who stands still out of a background that is learned from the recording."
     )
     background_doubt: bool = parameter(True, _BACKGROUND, thesis=False)(
         "Use the silhouette (difference from the background image) as evidence: background "
@@ -112,9 +112,9 @@ class DepthParameters(ParameterGroup):
         "available for the arm search, but are not measurements)."
     )
     volume_from_recording: bool = parameter(True, _VOLUME, thesis=False)(
-        "Where the cameras do not stand around the origin, put the volume around the places where "
-        "somebody is seen, and search as many disparities as that needs. Has no effect on values "
-        "that are not the defaults."
+        "If the cameras do not stand around the origin, place the volume around the person, and "
+        "search as many disparities as this requires. Values that differ from the defaults are "
+        "kept."
     )
     volume_centre_x: float = parameter(0.0, _VOLUME, unit="m")("Centre of the volume, east.")
     volume_centre_y: float = parameter(0.0, _VOLUME, unit="m")("Centre of the volume, north.")

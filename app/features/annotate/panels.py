@@ -20,7 +20,7 @@ from stereotrack_core.recording.description import Recording
 
 from ...services.failures import message_of
 from ...services.tasks.task import TaskList
-from ...session.edits import EditStack, WindowEdit
+from ...session.edits import EditStack
 from ...widgets.forms.message import StateBar
 from ...widgets.tables.history_panel import HistoryPanel
 from ...widgets.tables.next_panel import NextPanel
@@ -65,8 +65,7 @@ class AnnotationPanels(QObject):
         self, timeline: TimelineView, tasks: TaskList, edits: EditStack, window: QWidget
     ) -> None:
         super().__init__(window)
-        self.timeline, self.tasks, self.window = timeline, tasks, window
-        self.edits = edits
+        self.timeline, self.tasks, self.edits, self.window = timeline, tasks, edits, window
         self.project: Project | None = None
         self.recording: Recording | None = None
         self.frame_count, self.frame = 0, 0
@@ -81,7 +80,7 @@ class AnnotationPanels(QObject):
         self._kept: Mapping[int, Collection[str]] = {}
         self.repeats: BlindRepeats | None = None
         self.history = HistoryPresenter(edits, self)
-        self.next = NextPresenter(self)
+        self.next = NextPresenter(edits, self)
         self.reference = ReferenceWork(tasks, self)
         self._back_to: int | None = None
         self._forget: Callable[[], None] | None = None
@@ -105,7 +104,8 @@ class AnnotationPanels(QObject):
         self.history.moved.connect(self.history_panel.show_going)
         self.history.arrived.connect(self._on_arrived)
         self.next_panel.visit_requested.connect(self.click_requested)
-        self.next_panel.wanted_changed.connect(self._on_wanted)
+        self.next_panel.wanted_changed.connect(self.next.choose_wanted)
+        self.next.wanted_changed.connect(self.next_panel.show_wanted)
         self.next_panel.limited.connect(self._on_limited)
         self.next_panel.fit_requested.connect(self._on_fit_wanted)
         self.next_panel.nothing_left.connect(lambda: self.said.emit("No click is suggested here."))
@@ -271,16 +271,6 @@ class AnnotationPanels(QObject):
 
     def _show_selection(self) -> None:
         self.bar.show_selection(self.selection().words() if self.project is not None else "")
-
-    @Slot(float)
-    def _on_wanted(self, degrees: float) -> None:
-        words, before = f"set target uncertainty to {degrees:g}°", self.next.wanted_deg
-        put, where = self._put_wanted, ("annotate", "next")
-        self.edits.do(WindowEdit(words, put, before, degrees, *where, slot="target uncertainty"))
-
-    def _put_wanted(self, degrees: float) -> None:
-        self.next.set_wanted(degrees)
-        self.next_panel.show_wanted(degrees)
 
     @Slot(bool)
     def _on_limited(self, limited: bool) -> None:
