@@ -109,6 +109,13 @@ def label(
     return result
 
 
+def label_of(field: QWidget, text: str) -> QLabel:
+    """The label of a field whose key leads to the field, also where that is within a layout."""
+    result = label(text, wraps=False)
+    result.setBuddy(field)
+    return result
+
+
 def empty_label(text: str) -> QLabel:
     """What stands at the top of an empty panel and says what fills it."""
     result = label(text, "muted", margins=(10, 10, 10, 10))

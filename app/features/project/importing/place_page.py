@@ -15,7 +15,7 @@ from stereotrack_core.recording.importing.files import files_of
 from stereotrack_core.recording.importing.making import check_place
 
 from ....widgets.forms.form_dialog import ask_for_folder, line_edit, push_button, say_in
-from ....widgets.style.building import hbox, label, vbox
+from ....widgets.style.building import hbox, label, label_of, vbox
 from .looking import Looked
 
 _MB = 1e6
@@ -38,7 +38,7 @@ class PlacePage(QWizardPage):
         self.progress.hide()
         form = QFormLayout()
         form.addRow("&Name", self.name)
-        form.addRow("&Folder", hbox((self.folder, 1), browse))
+        form.addRow(label_of(self.folder, "&Folder"), hbox((self.folder, 1), browse))
         self.setLayout(vbox(form, self.summary, self.progress, self.words, None))
         self.name.textChanged.connect(self._on_changed)
         self.folder.textChanged.connect(self._on_changed)

@@ -13,7 +13,7 @@ from stereotrack_core.recording.importing.synchronise import METHODS, Lead, sync
 from ....services.failures import message_of
 from ....services.tasks.task import Task, TaskList
 from ....widgets.forms.form_dialog import push_button, say_in
-from ....widgets.style.building import choice, hbox, label, vbox
+from ....widgets.style.building import choice, hbox, label, label_of, vbox
 from .looking import Looked
 
 _WORDS = (
@@ -50,7 +50,7 @@ class TimingPage(QWizardPage):
         self.offsets, self.words = label("", "muted"), label()
         form = QFormLayout()
         form.addRow("&Frames per second", self.fps)
-        form.addRow("&Synchronise by", hbox((self.method, 1), self.estimate))
+        form.addRow(label_of(self.method, "&Synchronise by"), hbox((self.method, 1), self.estimate))
         form.addRow("", self.offsets)
         if any(source.kind == "depth" for source in looked.found.sources):
             form.addRow("&Depth unit", self.unit)
