@@ -27,7 +27,7 @@ from ..style.limb_colours import LIMB_COLOURS
 from ..style.theme import Dressed, current_theme
 from .plots import dress_plot, new_plot
 
-_CELL_WIDTH, _CELL_HEIGHT = 118, 72
+_CELL_WIDTH, _CELL_HEIGHT = 118, 64
 _PAD = 4.0
 _LEAST_TOP = 20.0
 """Degrees that the shared axis shows at least."""
