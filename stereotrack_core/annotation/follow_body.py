@@ -226,10 +226,11 @@ def _moved(surface: ClickedSurface, seen: Sequence[_Seen], guess: FloatArray) ->
         for one in seen:
             _add_pixels(H, g, surface, parts, one, wider)
         _add_joints(H, g, surface, parts)
-        covariance = np.linalg.inv(H)
+        covariance = np.asarray(np.linalg.inv(H), dtype=np.float64)
         delta = (covariance @ g).reshape(-1, 6)
         turn: FloatArray = rotation_from_vector(delta[:, :3]) @ parts.turn
-        parts = _Parts(turn, parts.way + delta[:, 3:], parts.centre, 1.0 * covariance)
+        way: FloatArray = parts.way + delta[:, 3:]
+        parts = _Parts(turn, way, parts.centre, covariance)
     return parts
 
 
