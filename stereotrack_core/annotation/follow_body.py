@@ -229,7 +229,8 @@ def _moved(surface: ClickedSurface, seen: Sequence[_Seen], guess: FloatArray) ->
         covariance = np.asarray(np.linalg.inv(H), dtype=np.float64)
         delta = (covariance @ g).reshape(-1, 6)
         turn: FloatArray = rotation_from_vector(delta[:, :3]) @ parts.turn
-        parts = _Parts(turn, parts.way + delta[:, 3:], parts.centre, covariance)
+        way: FloatArray = parts.way + delta[:, 3:]
+        parts = _Parts(turn, way, parts.centre, covariance)
     return parts
 
 

@@ -23,7 +23,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-import scipy
 
 from stereotrack_core.annotation.click import ACCEPTED, USUAL_SIGMA, Click, Prediction, sigma_of
 from stereotrack_core.annotation.follow_body import BodyStep
@@ -350,9 +349,11 @@ def _stepped(
     way = np.linalg.norm(seen.shift[known], axis=1)
     own = np.square(slack[known]) + np.square(_ASTRAY * way)
     noise = seen.covariance[known] + own[:, None, None] * np.eye(3)
-    weight = np.ones(len(known))
+    weight, each = np.ones(len(known)), np.arange(len(known))
     for _ in range(_ROUNDS):
-        R = scipy.linalg.block_diag(*(noise / weight[:, None, None]))
+        blocks = np.zeros((len(known), 3, len(known), 3))
+        blocks[each, :, each, :] = noise / weight[:, None, None]
+        R = blocks.reshape(certain.shape)
         S = certain + R
         left = (R @ np.linalg.solve(S, innovation.ravel())).reshape(-1, 3)
         distance = np.einsum("ni,ni->n", left, np.linalg.solve(noise, left[..., None])[..., 0])
