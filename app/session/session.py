@@ -62,9 +62,7 @@ class Session(QObject):
         self.project = ProjectPresenter(self.document, tasks, settings, self)
         self.edits = EditStack(self)
         """Everything that a person did, to be undone and redone in one order."""
-        self.project.changed.connect(self.edits.follow)  # before whoever asks what it knows
-        self.project.opened.connect(self._on_project)
-        self.project.closed.connect(self._on_project)
+        self._lead_edits()
         self.clouds = CloudPresenter(self)
         self.processes = processes or Processes()
         """Where work is done that lasts."""
@@ -103,6 +101,12 @@ class Session(QObject):
         ):  # fmt: skip
             changed.connect(self._tell_change)
         tasks.watch(self.settled)
+
+    def _lead_edits(self) -> None:
+        """Tell the edits of the project before whoever asks what is known of them."""
+        self.project.changed.connect(self.edits.follow)
+        self.project.opened.connect(self._on_project)
+        self.project.closed.connect(self._on_project)
 
     def settled(self) -> bool:
         """Whether everything that was asked for is there."""

@@ -24,6 +24,8 @@ from stereotrack_core.project.selection import gaps_of
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 
 from ...services.tasks.newest import LatestOnly
+from ...session.edits import EditStack, WindowEdit
+from ...widgets.tables.next_panel import NextPanel
 
 WANTED_DEG = 3.0
 """Angle by which limbs may be off where nobody has said otherwise."""
@@ -198,3 +200,15 @@ class NextPresenter(QObject):
     def _on_failed(self, question: int, error: Exception) -> None:
         self._told = question
         self.failed.emit(error)
+
+
+def want(edits: EditStack, presenter: NextPresenter, panel: NextPanel, degrees: float) -> None:
+    """Be content when limbs are off by no more than this; an edit."""
+
+    def put(wanted: float) -> None:
+        presenter.set_wanted(wanted)
+        panel.show_wanted(wanted)
+
+    words, where = f"set target uncertainty to {degrees:g}°", ("annotate", "next")
+    before = presenter.wanted_deg
+    edits.do(WindowEdit(words, put, before, degrees, *where, slot="target uncertainty"))

@@ -20,7 +20,7 @@ from stereotrack_core.recording.description import Recording
 
 from ...services.failures import message_of
 from ...services.tasks.task import TaskList
-from ...session.edits import EditStack, WindowEdit
+from ...session.edits import EditStack
 from ...widgets.forms.message import StateBar
 from ...widgets.tables.history_panel import HistoryPanel
 from ...widgets.tables.next_panel import NextPanel
@@ -30,7 +30,7 @@ from ...widgets.timeline.timeline_view import TimelineView
 from .filling.reference_work import ReferenceWork
 from .history import HistoryPresenter
 from .lanes import AnnotationLanes
-from .next_clicks import NextPresenter, Ranking
+from .next_clicks import NextPresenter, Ranking, want
 
 _GROUP = "annotation"
 _FILTER = "lanes"
@@ -89,9 +89,9 @@ class AnnotationPanels(QObject):
         self._soon.timeout.connect(self._show_numbers)
         self._counted = QTimer(self, singleShot=True, interval=_COUNTING_MS)
         self._counted.timeout.connect(self._on_counted)
-        self._connect()
+        self._connect(edits)
 
-    def _connect(self) -> None:
+    def _connect(self, edits: EditStack) -> None:
         self._edited.connect(self._on_edited)
         self.timeline.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
         self.timeline.customContextMenuRequested.connect(self._on_menu)
@@ -105,7 +105,9 @@ class AnnotationPanels(QObject):
         self.history.moved.connect(self.history_panel.show_going)
         self.history.arrived.connect(self._on_arrived)
         self.next_panel.visit_requested.connect(self.click_requested)
-        self.next_panel.wanted_changed.connect(self._on_wanted)
+        self.next_panel.wanted_changed.connect(
+            lambda deg: want(edits, self.next, self.next_panel, deg)
+        )
         self.next_panel.limited.connect(self._on_limited)
         self.next_panel.fit_requested.connect(self._on_fit_wanted)
         self.next_panel.nothing_left.connect(lambda: self.said.emit("No click is suggested here."))
@@ -114,7 +116,7 @@ class AnnotationPanels(QObject):
         self.reference.residuals_changed.connect(self._on_residuals)
         self.reference.busy_changed.connect(self.changed)
         self.repeat_bar.ended.connect(self.finish_repeat)
-        self.edits.changed.connect(self.history_panel.follow)
+        edits.changed.connect(self.history_panel.follow)
         for source in (self.next, self.reference):
             source.failed.connect(self._on_failed)
 
@@ -271,16 +273,6 @@ class AnnotationPanels(QObject):
 
     def _show_selection(self) -> None:
         self.bar.show_selection(self.selection().words() if self.project is not None else "")
-
-    @Slot(float)
-    def _on_wanted(self, degrees: float) -> None:
-        words, before = f"set target uncertainty to {degrees:g}°", self.next.wanted_deg
-        put, where = self._put_wanted, ("annotate", "next")
-        self.edits.do(WindowEdit(words, put, before, degrees, *where, slot="target uncertainty"))
-
-    def _put_wanted(self, degrees: float) -> None:
-        self.next.set_wanted(degrees)
-        self.next_panel.show_wanted(degrees)
 
     @Slot(bool)
     def _on_limited(self, limited: bool) -> None:
