@@ -92,6 +92,17 @@ class Session(QObject):
         parts = (self.document, self.project, self.edits, self.clouds, self.track, self.judging)
         for source in parts:
             source.message.connect(self.message)
+        self._watch_changes()
+        tasks.watch(self.settled)
+
+    def _lead_edits(self) -> None:
+        """Tell the edits of the project before whoever asks what is known of them."""
+        self.project.changed.connect(self.edits.follow)
+        self.project.opened.connect(self._on_project)
+        self.project.closed.connect(self._on_project)
+
+    def _watch_changes(self) -> None:
+        """Tell whatever changes of all this."""
         document, project, runs = self.document, self.project, self.runs
         for changed in (
             document.frame_changed, document.playing_changed, document.count_changed,
@@ -100,13 +111,6 @@ class Session(QObject):
             self.edits.changed,
         ):  # fmt: skip
             changed.connect(self._tell_change)
-        tasks.watch(self.settled)
-
-    def _lead_edits(self) -> None:
-        """Tell the edits of the project before whoever asks what is known of them."""
-        self.project.changed.connect(self.edits.follow)
-        self.project.opened.connect(self._on_project)
-        self.project.closed.connect(self._on_project)
 
     def settled(self) -> bool:
         """Whether everything that was asked for is there."""

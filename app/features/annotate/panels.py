@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping
+from functools import partial
 
 from PySide6.QtCore import QObject, QPoint, Qt, QTimer, Signal, Slot
 from PySide6.QtWidgets import QWidget
@@ -65,8 +66,7 @@ class AnnotationPanels(QObject):
         self, timeline: TimelineView, tasks: TaskList, edits: EditStack, window: QWidget
     ) -> None:
         super().__init__(window)
-        self.timeline, self.tasks, self.window = timeline, tasks, window
-        self.edits = edits
+        self.timeline, self.tasks, self.edits, self.window = timeline, tasks, edits, window
         self.project: Project | None = None
         self.recording: Recording | None = None
         self.frame_count, self.frame = 0, 0
@@ -105,9 +105,7 @@ class AnnotationPanels(QObject):
         self.history.moved.connect(self.history_panel.show_going)
         self.history.arrived.connect(self._on_arrived)
         self.next_panel.visit_requested.connect(self.click_requested)
-        self.next_panel.wanted_changed.connect(
-            lambda deg: want(edits, self.next, self.next_panel, deg)
-        )
+        self.next_panel.wanted_changed.connect(partial(want, edits, self.next, self.next_panel))
         self.next_panel.limited.connect(self._on_limited)
         self.next_panel.fit_requested.connect(self._on_fit_wanted)
         self.next_panel.nothing_left.connect(lambda: self.said.emit("No click is suggested here."))
