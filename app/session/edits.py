@@ -226,10 +226,7 @@ class EditStack(QObject):
 
     def _at_hand(self, *, back: bool) -> tuple[_Made | None, Entry | None]:
         """What is undone (or redone) next: of the window, of the project, or both as one."""
-        stored = None
-        if self._project is not None and not self._project.read_only:
-            history = self._project.history
-            stored = history.to_undo() if back else history.to_redo()
+        stored = self._stored(back=back)
         place = self._done - 1 if back else self._done
         made = self._made[place] if 0 <= place < len(self._made) else None
         if made is None or stored is None:
@@ -246,6 +243,17 @@ class EditStack(QObject):
             if self._project is None or self._project.redo() is None:
                 return
             made, stored = self._at_hand(back=False)
+
+    def _stored(self, *, back: bool) -> Entry | None:
+        """What the project would undo or redo; None as well where its history cannot be read."""
+        if self._project is None or self._project.read_only:
+            return None
+        history = self._project.history
+        try:
+            return history.to_undo() if back else history.to_redo()
+        except InputError as error:
+            self.message.emit(message_of(error))
+            return None
 
     def _continues(self, last: _Made, edit: WindowEdit) -> bool:
         same = edit.slot is not None and last.edit.slot == edit.slot and not last.closed

@@ -256,6 +256,8 @@ class ProjectPresenter(QObject):
     def _take(self, opened: OpenedProject) -> None:
         self._opened = opened
         opened.project.on_change(self._edited.emit)  # on whichever thread the edit was made
+        for read in (opened.project.history.to_undo, opened.project.history.to_redo):
+            read()  # a damaged history is told by the task, before anybody asks for it
         self.opened.emit()
         self.followed.emit()
         # what was said about the recording before is cleared away first

@@ -62,9 +62,7 @@ class Session(QObject):
         self.project = ProjectPresenter(self.document, tasks, settings, self)
         self.edits = EditStack(self)
         """Everything that a person did, to be undone and redone in one order."""
-        self.project.changed.connect(self.edits.follow)  # before whoever asks what it knows
-        self.project.opened.connect(self._on_project)
-        self.project.closed.connect(self._on_project)
+        self._lead_edits()
         self.clouds = CloudPresenter(self)
         self.processes = processes or Processes()
         """Where work is done that lasts."""
@@ -98,6 +96,16 @@ class Session(QObject):
         parts = (self.document, self.project, self.edits, self.clouds, self.track, self.judging)
         for source in parts:
             source.message.connect(self.message)
+        self._watch_changes()
+
+    def _lead_edits(self) -> None:
+        """Tell the edits of the project before whoever asks what is known of them."""
+        self.project.changed.connect(self.edits.follow)
+        self.project.opened.connect(self._on_project)
+        self.project.closed.connect(self._on_project)
+
+    def _watch_changes(self) -> None:
+        """Tell whatever changes of all this."""
         document, project, runs = self.document, self.project, self.runs
         for changed in (
             document.frame_changed, document.playing_changed, document.count_changed,
