@@ -9,7 +9,7 @@ from PySide6.QtCore import Qt, QTimer
 from PySide6.QtTest import QTest
 
 from app.session import judgement
-from app.widgets.forms.parameter_panel import ParameterLine
+from app.widgets.forms.parameter_line import ParameterLine
 from tests.gui.hands import Paintings, click_truth
 from tests.gui.made_runs import add_run
 from tests.gui.tuning.conftest import quick_run_file, tuning  # noqa: F401

@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-import textwrap
 from collections.abc import Sequence
 
 from PySide6.QtCore import Qt, QTimer, Signal, Slot
-from PySide6.QtGui import QAction, QFont, QKeyEvent, QResizeEvent, QWheelEvent
+from PySide6.QtGui import QAction, QResizeEvent
 from PySide6.QtWidgets import (
     QBoxLayout,
-    QCheckBox,
-    QComboBox,
-    QGridLayout,
     QLabel,
     QLineEdit,
     QMenu,
@@ -21,196 +17,18 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from stereotrack_core.errors import InputError
-from stereotrack_core.parameters import ParameterGroup, ParameterRow, Value, value_text
+from stereotrack_core.parameters import ParameterGroup, ParameterRow, Value
 from stereotrack_core.tracking.presets import PRESETS
 from stereotrack_core.tracking.tuning.search import finds
 
 from ..style.building import choice, hbox, label, scrolled, tool_button, vbox
+from .parameter_line import ParameterLine
 
-_EDITOR_WIDTH = 116
-_UNIT_WIDTH = 34
-_TIP_WIDTH = 80
 _ONE_ROW_WIDTH = 520
 """Pixels from which the preset and what it is compared with have room in one row."""
 _ABOVE = 6
-
-
-class _Number(QLineEdit):
-    """A number as text; nothing is clamped in silence."""
-
-    dropped = Signal()
-    """The person pressed Esc."""
-
-    def keyPressEvent(self, event: QKeyEvent) -> None:
-        if event.key() == Qt.Key.Key_Escape:
-            self.dropped.emit()
-        else:
-            super().keyPressEvent(event)
-
-
-class _Choice(QComboBox):
-    """One of several words."""
-
-    def wheelEvent(self, event: QWheelEvent) -> None:
-        # the wheel scrolls the panel and must not change what it passes
-        event.ignore()
-
-
-class ParameterLine(QWidget):
-    """Name, field and unit of a parameter, what it does, its range and defaults, and a way back."""
-
-    value_changed = Signal(str, object)
-    """The person gave a value that the row accepts."""
-
-    def __init__(self, row: ParameterRow, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
-        self.row = row
-        self._value: Value = row.default
-        self._base: Value = row.default
-        self._base_word = "preset"
-        self._written = False
-        self.editor = self._make_editor()
-        self.editor.setFixedWidth(_EDITOR_WIDTH)
-        self.editor.setAccessibleName(f"{row.name.replace('_', ' ')} {row.unit}".strip())
-        self.editor.setAccessibleDescription(row.help)
-        self.revert_button = tool_button("", "reset", role="plain")
-        self.revert_button.setAccessibleName(f"Revert {row.name.replace('_', ' ')}")
-        self.revert_button.clicked.connect(self.revert)
-        self._name = label(row.name.replace("_", " "), wraps=False)
-        self._name.setBuddy(self.editor)
-        self._name.setMinimumWidth(60)
-        self._help = label(row.help, "muted")
-        self._facts = label("", "muted")
-        self._facts.setTextFormat(Qt.TextFormat.RichText)
-        self._facts.linkActivated.connect(lambda: self._on_given(row.thesis))
-        self._refusal = label("", "error")
-        self._refusal.hide()
-        self.setToolTip(f"{textwrap.fill(row.help, _TIP_WIDTH)}\n\n--set {row.name}=…")
-        self._lay_out()
-
-    @property
-    def is_changed(self) -> bool:
-        """Whether the value differs from what revert goes back to."""
-        return self._value != self._base
-
-    @property
-    def refusal(self) -> str:
-        """Why the text in the field was not taken; empty where it was."""
-        return self._refusal.text()
-
-    def show_values(self, value: Value, base: Value, base_word: str = "preset") -> None:
-        """Show the value, and what revert goes back to; `base_word` says whose value that is."""
-        shown = value, base, base_word
-        # Most lines stay as they are when one value is given, and writing them anew takes time.
-        if shown != (self._value, self._base, self._base_word) or self.refusal or not self._written:
-            self._value, self._base, self._base_word = shown
-            self._show()
-
-    def revert(self) -> None:
-        """Go back to the base's value."""
-        self._on_given(self._base)
-
-    def _make_editor(self) -> QWidget:
-        """Make the field that fits the parameter's type."""
-        if self.row.type is bool:
-            switch = QCheckBox()
-            switch.clicked.connect(self._on_given)
-            return switch
-        if self.row.choices:
-            box = _Choice()
-            for choice in self.row.choices:
-                box.addItem(choice.replace("_", " "), choice)
-            box.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
-            box.activated.connect(lambda: self._on_given(box.currentData()))
-            return box
-        field = _Number()
-        field.setAlignment(Qt.AlignmentFlag.AlignRight)
-        field.editingFinished.connect(lambda: self._on_typed(field))
-        field.dropped.connect(self._show)
-        return field
-
-    def _on_typed(self, field: QLineEdit) -> None:
-        if field.isModified():
-            field.setModified(False)
-            self._on_given(field.text().strip())
-
-    def _lay_out(self) -> None:
-        unit = label(self.row.unit, "muted", wraps=False)
-        unit.setFixedWidth(_UNIT_WIDTH)
-        grid = QGridLayout(self)
-        grid.setContentsMargins(8, 3, 4, 3)
-        grid.setHorizontalSpacing(6)
-        grid.setVerticalSpacing(1)
-        grid.setColumnStretch(0, 1)
-        for place, part in enumerate((self._name, self.editor, unit, self.revert_button)):
-            grid.addWidget(part, 0, place)
-        for place, part in enumerate((self._help, self._facts, self._refusal), start=1):
-            grid.addWidget(part, place, 0, 1, 4)
-
-    def _on_given(self, given: Value | None) -> None:
-        if given is None:
-            return
-        try:
-            value = self.row.checked(given)
-        except InputError as problem:
-            self._refuse(f"{problem.what}. {problem.remedy}")
-            return
-        changed = value != self._value
-        self._value = value
-        self._show()
-        if changed:
-            self.value_changed.emit(self.row.name, value)
-
-    def _refuse(self, sentence: str) -> None:
-        self._refusal.setText(sentence)
-        self._refusal.show()
-        self._mark(refused=True)
-
-    def _show(self) -> None:
-        self._written = True
-        match self.editor:
-            case QCheckBox() as switch:
-                switch.setChecked(bool(self._value))
-                switch.setText(value_text(bool(self._value)))
-            case QComboBox() as box:
-                box.setCurrentIndex(box.findData(self._value))
-            case QLineEdit() as field:
-                field.setText(value_text(self._value))
-                field.setCursorPosition(0)
-        self._refusal.clear()
-        self._refusal.hide()
-        self._mark(refused=False)
-        font = QFont(self.font())
-        font.setBold(self.is_changed)
-        self._name.setFont(font)
-        self._name.setText(self.row.name.replace("_", " ") + (" ●" if self.is_changed else ""))
-        self.revert_button.setEnabled(self.is_changed)
-        self.revert_button.setToolTip(
-            f"Revert to {value_text(self._base)}"
-            if self.is_changed
-            else f"Nothing to revert: this is the value of the {self._base_word}"
-        )
-        self._facts.setText(self._facts_text())
-
-    def _mark(self, *, refused: bool) -> None:
-        if self.editor.property("refused") != refused:
-            self.editor.setProperty("refused", refused)
-            self.editor.style().polish(self.editor)
-
-    def _facts_text(self) -> str:
-        row = self.row
-        parts = []
-        if not row.choices and row.type is not bool and (row.minimum, row.maximum) != (None, None):
-            parts.append(row.range_text())
-        parts.append(f"default {value_text(row.default)}")
-        if row.thesis is not None:
-            thesis = value_text(row.thesis)
-            same = row.thesis == self._value
-            parts.append(f"thesis {thesis}" if same else f'<a href="thesis">thesis {thesis}</a>')
-        if self._base != row.default and self._base_word != "thesis":
-            parts.append(f"{self._base_word} {value_text(self._base)}")
-        return " · ".join(parts).replace("_", " ")
+_FEW = 4
+"""Parameters that a search finds, up to which all of their explanations are shown."""
 
 
 AGAINST: dict[str, str] = {
@@ -389,12 +207,16 @@ class ParameterPanel(QWidget):
 
     def _sift(self) -> None:
         words, only_changed = self.search.text(), self.only_changed.isChecked()
-        seen = set()
+        found = [
+            line
+            for line in self._lines.values()
+            if finds(line.row, words) and (line.is_changed or not only_changed)
+        ]
         for line in self._lines.values():
-            visible = finds(line.row, words) and (line.is_changed or not only_changed)
-            line.setVisible(visible)
-            if visible:
-                seen.add(line.row.group)
+            line.setVisible(line in found)
+        for line in found if len(found) <= _FEW else ():
+            line.unfold()
+        seen = {line.row.group for line in found}
         for group, heading in self._groups.items():
             heading.setVisible(group in seen)
         count = sum(line.is_changed for line in self._lines.values())
@@ -420,6 +242,7 @@ class ParameterPanel(QWidget):
         """Show the parameter that was touched last at the top, among the others."""
         line = self._lines.get(self.last_touched)
         if line is not None and not line.isHidden():
+            line.unfold()
             self._scroll.verticalScrollBar().setValue(line.y() - _ABOVE)
 
     def _on_value(self, name: str, value: Value) -> None:

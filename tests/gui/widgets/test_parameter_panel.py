@@ -3,7 +3,7 @@ from dataclasses import dataclass
 import pytest
 from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtGui import QWheelEvent
-from PySide6.QtWidgets import QLabel
+from PySide6.QtWidgets import QApplication, QLabel
 
 from app.widgets.forms.parameter_panel import ParameterPanel
 from stereotrack_core.parameters import ParameterGroup, parameter
@@ -64,8 +64,14 @@ class TestContent:
         qtbot.keyClicks(widget.search, "cross")
         assert widget.line("arms_apart").isVisible()
         assert not widget.line("matcher").isVisible()
-        help_text = widget.line("arms_apart").row.help
-        assert help_text in words(widget.line("arms_apart"))
+        line = widget.line("arms_apart")
+        assert line.row.help[:30] in words(line), "its beginning, without hovering"
+        QApplication.processEvents()  # what the search has hidden gives its place away
+        before = line.editor.mapToGlobal(QPoint(0, 0))
+        qtbot.mouseClick(line.editor, Qt.MouseButton.LeftButton)
+        assert line.row.help in words(line), "all of it, where a person goes to it"
+        moved = line.editor.mapToGlobal(QPoint(0, 0)) - before
+        assert moved.manhattanLength() <= 2, "the field stays under the mouse"
 
     def test_groups_are_headings_once(self, panel):
         text = words(panel)
