@@ -130,6 +130,7 @@ def test_every_module_that_writes_files_is_tried():
     """Whoever adds a writer adds it to the list, or says here who tries it."""
     elsewhere = {
         "stereotrack_core.project.database": "tests/project",
+        "stereotrack_core.recording.importing.files": "part of importing.making",
         "stereotrack_core.experiments.sweep.store": "a text of its own, tests/cli/test_sweep.py",
         "stereotrack_core.experiments.reproduction.pictures": "bytes of its own",
         "stereotrack_core.experiments.reproduction.results": "texts of its own",

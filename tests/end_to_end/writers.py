@@ -5,7 +5,7 @@ from __future__ import annotations
 import resource
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -30,6 +30,7 @@ from stereotrack_core.experiments.sweep.table import (
 )
 from stereotrack_core.interop.bvh import write_bvh
 from stereotrack_core.interop.c3d import write_c3d
+from stereotrack_core.interop.calibrations.formats import write_foreign
 from stereotrack_core.interop.coco import write_coco
 from stereotrack_core.interop.deeplabcut import write_deeplabcut
 from stereotrack_core.interop.labels import write_clicks
@@ -43,6 +44,9 @@ from stereotrack_core.interop.trc import write_trc
 from stereotrack_core.recording.calibration import write_calibration
 from stereotrack_core.recording.description import Recording, Segment, write_segments, write_subject
 from stereotrack_core.recording.detections import Detection, write_detections
+from stereotrack_core.recording.importing.choices import propose
+from stereotrack_core.recording.importing.making import make_recording
+from stereotrack_core.recording.importing.sources import look_at
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory, write_landmarks
 from stereotrack_core.recording.writing import VideoWriter, write_png, write_recording_description
 from stereotrack_core.simulation.make import simulate
@@ -128,6 +132,16 @@ def _simulate(folder: Path, _things: Things) -> None:
     simulate(folder, motion="t-pose", frames=3, views="N", options=small)
 
 
+def _foreign(path: Path, things: Things, form: str) -> None:
+    write_foreign(path, tuple(things.recording.cameras.values()), form)
+
+
+def _imported(folder: Path, things: Things) -> None:
+    images = (things.recording.folder / things.recording.views[0].image.frames).parent
+    choices = propose(look_at([images]))
+    make_recording(replace(choices, fps=10.0, calibration=None), folder)
+
+
 def _description(folder: Path, things: Things) -> None:
     segments = (Segment("walk", 0, 5),)
     facts = {**vars(things.recording), "folder": folder, "segments": segments}
@@ -199,6 +213,8 @@ FILES: dict[str, Callable[[Path, Things], None]] = {
     ),
     "subject.toml": lambda path, things: write_subject(path, things.recording.subject),
     "calibration.toml": lambda path, things: write_calibration(path, things.recording.cameras),
+    "theirs.toml": lambda path, things: _foreign(path, things, "aniposelib"),
+    "theirs.xml": lambda path, things: _foreign(path, things, "opencv"),
     "segments.csv": lambda path, _: write_segments(
         path, [Segment(f"part {k}", k, k + 1) for k in range(20)]
     ),
@@ -221,6 +237,7 @@ FILES: dict[str, Callable[[Path, Things], None]] = {
 FOLDERS: dict[str, Callable[[Path, Things], None]] = {
     "simulated": _simulate,
     "recording": _description,
+    "imported": _imported,
     "strips": _strips,
 }
 """What makes a folder."""
