@@ -107,7 +107,8 @@ def test_an_answer_that_is_on_its_way_when_it_is_closed_is_told_to_nobody(qtbot)
     assert told == []
 
 
-def test_the_program_waits_for_its_threads_but_not_for_ever(qtbot):
+def test_the_program_waits_for_its_threads_but_not_for_ever(qtbot, kept):
+    kept.close()  # whose threads live as long as it
     held = Held()
     newest = LatestOnly(held, "something asked")
     newest.ask("first")
