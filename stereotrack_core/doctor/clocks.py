@@ -24,8 +24,8 @@ _FEWEST_FRAMES = 20
 _CERTAIN, _ELSEWHERE = 0.6, 0.8
 """Correlation from which signals agree, and the share of it that the second best place may have."""
 
-_PAIR_CERTAIN = 0.8
-_LEAST_PAIR_LAG = 0.3
+_PAIR_CERTAIN = 0.9
+_LEAST_PAIR_LAG = 0.5
 """Frames; those of good pairs differ by up to 0.04."""
 
 _LEAST_LAG, _WRONG_LAG = 1.5, 3.0

@@ -304,7 +304,7 @@ def _check_fits(
     recording: Recording, instants: Instants, places: Places, given: Misfits
 ) -> Iterator[Finding]:
     """The view whose points lie beside those of the others, or views that contradict each other."""
-    fits = {name: one for name in places if (one := fit_view(instants, places, name)) is not None}
+    fits = {name: one for name in places if (one := _best_fit(instants, places, name)) is not None}
     off = [n for n in fits if fits[n].gain > _LEAST_GAIN and fits[n].shift > _LEAST_SHIFT]
     off.sort(key=lambda name: -fits[name].gain)
     clear = off and all(
@@ -336,6 +336,12 @@ def _contradiction(given: Misfits) -> Finding:
         f"({beside})",
         "Check calibration, files, background and synchronisation: no usual slip explains it.",
     )
+
+
+def _best_fit(instants: Instants, places: Places, view: str) -> CloudFit | None:
+    """The better of a free movement and a factor, which is found from farther away."""
+    tried = [fit_view(instants, places, view, way) for way in ("any", "range")]
+    return max((one for one in tried if one is not None), key=lambda one: one.gain, default=None)
 
 
 def fit_view(instants: Instants, places: Places, view: str, way: Way = "any") -> CloudFit | None:
@@ -372,13 +378,14 @@ def _displaced(recording: Recording, view: str, fit: CloudFit) -> Finding:
         percent = abs(100 * (1 / fit.amount - 1))
         size = "large" if fit.amount < 1 else "small"
         what = f"its distances are too {size} by {percent:.0f} %"
-        part = "The base line of the pair" if stereo else "depth_unit"
+        part = "The base line or the focal length of the pair" if stereo else "depth_unit"
         remedy = f"{part} is probably wrong by this factor: multiply it by {fit.amount:.3f}."
     elif fit.way == "depth":
         percent = abs(100 * (1 / fit.amount - 1))
         size = "large" if fit.amount < 1 else "small"
         what = f"its ranges along the optical axis are too {size} by {percent:.0f} %"
-        remedy = f"Its focal length is probably wrong: multiply it by {fit.amount:.3f}."
+        part = "focal length or base line" if stereo else "depth_unit or focal length"
+        remedy = f"Its {part} is probably wrong by this factor: multiply it by {fit.amount:.3f}."
     elif fit.way == "turn":
         what = f"it is turned by {np.degrees(fit.amount):.1f} degrees against the other views"
         remedy = "Its camera was probably moved. Calibrate its place again."
