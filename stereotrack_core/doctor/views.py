@@ -305,13 +305,15 @@ def _check_fits(
 ) -> Iterator[Finding]:
     """The view whose points lie beside those of the others, or views that contradict each other."""
     fits = {name: one for name in places if (one := _best_fit(instants, places, name)) is not None}
-    off = [n for n in fits if fits[n].gain > _LEAST_GAIN and fits[n].shift > _LEAST_SHIFT]
+    off = [name for name in fits if _is_off(fits[name])]
     off.sort(key=lambda name: -fits[name].gain)
     clear = off and all(
         fits[off[0]].gain > _CLEAR_GAIN * one.gain for name, one in fits.items() if name != off[0]
     )
     if clear and len(places) > 2:
-        yield _displaced(recording, off[0], _simplest(instants, places, off[0], fits[off[0]]))
+        fit = _simplest(instants, places, off[0], fits[off[0]])
+        if _is_off(fit):
+            yield _displaced(recording, off[0], fit)
     elif off:
         shift = max(fits[name].shift for name in off)
         yield Finding(
@@ -336,6 +338,10 @@ def _contradiction(given: Misfits) -> Finding:
         f"({beside})",
         "Check calibration, files, background and synchronisation: no usual slip explains it.",
     )
+
+
+def _is_off(fit: CloudFit) -> bool:
+    return fit.gain > _LEAST_GAIN and fit.shift > _LEAST_SHIFT
 
 
 def _best_fit(instants: Instants, places: Places, view: str) -> CloudFit | None:
