@@ -10,10 +10,11 @@ from typing import Any
 from stereotrack_core.cli.arguments import JSON, RECORDING, flag
 from stereotrack_core.cli.output import OK, WRONG_INPUT, put, put_json, put_table, say
 from stereotrack_core.counting import counted
+from stereotrack_core.doctor.diagnose import diagnose
 from stereotrack_core.errors import InputError
 from stereotrack_core.recording.description import Recording, View
 from stereotrack_core.recording.detections import own_detections
-from stereotrack_core.recording.findings import Finding, examine
+from stereotrack_core.recording.findings import Finding, by_severity, examine
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.tables import Table
@@ -25,7 +26,7 @@ DESCRIPTION = (
 
 OPTIONS = (
     RECORDING,
-    flag("--deep", "also check the images; takes longer"),
+    flag("--deep", "also check images, stereo pairs, clocks and depths; takes longer"),
     JSON,
 )
 
@@ -40,6 +41,8 @@ def run(args: Namespace) -> int:
             remedy="Give the folder that contains recording.toml.",
         )
     findings = examine(folder, deep=args.deep)
+    if args.deep:
+        findings = by_severity((*findings, *_measured(folder)))
     content = _content(folder)
     if args.json:
         put_json({"folder": folder, "content": content, "findings": findings})
@@ -49,6 +52,15 @@ def run(args: Namespace) -> int:
     if errors:
         say(f"{counted(errors, 'error')} in {folder}.")
     return WRONG_INPUT if errors else OK
+
+
+def _measured(folder: Path) -> tuple[Finding, ...]:
+    """What the images and depths say; nothing where the recording cannot be opened."""
+    try:
+        recording = open_recording(folder)
+    except InputError:
+        return ()  # told by the other checks
+    return diagnose(recording)
 
 
 def _content(folder: Path) -> dict[str, Any] | None:

@@ -183,13 +183,13 @@ def contradicted_share(cloud: Cloud) -> float:
         depth = cloud.depths.get(name)
         if depth is None:
             continue
-        through = _seen_through(depth, cloud.points[cloud.view != place][::_EVERY])
+        through = seen_through(depth, cloud.points[cloud.view != place][::_EVERY])
         if through is not None:
             shares.append(through)
     return float(np.mean(shares)) if shares else float("nan")
 
 
-def _seen_through(depth: ViewDepth, points: FloatArray) -> float | None:
+def seen_through(depth: ViewDepth, points: FloatArray) -> float | None:
     """Share of other views' points (N, 3) behind which a view sees the background."""
     geometry = depth.geometry
     with np.errstate(divide="ignore", invalid="ignore"):

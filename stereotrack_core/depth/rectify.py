@@ -82,7 +82,7 @@ def stereo_rectification(
     that diverge, or images of different size.
     """
     _check_pair(left, right, where)
-    rectified_from_world = _common_rotation(left, right)
+    rectified_from_world = common_rotation(left, right)
     baseline = float(np.linalg.norm(left.position_world - right.position_world))
     for matrices in (
         _matrices_as_they_are(left, right),
@@ -168,7 +168,7 @@ def _check_pair(left: Camera, right: Camera, where: str) -> None:
         )
 
 
-def _common_rotation(left: Camera, right: Camera) -> FloatArray:
+def common_rotation(left: Camera, right: Camera) -> FloatArray:
     """Rotation (3, 3) of the rectified cameras from the world; rows are their axes."""
     x = right.position_world - left.position_world
     x = x / np.linalg.norm(x)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterator, Mapping
+from collections.abc import Generator, Iterable, Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -19,7 +19,7 @@ from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory, 
 from stereotrack_core.recording.stream_files import open_stream
 from stereotrack_core.recording.video import VideoStream
 
-__all__ = ["Finding", "Severity", "examine"]
+__all__ = ["Finding", "Severity", "by_severity", "examine"]
 
 ORDER: dict[Severity, int] = {"error": 0, "warning": 1, "note": 2}
 
@@ -40,6 +40,11 @@ def examine(folder: Path, deep: bool = False, *, compare: bool = False) -> tuple
         findings += _check(
             recording, readable=not complaints, paced=paced, deep=deep, compare=deep or compare
         )
+    return by_severity(findings)
+
+
+def by_severity(findings: Iterable[Finding]) -> tuple[Finding, ...]:
+    """The findings, the gravest first; else in their order."""
     return tuple(sorted(findings, key=lambda finding: ORDER[finding.severity]))
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -46,7 +46,12 @@ def brightness(source: Source, cancelled: IsCancelled) -> Signal:
 
 
 def motion(source: Source, cancelled: IsCancelled) -> Signal:
-    """How much faster pixels change than in the frames around (F,).
+    """How much faster pixels change than in the frames around; see :func:`motion_of`."""
+    return Signal(motion_of(_pictures(source, cancelled)))
+
+
+def motion_of(pictures: Iterable[FloatArray]) -> FloatArray:
+    """How much faster pixels change than in the frames around (F,), of :func:`reduced` pictures.
 
     The square root of their mean change from the frame before, without what varies slowly: phases
     of rest and motion look alike to each other wherever they are laid.
@@ -54,14 +59,14 @@ def motion(source: Source, cancelled: IsCancelled) -> Signal:
     from scipy.ndimage import gaussian_filter1d
 
     values, before = [0.0], None
-    for picture in _pictures(source, cancelled):
+    for picture in pictures:
         if before is not None:
             change = np.abs(picture - before)
             values.append(float(np.sqrt(np.maximum(change - _STILL, 0.0).mean())))
         before = picture
     values[0] = values[1] if len(values) > 1 else 0.0
     slow = gaussian_filter1d(values, _SLOW)
-    return Signal(np.array(values) - slow)
+    return np.asarray(np.array(values) - slow)
 
 
 def loudness(source: Source, cancelled: IsCancelled) -> Signal:
@@ -122,8 +127,15 @@ def _pictures(source: Source, cancelled: IsCancelled) -> Iterator[FloatArray]:
             except DamagedFrame:
                 yield before
                 continue
-            grey = picture.astype(np.float32) / (64.0 if depth else 1.0)
-            before = cv2.resize(grey, (_WIDTH, _HEIGHT), interpolation=cv2.INTER_AREA)
+            before = reduced(picture.astype(np.float32) / (64.0 if depth else 1.0))
             yield before
     finally:
         reader.close()
+
+
+def reduced(picture: Any) -> FloatArray:
+    """A grey picture reduced to (H, W) float32, as :func:`motion_of` compares them."""
+    small: Any = cv2.resize(
+        picture.astype(np.float32, copy=False), (_WIDTH, _HEIGHT), interpolation=cv2.INTER_AREA
+    )
+    return small  # type: ignore[no-any-return]

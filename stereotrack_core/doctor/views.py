@@ -1,0 +1,407 @@
+"""Do the depths of the views fit each other? Each view's points against what the others see.
+
+A person fills the same place for every view. Where a view sees through what another one measured,
+or does not show it at all, one of both is not where the calibration puts it. Usual slips are undone
+in turn; what takes the contradictions away is the tested correction. Else the view without which
+the others agree is named, and its points are laid onto theirs to measure how it is off.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations, permutations
+from typing import TypeAlias
+
+import numpy as np
+
+from stereotrack_core.arrays import BoolArray, FloatArray
+from stereotrack_core.depth.chain import DepthChain, rectification_of
+from stereotrack_core.depth.cloud import DepthGeometry, ViewDepth, seen_through
+from stereotrack_core.depth.parameters import DepthParameters
+from stereotrack_core.depth.volume import settled
+from stereotrack_core.doctor.cloud_fit import (
+    WAYS,
+    CloudFit,
+    Eye,
+    Way,
+    fit_clouds,
+    joined,
+    surface_of,
+)
+from stereotrack_core.doctor.slips import SLIPS
+from stereotrack_core.errors import Finding, InputError
+from stereotrack_core.geometry.transform import RigidTransform
+from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.reader import FrameReader
+
+_FRAMES = 8
+_EVERYWHERE = 100_000.0
+"""Metres of a working volume that leaves nothing out, wherever wrong cameras put it."""
+
+_FARTHEST = 8.0
+"""Metres from a camera beyond which nothing is a person that this measures."""
+
+_MOST_POINTS = 1500
+"""Points of a view and frame that are compared."""
+
+_FEWEST = 60
+_LARGE = 0.03
+"""Mean of :class:`Misfits` from which usual slips are tried."""
+
+_LEFT = 0.2
+"""Share of it that a correction may leave."""
+
+_LEAST_GAIN, _CLEAR_GAIN = 0.15, 1.5
+"""Rise of the share of points that fit, from which a view is off, and how much larger than that of
+any other view it is where this one is to blame."""
+
+_WORTH = 0.05
+"""Rise of that share for which more freedom is worth it."""
+
+_LEAST_SHIFT, _WRONG_SHIFT = 0.03, 0.06
+"""Metres by which points have to move where a view is doubtful, and plainly wrong."""
+
+
+@dataclass(frozen=True, eq=False)
+class Seen:
+    """What one view measured of the person at one instant."""
+
+    depth: ViewDepth
+    points: FloatArray
+    """(N, 3), metres, in the frame of the rectified camera."""
+
+    def placed(self, world_from_depth: RigidTransform) -> FloatArray:
+        """The points in the world, for a place of the camera."""
+        return world_from_depth.apply(self.points)
+
+
+Instants = Sequence[Mapping[str, Seen]]
+"""What the views measured, instant by instant, by view name."""
+
+Places = Mapping[str, RigidTransform]
+"""Where the rectified cameras are, by view name."""
+
+
+def measured_views(
+    recording: Recording,
+    reader: FrameReader,
+    views: Sequence[str],
+    parameters: DepthParameters | None = None,
+) -> tuple[Instants, Places]:
+    """What some views measure of the person in frames spread over the recording.
+
+    Raises InputError for stereo cameras that cannot be rectified.
+    """
+    given = settled(recording, parameters or DepthParameters(), reader, views)
+    everywhere = given.replaced(
+        volume_x=_EVERYWHERE, volume_y=_EVERYWHERE, volume_z=_EVERYWHERE,
+        volume_bottom=-0.5 * _EVERYWHERE, disparity_from_volume=False, subpixel="matcher",
+    )  # fmt: skip
+    count = reader.frame_count
+    frames = np.unique(np.linspace(0, count - 1, min(_FRAMES, count)).astype(int))
+    chain = DepthChain(recording, everywhere, views=views)
+    try:
+        chain.learn_background(reader, range(count))
+        clouds = [chain.process(reader.frame_set(int(k))) for k in frames]
+        places = {name: one.world_from_depth for name, one in chain.geometry.items()}
+    finally:
+        chain.close()
+    instants = []
+    for cloud in clouds:
+        seen = {}
+        for v, name in enumerate(cloud.view_names):
+            depth = cloud.depths.get(name)
+            if depth is None:
+                continue
+            own = places[name].inverse().apply(cloud.points[cloud.view == v])
+            own = own[own[:, 2] < _FARTHEST]
+            step = max(1, len(own) // _MOST_POINTS)
+            if len(own) >= _FEWEST:
+                seen[name] = Seen(depth, own[::step])
+        instants.append(seen)
+    return instants, places
+
+
+@dataclass(frozen=True, eq=False)
+class Misfits:
+    """How views contradict each other.
+
+    `values` (V, V): of the points of the second view, the share that the first one sees through or
+    does not have in its image, median over the instants; NaN where it is not known.
+    """
+
+    views: tuple[str, ...]
+    values: FloatArray
+
+    def mean(self, without: str = "") -> float:
+        """Mean over the pairs of views, or those without one view; NaN where there are none."""
+        kept = [name != without for name in self.views]
+        values = self.values[np.ix_(kept, kept)]
+        return float(np.nanmean(values)) if np.isfinite(values).any() else float("nan")
+
+    def of(self, view: str) -> float:
+        """Mean over the pairs that hold a view."""
+        v = self.views.index(view)
+        both = np.concatenate([self.values[v], self.values[:, v]])
+        return float(np.nanmean(both)) if np.isfinite(both).any() else float("nan")
+
+
+def misfits(instants: Instants, places: Places) -> Misfits:
+    """How the views contradict each other if their cameras are at these places."""
+    names = tuple(places)
+    values = np.full((len(names), len(names), len(instants)), np.nan)
+    for k, seen in enumerate(instants):
+        for v, w in permutations(range(len(names)), 2):
+            if names[v] not in seen or names[w] not in seen:
+                continue
+            geometry = replace(seen[names[v]].depth.geometry, world_from_depth=places[names[v]])
+            depth = replace(seen[names[v]].depth, geometry=geometry)
+            values[v, w, k] = _contradicted(depth, seen[names[w]].placed(places[names[w]]))
+    with np.errstate(all="ignore"):
+        known = np.isfinite(values).any(axis=2)
+        median = np.full(known.shape, np.nan)
+        median[known] = np.nanmedian(values[known], axis=1)
+    return Misfits(names, median)
+
+
+def _contradicted(depth: ViewDepth, points: FloatArray) -> float:
+    """Share of points (N, 3), world, that a view sees through or does not have in its image."""
+    inside = _in_image(depth.geometry, points)
+    through = seen_through(depth, points)
+    shown = float(np.mean(inside))
+    return 1.0 - shown + shown * (0.0 if through is None else through)
+
+
+def _in_image(geometry: DepthGeometry, points: FloatArray) -> BoolArray:
+    with np.errstate(divide="ignore", invalid="ignore"):
+        u, v, z = geometry.project(points)
+    margin = 0.1 * geometry.width
+    across = (u > -margin) & (u < geometry.width + margin)
+    return np.asarray((z > 0) & across & (v > -margin) & (v < geometry.height + margin))
+
+
+def check_views(
+    recording: Recording, reader: FrameReader, doubtful: Sequence[str] = ()
+) -> Iterator[Finding]:
+    """Findings about the places of views with depth; those that are `doubtful` are not asked."""
+    views = [
+        view.name for view in recording.views
+        if view.kind != "mono" and view.name not in doubtful and _rectifies(recording, view.name)
+    ]  # fmt: skip
+    if len(views) < 2:
+        return
+    try:
+        instants, places = measured_views(recording, reader, views)
+    except InputError as error:
+        yield Finding.of(error)
+        return
+
+    def remeasured(changed: Recording, view: str) -> tuple[Instants, Places]:
+        return measured_views(changed, reader, [view])
+
+    yield from check_places(recording, instants, places, remeasured)
+
+
+def _rectifies(recording: Recording, view: str) -> bool:
+    try:
+        rectification_of(recording, recording.view(view), DepthParameters())
+    except (InputError, KeyError):
+        return False
+    return True
+
+
+Remeasured: TypeAlias = Callable[[Recording, str], tuple[Instants, Places]]
+"""What one view measures with the cameras of another description of the same recording."""
+
+
+def check_places(
+    recording: Recording, instants: Instants, places: Places, remeasured: Remeasured
+) -> Iterator[Finding]:
+    """Findings about what the views measured with their cameras at these places."""
+    absent = [name for name in places if not any(name in seen for seen in instants)]
+    measured = {name: place for name, place in places.items() if name not in absent}
+    for name in absent if len(measured) > 1 else ():
+        yield Finding(
+            "warning",
+            f"view {name}",
+            "it measures nothing of the person, whom the other views see",
+            "Check its images, its calibration, and that it belongs to this recording.",
+        )
+    if len(measured) < 2:
+        return
+    given = misfits(instants, measured)
+    if given.mean() > _LARGE:
+        slip = _exchanged(instants, measured, given)
+        if slip is None and (named := _without_which(given)):
+            slip = _slip_of_view(recording, instants, measured, given, named, remeasured)
+        if slip is not None:
+            yield slip
+            return
+    yield from _check_fits(recording, instants, measured, given)
+
+
+def _without_which(given: Misfits) -> str:
+    """The view without which the others agree; empty where there is none."""
+    means = {name: given.mean(name) for name in given.views}
+    known = {name: mean for name, mean in means.items() if np.isfinite(mean)}
+    best = min(known, key=lambda name: known[name], default="")
+    return best if best and known[best] < _LEFT * given.mean() else ""
+
+
+def _exchanged(instants: Instants, places: Places, given: Misfits) -> Finding | None:
+    """Two views that hardly contradict the others once they are exchanged."""
+    tried = []
+    for a, b in combinations(places, 2):
+        left = misfits(instants, {**places, a: places[b], b: places[a]}).mean()
+        tried.append((left, a, b))
+    left, a, b = min(tried)
+    if not left < _LEFT * given.mean():
+        return None
+    remedy = f"Exchange the files, or the cameras, of the views {a} and {b}."
+    return _slip(f"views {a}, {b}", "they are exchanged", given, left, remedy)
+
+
+def _slip_of_view(
+    recording: Recording,
+    instants: Instants,
+    places: Places,
+    given: Misfits,
+    view: str,
+    remeasured: Remeasured,
+) -> Finding | None:
+    """The usual slip of one view's cameras without which it hardly contradicts the others."""
+    names = {stream.camera for stream in recording.view(view).streams().values() if stream.camera}
+    best, found = _LEFT * given.mean(), None
+    for slip in SLIPS:
+        cameras = {n: slip.undone(c) if n in names else c for n, c in recording.cameras.items()}
+        try:
+            again, place = remeasured(replace(recording, cameras=cameras), view)
+        except InputError:
+            continue  # a correction with which nothing can be measured is none
+        merged = [
+            {**{n: one for n, one in seen.items() if n != view}, **new}
+            for seen, new in zip(instants, again, strict=True)
+        ]
+        left = misfits(merged, {**places, **place}).mean()
+        if any(again) and left < best:
+            best = left
+            found = _slip(f"view {view}", slip.what, given, left, slip.remedy)
+    return found
+
+
+def _slip(where: str, what: str, given: Misfits, left: float, remedy: str) -> Finding:
+    return Finding(
+        "error",
+        where,
+        f"{what}: other views see through {100 * given.mean():.0f} % of the points or do not show "
+        f"them, and {100 * left:.1f} % with this corrected",
+        remedy,
+    )
+
+
+def _check_fits(
+    recording: Recording, instants: Instants, places: Places, given: Misfits
+) -> Iterator[Finding]:
+    """The view whose points lie beside those of the others, or views that contradict each other."""
+    fits = {name: one for name in places if (one := _best_fit(instants, places, name)) is not None}
+    off = [name for name in fits if _is_off(fits[name])]
+    off.sort(key=lambda name: -fits[name].gain)
+    clear = off and all(
+        fits[off[0]].gain > _CLEAR_GAIN * one.gain for name, one in fits.items() if name != off[0]
+    )
+    if clear and len(places) > 2:
+        fit = _simplest(instants, places, off[0], fits[off[0]])
+        if _is_off(fit):
+            yield _displaced(recording, off[0], fit)
+    elif off:
+        shift = max(fits[name].shift for name in off)
+        yield Finding(
+            "error" if shift > _WRONG_SHIFT else "warning",
+            f"views {', '.join(sorted(off, key=list(places).index))}",
+            f"their depths do not fit: points lie about {100 * shift:.0f} cm beside those of other "
+            "views, and it cannot be told which view is wrong",
+            "Check calibration and synchronisation of these views.",
+        )
+    elif given.mean() > _LARGE:
+        yield _contradiction(given)
+
+
+def _contradiction(given: Misfits) -> Finding:
+    """Views do not fit, and no movement explains it; the view without which the rest does."""
+    named = _without_which(given)
+    beside = f"{100 * given.mean(named):.1f} % without this view" if named else "hardly any usually"
+    return Finding(
+        "error",
+        f"view {named}" if named else f"views {', '.join(given.views)}",
+        f"other views see through {100 * given.mean():.0f} % of the points or do not show them "
+        f"({beside})",
+        "Check calibration, files, background and synchronisation: no usual slip explains it.",
+    )
+
+
+def _is_off(fit: CloudFit) -> bool:
+    return fit.gain > _LEAST_GAIN and fit.shift > _LEAST_SHIFT
+
+
+def _best_fit(instants: Instants, places: Places, view: str) -> CloudFit | None:
+    """The better of a free movement and a factor, which is found from farther away."""
+    tried = [fit_view(instants, places, view, way) for way in ("any", "range")]
+    return max((one for one in tried if one is not None), key=lambda one: one.gain, default=None)
+
+
+def fit_view(instants: Instants, places: Places, view: str, way: Way = "any") -> CloudFit | None:
+    """How a view's points would have to be moved to lie on those of the other views."""
+    own, rest = [], []
+    for seen in instants:
+        if view in seen:
+            surfaces = {
+                name: surface_of(one.placed(places[name]), places[name].translation)
+                for name, one in seen.items()
+                if name in places
+            }
+            own.append(surfaces.pop(view))
+            rest.append(joined(list(surfaces.values())))
+    place = places[view]
+    return fit_clouds(own, rest, Eye(place.translation, place.rotation[:, 2]), way)
+
+
+def _simplest(instants: Instants, places: Places, view: str, free: CloudFit) -> CloudFit:
+    """The fit with the least freedom that explains about as much as a free movement."""
+    tried = [fit_view(instants, places, view, way) for way in WAYS if way != "any"]
+    known = [one for one in tried if one is not None]
+    for ways in (("range", "depth"), ("turn", "shift")):
+        some = [one for one in known if one.way in ways]
+        best = max(some, key=lambda one: one.after, default=free)
+        if best.way in ways and best.after > free.after - _WORTH:
+            return best
+    return free
+
+
+def _displaced(recording: Recording, view: str, fit: CloudFit) -> Finding:
+    stereo = recording.view(view).kind == "stereo"
+    if fit.way == "range":
+        percent = abs(100 * (1 / fit.amount - 1))
+        size = "large" if fit.amount < 1 else "small"
+        what = f"its distances are too {size} by {percent:.0f} %"
+        part = "The base line or the focal length of the pair" if stereo else "depth_unit"
+        remedy = f"{part} is probably wrong by this factor: multiply it by {fit.amount:.3f}."
+    elif fit.way == "depth":
+        percent = abs(100 * (1 / fit.amount - 1))
+        size = "large" if fit.amount < 1 else "small"
+        what = f"its ranges along the optical axis are too {size} by {percent:.0f} %"
+        part = "focal length or base line" if stereo else "depth_unit or focal length"
+        remedy = f"Its {part} is probably wrong by this factor: multiply it by {fit.amount:.3f}."
+    elif fit.way == "turn":
+        what = f"it is turned by {np.degrees(fit.amount):.1f} degrees against the other views"
+        remedy = "Its camera was probably moved. Calibrate its place again."
+    else:
+        what = f"it is displaced by {100 * fit.shift:.0f} cm against the other views"
+        remedy = "Calibrate its place again, and check that it is synchronised."
+    return Finding(
+        "error" if fit.shift > _WRONG_SHIFT else "warning",
+        f"view {view}",
+        f"{what}: {100 * fit.before:.0f} % of its points lie within 2 cm of their surfaces, "
+        f"{100 * fit.after:.0f} % with this corrected",
+        remedy,
+    )

@@ -1,0 +1,101 @@
+"""Details that both images of a pair show tell what is wrong about its calibration."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from stereotrack_core.depth.rectify import stereo_rectification
+from stereotrack_core.doctor.pairs import Details, check_pair, details_of, row_fit
+from stereotrack_core.doctor.slips import centre_exchanged, focused, resized, transposed
+from stereotrack_core.geometry.rotation import rotation_from_vector
+from stereotrack_core.geometry.transform import RigidTransform
+from stereotrack_core.recording.description import Stream, View
+from tests.depth.scenes import camera, pair_with_disparity
+
+VIEW = View("N", "stereo", Stream("right", "right.mp4"), Stream("left", "left.mp4"))
+SIZE = {"size": (640, 480), "principal": (315.0, 243.0), "focal": (500.0, 500.0)}
+
+
+@pytest.fixture(scope="module")
+def pair():
+    """Two cameras 12 cm apart that look along y, a little turned, through bent lenses."""
+    bent = {"distortions": (-0.1, 0.02, 0.0, 0.0), **SIZE}
+    left = camera("left", (-0.06, 0.2, 1.0), (0.05, 0.02, 0.01), **bent)
+    return left, camera("right", (0.06, 0.2, 1.0), (0.05, -0.02, 0.0), **bent)
+
+
+@pytest.fixture(scope="module")
+def details(pair):
+    rng = np.random.default_rng(1)
+    points = rng.uniform([-1.2, 2.0, 0.2], [1.2, 4.5, 2.0], (400, 3))
+    left, image = (one.project(points) + rng.normal(0, 0.2, (400, 2)) for one in pair)
+    inside = np.isfinite(left + image).all(axis=1)
+    return Details(left[inside], image[inside], 400)
+
+
+def found(cameras, details):
+    return list(check_pair(VIEW, cameras, details))
+
+
+def turned(one, degrees):
+    old, turn = one.camera_from_world, rotation_from_vector(np.radians([degrees, 0.0, 0.0]))
+    moved = RigidTransform(turn @ old.rotation, turn @ old.translation)
+    return dataclasses.replace(one, camera_from_world=moved)
+
+
+def test_a_sound_pair_has_no_findings(pair, details):
+    assert not found(pair, details)
+    assert row_fit(pair, details).row_px < 0.4
+    assert row_fit(pair, details).wrong_side == 0.0
+
+
+def test_exchanged_images_are_named(pair, details):
+    [finding] = found(pair, details.exchanged)
+    assert finding.severity == "error"
+    assert finding.where == "view N"
+    assert "wrong side" in finding.what
+    assert "are exchanged" in finding.remedy
+
+
+@pytest.mark.parametrize(
+    ("slip", "remedy"),
+    [
+        (centre_exchanged, "Exchange c_x and c_y in the matrix of right"),
+        (transposed, "Transpose the rotation of right"),
+        (lambda one: resized(one, 0.5), "matrix of right belongs to another image size"),
+        (lambda one: focused(one, 1.05), "focal lengths of the two cameras"),
+        (lambda one: turned(one, 3.0), "One camera is turned by 3.0 degrees"),
+    ],
+)
+def test_a_slip_in_one_camera_is_named_with_a_tested_correction(pair, details, slip, remedy):
+    [finding] = found((pair[0], slip(pair[1])), details)
+    assert finding.severity == "error"
+    assert remedy in finding.remedy
+    assert "tested" in finding.remedy
+
+
+def test_an_image_that_is_upside_down_is_named(pair, details):
+    [finding] = found(pair, details.left_turned(pair[0]))
+    assert "The left image is upside down" in finding.remedy
+
+
+def test_too_few_details_prove_nothing(pair, details):
+    few = Details(details.image[:20], details.left[:20], 400)
+    assert not found(pair, few)
+
+
+def test_details_of_a_rendered_pair_have_its_disparity():
+    left, image = pair_with_disparity(np.full((240, 320), 12.0))
+    details = details_of([(left, image)])
+    assert len(details.left) > 100
+    apart = np.median(details.left - details.image, axis=0)
+    assert apart == pytest.approx([12.0, 0.0], abs=0.1)
+    mirrored = details_of([(np.ascontiguousarray(left[:, ::-1]), image)])
+    assert len(mirrored.left) < 0.04 * mirrored.seen
+
+
+def test_rows_are_those_of_the_rectified_images(pair, details):
+    lowered = dataclasses.replace(details, left=details.left + [0.0, 2.0])
+    focal = stereo_rectification(*pair).geometry.focal
+    assert row_fit(pair, lowered).row_px == pytest.approx(2.0 * focal / 500.0, abs=0.4)
