@@ -36,8 +36,9 @@ def still(tmp_path):
 
 
 def test_who_stands_still_is_found_by_the_clicks_and_kept(
-    qtbot, settings, failures, processes, still, monkeypatch
+    qtbot, settings, failures, processes, kept, still, monkeypatch
 ):
+    kept.close()
     settings.setValue("open_zoomed", True)
     window = show_window(qtbot, settings, processes)
     qtbot.addWidget(window)
