@@ -162,7 +162,10 @@ def is_seen(camera, points):
     return all(area.contains(camera.place_of(x, y)) for x, y in points)
 
 
-def test_a_recording_opens_zoomed_to_the_person(qtbot, settings, failures, processes, four_views):
+def test_a_recording_opens_zoomed_to_the_person(
+    qtbot, settings, failures, processes, kept, four_views
+):
+    kept.close()
     settings.setValue("open_zoomed", True)
     window = show_window(qtbot, settings, processes)
     qtbot.addWidget(window)
