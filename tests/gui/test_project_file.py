@@ -148,7 +148,12 @@ def test_two_windows_on_one_project(window, qtbot, folder, tmp_path, settings):
     assert not other.context.actions.action("undo").isEnabled()
     assert "another program" in other.context.actions.command("undo").why_not()
     other.context.session.tracker.choose_first_pose("tpose")
-    other.activateWindow()
+
+    def active() -> bool:
+        other.activateWindow()
+        return other.isActiveWindow()
+
+    qtbot.waitUntil(active)
     assert other.context.actions.action("undo").text() == "Undo Set initial pose to T pose"
     QTest.keyClick(other, Qt.Key.Key_Z, Qt.KeyboardModifier.ControlModifier)
     assert other.context.session.tracker.first_pose == "auto", "what is not stored is undone"
