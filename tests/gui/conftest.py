@@ -13,7 +13,8 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from PySide6.QtCore import QSettings
+from PySide6.QtCore import QSettings, Qt
+from PySide6.QtWidgets import QWidget
 
 from app.features.annotate import panels
 from app.features.annotate.clicking import facts
@@ -56,6 +57,20 @@ def qtbot(qtbot):
     for name in ("waitUntil", "waitSignal", "waitSignals", "waitExposed"):
         setattr(qtbot, name, patient(getattr(qtbot, name)))
     return qtbot
+
+
+@pytest.fixture(autouse=True)
+def nothing_left_open(qapp):
+    """Close what a test leaves open, and fail: it would keep the mouse from others' widgets."""
+    yield
+    left = []
+    while shown := qapp.activePopupWidget() or qapp.activeModalWidget():
+        left.append(f"{type(shown).__name__} {shown.windowTitle()!r}")
+        shown.close()
+        shown.hide()
+    assert not left, f"left open: {', '.join(left)}"
+    assert not QWidget.mouseGrabber(), "a widget still has the mouse"
+    assert qapp.mouseButtons() == Qt.MouseButton.NoButton, "a mouse button is still down"
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -42,6 +42,12 @@ def window_with(settings: QSettings, processes: Processes | None = None) -> Main
     return window
 
 
+def double_click(widget, place: QPoint) -> None:
+    """Click twice; the test library's own event leaves the button down, and the mouse captured."""
+    QTest.mouseDClick(widget, LEFT, pos=place)
+    QTest.mouseRelease(widget, LEFT, pos=place)
+
+
 def view(window, name="N"):
     return window.context.docks.views.tiles[name].camera
 

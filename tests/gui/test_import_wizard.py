@@ -43,7 +43,9 @@ def wizard_of(window, qtbot):
         settle(qtbot, window)
         return wizard
 
-    return shown
+    yield shown
+    for wizard in window.findChildren(ImportWizard):
+        wizard.reject()
 
 
 def press(wizard, which):

@@ -11,6 +11,7 @@ from PySide6.QtWidgets import QApplication
 
 from app.start import WORKSPACE_NAMES
 from app.widgets.camera.camera_view import CameraView
+from tests.gui.hands import double_click
 
 pytestmark = pytest.mark.window
 
@@ -132,7 +133,7 @@ def test_the_wheel_zooms_at_the_cursor(opened, qtbot):
     after = camera.pixel_at(place)
     assert abs(after.x() - before.x()) < 1e-6
     assert abs(after.y() - before.y()) < 1e-6
-    qtbot.mouseDClick(camera, Qt.MouseButton.LeftButton, pos=place.toPoint())
+    double_click(camera, place.toPoint())
     assert camera.zoom == 1.0
 
 

@@ -10,6 +10,7 @@ from PySide6.QtWidgets import QApplication, QColorDialog, QComboBox, QLineEdit
 from app.features.annotate.setup.landmark_set import LandmarkSetDialog, sketch_of
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.project.clicks import PlaceClicks
+from tests.gui.hands import double_click
 
 LEFT = Qt.MouseButton.LeftButton
 
@@ -27,7 +28,7 @@ def edit_cell(qtbot, dialog, row, column, text):
     if column == 1:
         qtbot.keyClick(dialog.table, Qt.Key.Key_F2)
     else:
-        qtbot.mouseDClick(port, LEFT, pos=area.center())
+        double_click(port, area.center())
     editor = QApplication.focusWidget()
     if isinstance(editor, QComboBox):
         editor.setCurrentText(text)
@@ -74,7 +75,7 @@ def test_a_slip_is_named_and_cannot_be_used(qtbot, dialog):
 
 def test_a_double_click_chooses_a_colour(qtbot, dialog):
     area = dialog.table.visualRect(dialog.table.model().index(0, 1))
-    qtbot.mouseDClick(dialog.table.viewport(), LEFT, pos=area.center())
+    double_click(dialog.table.viewport(), area.center())
     chooser = dialog.findChild(QColorDialog)
     chooser.setCurrentColor(QColor("#123456"))
     chooser.accept()

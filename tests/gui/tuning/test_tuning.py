@@ -16,6 +16,7 @@ from app.session import judgement
 from stereotrack_core.experiments.run_process import load
 from stereotrack_core.interop.run_file import read_run
 from stereotrack_core.tracking.presets import preset, read_preset
+from tests.gui.hands import double_click
 
 pytestmark = pytest.mark.window
 unix = pytest.mark.skipif(sys.platform == "win32", reason="there are no such signals")
@@ -366,7 +367,7 @@ def test_values_of_one_parameter_beside_each_other(tuning, qtbot, monkeypatch):
     assert series.shown == 2
     assert series.tried[1].entry not in tuning.context.session.runs.entries
     tuning.features.tune.trials.live = False
-    QTest.mouseDClick(panel.multiples, Qt.MouseButton.LeftButton, pos=area)
+    double_click(panel.multiples, area)
     assert tuning.context.session.track.settings.tracking.sigma_joint == 45.0
     assert series.tried[2].entry not in tuning.context.session.runs.entries
     qtbot.waitUntil(tuning.context.tasks.settled, timeout=60_000)

@@ -19,6 +19,7 @@ from stereotrack_core.body.pose import t_pose
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.transform import RigidTransform
+from tests.gui.hands import double_click
 
 HIPS = np.array([0.0, 0.0, 0.95])
 BODY = body_model(AVERAGE)
@@ -211,7 +212,7 @@ class TestEye:
         home = scene.orbit
         self.wheel(scene, 3)
         assert scene.orbit.distance < home.distance
-        qtbot.mouseDClick(scene, Qt.MouseButton.LeftButton, pos=QPoint(5, 5))
+        double_click(scene, QPoint(5, 5))
         assert scene.orbit.distance == pytest.approx(home.distance)
 
     def test_right_drag_moves_the_scene_with_the_mouse(self, qtbot, scene):
