@@ -64,6 +64,18 @@ INIT = option(
     "--init auto|tpose|FILE", "initial pose, as for track (default: auto)", default="auto"
 )
 FPS = option("--fps N", "frames per second, for files that do not state it", type=float)
+NAMES = option(
+    "--name THEIRS=OURS",
+    "landmark name here for a landmark name in the file; may be given several times",
+    action="append",
+    default=[],
+    dest="names",
+)
+AXES = option(
+    "--axes EAST,NORTH,UP",
+    "the axes of a .trc or .c3d file that point east, north and up, for example z,x,y or x,-z,y; "
+    "by default z,x,y for .trc, and what the file states, or x,y,z, for .c3d",
+)
 REFERENCE = option(
     "--reference FILE",
     "reference landmarks (.csv, .trc, .c3d), or with their uncertainty (.npz of `stereotrack "

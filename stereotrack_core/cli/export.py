@@ -8,13 +8,22 @@ from pathlib import Path
 from typing import Any
 
 from stereotrack_core.annotation.reference import Reference
-from stereotrack_core.cli.arguments import FPS, JSON, check_output, check_suffix, option
+from stereotrack_core.cli.arguments import (
+    AXES,
+    FPS,
+    JSON,
+    NAMES,
+    check_output,
+    check_suffix,
+    option,
+)
 from stereotrack_core.cli.output import OK, put_result, say
 from stereotrack_core.cli.sources import (
     angle_source,
     open_project,
     recording_of,
     say_if_unfinished,
+    stated_in,
     write_angles,
 )
 from stereotrack_core.errors import InputError
@@ -71,6 +80,8 @@ OPTIONS = (
         const="",
     ),
     FPS,
+    NAMES,
+    AXES,
     JSON,
 )
 
@@ -159,13 +170,13 @@ def _trajectory(args: Namespace) -> dict[str, Any]:
         return {"files": {args.output: f"joint angles of {frames} frames"}}
     if args.format not in TRAJECTORY_FORMATS:
         raise _wrong_kind(args.format, (*TRAJECTORY_FORMATS, ANGLES))
-    trajectory, stated = read_timed_trajectory(args.source)
+    trajectory, fps = read_timed_trajectory(args.source, stated_in(args))
     residual = None
     if holds_run(args.source):
         run = read_run(args.source)
         say_if_unfinished(args.source, run)
         residual = run.residual
-    write_trajectory(args.output, trajectory, stated if args.fps is None else args.fps, residual)
+    write_trajectory(args.output, trajectory, fps if args.fps is None else args.fps, residual)
     return {"files": {args.output: f"{len(trajectory.frame)} frames"}}
 
 

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from argparse import Namespace
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from stereotrack_core.cli.arguments import JSON, flag, option
+from stereotrack_core.cli.arguments import AXES, JSON, NAMES, flag, option
 from stereotrack_core.cli.output import OK, put_result, say
-from stereotrack_core.cli.sources import open_project, recording_of, say_notes
+from stereotrack_core.cli.sources import open_project, recording_of, say_notes, stated_in
 from stereotrack_core.errors import InputError
-from stereotrack_core.interop.label_source import Labels, LabelSource, stated_names
+from stereotrack_core.interop.label_source import Labels, LabelSource
 from stereotrack_core.interop.labels import is_trajectory, read_labels
+from stereotrack_core.interop.landmark_file import Stated
 from stereotrack_core.interop.run_file import reference_in
 from stereotrack_core.project.merging import Decision, clicks_of_project, incoming
 from stereotrack_core.project.project import Project
@@ -36,13 +38,8 @@ OPTIONS = (
     ),
     option("--into PROJECT", "project (.stereotrack)", type=Path, required=True),
     option("--camera NAME", "camera or view of the labels (DeepLabCut, COCO)"),
-    option(
-        "--name THEIRS=OURS",
-        "landmark name here for a landmark name in the file; may be given several times",
-        action="append",
-        default=[],
-        dest="names",
-    ),
+    NAMES,
+    AXES,
     option(
         "--conflicts",
         "which clicks to keep where the file contradicts the project: mine (the project's) "
@@ -59,29 +56,30 @@ _SHOWN = 20
 
 def run(args: Namespace) -> int:
     """Read, compare and take in."""
-    names = stated_names(args.names, "--name")
+    stated = stated_in(args)
     if not args.file.is_file():
         raise InputError("there is no such file", where=str(args.file), remedy="Check the path.")
     trajectory = is_trajectory(args.file)
     with open_project(args.into, read_only=False) as project:
-        facts = _reference(args, project) if trajectory else _clicks(args, project, names)
+        facts = (_reference if trajectory else _clicks)(args, project, stated)
     rows = [(key.replace("_", " "), str(value)) for key, value in facts.items()]
     table = Table(f"{args.file} into {args.into}", ("", ">"), rows)
     put_result(facts, table, as_json=args.json)
     return OK
 
 
-def _clicks(args: Namespace, project: Project, names: dict[str, str]) -> dict[str, Any]:
+def _clicks(args: Namespace, project: Project, stated: Stated) -> dict[str, Any]:
     """Take in clicks by one edit."""
     mine = project.clicks.all(with_deleted=True)
     problems, left_out = 0, "none"
+    _refuse(args, "clicks are pixels, which have no axes in the world", "axes")
     if args.file.suffix.lower() == SUFFIX:
-        _refuse_options(args, "a project states cameras and landmarks itself")
+        _refuse(args, "a project states cameras and landmarks itself", "camera", "names")
         theirs, notes = clicks_of_project(args.file, project)
         say_notes(notes)
         found = incoming(mine, theirs, args.file.name)
     else:
-        labels = _labels(args, project, names)
+        labels = _labels(args, project, stated.names)
         problems, left_out = len(labels.problems), ", ".join(labels.left_out) or "none"
         found = incoming(mine, labels.clicks, args.file.name, complete=False)
     decided: Decision | None = args.conflicts
@@ -107,7 +105,7 @@ def _clicks(args: Namespace, project: Project, names: dict[str, str]) -> dict[st
     }
 
 
-def _labels(args: Namespace, project: Project, names: dict[str, str]) -> Labels:
+def _labels(args: Namespace, project: Project, names: Mapping[str, str]) -> Labels:
     """What a file of another tool holds; InputError where it has problems that are not allowed."""
     recording = recording_of(project)
     with FrameReader(recording, read_ahead=0) as reader:
@@ -119,10 +117,10 @@ def _labels(args: Namespace, project: Project, names: dict[str, str]) -> Labels:
     return labels
 
 
-def _reference(args: Namespace, project: Project) -> dict[str, Any]:
+def _reference(args: Namespace, project: Project, stated: Stated) -> dict[str, Any]:
     """Keep a trajectory as a reference of the project."""
-    _refuse_options(args, "a trajectory belongs to no camera and has its own landmark names")
-    reference = reference_in(args.file)
+    _refuse(args, "a trajectory belongs to no camera", "camera")
+    reference = reference_in(args.file, stated)
     name = args.file.stem
     replacing = args.conflicts == "theirs"
     if name in project.references.names() and not replacing:
@@ -135,11 +133,12 @@ def _reference(args: Namespace, project: Project) -> dict[str, Any]:
     return {"reference": name, "frames": len(reference.frame)}
 
 
-def _refuse_options(args: Namespace, why: str) -> None:
-    """Refuse what is said about labels where the file is of another kind."""
-    for name, given in (("--camera", args.camera), ("--name", args.names)):
-        if given:
-            raise InputError(why, where=name, remedy="Omit this name.")
+def _refuse(args: Namespace, why: str, *options: str) -> None:
+    """Refuse what is said about a file where it is of another kind."""
+    for name in options:
+        if getattr(args, name):
+            where = f"--{name.removesuffix('s') if name == 'names' else name}"
+            raise InputError(why, where=where, remedy="Omit this option.")
 
 
 def _say_problems(labels: Labels, *, skip: bool) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from argparse import Namespace
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -24,6 +25,8 @@ from stereotrack_core.evaluation.joint_angles.series import (
     angles_of_run,
     angles_of_trajectory,
 )
+from stereotrack_core.interop.label_source import stated_names
+from stereotrack_core.interop.landmark_file import Stated, world_from_axes
 from stereotrack_core.interop.reference_npz import fps_of_reference, is_reference, read_reference
 from stereotrack_core.interop.run_file import (
     holds_run,
@@ -226,6 +229,12 @@ def _read(path: Path) -> tuple[JointAngles, Recording | None, float | None]:
     folder = run.meta.get("recording_folder")
     recording = recording_in(Path(str(folder))) if folder else None
     return angles_of_run(run), recording, fps_of_run(run) if "fps" in run.meta else None
+
+
+def stated_in(args: Namespace) -> Stated:
+    """What the options --name and --axes say about a file of another tool."""
+    axes = None if args.axes is None else world_from_axes(args.axes)
+    return Stated(stated_names(args.names, "--name"), axes)
 
 
 def recording_in(folder: Path) -> Recording | None:

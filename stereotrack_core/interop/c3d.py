@@ -1,8 +1,9 @@
 """C3D, the binary landmark file of motion laboratories.
 
-Positions are in millimetres, z up (``POINT:X_SCREEN`` +X, ``POINT:Y_SCREEN`` +Z). An unknown
-landmark is NaN with residual -1, which other readers take as missing. The format stores
-single precision and counts frames with 16 bits; frame numbers are the recording's.
+Files of Intel, DEC and MIPS processors are read, with the axes that ``POINT:X_SCREEN`` and
+``POINT:Y_SCREEN`` state; written are Intel's, in millimetres, z up (``X_SCREEN`` +X, ``Y_SCREEN``
++Z). An unknown landmark is NaN with residual -1, which other readers take as missing. The format
+stores single precision and counts frames with 16 bits; frame numbers are the recording's.
 """
 
 from __future__ import annotations
@@ -14,36 +15,70 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.atomic import replacing
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.landmark_file import (
+    Stated,
+    axis_in,
     checked_fps,
     contiguous,
     landmark_columns,
     metres_per,
+    world_from_up,
 )
 from stereotrack_core.reading import TABLE_BYTES, read_bytes
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 
 _BLOCK = 512
 _MAGIC = 0x50
-_INTEL = 84
 _BYTES = {-1: 1, 1: 1, 2: 2, 4: 4}
+
+
+@dataclass(frozen=True)
+class _Processor:
+    """How numbers are stored; `order` as numpy has it."""
+
+    order: str = "<"
+    vax_floats: bool = False
+
+    def integers(self, data: bytes) -> npt.NDArray[np.int16]:
+        """Numbers of two bytes, with a sign."""
+        return np.frombuffer(data, f"{self.order}i2").astype(np.int16)
+
+    def unsigned(self, data: bytes, at: int) -> int:
+        """One number of two bytes without a sign."""
+        return int(struct.unpack_from(f"{self.order}H", data, at)[0])
+
+    def floats(self, data: bytes) -> FloatArray:
+        """Numbers of four bytes.
+
+        Those of a VAX have their halves exchanged, and an exponent that is larger by two.
+        """
+        if self.vax_floats:
+            halves = np.frombuffer(data, "<u2").reshape(-1, 2)[:, ::-1]
+            return np.ascontiguousarray(halves).view("<f4")[:, 0].astype(np.float64) / 4.0
+        return np.frombuffer(data, f"{self.order}f4").astype(np.float64)
+
+
+_PROCESSORS = {84: _Processor(), 85: _Processor(vax_floats=True), 86: _Processor(order=">")}
+"""Of Intel, DEC and MIPS, by the code of the file."""
 
 
 @dataclass(frozen=True, eq=False)
 class _C3DContent:
     """What a file holds of points (F, N, 3), in `units` and NaN where marked as missing.
 
-    The first frame is counted from 0, as ezc3d does, though the file counts from 1; `vertical` is
-    ``POINT:Y_SCREEN``, empty where not stated.
+    The first frame is counted from 0, as ezc3d does, though the file counts from 1; `right` and
+    `vertical` are ``POINT:X_SCREEN`` and ``POINT:Y_SCREEN``, empty where not stated.
     """
 
     first_frame: int
     rate: float
     units: str
+    right: str
     vertical: str
     labels: tuple[str, ...]
     points: FloatArray
@@ -64,47 +99,48 @@ class _Parameter:
 
 
 def _parse_c3d(data: bytes) -> _C3DContent:
-    """Parse the bytes of a file of the Intel kind, which all common programs write."""
+    """Parse the bytes of a file of any processor."""
     if len(data) < _BLOCK or data[1] != _MAGIC:
         raise ValueError("this is not a C3D file")
     try:
-        parameters = _parameters(data, _BLOCK * (data[0] - 1))
-        return _content(data, parameters)
+        start = _BLOCK * (data[0] - 1)
+        processor = _PROCESSORS.get(data[start + 3]) if start >= 0 else None
+        if processor is None:
+            raise ValueError("the file is damaged or uses an unsupported processor type")
+        return _content(data, processor, _parameters(data, start, processor))
     except (struct.error, IndexError, KeyError, OverflowError) as error:
         raise ValueError("the file is damaged") from error
 
 
-def _content(data: bytes, parameters: dict[str, _Parameter]) -> _C3DContent:
-    count, analog, first, last = struct.unpack_from("<4H", data, 2)
-    scale, start = struct.unpack_from("<fH", data, 12)
-    (rate,) = struct.unpack_from("<f", data, 20)
+def _content(data: bytes, processor: _Processor, parameters: dict[str, _Parameter]) -> _C3DContent:
+    count, analog, first, last = (processor.unsigned(data, at) for at in (2, 4, 6, 8))
+    scale, rate = (float(processor.floats(data[at : at + 4])[0]) for at in (12, 20))
+    start = processor.unsigned(data, 16)
     frames = last - first + 1
     if frames < 0 or not 0 < rate < np.inf or not np.isfinite(scale):
         raise ValueError("the file is damaged")
-    number = np.dtype("<f4" if scale < 0 else "<i2")
-    size = (4 * count + analog) * frames
+    numbers, width = (processor.floats, 4) if scale < 0 else (processor.integers, 2)
     begin = _BLOCK * (start - 1)
-    if begin < _BLOCK or begin + size * number.itemsize > len(data):
+    end = begin + (4 * count + analog) * frames * width
+    if begin < _BLOCK or end > len(data):
         raise ValueError("the file ends before its last frame")
-    values = np.frombuffer(data, number, size, begin).reshape(frames, 4 * count + analog)
+    values = numbers(data[begin:end]).reshape(frames, 4 * count + analog)
     with np.errstate(invalid="ignore"):  # damaged floats may be signalling NaN
         rows = values[:, : 4 * count].reshape(frames, count, 4).astype(np.float64)
     points = rows[..., :3] if scale < 0 else rows[..., :3] * scale
     points[rows[..., 3] < 0] = np.nan
-    units, labels, vertical = (
+    units, labels, right, vertical = (
         parameters[name].texts() if name in parameters else ()
-        for name in ("UNITS", "LABELS", "Y_SCREEN")
+        for name in ("UNITS", "LABELS", "X_SCREEN", "Y_SCREEN")
     )
     if len(labels) < count:
         raise ValueError("the file contains points without a label")
-    unit, up = "".join(units[:1]), "".join(vertical[:1])
-    return _C3DContent(first - 1, rate, unit, up, labels[:count], points)
+    unit, east, up = ("".join(texts[:1]) for texts in (units, right, vertical))
+    return _C3DContent(first - 1, rate, unit, east, up, labels[:count], points)
 
 
-def _parameters(data: bytes, start: int) -> dict[str, _Parameter]:
+def _parameters(data: bytes, start: int, processor: _Processor) -> dict[str, _Parameter]:
     """Parameters of the group POINT by name."""
-    if start < 0 or data[start + 3] != _INTEL:
-        raise ValueError("the file is damaged or uses an unsupported processor type")
     end = min(len(data), start + _BLOCK * data[start + 2])
     groups: dict[int, str] = {}
     found: list[tuple[int, str, _Parameter]] = []
@@ -116,7 +152,7 @@ def _parameters(data: bytes, start: int) -> dict[str, _Parameter]:
         at += 2
         name = data[at : at + abs(name_length)].decode("ascii", "replace").upper()
         at += abs(name_length)
-        (step,) = struct.unpack_from("<H", data, at)
+        step = processor.unsigned(data, at)
         if group < 0:
             groups[-group] = name
         else:
@@ -193,15 +229,16 @@ def _new_file(fps: float, first: int) -> Any:
     return file
 
 
-def read_c3d(path: Path) -> tuple[LandmarkTrajectory, float]:
-    """Landmarks and frame rate of a C3D file whose points have this program's names.
+def read_c3d(path: Path, stated: Stated | None = None) -> tuple[LandmarkTrajectory, float]:
+    """Landmarks and frame rate of a C3D file, its points matched by name.
 
-    The axes are taken as this program writes them (z up); landmarks that the file lacks are
-    NaN, points with other names are left out.
+    Up and east are where the file's screen has them, else z and x. Landmarks that the file lacks
+    are NaN, points with other names are left out.
 
-    InputError for a damaged file, other axes, an unknown unit, or a file without any of the
+    InputError for a damaged file, axes or a unit that are not known, or a file without any of the
     nine landmarks.
     """
+    stated = stated or Stated()
     try:
         content = _parse_c3d(read_bytes(path, TABLE_BYTES))
     except ValueError as error:
@@ -209,16 +246,24 @@ def read_c3d(path: Path) -> tuple[LandmarkTrajectory, float]:
             str(error), where=str(path), remedy="Use another copy of the file, or export it again."
         ) from error
     metres = metres_per(content.units, f"{path}, POINT:UNITS")
-    if content.vertical not in ("", "+Z"):
-        raise InputError(
-            f"the vertical axis is {content.vertical}",
-            where=f"{path}, POINT:Y_SCREEN",
-            remedy="Rotate the data so that z points up, and set Y_SCREEN to +Z.",
-        )
-    columns = landmark_columns(content.labels, f"{path}, POINT:LABELS", "points")
+    turn = stated.world_from_file
+    world_from_file = _world_from_screen(content, path) if turn is None else turn
+    columns = landmark_columns(content.labels, stated.names, f"{path}, POINT:LABELS")
     count = len(content.points)
     points = np.full((count, len(LANDMARKS), 3), np.nan)
     for name, column in columns.items():
-        points[:, LANDMARKS.index(name)] = metres * content.points[:, column]
+        points[:, LANDMARKS.index(name)] = metres * content.points[:, column] @ world_from_file.T
     frame = np.arange(content.first_frame, content.first_frame + count, dtype=np.int64)
     return LandmarkTrajectory(frame, points), content.rate
+
+
+def _world_from_screen(content: _C3DContent, path: Path) -> FloatArray:
+    """Rotation (3, 3) from the file's axes, of which the screen's vertical one points up."""
+    up, east = axis_in(content.vertical or "+Z"), axis_in(content.right or "+X")
+    if up is None:
+        raise InputError(
+            f"{content.vertical!r} is not an axis",
+            where=f"{path}, POINT:Y_SCREEN",
+            remedy="State the axes that point east, north and up with --axes.",
+        )
+    return world_from_up(up, east)

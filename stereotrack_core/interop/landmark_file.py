@@ -1,19 +1,84 @@
-"""What landmark files of other programs have in common: units, names, frame rate, no gaps."""
+"""What landmark files of other programs have in common: units, names, axes, frame rate, gaps."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.errors import InputError
+from stereotrack_core.interop.label_source import map_names
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 
 _WIDEST_GAP, _MOST_MISSING = 10_000, 100
 """Rows that are filled in at most: so many, and so many for each frame that is known."""
 
 _METRES = {"m": 1.0, "cm": 0.01, "mm": 0.001}
+
+_AXIS = re.compile(r"([+-]?)([xyz])")
+
+
+@dataclass(frozen=True, eq=False)
+class Stated:
+    """What a person says about a file of landmarks, which goes before what it says itself."""
+
+    names: Mapping[str, str] = field(default_factory=dict)
+    """Ours of their names of landmarks."""
+    world_from_file: FloatArray | None = None
+    """(3, 3): which of the file's axes point east, north and up."""
+
+
+def world_from_axes(text: str, where: str = "--axes") -> FloatArray:
+    """Rotation (3, 3) from a file's axes as a person types them: those of east, north and up.
+
+    InputError for something else, or for axes that make a mirror image.
+
+    Examples
+    --------
+    >>> world_from_axes("x,-z,y") @ [1.0, 2.0, 3.0]  # y points up, z to the south
+    array([ 1., -3.,  2.])
+    """
+    rows = [axis_in(part) for part in text.split(",")]
+    world_from_file = np.array([row for row in rows if row is not None])
+    shape = world_from_file.shape if len(rows) == 3 else ()
+    handedness = np.linalg.det(world_from_file) if shape == (3, 3) else 0.0
+    if handedness == 0.0:
+        raise InputError(
+            f"{text!r} does not name three axes",
+            where=where,
+            remedy="Give the file's axes that point east, north and up, for example z,x,y or "
+            "x,-z,y.",
+        )
+    if handedness < 0.0:
+        raise InputError(
+            f"the axes {text} make a mirror image of the person",
+            where=where,
+            remedy="Change the sign of one of them.",
+        )
+    return world_from_file
+
+
+def axis_in(text: str) -> FloatArray | None:
+    """Direction (3,) of an axis such as ``+X`` or ``-y``; None where it is none."""
+    match = _AXIS.fullmatch(text.strip().lower())
+    if match is None:
+        return None
+    axis: FloatArray = np.zeros(3)
+    axis["xyz".index(match[2])] = -1.0 if match[1] == "-" else 1.0
+    return axis
+
+
+def world_from_up(up: FloatArray, east: FloatArray | None = None) -> FloatArray:
+    """Rotation (3, 3) from a file whose axis `up` (3,) points up, and perhaps `east` (3,) east.
+
+    Without the latter the axes keep their cyclic order: with y up, z points east and x north.
+    """
+    if east is None or abs(east @ up) > 0.0:
+        east = np.roll(up, 1)
+    return np.stack([east, np.cross(up, east), up])
 
 
 def contiguous(trajectory: LandmarkTrajectory, where: str) -> tuple[int, FloatArray]:
@@ -57,18 +122,16 @@ def metres_per(unit: str, where: str) -> float:
     return metres
 
 
-def landmark_columns(names: Sequence[str], where: str, points: str) -> dict[str, int]:
-    """Where each of the nine landmarks stands among a file's names, as far as it does.
+def landmark_columns(
+    labels: Sequence[str], stated: Mapping[str, str], where: str
+) -> dict[str, int]:
+    """Where each of the nine landmarks stands among a file's labels, as far as it does.
 
-    `points` is what the format calls them.
+    Labels may have a subject's name and a colon before them. See :func:`map_names` for the rest.
 
-    InputError where none of them does.
+    InputError where none of the landmarks is there, or two labels mean the same one.
     """
-    columns = {name: names.index(name) for name in LANDMARKS if name in names}
-    if not columns:
-        raise InputError(
-            "the file contains none of the nine landmarks",
-            where=where,
-            remedy=f"Name the {points} {', '.join(LANDMARKS)}.",
-        )
-    return columns
+    plain = [label.rsplit(":", 1)[-1].strip() for label in labels]
+    theirs = [name for name in plain if name]
+    known = map_names(theirs, LANDMARKS, stated, where=where)
+    return {ours: plain.index(name) for name, ours in known.items()}

@@ -11,6 +11,7 @@ from stereotrack_core.arrays import FloatArray
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.bvh import write_bvh
 from stereotrack_core.interop.c3d import read_c3d, write_c3d
+from stereotrack_core.interop.landmark_file import Stated
 from stereotrack_core.interop.reference_npz import (
     fps_of_reference,
     is_reference,
@@ -43,11 +44,15 @@ def _read_timed_run(path: Path) -> Timed:
 _READERS: Mapping[str, Callable[[Path], Timed]] = {
     ".npz": _read_archive,
     ".csv": lambda path: (read_landmarks(path), None),
-    ".trc": read_trc,
-    ".c3d": read_c3d,
     PART_SUFFIX: _read_timed_run,
 }
-"""What landmarks can be read from."""
+"""What landmarks are read from that have this program's names and axes."""
+
+_FOREIGN: Mapping[str, Callable[[Path, Stated | None], Timed]] = {
+    ".trc": read_trc,
+    ".c3d": read_c3d,
+}
+"""What they are read from with the names and axes of other programs."""
 
 _WRITERS: Mapping[str, Callable[[Path, LandmarkTrajectory, float], None]] = {
     ".trc": write_trc,
@@ -148,18 +153,29 @@ def read_run(path: Path) -> Run:
     return read_npz(path)
 
 
-def read_trajectory(path: Path) -> LandmarkTrajectory:
+def read_trajectory(path: Path, stated: Stated | None = None) -> LandmarkTrajectory:
     """Landmarks of a run, a reference (.npz) or a landmarks file (.csv, .trc, .c3d).
 
-    InputError for an unknown suffix or a damaged file.
+    `stated`: names and axes of a file of another program (.trc, .c3d).
+
+    InputError for an unknown suffix, a damaged file, or something stated about another format.
     """
-    return read_timed_trajectory(path)[0]
+    return read_timed_trajectory(path, stated)[0]
 
 
-def read_timed_trajectory(path: Path) -> Timed:
+def read_timed_trajectory(path: Path, stated: Stated | None = None) -> Timed:
     """The same, with frames per second where the file states them."""
     path = Path(path)
-    return _READERS[_suffix(path, tuple(_READERS))](path)
+    suffix = _suffix(path, (*_READERS, *_FOREIGN))
+    if suffix in _FOREIGN:
+        return _FOREIGN[suffix](path, stated)
+    if stated is not None and (stated.names or stated.world_from_file is not None):
+        raise InputError(
+            "landmark names and axes can only be given for .trc and .c3d files",
+            where=str(path),
+            remedy="Omit --name and --axes.",
+        )
+    return _READERS[suffix](path)
 
 
 def _suffix(path: Path, known: tuple[str, ...]) -> str:
@@ -173,9 +189,9 @@ def _suffix(path: Path, known: tuple[str, ...]) -> str:
     return suffix
 
 
-def reference_in(path: Path) -> Reference:
+def reference_in(path: Path, stated: Stated | None = None) -> Reference:
     """The reference that a file of a trajectory holds; InputError where it cannot be read."""
     if is_reference(path):
         return read_reference(path)
-    trajectory = read_trajectory(path)
+    trajectory = read_trajectory(path, stated)
     return Reference(trajectory.frame, trajectory.points, meta={"imported_from": path.name})

@@ -2,7 +2,8 @@
 
 The file is y-up, with x to the north and z to the east: (X, Y, Z) = (y, z, x) of this
 program's world, as Pose2Sim writes it. Frame numbers are the recording's, time is frame over
-frame rate, an unknown landmark is empty (OpenSim reads blanks as NaN).
+frame rate, an unknown landmark is empty (OpenSim reads blanks as NaN), and so is a whole frame
+of a gap. Columns are separated by tabs, or by commas where other programs do so.
 """
 
 from __future__ import annotations
@@ -15,19 +16,31 @@ import numpy as np
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.atomic import write_file
 from stereotrack_core.errors import InputError
-from stereotrack_core.interop.landmark_file import checked_fps, landmark_columns, metres_per
+from stereotrack_core.interop.landmark_file import (
+    Stated,
+    checked_fps,
+    contiguous,
+    landmark_columns,
+    metres_per,
+    world_from_up,
+)
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 from stereotrack_core.tables import guarded, read_cells, whole_number
 
 _TRC_FROM_WORLD = [1, 2, 0]
-_WORLD_FROM_TRC = [2, 0, 1]
+_Y_UP = np.array([0.0, 1.0, 0.0])
 
 
 def write_trc(path: Path, trajectory: LandmarkTrajectory, fps: float) -> None:
-    """Write landmarks in metres; `fps` in frames per second."""
+    """Write landmarks in metres; `fps` in frames per second.
+
+    Frames between those of the trajectory are written as empty ones.
+
+    InputError where there are no frames, or few in a long stretch.
+    """
     fps = checked_fps(fps)
-    rate, count = f"{fps:.10g}", len(trajectory.frame)
-    first = int(trajectory.frame[0]) if count else 0
+    first, points = contiguous(trajectory, str(path))
+    rate, count = f"{fps:.10g}", len(points)
     fields = ["DataRate", "CameraRate", "NumFrames", "NumMarkers", "Units"]
     fields += ["OrigDataRate", "OrigDataStartFrame", "OrigNumFrames"]
     facts = [rate, rate, str(count), str(len(LANDMARKS)), "m", rate, str(first), str(count)]
@@ -40,8 +53,8 @@ def write_trc(path: Path, trajectory: LandmarkTrajectory, fps: float) -> None:
         ["Frame#", "Time", *names],
         ["", "", *axes],
     ]
-    points = trajectory.points[..., _TRC_FROM_WORLD].reshape(count, len(LANDMARKS) * 3)
-    for frame, values in zip(trajectory.frame.tolist(), points.tolist(), strict=True):
+    cells = points[..., _TRC_FROM_WORLD].reshape(count, len(LANDMARKS) * 3).tolist()
+    for frame, values in enumerate(cells, start=first):
         rows.append(
             [
                 str(frame),
@@ -52,14 +65,17 @@ def write_trc(path: Path, trajectory: LandmarkTrajectory, fps: float) -> None:
     write_file(path, "".join("\t".join(row) + "\n" for row in rows))
 
 
-def read_trc(path: Path) -> tuple[LandmarkTrajectory, float]:
-    """Landmarks and frame rate of a TRC file whose columns have this program's names.
+def read_trc(path: Path, stated: Stated | None = None) -> tuple[LandmarkTrajectory, float]:
+    """Landmarks and frame rate of a TRC file, its columns matched by name.
 
     Landmarks that the file lacks are NaN; columns with other names are left out.
 
     InputError for a damaged file, an unknown unit, or a file without any of the nine landmarks.
     """
+    stated = stated or Stated()
     lines = read_cells(path, delimiter="\t", quoting=csv.QUOTE_NONE)
+    if lines and lines[0][0].startswith("PathFileType,"):
+        lines = read_cells(path)
     if len(lines) < 5 or lines[0][:1] != ["PathFileType"]:
         raise InputError(
             "this is not a TRC file",
@@ -68,7 +84,7 @@ def read_trc(path: Path) -> tuple[LandmarkTrajectory, float]:
         )
     facts = dict(zip(lines[1], lines[2], strict=False))
     metres = metres_per(facts.get("Units", ""), f"{path}, Units")
-    columns = landmark_columns(lines[3], f"{path}, line 4", "markers")
+    columns = landmark_columns(lines[3][2:], stated.names, f"{path}, line 4")
     rate = facts.get("DataRate", "")
     try:
         fps = checked_fps(float(rate))
@@ -79,19 +95,19 @@ def read_trc(path: Path) -> tuple[LandmarkTrajectory, float]:
             remedy="Write a number of frames per second.",
         ) from None
     found = _frames(path, lines[5:], columns)
-    stated = facts.get("NumFrames", "")
-    if stated.isdecimal() and len(found) < int(stated):
+    count = facts.get("NumFrames", "")
+    if count.isdecimal() and len(found) < int(count):
         raise InputError(
-            f"the file ends after {len(found)} of its {stated} frames",
+            f"the file ends after {len(found)} of its {count} frames",
             where=str(path),
             remedy="Use another copy of the file, or export it again.",
         )
     frames = sorted(found)
     points = np.array([found[frame] for frame in frames]).reshape(-1, len(LANDMARKS), 3)
-    trajectory = LandmarkTrajectory(
-        np.array(frames, dtype=np.int64), metres * points[..., _WORLD_FROM_TRC]
-    )
-    return trajectory, fps
+    turn = stated.world_from_file
+    world_from_file = world_from_up(_Y_UP) if turn is None else turn
+    world = metres * points @ world_from_file.T
+    return LandmarkTrajectory(np.array(frames, dtype=np.int64), world), fps
 
 
 def _frames(path: Path, lines: list[list[str]], columns: dict[str, int]) -> dict[int, FloatArray]:
@@ -119,8 +135,8 @@ def _frames(path: Path, lines: list[list[str]], columns: dict[str, int]) -> dict
 
 def _row(line: list[str], columns: dict[str, int]) -> FloatArray:
     points: FloatArray = np.full((len(LANDMARKS), 3), np.nan)
-    for name, first in columns.items():
-        cells = line[first : first + 3]
+    for name, column in columns.items():
+        cells = line[2 + column : 5 + column]
         if len(cells) == 3 and all(cells):
             place = np.array([float(cell) for cell in cells])
             points[LANDMARKS.index(name)] = place if np.isfinite(place).all() else np.nan

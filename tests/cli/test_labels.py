@@ -138,6 +138,26 @@ def test_trajectories_become_references_and_come_back(run, recording, project, t
     assert run("export", project, "--format", "bvh", "-o", tmp_path / "out.bvh").status == 0
 
 
+def test_names_and_axes_of_a_foreign_trajectory_can_be_said(run, recording, project, tmp_path):
+    path, csv = tmp_path / "theirs.trc", tmp_path / "out.csv"
+    run("export", recording / "reference.csv", "--format", "trc", "-o", path, "--fps", "30")
+    path.write_text(path.read_text().replace("left_hand", "LWrist"))
+    said = ("--name", "LWrist=left_hand", "--axes", "z,x,y")
+    truth = read_trajectory(recording / "reference.csv")
+    assert run("export", path, "--format", "csv", "-o", csv, *said).status == 0
+    assert np.allclose(read_trajectory(csv).points, truth.points, atol=1e-5, equal_nan=True)
+    assert run("import", "labels", path, "--into", project, *said).status == 0
+    with Project.open(project, read_only=True) as opened:
+        kept = load_reference(opened.references, "theirs").points
+    assert np.allclose(kept, truth.points, atol=1e-5, equal_nan=True)
+    ended = run("export", csv, "--format", "csv", "-o", tmp_path / "again.csv", *said)
+    assert ended.status == 2
+    assert "Omit --name and --axes" in ended.err
+    ended = run("import", "labels", path, "--into", project, "--axes", "x,y")
+    assert ended.status == 2
+    assert "three axes" in ended.err
+
+
 def test_another_project_is_taken_in_with_author_flag_and_deletions(run, project, empty, tmp_path):
     with Project.open(project, who="A") as opened:
         opened.apply(PlaceClicks((Click(5, "S_right", "head", (4.0, 5.0), flag="uncertain"),)))

@@ -8,6 +8,7 @@ import pytest
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.c3d import read_c3d, write_c3d
+from stereotrack_core.interop.landmark_file import Stated, world_from_axes
 from stereotrack_core.interop.run_file import write_run
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 
@@ -61,8 +62,8 @@ def test_damaged_file(tmp_path, random, body_trajectory, size):
     ("key", "value", "words"),
     [
         ("UNITS", ["feet"], "feet"),
-        ("Y_SCREEN", ["+Y"], "vertical"),
-        ("LABELS", list("abcdefghi"), "nine"),
+        ("Y_SCREEN", ["up"], "'up' is not an axis"),
+        ("LABELS", list("abcdefghi"), "none of its landmarks"),
     ],
 )
 def test_files_that_would_be_taken_wrongly(tmp_path, random, body_trajectory, key, value, words):
@@ -153,3 +154,101 @@ def test_rates_that_are_none(tmp_path, random, body_trajectory, rate):
     path.write_bytes(data)
     with pytest.raises(InputError, match="damaged"):
         read_c3d(path)
+
+
+@pytest.mark.parametrize(
+    ("right", "vertical", "axes"),
+    [
+        ("+X", "+Z", "x,y,z"),
+        ("+X", "+Y", "x,-z,y"),
+        ("+Z", "+Y", "z,x,y"),
+        ("-X", "+Z", "-x,-y,z"),
+        ("+X", "-Y", "x,z,-y"),
+    ],
+)
+def test_axes_follow_the_screen(tmp_path, random, body_trajectory, right, vertical, axes):
+    trajectory = body_trajectory(random, range(3))
+    path = tmp_path / "a.c3d"
+    write_c3d(path, trajectory, 10.0)
+    file = ezc3d.c3d(str(path))
+    del file["data"]["meta_points"]
+    turned = np.einsum("ji,jnf->inf", world_from_axes(axes), file["data"]["points"][:3])
+    file["data"]["points"][:3] = turned
+    file["parameters"]["POINT"]["X_SCREEN"]["value"] = [right]
+    file["parameters"]["POINT"]["Y_SCREEN"]["value"] = [vertical]
+    file.write(str(path))
+    np.testing.assert_allclose(read_c3d(path)[0].points, trajectory.points, atol=1e-6)
+    as_stated, _ = read_c3d(path, Stated(world_from_file=np.eye(3)))
+    np.testing.assert_allclose(as_stated.points, turned.transpose(2, 1, 0) / 1000.0, atol=1e-6)
+
+
+def test_labels_of_other_programs_are_understood(tmp_path, random, body_trajectory):
+    trajectory = body_trajectory(random, range(2))
+    path = tmp_path / "a.c3d"
+    write_c3d(path, trajectory, 10.0)
+    file = ezc3d.c3d(str(path))
+    del file["data"]["meta_points"]
+    labels = ["P7:LShoulder", "P7:RShoulder", "Elbow_L", "right elbow", "LWrist", "RWrist"]
+    labels += ["P7:Head", "LHip", "RHip"]
+    file["parameters"]["POINT"]["LABELS"]["value"] = labels
+    file.write(str(path))
+    known = np.array([name not in ("left_hand", "right_hand") for name in LANDMARKS])
+    found, _ = read_c3d(path)
+    np.testing.assert_allclose(found.points[:, known], trajectory.points[:, known], atol=1e-6)
+    assert np.isnan(found.points[:, ~known]).all(), "a wrist is not a hand"
+    found, _ = read_c3d(path, Stated({"LWrist": "left_hand", "RWrist": "right_hand"}))
+    np.testing.assert_allclose(found.points, trajectory.points, atol=1e-6)
+
+
+@pytest.mark.parametrize("floating", [True, False], ids=["floats", "integers"])
+@pytest.mark.parametrize("processor", [85, 86], ids=["DEC", "MIPS"])
+def test_files_of_other_processors(tmp_path, processor, floating):
+    """Of DEC as ezc3d sees them, too; it reads none of MIPS."""
+    path = tmp_path / "a.c3d"
+    path.write_bytes(_file_of(processor, floating=floating))
+    found, fps = read_c3d(path)
+    assert fps == 50.0
+    assert found.frame.tolist() == [6, 7]
+    np.testing.assert_allclose(found.points[0, 0], [1.0, -0.25, 1.5], rtol=1e-6)
+    np.testing.assert_allclose(found.points[1, 6], [0.0185, 0.02, 1.7], atol=3e-4)
+    if processor != 85:
+        return
+    seen = ezc3d.c3d(str(path))["data"]["points"][:3] / 1000.0
+    np.testing.assert_allclose(found.points[:, [0, 6]], seen.transpose(2, 1, 0), rtol=1e-6)
+
+
+def _file_of(processor: int, *, floating: bool) -> bytes:
+    """Two frames of two points, as an old system writes them: header, parameters, data."""
+    order = ">" if processor == 86 else "<"
+
+    def real(*values):
+        if processor == 86:
+            return struct.pack(f">{len(values)}f", *values)
+        halves = np.array(values, "<f4") * np.float32(4.0)
+        return halves.view("<u2").reshape(-1, 2)[:, ::-1].tobytes()
+
+    def whole(*values):
+        return struct.pack(f"{order}{len(values)}h", *values)
+
+    def parameter(name, kind, sizes, content):
+        body = bytes([kind & 255, len(sizes), *sizes]) + content + b"\0"
+        head = struct.pack("bb", len(name), 1) + name.encode()
+        return head + struct.pack(f"{order}H", 2 + len(body)) + body
+
+    scale = -0.5 if floating else 0.5
+    header = bytes([2, 0x50]) + whole(2, 0, 7, 8, 0) + real(scale) + whole(3, 0) + real(50.0)
+    group = struct.pack("bb", 5, -1) + b"POINT" + struct.pack(f"{order}H", 3) + b"\0"
+    parameters = bytes([1, 0x50, 1, processor]) + group
+    parameters += parameter("USED", 2, (), whole(2))
+    parameters += parameter("SCALE", 4, (), real(scale))
+    parameters += parameter("RATE", 4, (), real(50.0))
+    parameters += parameter("DATA_START", 2, (), whole(3))
+    parameters += parameter("FRAMES", 2, (), whole(2))
+    parameters += parameter("LABELS", -1, (14, 2), b"left_shoulder head          ")
+    parameters += parameter("UNITS", -1, (4, 1), b"mm  ")
+    points = [(1000.0, -250.0, 1500.0), (10.5, 20.0, 1700.0)]
+    points += [(x + 8, y, z) for x, y, z in points]
+    data = b""
+    for point in points:
+        data += real(*point, 0.0) if floating else whole(*(round(v / scale) for v in point), 0)
+    return header.ljust(512, b"\0") + parameters.ljust(512, b"\0") + data.ljust(512, b"\0")

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from stereotrack_core.errors import InputError
+from stereotrack_core.interop.landmark_file import Stated, world_from_axes
 from stereotrack_core.interop.trc import read_trc, write_trc
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 
@@ -48,7 +49,7 @@ def test_millimetres_blank_line_and_foreign_columns(tmp_path, random, body_traje
         ("\tm\t", "\tfeet\t", "unit 'feet'"),
         ("1.5", "one and a half", "not a number"),
         ("left_", "links_", None),
-        ("_", "", "nine landmarks"),
+        ("_", "", r"none of its landmarks is known \(it has leftshoulder"),
     ],
 )
 def test_bad_files(tmp_path, old, new, words):
@@ -127,3 +128,46 @@ def test_files_that_are_cut_off_or_hold_no_number_are_refused(tmp_path, random, 
     path.write_text("\n".join(lines))
     with pytest.raises(InputError, match="'often' is not a frame rate"):
         read_trc(path)
+
+
+def test_gaps_are_empty_frames(tmp_path, random, body_trajectory):
+    sparse = body_trajectory(random, [2, 3, 7])
+    write_trc(tmp_path / "a.trc", sparse, 25.0)
+    lines = (tmp_path / "a.trc").read_text().splitlines()
+    assert [line.split("\t")[0] for line in lines[5:]] == ["2", "3", "4", "5", "6", "7"]
+    assert lines[7].split("\t")[1] == "0.16"
+    assert not any(lines[7].split("\t")[2:])
+    found, _ = read_trc(tmp_path / "a.trc")
+    assert found.frame.tolist() == [2, 3, 4, 5, 6, 7]
+    assert np.isnan(found.points[2:5]).all()
+    np.testing.assert_array_equal(found.points[[0, 1, 5]], sparse.points)
+    write_trc(tmp_path / "b.trc", found, 25.0)
+    assert (tmp_path / "b.trc").read_text() == "\n".join(lines).replace("a.trc", "b.trc") + "\n"
+
+
+def test_commas_names_and_axes_of_other_programs(tmp_path, random, body_trajectory):
+    trajectory = body_trajectory(random, range(1, 4))
+    write_trc(tmp_path / "a.trc", trajectory, 30.0)
+    text = (tmp_path / "a.trc").read_text().replace("\t", ",")
+    for name in LANDMARKS:
+        side, _, part = name.partition("_")
+        if part:
+            text = text.replace(name, side[0].upper() + part.title().replace("Hand", "Wrist"))
+    (tmp_path / "b.trc").write_text(text)
+    wrists = {"LWrist": "left_hand", "RWrist": "right_hand"}
+    found, _ = read_trc(tmp_path / "b.trc", Stated(wrists))
+    np.testing.assert_array_equal(found.points, trajectory.points)
+    assert np.isnan(read_trc(tmp_path / "b.trc")[0].points[:, LANDMARKS.index("left_hand")]).all()
+    turned, _ = read_trc(tmp_path / "b.trc", Stated(wrists, world_from_axes("x,-z,y")))
+    east, north, up = np.moveaxis(trajectory.points, -1, 0)
+    np.testing.assert_array_equal(turned.points, np.stack([north, -east, up], axis=-1))
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [("x,y", "three axes"), ("x,x,z", "three axes"), ("x,y,up", "three axes"), ("y,x,z", "mirror")],
+)
+def test_axes_that_are_none(text, words):
+    with pytest.raises(InputError, match=words) as error:
+        world_from_axes(text)
+    assert error.value.remedy
