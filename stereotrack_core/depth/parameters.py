@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from stereotrack_core.geometry.upright import UP_AXES, Upright
 from stereotrack_core.parameters import ParameterGroup, parameter
 
 _MATCH = "Stereo matching"
@@ -116,6 +117,11 @@ class DepthParameters(ParameterGroup):
         "search as many disparities as this requires. Values that differ from the defaults are "
         "kept."
     )
+    up_axis: str = parameter("auto", _VOLUME, choices=("auto", *UP_AXES), thesis="z")(
+        "Axis of the world that points up: found from the cameras and the person (auto), or given. "
+        "Results stay in the recording's world. The volume's east, north and height are counted in "
+        "a world turned so that z points up."
+    )
     volume_centre_x: float = parameter(0.0, _VOLUME, unit="m")("Centre of the volume, east.")
     volume_centre_y: float = parameter(0.0, _VOLUME, unit="m")("Centre of the volume, north.")
     volume_bottom: float = parameter(0.0, _VOLUME, unit="m")("Lower end of the volume.")
@@ -138,3 +144,8 @@ class DepthParameters(ParameterGroup):
     outlier_repeat: bool = parameter(False, _CLOUD, thesis=True)(
         "Repeat the outlier removal until nothing changes."
     )
+
+    @property
+    def upright(self) -> Upright:
+        """Which way is up; z where that was not looked for."""
+        return Upright(UP_AXES[0] if self.up_axis == "auto" else self.up_axis)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Protocol
 
 import cv2
@@ -18,8 +19,10 @@ from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.points import Volume
 from stereotrack_core.depth.sources import NEAREST_RANGE, DepthSource, NoDepth
 from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.geometry.upright import UP_AXES, Upright
 from stereotrack_core.recording.description import Recording, View
 from stereotrack_core.recording.reader import ViewImages
+from stereotrack_core.recording.upright import LikelyUp, up_of_cameras
 
 _FRAMES = 10
 """Frames, spread over the recording, in which the person is looked for."""
@@ -51,6 +54,10 @@ _ARM = 0.9
 _SEEN_NEARER = 0.8
 """Share of the least range at which the person is seen that is searched as well."""
 
+_TALL, _TALLER = 1.0, 1.5
+"""Metres that a person extends along z, and how many times as far as along the axis that is up in
+the images, from which it is the cameras that lie on their sides."""
+
 _PLACE = ("volume_centre_x", "volume_centre_y", "volume_bottom", "volume_x", "volume_y", "volume_z")
 
 
@@ -65,7 +72,10 @@ class AllPictures(Pictures, Protocol):
 def settled(
     recording: Recording, parameters: DepthParameters, pictures: AllPictures, views: Sequence[str]
 ) -> DepthParameters:
-    """Parameters with a working volume and a range of disparities that fit the recording.
+    """Parameters with an upward axis, a working volume and disparities that fit the recording.
+
+    Up is where it is in the images (:func:`up_of_cameras`), unless the person's shape speaks
+    against that.
 
     The volume's default, around the world's origin, is taken where cameras stand around it.
     Elsewhere the person is looked for, in some frames of reduced images with depths from 0.3 m on,
@@ -74,17 +84,19 @@ def settled(
     that somebody has changed stay as they are. What is found does not depend on the frames that are
     tracked.
     """
+    person = _Person(recording, parameters, pictures, views)
+    parameters = _upright(recording, parameters, person, views)
     if not parameters.volume_from_recording:
         return parameters
     geometry = [rectification_of(recording, recording.view(n), parameters).geometry for n in views]
     volume, usual = Volume.of(parameters), DepthParameters()
     if any(getattr(parameters, name) != getattr(usual, name) for name in _PLACE):
         return parameters
-    if _stand_around(volume, geometry):
+    if _stand_around(volume, geometry, parameters.upright.up):
         middle = volume.corners().mean(axis=0)
         nearest = [float(view.project(middle[None])[2][0]) - _ARM for view in geometry]
         return _searched(parameters, geometry, nearest)
-    seen = _seen(recording, parameters, pictures, views)
+    seen = [np.concatenate([np.zeros((0, 3)), *frames]) for frames in person.seen]
     points = np.concatenate(seen)
     if len(points) < _FEW_POINTS:
         return parameters
@@ -97,10 +109,39 @@ def settled(
     return _searched(parameters, geometry, nearest)
 
 
-def _stand_around(volume: Volume, geometry: Sequence[DepthGeometry]) -> bool:
+def _upright(
+    recording: Recording, parameters: DepthParameters, person: _Person, views: Sequence[str]
+) -> DepthParameters:
+    """Parameters that say which axis of the world points up."""
+    if parameters.up_axis != "auto":
+        return parameters
+    likely = up_of_cameras(recording, views)
+    usual = UP_AXES[0]
+    if not likely.sure and _stands_along_z(person, Upright(likely.axis)):
+        likely = LikelyUp(usual, True)
+    return parameters.replaced(up_axis=likely.axis) if likely.axis != usual else parameters
+
+
+def _stands_along_z(person: _Person, other: Upright) -> bool:
+    """Whether the person's points speak for z against the axis that is up in the images."""
+    frames = [points for view in person.seen for points in view if len(points) >= _FEW_POINTS]
+    if other.axis == "-z":
+        heights = np.concatenate([np.zeros(0), *(points[:, 2] for points in frames)])
+        usual = Volume.of(DepthParameters())
+        inside = (heights > usual.low[2]) & (heights < usual.high[2])
+        return not len(heights) or float(np.mean(inside)) > _MOSTLY
+    if not frames:
+        return False
+    ends = np.array([np.percentile(points, [2, 98], axis=0) for points in frames])
+    extent = np.median(ends[:, 1] - ends[:, 0], axis=0)
+    height = float(np.abs(other.up) @ extent)
+    return bool(extent[2] > max(_TALL, _TALLER * height))
+
+
+def _stand_around(volume: Volume, geometry: Sequence[DepthGeometry], up: FloatArray) -> bool:
     """Whether views from clearly different sides see the middle of the volume, low and high."""
     middle = volume.corners().mean(axis=0)
-    column = middle + np.linspace(-0.4, 0.4, 3)[:, None] * [0.0, 0.0, 1.0]
+    column = middle + np.linspace(-0.4, 0.4, 3)[:, None] * up
     axes = []
     for view in geometry:
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -113,7 +154,7 @@ def _stand_around(volume: Volume, geometry: Sequence[DepthGeometry]) -> bool:
 
 def _placed(parameters: DepthParameters, points: FloatArray) -> DepthParameters:
     """The volume around points (N, 3), world, metres; nowhere smaller than the default."""
-    low, high = np.percentile(points, [2, 98], axis=0)
+    low, high = np.percentile(parameters.upright.points(points), [2, 98], axis=0)
     centre, size = 0.5 * (low + high), high - low + 2.0 * _MARGIN
     least = np.array([parameters.volume_x, parameters.volume_y, parameters.volume_z])
     size = np.maximum(size, least)
@@ -144,22 +185,31 @@ def _searched(
     return parameters.replaced(disparity_count=min(count, int(row.maximum or count)))
 
 
-def _seen(
-    recording: Recording, parameters: DepthParameters, pictures: AllPictures, views: Sequence[str]
-) -> list[FloatArray]:
-    """Points (N, 3), world, metres, of the person over the whole recording, view by view."""
-    reduced = [_ReducedView(recording, recording.view(name), parameters) for name in views]
-    if parameters.background_empty_scene:
-        for view in reduced:
-            view.look_at_empty_scene(pictures.background(view.name))
-    frames = range(pictures.frame_count)
-    most = min(_FRAMES, len(frames))
-    for place in np.unique(np.linspace(0, len(frames) - 1, most).astype(int)):
-        images = pictures.frame_set(frames[place]).views
-        for view in reduced:
-            if view.name in images:
-                view.look(images[view.name])
-    return [view.person() for view in reduced]
+@dataclass(frozen=True, eq=False)
+class _Person:
+    """Where the person is seen over the whole recording; looked for when that is asked."""
+
+    recording: Recording
+    parameters: DepthParameters
+    pictures: AllPictures
+    views: Sequence[str]
+
+    @cached_property
+    def seen(self) -> list[list[FloatArray]]:
+        """Points (N, 3), world, metres, of the person, by view and frame."""
+        p, pictures = self.parameters, self.pictures
+        reduced = [_ReducedView(self.recording, self.recording.view(n), p) for n in self.views]
+        if p.background_empty_scene:
+            for view in reduced:
+                view.look_at_empty_scene(pictures.background(view.name))
+        frames = range(pictures.frame_count)
+        most = min(_FRAMES, len(frames))
+        for place in np.unique(np.linspace(0, len(frames) - 1, most).astype(int)):
+            images = pictures.frame_set(frames[place]).views
+            for view in reduced:
+                if view.name in images:
+                    view.look(images[view.name])
+        return [view.person() for view in reduced]
 
 
 class _ReducedView:
@@ -215,11 +265,14 @@ class _ReducedView:
         size = geometry.width, geometry.height
         return cv2.resize(cut, size, interpolation=cv2.INTER_AREA).astype(np.uint8, copy=False)
 
-    def person(self) -> FloatArray:
-        """Points (N, 3), world, metres, of what a mask shows or what is nearer than usually."""
-        found = [np.zeros((0, 3))]
+    def person(self) -> list[FloatArray]:
+        """Points (N, 3), world, metres, of what a mask shows or what is nearer than usually.
+
+        Frame by frame.
+        """
+        found: list[FloatArray] = []
         if not self._seen:
-            return found[0]
+            return found
         disparities = [disparity for disparity, _ in self._seen]
         if self._empty is None:
             usual = percentile_model(disparities, _USUAL)
@@ -233,7 +286,7 @@ class _ReducedView:
             v, u = np.nonzero(opened.astype(bool) & np.isfinite(ranges))
             z = ranges[v, u].astype(np.float64)
             found.append(self._source.geometry.points(u, v, z))
-        return np.concatenate(found)
+        return found
 
 
 def _reduced(camera: Camera, shrink: int) -> Camera:

@@ -59,7 +59,7 @@ def first_pose_in(
     if not tracked:
         return None
     first, last = tracked[0], tracked[-1]
-    usual = t_pose_in_cloud(initialiser.setup.body, clouds[first].points)
+    usual = t_pose_in_cloud(initialiser.setup.body, clouds[first].points, initialiser.setup.upright)
     if _explains_as_well(initialiser, usual, clouds[first:], estimates[first:], step):
         return usual
     step.done = 2 * len(clouds)
@@ -154,7 +154,7 @@ def shape_in(
         estimate = initialiser.step(cloud)
         if estimate.tracked:
             data = initialiser.leader.correspondences.choose(cloud)
-            seen.append(SeenPose(data, estimate.pose, edge_maps(cloud)))
+            seen.append(SeenPose(data, estimate.pose, edge_maps(cloud), setup.upright))
     settled = seen[len(seen) // 3 :: 2]
     if len(settled) < _LEAST_SETTLED:
         return None
@@ -217,7 +217,8 @@ def _gain_of_turning(
         poses.append(follower.step(cloud).pose)
     pairs = list(zip(clouds, poses, strict=True))[len(clouds) > 1 :: 2]
     seen = [
-        SeenPose(initialiser.leader.correspondences.choose(cloud), pose) for cloud, pose in pairs
+        SeenPose(initialiser.leader.correspondences.choose(c), pose, upright=setup.upright)
+        for c, pose in pairs
     ]
     body, fitted = fitted_surface(setup.body, seen, setup.parameters, setup.joints)
     judge = PoseFinder(replace(setup, body=body))
