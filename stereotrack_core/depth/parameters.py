@@ -32,6 +32,12 @@ class DepthParameters(ParameterGroup):
     disparity_count: int = parameter(64, _MATCH, (16, 512), unit="px")(
         "Number of disparities searched, rounded up to a multiple of 16."
     )
+    match_wide: str = parameter(
+        "coarse_to_fine", _MATCH, choices=("full", "coarse_to_fine"), thesis="full"
+    )(
+        "How 128 and more disparities are searched: all of them everywhere, or only those that "
+        "reduced images show around each part of the image, which is several times as fast."
+    )
     disparity_from_volume: bool = parameter(True, _MATCH, thesis=False)(
         "Discard disparities closer to the camera than the working volume."
     )

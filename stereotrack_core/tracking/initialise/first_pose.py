@@ -14,6 +14,7 @@ from stereotrack_core.depth.chain import DepthChain
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.volume import settled
+from stereotrack_core.geometry.upright import Z_UP
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.tracking.estimate import Estimate
 from stereotrack_core.tracking.initialise.finder import PoseFinder
@@ -48,7 +49,8 @@ def first_pose_in(
 
     The clouds are followed forwards, until it has shown which of the poses that explain the first
     one is right, and then back to it. Where the pose in which recordings usually begin, the T
-    pose facing north, explains the clouds about as well, it is taken. At last it is looked at
+    pose facing north, explains the clouds about as well, it is taken; a world whose z does not
+    point up has no north. At last it is looked at
     from both sides with bodies of their own shape. Nothing of the initialiser is left as it was.
     `told` may raise :class:`Cancelled`.
     """
@@ -59,9 +61,10 @@ def first_pose_in(
     if not tracked:
         return None
     first, last = tracked[0], tracked[-1]
-    usual = t_pose_in_cloud(initialiser.setup.body, clouds[first].points, initialiser.setup.upright)
-    if _explains_as_well(initialiser, usual, clouds[first:], estimates[first:], step):
-        return usual
+    if initialiser.setup.upright == Z_UP:
+        usual = t_pose_in_cloud(initialiser.setup.body, clouds[first].points)
+        if _explains_as_well(initialiser, usual, clouds[first:], estimates[first:], step):
+            return usual
     step.done = 2 * len(clouds)
     found = _followed_back(initialiser, clouds, estimates, first, last, step)
     step.done = 3 * len(clouds)
