@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Protocol
@@ -17,7 +17,7 @@ from stereotrack_core.depth.cloud import DepthGeometry
 from stereotrack_core.depth.match import Region
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.points import Volume
-from stereotrack_core.depth.sources import NEAREST_RANGE, DepthSource, NoDepth
+from stereotrack_core.depth.sources import NEAREST_RANGE, DepthSource, NoDepth, disparity_range
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.upright import UP_AXES, Upright
 from stereotrack_core.recording.description import Recording, View
@@ -30,7 +30,7 @@ _FRAMES = 10
 _COLUMNS = 320
 """Width that images are reduced to, so that a wide range of disparities costs little."""
 
-_AROUND = np.cos(np.radians(30.0))
+_APART = np.cos(np.radians(30.0))
 """Cosine of the angle between optical axes from which cameras stand around what they look at."""
 
 _NEARER = 1.0
@@ -84,29 +84,78 @@ def settled(
     that somebody has changed stay as they are. What is found does not depend on the frames that are
     tracked.
     """
+    return _settled(recording, parameters, pictures, views)[0]
+
+
+@dataclass(frozen=True)
+class WorkingSpace:
+    """Where the person is looked for, and what that rests on, for people to read."""
+
+    up_axis: str
+    """Axis of the world that is taken to point up."""
+    low_m: tuple[float, ...]
+    high_m: tuple[float, ...]
+    """`low_m` and `high_m`: (x, y, z), world. Corners of the working volume."""
+    volume_from: str
+    """Why it is there, as words that follow a comma."""
+    disparities_px: Mapping[str, tuple[int, int]]
+    """Lowest and highest parallax searched, by stereo view."""
+    nearest_m: Mapping[str, float]
+    """Range of the highest one, by stereo view."""
+
+
+def working_space(
+    recording: Recording, parameters: DepthParameters, pictures: AllPictures, views: Sequence[str]
+) -> WorkingSpace:
+    """What :func:`settled` finds for a recording; raises InputError as that does."""
+    found, why = _settled(recording, parameters, pictures, views)
+    volume, pairs = Volume.of(found), dict[str, tuple[int, int]]()
+    nearest = {}
+    for view in map(recording.view, views):
+        if view.left is None:
+            continue
+        geometry = rectification_of(recording, view, found).geometry
+        searched = disparity_range(geometry, found)
+        lowest = round(searched.minimum - geometry.disparity_offset)
+        pairs[view.name] = lowest, lowest + searched.count - 1
+        nearest[view.name] = geometry.focal * geometry.baseline / max(pairs[view.name][1], 1)
+    low, high = (tuple(np.round(end, 2).tolist()) for end in (volume.low, volume.high))
+    return WorkingSpace(found.upright.axis, low, high, why, pairs, nearest)
+
+
+_GIVEN = "as the parameters say"
+_AROUND = "around the origin, where cameras look from several sides"
+_ABOUT_ORIGIN = "around the origin, where the person was seen"
+_ABOUT_PERSON = "around all places where the person was seen"
+_NOBODY = "around the origin, as nobody was seen to move"
+
+
+def _settled(
+    recording: Recording, parameters: DepthParameters, pictures: AllPictures, views: Sequence[str]
+) -> tuple[DepthParameters, str]:
+    """See :func:`settled`; and what the volume rests on."""
     person = _Person(recording, parameters, pictures, views)
     parameters = _upright(recording, parameters, person, views)
-    if not parameters.volume_from_recording:
-        return parameters
-    geometry = [rectification_of(recording, recording.view(n), parameters).geometry for n in views]
     volume, usual = Volume.of(parameters), DepthParameters()
-    if any(getattr(parameters, name) != getattr(usual, name) for name in _PLACE):
-        return parameters
+    given = any(getattr(parameters, name) != getattr(usual, name) for name in _PLACE)
+    if given or not parameters.volume_from_recording:
+        return parameters, _GIVEN
+    geometry = [rectification_of(recording, recording.view(n), parameters).geometry for n in views]
     if _stand_around(volume, geometry, parameters.upright.up):
         middle = volume.corners().mean(axis=0)
         nearest = [float(view.project(middle[None])[2][0]) - _ARM for view in geometry]
-        return _searched(parameters, geometry, nearest)
+        return _searched(parameters, geometry, nearest), _AROUND
     seen = [np.concatenate([np.zeros((0, 3)), *frames]) for frames in person.seen]
-    points = np.concatenate(seen)
+    points, why = np.concatenate(seen), _ABOUT_ORIGIN
     if len(points) < _FEW_POINTS:
-        return parameters
+        return parameters, _NOBODY
     if volume.contains(points).mean() < _MOSTLY:
-        parameters = _placed(parameters, points)
+        parameters, why = _placed(parameters, points), _ABOUT_PERSON
     nearest = [
         _SEEN_NEARER * float(np.percentile(view.project(own)[2], 5)) if len(own) else np.inf
         for view, own in zip(geometry, seen, strict=True)
     ]
-    return _searched(parameters, geometry, nearest)
+    return _searched(parameters, geometry, nearest), why
 
 
 def _upright(
@@ -149,7 +198,7 @@ def _stand_around(volume: Volume, geometry: Sequence[DepthGeometry], up: FloatAr
         inside = (z > NEAREST_RANGE) & (u >= 0) & (u < view.width) & (v >= 0) & (v < view.height)
         if inside.all():
             axes.append(view.world_from_depth.rotation[:, 2])
-    return len(axes) > 1 and bool((np.array(axes) @ np.array(axes).T).min() < _AROUND)
+    return len(axes) > 1 and bool((np.array(axes) @ np.array(axes).T).min() < _APART)
 
 
 def _placed(parameters: DepthParameters, points: FloatArray) -> DepthParameters:

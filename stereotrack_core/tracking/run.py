@@ -336,6 +336,7 @@ class Pipeline:
 
     def origin(self) -> Origin:
         """Describe where the frames come from."""
+        found = self.chain.parameters.values()
         spec = dataclasses.replace(
             self.spec,
             views=self.views,
@@ -353,6 +354,7 @@ class Pipeline:
             given=self._given,
             made=self._made_at,
             resumed_at=() if self._begun is None else self._begun.resumed_at,
+            from_recording=dict(found.items() - self.spec.settings.depth.values().items()),
         )
 
     def smoothed_run(self, frames: Sequence[TrackedFrame]) -> Run:
