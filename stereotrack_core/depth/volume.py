@@ -11,13 +11,18 @@ import cv2
 import numpy as np
 
 from stereotrack_core.arrays import BoolArray, Float32Array, FloatArray, ImageArray
-from stereotrack_core.depth.background import empty_scene_model, percentile_model
+from stereotrack_core.depth.background import (
+    BackgroundModel,
+    empty_scene_model,
+    percentile_model,
+)
 from stereotrack_core.depth.chain import Pictures, rectification_of, source_of
 from stereotrack_core.depth.cloud import DepthGeometry
 from stereotrack_core.depth.match import Region
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.points import Volume
 from stereotrack_core.depth.sources import NEAREST_RANGE, DepthSource, NoDepth, disparity_range
+from stereotrack_core.depth.standing import still_person
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.upright import UP_AXES, Upright
 from stereotrack_core.recording.description import Recording, View
@@ -57,6 +62,8 @@ _SEEN_NEARER = 0.8
 _TALL, _TALLER = 1.0, 1.5
 """Metres that a person extends along z, and how many times as far as along the axis that is up in
 the images, from which it is the cameras that lie on their sides."""
+
+_ANYWHERE = Volume(np.full(3, -np.inf), np.full(3, np.inf))
 
 _PLACE = ("volume_centre_x", "volume_centre_y", "volume_bottom", "volume_x", "volume_y", "volume_z")
 
@@ -127,7 +134,7 @@ _GIVEN = "as the parameters say"
 _AROUND = "around the origin, where cameras look from several sides"
 _ABOUT_ORIGIN = "around the origin, where the person was seen"
 _ABOUT_PERSON = "around all places where the person was seen"
-_NOBODY = "around the origin, as nobody was seen to move"
+_NOBODY = "around the origin, as no person was found"
 
 
 def _settled(
@@ -147,6 +154,9 @@ def _settled(
         return _searched(parameters, geometry, nearest), _AROUND
     seen = [np.concatenate([np.zeros((0, 3)), *frames]) for frames in person.seen]
     points, why = np.concatenate(seen), _ABOUT_ORIGIN
+    if len(points) < _FEW_POINTS and parameters.background_standing:
+        seen = person.still(parameters.upright.up)
+        points = np.concatenate(seen)
     if len(points) < _FEW_POINTS:
         return parameters, _NOBODY
     if volume.contains(points).mean() < _MOSTLY:
@@ -246,6 +256,15 @@ class _Person:
     @cached_property
     def seen(self) -> list[list[FloatArray]]:
         """Points (N, 3), world, metres, of the person, by view and frame."""
+        return [view.person() for view in self._reduced]
+
+    def still(self, up: FloatArray) -> list[FloatArray]:
+        """Points (N, 3), world, metres, of a person who does not move at all, by view."""
+        return [view.still_person(up) for view in self._reduced]
+
+    @cached_property
+    def _reduced(self) -> list[_ReducedView]:
+        """The views, which have looked at some frames."""
         p, pictures = self.parameters, self.pictures
         reduced = [_ReducedView(self.recording, self.recording.view(n), p) for n in self.views]
         if p.background_empty_scene:
@@ -258,7 +277,7 @@ class _Person:
             for view in reduced:
                 if view.name in images:
                     view.look(images[view.name])
-        return [view.person() for view in reduced]
+        return reduced
 
 
 class _ReducedView:
@@ -322,20 +341,31 @@ class _ReducedView:
         found: list[FloatArray] = []
         if not self._seen:
             return found
-        disparities = [disparity for disparity, _ in self._seen]
-        if self._empty is None:
-            usual = percentile_model(disparities, _USUAL)
-        else:
-            usual = empty_scene_model(self._empty)
-        limit = usual.limit(_NEARER)
+        limit = self._usual().limit(_NEARER)
         for disparity, mask in self._seen:
             shown = np.isfinite(limit) & (disparity > limit) if mask is None else mask
             opened = cv2.morphologyEx(shown.astype(np.uint8), cv2.MORPH_OPEN, _OPENED)
-            ranges = self._source.ranges(disparity)
-            v, u = np.nonzero(opened.astype(bool) & np.isfinite(ranges))
-            z = ranges[v, u].astype(np.float64)
-            found.append(self._source.geometry.points(u, v, z))
+            found.append(self._points(opened.astype(bool), self._source.ranges(disparity)))
         return found
+
+    def still_person(self, up: FloatArray) -> FloatArray:
+        """Points (N, 3), world, metres, of a person who does not move at all."""
+        if not self._seen or self._empty is not None:
+            return np.zeros((0, 3))
+        usual = self._usual()
+        known = np.isfinite(usual.limit(_NEARER))
+        ranges = self._source.ranges(np.where(known, usual.disparity, np.float32(np.nan)))
+        return self._points(still_person(self._source.geometry, _ANYWHERE, ranges, up), ranges)
+
+    def _usual(self) -> BackgroundModel:
+        """What is there at other times, or when nobody is."""
+        if self._empty is not None:
+            return empty_scene_model(self._empty)
+        return percentile_model([disparity for disparity, _ in self._seen], _USUAL)
+
+    def _points(self, shown: BoolArray, ranges: Float32Array) -> FloatArray:
+        v, u = np.nonzero(shown & np.isfinite(ranges))
+        return self._source.geometry.points(u, v, ranges[v, u].astype(np.float64))
 
 
 def _reduced(camera: Camera, shrink: int) -> Camera:

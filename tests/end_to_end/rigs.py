@@ -136,7 +136,7 @@ def world_from_room(rig: Rig, cameras: Mapping[str, Camera]) -> RigidTransform:
 def make_rig(folder: Path, rig: Rig, frames: int) -> None:
     """Render a recording of a rig; subject and truth are those of the person drawn."""
     options = SceneOptions().replaced(
-        width=rig.width, height=rig.height, background_images=rig.background, pace=0.7
+        width=rig.width, height=rig.height, background_images=rig.background, pace=1.8
     )
     cameras, lattice, person = _cameras(rig), noise_lattice(_SEED), _person(rig.stature)
     things = room(furnished=False)
