@@ -57,7 +57,8 @@ def up_of_cameras(recording: Recording, views: Sequence[str] | None = None) -> L
     )
     apart = float((gazes @ gazes.T).min()) < _APART
     upside_down = axis == "-z"  # cameras below a ceiling are often mounted so
-    return LikelyUp(axis, apart and bool((ups @ up > 0.0).all()) and not upside_down)
+    agreed = bool((ups @ up > 0.0).all())
+    return LikelyUp(axis, bool(apart) and agreed and not upside_down)
 
 
 def _up_in_world(recording: Recording, view: View) -> FloatArray:
