@@ -208,6 +208,12 @@ class Pose:
         """Pose, or poses, of a stack."""
         return Pose(self.position[index], self.rotations[index])
 
+    def turned(self, other_from_world: FloatArray) -> Pose:
+        """The same pose, or poses, in a world turned by a rotation (3, 3)."""
+        rotations = self.rotations.copy()
+        rotations[..., TORSO, :, :] = other_from_world @ self.torso
+        return Pose(self.position @ other_from_world.T, rotations)
+
 
 @dataclass(frozen=True, eq=False)
 class PartFrames:

@@ -10,6 +10,8 @@ from typing import Any
 from stereotrack_core.cli.arguments import JSON, RECORDING, flag
 from stereotrack_core.cli.output import OK, WRONG_INPUT, put, put_json, put_table, say
 from stereotrack_core.counting import counted
+from stereotrack_core.depth.parameters import DepthParameters
+from stereotrack_core.depth.volume import WorkingSpace, working_space
 from stereotrack_core.doctor.diagnose import diagnose
 from stereotrack_core.errors import InputError
 from stereotrack_core.recording.description import Recording, View
@@ -17,6 +19,7 @@ from stereotrack_core.recording.detections import own_detections
 from stereotrack_core.recording.findings import Finding, by_severity, examine
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.reader import FrameReader
+from stereotrack_core.recording.selection import usable_views
 from stereotrack_core.tables import Table
 
 DESCRIPTION = (
@@ -71,6 +74,7 @@ def _content(folder: Path) -> dict[str, Any] | None:
         with FrameReader(recording, read_ahead=0) as reader:
             frames = reader.frame_count
             counts = reader.stream_counts()
+            space = _working_space(recording, reader)
     except InputError:
         return None
     return {
@@ -83,7 +87,19 @@ def _content(folder: Path) -> dict[str, Any] | None:
         "reference_frames": None if recording.reference is None else len(recording.reference.frame),
         "segments": recording.segments,
         "detections": None if detections is None else len(detections),
+        "working_space": space,
     }
+
+
+def _working_space(recording: Recording, reader: FrameReader) -> WorkingSpace | None:
+    """Where the person is looked for; None where no depth can be measured."""
+    if recording.guessed or not reader.frame_count:
+        return None
+    try:
+        views = usable_views(recording, None)
+        return working_space(recording, DepthParameters(), reader, views)
+    except InputError:
+        return None
 
 
 def _view(recording: Recording, view: View, counts: Any) -> dict[str, Any]:
@@ -112,6 +128,8 @@ def _print(content: dict[str, Any] | None, findings: tuple[Finding, ...]) -> Non
         put_table(Table(content["name"], ("what", "value"), _facts(content)))
         headings = ("view", "kind", ">size", ">focal", ">base line", ">place (m)", ">frames", "has")
         put_table(Table("Views", headings, [_view_row(view) for view in content["views"]]))
+        if content["working_space"] is not None:
+            put_table(_space_table(content["working_space"]))
     if findings:
         rows = [(f.severity, f.where, f.what, f.remedy) for f in findings]
         put_table(Table("Recording checks", ("severity", "where", "what", "remedy"), rows))
@@ -131,6 +149,23 @@ def _facts(content: dict[str, Any]) -> list[tuple[str, str]]:
     if content["detections"] is not None:
         rows.append(("detections", str(content["detections"])))
     return rows
+
+
+def _space_table(space: WorkingSpace) -> Table:
+    """Where the person is looked for, by default."""
+    spans = (
+        f"{axis} {low:.2f} to {high:.2f}"
+        for axis, low, high in zip("xyz", space.low_m, space.high_m, strict=True)
+    )
+    rows = [
+        ("up", f"{space.up_axis} of the world"),
+        ("working volume", f"{', '.join(spans)} m, {space.volume_from}"),
+    ]
+    rows += [
+        (f"disparities of {view}", f"{low} to {high} px, from {space.nearest_m[view]:.2f} m on")
+        for view, (low, high) in space.disparities_px.items()
+    ]
+    return Table("Where the person is looked for", ("what", "value"), rows)
 
 
 def _subject(subject: Any) -> str:

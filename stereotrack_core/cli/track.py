@@ -44,6 +44,13 @@ def _lengths(run: Run) -> str:
     return str(subject.get("name") or "the recording's subject file")
 
 
+def _from_recording(run: Run) -> list[tuple[str, str]]:
+    """Up, working volume and disparities, as far as they follow from the recording."""
+    found = sorted(run.meta.get("from_recording", {}).items())
+    told = ", ".join(f"{name}={value}" for name, value in found)
+    return [("taken from the recording", told)] if found else []
+
+
 def track_table(job: TrackedRun, title: str) -> Table:
     """What the result says to a person."""
     facts = job.to_dict()
@@ -54,6 +61,7 @@ def track_table(job: TrackedRun, title: str) -> Table:
         ("unexplained fraction of the cloud", number(facts["mean_unexplained_fraction"], 3)),
         ("residual", f"{number(facts['mean_residual_mm'])} mm"),
         ("segment lengths", _lengths(job.run)),
+        *_from_recording(job.run),
         ("frames per second", number(facts["frames_per_second"] or math.nan)),
     ]
     if facts["smoothed"]:

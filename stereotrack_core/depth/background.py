@@ -13,7 +13,7 @@ from stereotrack_core.depth.match import Region, changed_region
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.points import Volume
 from stereotrack_core.depth.sources import DepthSource, StereoSource
-from stereotrack_core.depth.standing import standing_person
+from stereotrack_core.depth.standing import moves, standing_person, still_person
 
 _VALID_ABOVE = 0.5
 """How often a pixel's disparity must have been valid for its background to be known."""
@@ -124,7 +124,13 @@ _REGION_MARGIN = 16  # px beyond the matcher's window
 
 
 class ViewBackground:
-    """Background model of one view, and the empty scene's picture where there is one."""
+    """Background model of one view, and the empty scene's picture where there is one.
+
+    Attributes
+    ----------
+    motionless : bool
+        Whether it was learned from frames in which nothing moves.
+    """
 
     def __init__(self, source: StereoSource | DepthSource, parameters: DepthParameters) -> None:
         self.model: BackgroundModel | None = None
@@ -133,6 +139,7 @@ class ViewBackground:
         self._source = source
         self._picture: ImageArray | None = None
         self._limit: Float32Array | None = None
+        self.motionless = False
         shape = source.geometry.height, source.geometry.width
         self._outside = (np.full(shape, np.nan, dtype=np.float32),) * 2
 
@@ -159,24 +166,39 @@ class ViewBackground:
                 self.learn(disparity, whole)
 
     def _forget_standing(self, disparities: Sequence[Float32Array]) -> bool:
-        """Take somebody who stood still out of the model; whether there was anybody.
-
-        What is nearer than half a metre behind the person is foreground there from now on.
-        """
-        model, limit = self.model, self._limit
-        if model is None or limit is None:
+        """Take a person who stood still out of the model; whether there was one."""
+        if self._limit is None:
             return False
-        source = self._source
-        learned = source.ranges(np.where(np.isfinite(limit), model.disparity, np.float32(np.nan)))
+        learned, source, limit = self._learned_ranges(), self._source, self._limit
         in_front = [disparity > limit for disparity in disparities]
         ranges = [source.ranges(disparity) for disparity in disparities]
         volume = Volume.of(self._p)
+        self.motionless = not moves(source.geometry, volume, in_front, ranges)
         standing = standing_person(source.geometry, volume, learned, in_front, ranges)
-        if not standing.any():
+        return self._forget(standing, learned)
+
+    def forget_still(self) -> None:
+        """Take a person out of the model who has not moved at all, if there is one."""
+        if self._limit is None:
+            return
+        learned, volume = self._learned_ranges(), Volume.of(self._p)
+        up = self._p.upright.up
+        if self._forget(still_person(self._source.geometry, volume, learned, up), learned):
+            self._picture = None  # it shows the person too
+
+    def _learned_ranges(self) -> Float32Array:
+        """Ranges (H, W) of the model, metres, NaN where it does not know any."""
+        assert self.model is not None  # noqa: S101 - the callers have asked
+        known = np.isfinite(self.model.limit(self._p.background_threshold))
+        return self._source.ranges(np.where(known, self.model.disparity, np.float32(np.nan)))
+
+    def _forget(self, person: BoolArray, learned: Float32Array) -> bool:
+        """Begin the scene half a metre behind a person's pixels; whether there are any."""
+        if self.model is None or not person.any():
             return False
-        behind = learned + np.float32(_BEHIND)
-        disparity = np.where(standing, source.disparity_of(behind), model.disparity)
-        self._set(BackgroundModel(disparity.astype(np.float32), model.frequency))
+        behind = self._source.disparity_of(learned + np.float32(_BEHIND))
+        disparity = np.where(person, behind, self.model.disparity)
+        self._set(BackgroundModel(disparity.astype(np.float32), self.model.frequency))
         return True
 
     def learn(self, disparity: Float32Array, region: Region) -> None:

@@ -188,6 +188,9 @@ class DepthChain:
 
         for _ in self._pool.map(ViewChain.learn_frames, chains, map(told, seen)):
             pass  # the loop raises what a thread raised
+        if len(chains) == len(self._chains) and all(c.background.motionless for c in chains):
+            for chain in chains:
+                chain.background.forget_still()
 
     def _calibrate_colours(self, reader: Pictures, frames: range) -> None:
         """Learn how each view sees colours from what several views see."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from stereotrack_core.geometry.upright import UP_AXES, Upright
 from stereotrack_core.parameters import ParameterGroup, parameter
 
 _MATCH = "Stereo matching"
@@ -30,6 +31,12 @@ class DepthParameters(ParameterGroup):
     )
     disparity_count: int = parameter(64, _MATCH, (16, 512), unit="px")(
         "Number of disparities searched, rounded up to a multiple of 16."
+    )
+    match_wide: str = parameter(
+        "coarse_to_fine", _MATCH, choices=("full", "coarse_to_fine"), thesis="full"
+    )(
+        "How 128 and more disparities are searched: all of them everywhere, or only those that "
+        "reduced images show around each part of the image, which is several times as fast."
     )
     disparity_from_volume: bool = parameter(True, _MATCH, thesis=False)(
         "Discard disparities closer to the camera than the working volume."
@@ -116,6 +123,11 @@ class DepthParameters(ParameterGroup):
         "search as many disparities as this requires. Values that differ from the defaults are "
         "kept."
     )
+    up_axis: str = parameter("auto", _VOLUME, choices=("auto", *UP_AXES), thesis="z")(
+        "Axis of the world that points up: found from the cameras and the person (auto), or given. "
+        "Results stay in the recording's world. The volume's east, north and height are counted in "
+        "a world turned so that z points up."
+    )
     volume_centre_x: float = parameter(0.0, _VOLUME, unit="m")("Centre of the volume, east.")
     volume_centre_y: float = parameter(0.0, _VOLUME, unit="m")("Centre of the volume, north.")
     volume_bottom: float = parameter(0.0, _VOLUME, unit="m")("Lower end of the volume.")
@@ -138,3 +150,8 @@ class DepthParameters(ParameterGroup):
     outlier_repeat: bool = parameter(False, _CLOUD, thesis=True)(
         "Repeat the outlier removal until nothing changes."
     )
+
+    @property
+    def upright(self) -> Upright:
+        """Which way is up; z where that was not looked for."""
+        return Upright(UP_AXES[0] if self.up_axis == "auto" else self.up_axis)

@@ -27,7 +27,9 @@ class Volume:
         half = np.array([p.volume_x / 2, p.volume_y / 2])
         centre = np.array([p.volume_centre_x, p.volume_centre_y])
         low = np.array([*(centre - half), p.volume_bottom])
-        return Volume(low, np.array([*(centre + half), p.volume_bottom + p.volume_z]))
+        high = np.array([*(centre + half), p.volume_bottom + p.volume_z])
+        ends = np.stack([low, high]) @ p.upright.rotation
+        return Volume(ends.min(axis=0), ends.max(axis=0))
 
     def contains(self, points: FloatArray) -> BoolArray:
         """Which of the points (N, 3) are inside, border included."""

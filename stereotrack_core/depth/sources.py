@@ -10,6 +10,7 @@ import numpy as np
 
 from stereotrack_core.arrays import BoolArray, Float32Array, ImageArray, IntArray
 from stereotrack_core.depth.cloud import DepthGeometry
+from stereotrack_core.depth.coarse import CoarseToFine, matcher_of
 from stereotrack_core.depth.match import STEPS, DisparityRange, Matcher, Region
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.points import Volume, range_of_disparity
@@ -44,7 +45,7 @@ class StereoFrame:
     left: ImageArray
     picture: ImageArray
     outside: BoolArray | None
-    matcher: Matcher
+    matcher: Matcher | CoarseToFine
     window: int
 
     def disparity(self, region: Region) -> Float32Array:
@@ -92,7 +93,7 @@ class StereoSource:
         self._low_pass = parameters.low_pass
         self._window = parameters.match_window | 1
         self.disparity_range = disparity_range(self.geometry, parameters)
-        self._matcher = Matcher(parameters, self.disparity_range)
+        self._matcher = matcher_of(parameters, self.disparity_range)
         self._outside = _windows_outside(rectification, parameters.match_window)
 
     def open(self, images: ViewImages) -> StereoFrame:

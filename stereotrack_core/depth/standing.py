@@ -1,4 +1,4 @@
-"""Somebody who stands still while the background is learned, told from the scene."""
+"""A person who stands still while the background is learned, told from the scene."""
 
 from __future__ import annotations
 
@@ -27,12 +27,18 @@ _MOST_PLANES, _TRIES, _SAMPLED = 6, 300, 1500
 _THICKNESS, _PLANE = 0.08, 2.0
 """Metres of noise around floor and walls, and their least area, in square metres."""
 
-_TOUCHING = np.ones((7, 7), np.uint8)
+_OPENED, _TOUCHING = np.ones((3, 3), np.uint8), np.ones((7, 7), np.uint8)
 _NEAR = 0.35
 """Metres of range between a trunk and the limbs that move in front of it or beside it."""
 
 _LEAST_TOUCHING = 12
 """Pixels."""
+
+_MOVED = 0.01
+"""Square metres of what moves without which nothing does: a hand has as much, noise has less."""
+
+_TALL, _LARGE = 0.5, 0.1
+"""Metres of height, and square metres, that are seen of a person who does not move at all."""
 
 
 def standing_person(
@@ -76,6 +82,62 @@ def standing_person(
         if label and _is_person(geometry, learned, labels == label, moving, mover):
             standing |= labels == label
     return _closed(standing, learned)
+
+
+def moves(
+    geometry: DepthGeometry,
+    volume: Volume,
+    in_front: Sequence[BoolArray],
+    ranges: Sequence[Float32Array],
+) -> bool:
+    """Whether anything in the working volume moves; for the arrays see :func:`standing_person`."""
+    moving = np.mean(in_front, axis=0) >= _MOVES
+    moving = cv2.morphologyEx(moving.astype(np.uint8), cv2.MORPH_OPEN, _OPENED).astype(bool)
+    shown = np.where(np.stack(in_front) & moving, np.stack(ranges), np.float32(np.nan))
+    nearest = np.full(moving.shape, np.nan, dtype=np.float32)
+    nearest[moving] = np.nanmin(shown[:, moving], axis=0)
+    z = nearest[_inside(geometry, volume, nearest)].astype(np.float64)
+    return float(np.square(z / geometry.focal).sum()) > _MOVED
+
+
+def still_person(
+    geometry: DepthGeometry, volume: Volume, learned: Float32Array, up: FloatArray
+) -> BoolArray:
+    """Pixels (H, W) of the tallest surface of a person's size; for recordings without motion.
+
+    `learned` (H, W) are ranges, metres, `up` (3,) is a unit vector of the world. No such surface
+    gives no pixels. A wardrobe is larger and a chair is lower, but a plant may be taken.
+    """
+    learned = np.where(_inside(geometry, volume, learned), learned, np.float32(np.nan))
+    surfaces = (_surfaces(learned) & ~_planes(geometry, learned)).astype(np.uint8)
+    count, labels = cv2.connectedComponents(surfaces, connectivity=4)
+    tallest, found = _TALL, np.zeros(learned.shape, dtype=bool)
+    for label in range(1, count):
+        surface = labels == label
+        if np.count_nonzero(surface) < _LEAST_TOUCHING or not _of_a_size(
+            geometry, learned, surface, _LARGE
+        ):
+            continue
+        height = float(np.ptp(np.percentile(_points(geometry, learned, surface) @ up, [2, 98])))
+        if height > tallest:
+            tallest, found = height, surface
+    return _closed(found, learned)
+
+
+def _points(geometry: DepthGeometry, learned: Float32Array, surface: BoolArray) -> FloatArray:
+    v, u = np.nonzero(surface)
+    return geometry.points(u, v, learned[surface].astype(np.float64))
+
+
+def _of_a_size(
+    geometry: DepthGeometry, learned: Float32Array, surface: BoolArray, least: float
+) -> bool:
+    """Whether a surface of at least so many square metres is not larger than a person's."""
+    z = learned[surface].astype(np.float64)
+    if not least < float(np.square(z / geometry.focal).sum()) < _AREA[1]:
+        return False
+    ends = np.percentile(_points(geometry, learned, surface), [2, 98], axis=0)
+    return float(np.linalg.norm(ends[1] - ends[0])) <= _LARGEST
 
 
 def _inside(geometry: DepthGeometry, volume: Volume, ranges: Float32Array) -> BoolArray:
@@ -139,14 +201,7 @@ def _is_person(
     mover: Float32Array,
 ) -> bool:
     """Whether a surface is of a person's size and touches what moves."""
-    z = learned[surface].astype(np.float64)
-    low, high = _AREA
-    if not low < float(np.square(z / geometry.focal).sum()) < high:
-        return False
-    v, u = np.nonzero(surface)
-    points = geometry.points(u, v, z)
-    extent = np.ptp(np.percentile(points, [2, 98], axis=0), axis=0)
-    if float(np.linalg.norm(extent)) > _LARGEST:
+    if not _of_a_size(geometry, learned, surface, _AREA[0]):
         return False
     weight = cv2.blur(surface.astype(np.float32), _TOUCHING.shape)
     filled = cv2.blur(np.where(surface, learned, np.float32(0)), _TOUCHING.shape)

@@ -2,24 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Protocol
 
 import cv2
 import numpy as np
 
 from stereotrack_core.arrays import BoolArray, Float32Array, FloatArray, ImageArray
-from stereotrack_core.depth.background import empty_scene_model, percentile_model
+from stereotrack_core.depth.background import (
+    BackgroundModel,
+    empty_scene_model,
+    percentile_model,
+)
 from stereotrack_core.depth.chain import Pictures, rectification_of, source_of
 from stereotrack_core.depth.cloud import DepthGeometry
 from stereotrack_core.depth.match import Region
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.points import Volume
-from stereotrack_core.depth.sources import NEAREST_RANGE, DepthSource, NoDepth
+from stereotrack_core.depth.sources import NEAREST_RANGE, DepthSource, NoDepth, disparity_range
+from stereotrack_core.depth.standing import still_person
 from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.geometry.upright import UP_AXES, Upright
 from stereotrack_core.recording.description import Recording, View
 from stereotrack_core.recording.reader import ViewImages
+from stereotrack_core.recording.upright import LikelyUp, up_of_cameras
 
 _FRAMES = 10
 """Frames, spread over the recording, in which the person is looked for."""
@@ -27,7 +35,7 @@ _FRAMES = 10
 _COLUMNS = 320
 """Width that images are reduced to, so that a wide range of disparities costs little."""
 
-_AROUND = np.cos(np.radians(30.0))
+_APART = np.cos(np.radians(30.0))
 """Cosine of the angle between optical axes from which cameras stand around what they look at."""
 
 _NEARER = 1.0
@@ -51,6 +59,12 @@ _ARM = 0.9
 _SEEN_NEARER = 0.8
 """Share of the least range at which the person is seen that is searched as well."""
 
+_TALL, _TALLER = 1.0, 1.5
+"""Metres that a person extends along z, and how many times as far as along the axis that is up in
+the images, from which it is the cameras that lie on their sides."""
+
+_ANYWHERE = Volume(np.full(3, -np.inf), np.full(3, np.inf))
+
 _PLACE = ("volume_centre_x", "volume_centre_y", "volume_bottom", "volume_x", "volume_y", "volume_z")
 
 
@@ -65,7 +79,10 @@ class AllPictures(Pictures, Protocol):
 def settled(
     recording: Recording, parameters: DepthParameters, pictures: AllPictures, views: Sequence[str]
 ) -> DepthParameters:
-    """Parameters with a working volume and a range of disparities that fit the recording.
+    """Parameters with an upward axis, a working volume and disparities that fit the recording.
+
+    Up is where it is in the images (:func:`up_of_cameras`), unless the person's shape speaks
+    against that.
 
     The volume's default, around the world's origin, is taken where cameras stand around it.
     Elsewhere the person is looked for, in some frames of reduced images with depths from 0.3 m on,
@@ -74,33 +91,116 @@ def settled(
     that somebody has changed stay as they are. What is found does not depend on the frames that are
     tracked.
     """
-    if not parameters.volume_from_recording:
-        return parameters
-    geometry = [rectification_of(recording, recording.view(n), parameters).geometry for n in views]
+    return _settled(recording, parameters, pictures, views)[0]
+
+
+@dataclass(frozen=True)
+class WorkingSpace:
+    """Where the person is looked for, and what that rests on, for people to read."""
+
+    up_axis: str
+    """Axis of the world that is taken to point up."""
+    low_m: tuple[float, ...]
+    high_m: tuple[float, ...]
+    """`low_m` and `high_m`: (x, y, z), world. Corners of the working volume."""
+    volume_from: str
+    """Why it is there, as words that follow a comma."""
+    disparities_px: Mapping[str, tuple[int, int]]
+    """Lowest and highest parallax searched, by stereo view."""
+    nearest_m: Mapping[str, float]
+    """Range of the highest one, by stereo view."""
+
+
+def working_space(
+    recording: Recording, parameters: DepthParameters, pictures: AllPictures, views: Sequence[str]
+) -> WorkingSpace:
+    """What :func:`settled` finds for a recording; raises InputError as that does."""
+    found, why = _settled(recording, parameters, pictures, views)
+    volume, pairs = Volume.of(found), dict[str, tuple[int, int]]()
+    nearest = {}
+    for view in map(recording.view, views):
+        if view.left is None:
+            continue
+        geometry = rectification_of(recording, view, found).geometry
+        searched = disparity_range(geometry, found)
+        lowest = round(searched.minimum - geometry.disparity_offset)
+        pairs[view.name] = lowest, lowest + searched.count - 1
+        nearest[view.name] = geometry.focal * geometry.baseline / max(pairs[view.name][1], 1)
+    low, high = (tuple(np.round(end, 2).tolist()) for end in (volume.low, volume.high))
+    return WorkingSpace(found.upright.axis, low, high, why, pairs, nearest)
+
+
+_GIVEN = "as the parameters say"
+_AROUND = "around the origin, where cameras look from several sides"
+_ABOUT_ORIGIN = "around the origin, where the person was seen"
+_ABOUT_PERSON = "around all places where the person was seen"
+_NOBODY = "around the origin, as no person was found"
+
+
+def _settled(
+    recording: Recording, parameters: DepthParameters, pictures: AllPictures, views: Sequence[str]
+) -> tuple[DepthParameters, str]:
+    """See :func:`settled`; and what the volume rests on."""
+    person = _Person(recording, parameters, pictures, views)
+    parameters = _upright(recording, parameters, person, views)
     volume, usual = Volume.of(parameters), DepthParameters()
-    if any(getattr(parameters, name) != getattr(usual, name) for name in _PLACE):
-        return parameters
-    if _stand_around(volume, geometry):
+    given = any(getattr(parameters, name) != getattr(usual, name) for name in _PLACE)
+    if given or not parameters.volume_from_recording:
+        return parameters, _GIVEN
+    geometry = [rectification_of(recording, recording.view(n), parameters).geometry for n in views]
+    if _stand_around(volume, geometry, parameters.upright.up):
         middle = volume.corners().mean(axis=0)
         nearest = [float(view.project(middle[None])[2][0]) - _ARM for view in geometry]
-        return _searched(parameters, geometry, nearest)
-    seen = _seen(recording, parameters, pictures, views)
-    points = np.concatenate(seen)
+        return _searched(parameters, geometry, nearest), _AROUND
+    seen = [np.concatenate([np.zeros((0, 3)), *frames]) for frames in person.seen]
+    points, why = np.concatenate(seen), _ABOUT_ORIGIN
+    if len(points) < _FEW_POINTS and parameters.background_standing:
+        seen = person.still(parameters.upright.up)
+        points = np.concatenate(seen)
     if len(points) < _FEW_POINTS:
-        return parameters
+        return parameters, _NOBODY
     if volume.contains(points).mean() < _MOSTLY:
-        parameters = _placed(parameters, points)
+        parameters, why = _placed(parameters, points), _ABOUT_PERSON
     nearest = [
         _SEEN_NEARER * float(np.percentile(view.project(own)[2], 5)) if len(own) else np.inf
         for view, own in zip(geometry, seen, strict=True)
     ]
-    return _searched(parameters, geometry, nearest)
+    return _searched(parameters, geometry, nearest), why
 
 
-def _stand_around(volume: Volume, geometry: Sequence[DepthGeometry]) -> bool:
+def _upright(
+    recording: Recording, parameters: DepthParameters, person: _Person, views: Sequence[str]
+) -> DepthParameters:
+    """Parameters that say which axis of the world points up."""
+    if parameters.up_axis != "auto":
+        return parameters
+    likely = up_of_cameras(recording, views)
+    usual = UP_AXES[0]
+    if not likely.sure and _stands_along_z(person, Upright(likely.axis)):
+        likely = LikelyUp(usual, True)
+    return parameters.replaced(up_axis=likely.axis) if likely.axis != usual else parameters
+
+
+def _stands_along_z(person: _Person, other: Upright) -> bool:
+    """Whether the person's points speak for z against the axis that is up in the images."""
+    frames = [points for view in person.seen for points in view if len(points) >= _FEW_POINTS]
+    if other.axis == "-z":
+        heights = np.concatenate([np.zeros(0), *(points[:, 2] for points in frames)])
+        usual = Volume.of(DepthParameters())
+        inside = (heights > usual.low[2]) & (heights < usual.high[2])
+        return not len(heights) or float(np.mean(inside)) > _MOSTLY
+    if not frames:
+        return False
+    ends = np.array([np.percentile(points, [2, 98], axis=0) for points in frames])
+    extent = np.median(ends[:, 1] - ends[:, 0], axis=0)
+    height = float(np.abs(other.up) @ extent)
+    return bool(extent[2] > max(_TALL, _TALLER * height))
+
+
+def _stand_around(volume: Volume, geometry: Sequence[DepthGeometry], up: FloatArray) -> bool:
     """Whether views from clearly different sides see the middle of the volume, low and high."""
     middle = volume.corners().mean(axis=0)
-    column = middle + np.linspace(-0.4, 0.4, 3)[:, None] * [0.0, 0.0, 1.0]
+    column = middle + np.linspace(-0.4, 0.4, 3)[:, None] * up
     axes = []
     for view in geometry:
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -108,12 +208,12 @@ def _stand_around(volume: Volume, geometry: Sequence[DepthGeometry]) -> bool:
         inside = (z > NEAREST_RANGE) & (u >= 0) & (u < view.width) & (v >= 0) & (v < view.height)
         if inside.all():
             axes.append(view.world_from_depth.rotation[:, 2])
-    return len(axes) > 1 and bool((np.array(axes) @ np.array(axes).T).min() < _AROUND)
+    return len(axes) > 1 and bool((np.array(axes) @ np.array(axes).T).min() < _APART)
 
 
 def _placed(parameters: DepthParameters, points: FloatArray) -> DepthParameters:
     """The volume around points (N, 3), world, metres; nowhere smaller than the default."""
-    low, high = np.percentile(points, [2, 98], axis=0)
+    low, high = np.percentile(parameters.upright.points(points), [2, 98], axis=0)
     centre, size = 0.5 * (low + high), high - low + 2.0 * _MARGIN
     least = np.array([parameters.volume_x, parameters.volume_y, parameters.volume_z])
     size = np.maximum(size, least)
@@ -144,22 +244,40 @@ def _searched(
     return parameters.replaced(disparity_count=min(count, int(row.maximum or count)))
 
 
-def _seen(
-    recording: Recording, parameters: DepthParameters, pictures: AllPictures, views: Sequence[str]
-) -> list[FloatArray]:
-    """Points (N, 3), world, metres, of the person over the whole recording, view by view."""
-    reduced = [_ReducedView(recording, recording.view(name), parameters) for name in views]
-    if parameters.background_empty_scene:
-        for view in reduced:
-            view.look_at_empty_scene(pictures.background(view.name))
-    frames = range(pictures.frame_count)
-    most = min(_FRAMES, len(frames))
-    for place in np.unique(np.linspace(0, len(frames) - 1, most).astype(int)):
-        images = pictures.frame_set(frames[place]).views
-        for view in reduced:
-            if view.name in images:
-                view.look(images[view.name])
-    return [view.person() for view in reduced]
+@dataclass(frozen=True, eq=False)
+class _Person:
+    """Where the person is seen over the whole recording; looked for when that is asked."""
+
+    recording: Recording
+    parameters: DepthParameters
+    pictures: AllPictures
+    views: Sequence[str]
+
+    @cached_property
+    def seen(self) -> list[list[FloatArray]]:
+        """Points (N, 3), world, metres, of the person, by view and frame."""
+        return [view.person() for view in self._reduced]
+
+    def still(self, up: FloatArray) -> list[FloatArray]:
+        """Points (N, 3), world, metres, of a person who does not move at all, by view."""
+        return [view.still_person(up) for view in self._reduced]
+
+    @cached_property
+    def _reduced(self) -> list[_ReducedView]:
+        """The views, which have looked at some frames."""
+        p, pictures = self.parameters, self.pictures
+        reduced = [_ReducedView(self.recording, self.recording.view(n), p) for n in self.views]
+        if p.background_empty_scene:
+            for view in reduced:
+                view.look_at_empty_scene(pictures.background(view.name))
+        frames = range(pictures.frame_count)
+        most = min(_FRAMES, len(frames))
+        for place in np.unique(np.linspace(0, len(frames) - 1, most).astype(int)):
+            images = pictures.frame_set(frames[place]).views
+            for view in reduced:
+                if view.name in images:
+                    view.look(images[view.name])
+        return reduced
 
 
 class _ReducedView:
@@ -215,25 +333,39 @@ class _ReducedView:
         size = geometry.width, geometry.height
         return cv2.resize(cut, size, interpolation=cv2.INTER_AREA).astype(np.uint8, copy=False)
 
-    def person(self) -> FloatArray:
-        """Points (N, 3), world, metres, of what a mask shows or what is nearer than usually."""
-        found = [np.zeros((0, 3))]
+    def person(self) -> list[FloatArray]:
+        """Points (N, 3), world, metres, of what a mask shows or what is nearer than usually.
+
+        Frame by frame.
+        """
+        found: list[FloatArray] = []
         if not self._seen:
-            return found[0]
-        disparities = [disparity for disparity, _ in self._seen]
-        if self._empty is None:
-            usual = percentile_model(disparities, _USUAL)
-        else:
-            usual = empty_scene_model(self._empty)
-        limit = usual.limit(_NEARER)
+            return found
+        limit = self._usual().limit(_NEARER)
         for disparity, mask in self._seen:
             shown = np.isfinite(limit) & (disparity > limit) if mask is None else mask
             opened = cv2.morphologyEx(shown.astype(np.uint8), cv2.MORPH_OPEN, _OPENED)
-            ranges = self._source.ranges(disparity)
-            v, u = np.nonzero(opened.astype(bool) & np.isfinite(ranges))
-            z = ranges[v, u].astype(np.float64)
-            found.append(self._source.geometry.points(u, v, z))
-        return np.concatenate(found)
+            found.append(self._points(opened.astype(bool), self._source.ranges(disparity)))
+        return found
+
+    def still_person(self, up: FloatArray) -> FloatArray:
+        """Points (N, 3), world, metres, of a person who does not move at all."""
+        if not self._seen or self._empty is not None:
+            return np.zeros((0, 3))
+        usual = self._usual()
+        known = np.isfinite(usual.limit(_NEARER))
+        ranges = self._source.ranges(np.where(known, usual.disparity, np.float32(np.nan)))
+        return self._points(still_person(self._source.geometry, _ANYWHERE, ranges, up), ranges)
+
+    def _usual(self) -> BackgroundModel:
+        """What is there at other times, or when nobody is."""
+        if self._empty is not None:
+            return empty_scene_model(self._empty)
+        return percentile_model([disparity for disparity, _ in self._seen], _USUAL)
+
+    def _points(self, shown: BoolArray, ranges: Float32Array) -> FloatArray:
+        v, u = np.nonzero(shown & np.isfinite(ranges))
+        return self._source.geometry.points(u, v, ranges[v, u].astype(np.float64))
 
 
 def _reduced(camera: Camera, shrink: int) -> Camera:

@@ -13,7 +13,9 @@ from stereotrack_core.errors import Finding
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.geometry.triangulation import nearest_to_rays
+from stereotrack_core.geometry.upright import UP_AXES, Z_UP, Upright
 from stereotrack_core.recording.description import Recording, View
+from stereotrack_core.recording.upright import LikelyUp, up_of_cameras
 
 CALIBRATION = "calibration.toml"
 _BASELINE_M = (0.01, 2.0)
@@ -34,8 +36,11 @@ def check_cameras(recording: Recording) -> Iterator[Finding]:
         if view.left is not None:
             yield from _check_pair(recording, view)
     own = world_camera(cameras_of_views(recording).values())
+    likely = up_of_cameras(recording)
     if own is not None:
-        yield _world_is_a_camera(own)
+        yield _world_is_a_camera(recording, own, likely)
+    elif likely.axis != UP_AXES[0]:
+        yield _another_axis_is_up(recording, likely)
     whole_rig = yield from _check_gaze(recording, upright=own is None)
     if not whole_rig:
         yield from _check_distances(recording)
@@ -217,12 +222,34 @@ def world_camera(cameras: Iterable[Camera]) -> Camera | None:
     return None
 
 
-def _world_is_a_camera(camera: Camera) -> Finding:
+def _world_is_a_camera(recording: Recording, camera: Camera, likely: LikelyUp) -> Finding:
     return Finding(
-        "warning",
+        "note" if likely.axis != UP_AXES[0] else "warning",
         f"{CALIBRATION}, camera {camera.name}",
         f"the world is the frame of camera {camera.name}: z is its viewing direction, not up",
-        "Tracking needs z to point up: run `stereotrack calibrate align`.",
+        _assumed(recording, likely),
+    )
+
+
+def _another_axis_is_up(recording: Recording, likely: LikelyUp) -> Finding:
+    return Finding(
+        "note",
+        CALIBRATION,
+        f"the world's {likely.axis} axis points up in the images, not z",
+        _assumed(recording, likely),
+    )
+
+
+def _assumed(recording: Recording, likely: LikelyUp) -> str:
+    """What is done where z does not point up, and what else can be."""
+    folder = recording.folder
+    align = f"`stereotrack calibrate align {folder / CALIBRATION} --floor {folder} -o FILE.toml`"
+    if likely.axis == UP_AXES[0]:
+        return f"Tracking assumes that z points up: make such a world with {align}."
+    seen = "" if likely.sure else ", unless the person's shape speaks for z"
+    return (
+        f"Tracking takes {likely.axis} as up{seen} (parameter up_axis); results stay in this "
+        f"world. Some joint angles and exported files count on z up: for such a world, run {align}."
     )
 
 
@@ -235,7 +262,7 @@ def _check_gaze(recording: Recording, *, upright: bool) -> Generator[Finding, No
     turns = {view.name: view.display_rotation for view in recording.views if upright}
     if len(cameras) < _LEAST_VIEWS:
         return False
-    misfits = _misfits(cameras, turns)
+    misfits, likely = _misfits(cameras, turns), up_of_cameras(recording)
     if len(misfits) > len(cameras) // 2 or at_one_place(cameras):
         for way, change in _WAYS.items():
             changed = {name: change(camera) for name, camera in cameras.items()}
@@ -247,9 +274,13 @@ def _check_gaze(recording: Recording, *, upright: bool) -> Generator[Finding, No
                     "They must map the world to the camera: x_camera = R x_world + t.",
                 )
                 return True
+    world = Upright(likely.axis if likely.sure else UP_AXES[0])
+    misfits = _misfits(cameras, turns, world)
     for name, what in misfits.items():
         camera = cameras[name]
-        fits = [w for w, c in _WAYS.items() if not _misfits({**cameras, name: c(camera)}, turns)]
+        fits = [
+            w for w, c in _WAYS.items() if not _misfits({**cameras, name: c(camera)}, turns, world)
+        ]
         yield Finding(
             "warning",
             f"{CALIBRATION}, camera {camera.name}, rotation",
@@ -281,18 +312,21 @@ def at_one_place(cameras: Mapping[str, Camera]) -> bool:
     return bool(np.ptp(places, axis=0).max() < 0.02 * max(size, 1e-9))
 
 
-def _misfits(cameras: Mapping[str, Camera], turns: Mapping[str, int]) -> dict[str, str]:
+def _misfits(
+    cameras: Mapping[str, Camera], turns: Mapping[str, int], world: Upright = Z_UP
+) -> dict[str, str]:
     """What is wrong with views that do not fit the others, by view name.
 
-    `turns` are the display rotations of those that should be upright.
+    `turns` are the display rotations of those in which what is up in the `world` should be up.
     """
     found = {}
     for name, camera in cameras.items():
         others = {other: c for other, c in cameras.items() if other != name}
         if not _shows(camera, common_centre(cameras)) and not _shows(camera, common_centre(others)):
             found[name] = "does not look towards the place that the other views look at"
-        elif name in turns and not _is_upright(camera, turns[name]):
-            found[name] = "is not upright: the world's z does not point up in its image"
+        elif name in turns and not _is_upright(camera, turns[name], world):
+            axis = world.axis
+            found[name] = f"is not upright: the world's {axis} does not point up in its image"
     return found
 
 
@@ -316,9 +350,9 @@ def _shows(camera: Camera, point: FloatArray) -> bool:
     return bool(np.all((place > -_MARGIN) & (place < 1 + _MARGIN)))
 
 
-def _is_upright(camera: Camera, turn: int) -> bool:
-    """Whether z points up in the image turned clockwise by `turn` degrees, or is seen end on."""
-    x, y, z = camera.camera_from_world.rotation[:, 2]
+def _is_upright(camera: Camera, turn: int, world: Upright) -> bool:
+    """Whether up in the world is up in the image turned by `turn` degrees, or seen end on."""
+    x, y, z = camera.camera_from_world.rotation @ world.up
     if abs(z) > _STEEP:
         return True
     angle = np.radians(turn)

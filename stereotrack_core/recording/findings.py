@@ -9,6 +9,7 @@ import numpy as np
 
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.errors import Finding, InputError, Severity
+from stereotrack_core.geometry.upright import UP_AXES
 from stereotrack_core.recording.camera_checks import check_cameras
 from stereotrack_core.recording.consistency import check_consistency
 from stereotrack_core.recording.description import Recording, Stream, View
@@ -17,6 +18,7 @@ from stereotrack_core.recording.folder import describe
 from stereotrack_core.recording.image_checks import check_images
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory, unknown_landmarks
 from stereotrack_core.recording.stream_files import open_stream
+from stereotrack_core.recording.upright import up_of_cameras
 from stereotrack_core.recording.video import VideoStream
 
 __all__ = ["Finding", "Severity", "by_severity", "examine"]
@@ -270,7 +272,8 @@ def _check_reference(recording: Recording, frame_count: int) -> Iterator[Finding
     points = _by_name(reference)
     size_is_wrong = yield from check_size(reference)
     if not size_is_wrong:
-        yield from _check_sides(points)
+        has_north = up_of_cameras(recording).axis == UP_AXES[0]
+        yield from _check_sides(points, has_north=has_north)
         yield from _check_visible(recording)
 
 
@@ -326,7 +329,7 @@ def check_size(reference: LandmarkTrajectory) -> Generator[Finding, None, bool]:
     return False
 
 
-def _check_sides(points: Mapping[str, FloatArray]) -> Iterator[Finding]:
+def _check_sides(points: Mapping[str, FloatArray], *, has_north: bool) -> Iterator[Finding]:
     across = points["right_shoulder"] - points["left_shoulder"]
     at_hips = points["right_hip"] - points["left_hip"]
     if _median(np.einsum("ij,ij->i", across, at_hips)) < 0:
@@ -352,7 +355,7 @@ def _check_sides(points: Mapping[str, FloatArray]) -> Iterator[Finding]:
             "shoulders.",
         )
     first = across[np.isfinite(across).all(axis=1)][:1]
-    if first.size and first[0, 0] < -0.5 * np.linalg.norm(first[0]):
+    if has_north and first.size and first[0, 0] < -0.5 * np.linalg.norm(first[0]):
         yield Finding(
             "warning",
             "reference.csv",

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -20,6 +20,7 @@ from stereotrack_core.body.parameters import BodyShape
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.skeleton import PARENTS, PARTS, TORSO
 from stereotrack_core.depth.cloud import Cloud, PointCounts
+from stereotrack_core.parameters import Value
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.detections import Detections
 from stereotrack_core.recording.folder import calibration_fingerprint
@@ -150,6 +151,8 @@ class Origin:
     """When tracking began, ISO 8601, UTC."""
     resumed_at: tuple[int, ...] = ()
     """Frames with which tracking went on after it had been stopped."""
+    from_recording: Mapping[str, Value] = field(default_factory=dict)
+    """Parameters of depth that were not as asked for but follow from the recording."""
 
     def meta(self) -> dict[str, Any]:
         """JSON-serialisable description."""
@@ -179,6 +182,7 @@ class Origin:
             "versions": versions(),
             "made": self.made,
             "resumed_at": list(self.resumed_at),
+            "from_recording": dict(self.from_recording),
         }
         json.dumps(meta)
         return meta

@@ -17,6 +17,7 @@ from stereotrack_core.body.parameters import BodyShape
 from stereotrack_core.body.proportions import AVERAGE, AVERAGE_HEIGHT, Proportions
 from stereotrack_core.body.skeleton import FOREARMS, UPPER_ARMS
 from stereotrack_core.depth.cloud import Cloud
+from stereotrack_core.geometry.upright import Z_UP, Upright
 from stereotrack_core.recording.description import Subject
 from stereotrack_core.tracking.frame import TrackedFrame
 from stereotrack_core.tracking.parameters import TrackingParameters
@@ -87,16 +88,16 @@ class _Candidate:
         return float(np.arccos(np.clip(min(cosines), -1.0, 1.0)))
 
 
-def lengths_by_height(clouds: Sequence[Cloud]) -> Proportions:
+def lengths_by_height(clouds: Sequence[Cloud], upright: Upright = Z_UP) -> Proportions:
     """Average proportions, for somebody as tall as who stands in these clouds.
 
     Parameters
     ----------
     clouds : sequence of Cloud
-        Of the first frames, in a world whose floor is z = 0; where it is not, the average of all
-        people is given.
+        Of the first frames, in a world whose floor is at the origin's height; where it is not, the
+        average of all people is given.
     """
-    seen = [_crown(cloud.points) for cloud in clouds if len(cloud.points)]
+    seen = [_crown(upright.points(cloud.points)) for cloud in clouds if len(cloud.points)]
     height = float(np.median(seen)) / _SEEN_OF_HEIGHT if seen else float("nan")
     if not _HEIGHTS[0] <= height <= _HEIGHTS[1]:
         return AVERAGE
@@ -152,6 +153,7 @@ class WellSeenFrames:
         picked = self.picked()
         if not picked:
             return EstimatedLengths(expected)
+        picked = tuple(dataclasses.replace(one, upright=setup.upright) for one in picked)
         shape, parameters = setup.body.shape, setup.parameters
         return estimated_lengths(expected, shape, picked, parameters, setup.joints)
 

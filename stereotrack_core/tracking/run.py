@@ -252,7 +252,7 @@ class Pipeline:
 
     def take_lengths(self, frames: range) -> EstimatedLengths:
         """Track the first part once with lengths after the height, and estimate them from it."""
-        expected = lengths_by_height(self._first_clouds(frames))
+        expected = lengths_by_height(self._first_clouds(frames), self.settings.depth.upright)
         p = self.settings.tracking
         follows = p if self._follows_data else TrackingParameters()
         settings = dataclasses.replace(self.settings, tracking=follows)
@@ -336,6 +336,7 @@ class Pipeline:
 
     def origin(self) -> Origin:
         """Describe where the frames come from."""
+        found = self.chain.parameters.values()
         spec = dataclasses.replace(
             self.spec,
             views=self.views,
@@ -353,6 +354,7 @@ class Pipeline:
             given=self._given,
             made=self._made_at,
             resumed_at=() if self._begun is None else self._begun.resumed_at,
+            from_recording=dict(found.items() - self.spec.settings.depth.values().items()),
         )
 
     def smoothed_run(self, frames: Sequence[TrackedFrame]) -> Run:
@@ -381,7 +383,7 @@ class Pipeline:
             return self._init
         looked_for = self._init == "auto"
         found = self._found or self._look_for_pose([cloud]) if looked_for else None
-        return found or t_pose_in_cloud(self.body, cloud.points)
+        return found or t_pose_in_cloud(self.body, cloud.points, self.settings.depth.upright)
 
 
 def track(

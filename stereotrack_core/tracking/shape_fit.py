@@ -23,6 +23,7 @@ from stereotrack_core.body.proportions import Proportions
 from stereotrack_core.body.skeleton import CLAVICLES, TORSO, UPPER_ARMS
 from stereotrack_core.body.surface import nearest_on_surface
 from stereotrack_core.depth.chain import OnPart
+from stereotrack_core.geometry.upright import Z_UP, Upright
 from stereotrack_core.tracking.parameters import TrackingParameters
 from stereotrack_core.tracking.residuals.limits import limit_residuals
 from stereotrack_core.tracking.residuals.silhouette import EdgeMap, contours_of
@@ -130,6 +131,8 @@ class SeenPose:
     """As followed with the present shape."""
     edges: tuple[EdgeMap, ...] = ()
     """Of the views that know the person's outline."""
+    upright: Upright = Z_UP
+    """Which way is up."""
 
 
 def fitted_shape(
@@ -196,7 +199,7 @@ def adjusted(
         frames: list[_Normal] = []
         for frame, pose in zip(seen, poses, strict=True):
             on_frame(iteration * len(seen) + len(frames), _ITERATIONS * len(seen))
-            standing = upright(pose, len(seen))
+            standing = upright(pose, len(seen), frame.upright)
             normal = _normal_equations(frame.data, pose, free, theta, parameters, joints, standing)
             frames.append(normal)
             A += normal.C - normal.B.T @ np.linalg.solve(normal.A, normal.B)
@@ -365,15 +368,17 @@ class UprightResidual:
         return frames.rotations[:, TORSO, :, 2] @ self.across.T
 
 
-def upright(pose: Pose, frames: int) -> tuple[UprightResidual, ...]:
+def upright(pose: Pose, frames: int, world: Upright = Z_UP) -> tuple[UprightResidual, ...]:
     """One row pair for a pose that is a T pose, none for any other.
 
     Parameters
     ----------
     frames : int
         Of the same person standing; all of them together count as one measurement.
+    world : Upright
+        Which way is up.
     """
-    torso = pose.rotations[TORSO]
+    torso = world.points(pose.torso.T).T
     sideways = np.abs([pose.rotations[part, 0, 2] for part in UPPER_ARMS])
     if torso[2, 2] < _ERECT or sideways.min() < _LEVEL:
         return ()
@@ -382,4 +387,5 @@ def upright(pose: Pose, frames: int) -> tuple[UprightResidual, ...]:
     forward = np.cross([0.0, 0.0, 1.0], right)
     measured = np.array([0.0, np.sin(_LEAN)])
     variance = np.full(2, frames * _LEAN_SIGMA**2)
-    return (UprightResidual(np.stack([right, forward]), measured, variance),)
+    across = np.stack([right, forward]) @ world.rotation
+    return (UprightResidual(across, measured, variance),)

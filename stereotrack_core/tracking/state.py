@@ -15,6 +15,7 @@ from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.skeleton import CLAVICLES
 from stereotrack_core.depth.points import Volume
 from stereotrack_core.filtering.sigma_points import SigmaWeights, scaled_weights
+from stereotrack_core.geometry.upright import Z_UP, Upright
 from stereotrack_core.tracking.parameters import TrackingParameters
 
 GIRDLE_REST = np.radians(2.5)
@@ -77,6 +78,8 @@ class Setup:
     """Of all that is random."""
     volume: Volume | None = None
     """Working volume, where it is known: who is cut by its sides is not tracked."""
+    upright: Upright = Z_UP
+    """Which way is up; the tracker itself follows alike whatever is, poses are looked for so."""
 
     @property
     def joints(self) -> tuple[int, ...]:

@@ -37,6 +37,7 @@ _META_KINDS: Mapping[str, Kind] = MappingProxyType(
         "blind": [{"view": str, "first": int, "end": int, "reason": str}],
         "versions": {str: str},
         "resumed_at": [int],
+        "from_recording": _VALUES,
         "started_at_reference": [int],
         "warnings": [str],
     }

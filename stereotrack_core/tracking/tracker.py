@@ -30,6 +30,7 @@ from stereotrack_core.tracking.initialise.finder import (
     distinct,
 )
 from stereotrack_core.tracking.initialise.people import own_points, share_at_sides, trunk_support
+from stereotrack_core.tracking.initialise.seeds import upright_pose
 from stereotrack_core.tracking.initialise.trunk import turned_round
 from stereotrack_core.tracking.parameters import Settings, TrackingParameters
 from stereotrack_core.tracking.state import Setup, elapsed
@@ -136,7 +137,9 @@ class PersonTracker:
         if len(cloud.points) >= self.setup.parameters.least_points:
             if not self._present:
                 self._initialise(cloud, trace)
-            cloud = cloud.part(own_points(cloud.points, self.setup.body, self.pose))
+            upright = self.setup.upright
+            own = upright.points(cloud.points), self.setup.body, upright_pose(self.pose, upright)
+            cloud = cloud.part(own_points(*own))
         estimate = self.leader.step(cloud, trace)
         if estimate.tracked:
             compared = self._on_trial if self._unchanged < _SETTLED else self._settled
@@ -262,7 +265,11 @@ class PersonTracker:
         support = trunk_support(setup.body, self.pose, cloud.points, setup.cameras)
         if support < _LEAST_SUPPORT:
             return "the cloud contains too little of the body"
-        cut = 0.0 if setup.volume is None else share_at_sides(cloud.points, setup.volume)
+        cut = (
+            0.0
+            if setup.volume is None
+            else share_at_sides(cloud.points, setup.volume, setup.upright)
+        )
         doubt = _DOUBT if self._unchanged < _SETTLED else 1.0
         if cut > doubt * _HALF_CUT or (support < _WHOLE and cut > doubt * _CUT):
             return "the body is partly outside the working volume"
@@ -306,7 +313,8 @@ def tracker_for(
 ) -> Tracker:
     """Make the tracker that the settings ask for; `cameras` (V, 3) are optical centres, world."""
     p = settings.tracking
-    setup = Setup(body, p, cameras, fps, seed, Volume.of(settings.depth))
+    depth = settings.depth
+    setup = Setup(body, p, cameras, fps, seed, Volume.of(depth), depth.upright)
     if p.matching == "model_to_data":
         return ThesisTracker(setup)
     estimator: Estimator = pkgutil.resolve_name(_ESTIMATORS[p.estimator])(setup)
@@ -325,7 +333,10 @@ def initialiser_for(
     p = settings.tracking
     if p.matching == "model_to_data":
         p, body = TrackingParameters(), body_model(proportions_of(recording.subject))
-    return initialiser(Setup(body, p, cameras, recording.fps, seed, Volume.of(settings.depth)))
+    depth = settings.depth
+    return initialiser(
+        Setup(body, p, cameras, recording.fps, seed, Volume.of(depth), depth.upright)
+    )
 
 
 def initialiser(setup: Setup) -> PersonTracker:

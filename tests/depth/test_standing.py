@@ -63,5 +63,21 @@ def test_what_is_touched_in_the_image_alone_is_the_scene():
     assert not shown[TRUNK].any()
 
 
-def test_a_scene_in_which_nothing_moves_is_learned_as_it_is():
-    assert not foreground([pictures(90)] * 8).any()
+def test_a_person_who_does_not_move_at_all_is_told_by_size():
+    for count in (1, 8):
+        shown = foreground([pictures(90)] * count)
+        assert shown[TRUNK].mean() > 0.95
+        assert shown[92:100, 185:220].all()
+        assert not shown[:, 230:].any()
+        assert not shown[:, :130].any()
+    assert not foreground([pictures(90)] * 8, background_standing=False).any()
+
+
+def test_of_a_scene_without_motion_what_is_low_or_large_is_learned_as_it_is():
+    low, large, wall = pictures(0), pictures(0), pictures(0)
+    for images in (low, large, wall):
+        images.depth[:] = WALL
+    low.depth[180:220, 60:120] = PERSON
+    large.depth[20:220, 20:300] = PERSON
+    for images in (low, large, wall):
+        assert not foreground([images] * 8).any()

@@ -6,14 +6,18 @@ import pytest
 
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.points import Volume
-from stereotrack_core.depth.volume import settled
+from stereotrack_core.depth.volume import settled, working_space
 from stereotrack_core.geometry.transform import RigidTransform
+from stereotrack_core.geometry.upright import UP_AXES, Upright
 from stereotrack_core.recording.description import Recording, Stream, View
+from stereotrack_core.recording.reader import FrameSet, ViewImages
+from stereotrack_core.recording.upright import LikelyUp, up_of_cameras
 from tests.depth.recordings import BOX, MemoryReader, depth_recording, frame_set, stereo_recording
 from tests.depth.scenes import camera
 
 USUAL = DepthParameters()
 AWAY = np.array([12.0, -7.0, 3.0])
+ROLL = RigidTransform(np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]), np.zeros(3))
 
 
 def away(recording):
@@ -57,7 +61,11 @@ def test_the_empty_scene_tells_somebody_who_does_not_move():
     volume = Volume.of(settled(away(recording), USUAL, still, names(recording)))
     assert volume.contains(np.array([BOX[:, 0], BOX[:, 1]]) + AWAY).all()
     unknown = MemoryReader(recording, [frame_set(recording, k) for k in range(3)], empty=False)
-    assert settled(away(recording), USUAL, unknown, names(recording)) == USUAL
+    volume = Volume.of(settled(away(recording), USUAL, unknown, names(recording)))
+    assert volume.contains(np.array([BOX[:, 0], BOX[:, 1]]) + AWAY).all()
+    nobody = [frame_set(recording, k, box=False) for k in range(3)]
+    alone = MemoryReader(recording, nobody, empty=False)
+    assert settled(away(recording), USUAL, alone, names(recording)) == USUAL
 
 
 def test_values_that_somebody_has_changed_stay():
@@ -87,3 +95,74 @@ def test_cameras_around_the_origin_are_not_asked_for_pictures():
     assert found == USUAL.replaced(disparity_count=found.disparity_count)
     few = USUAL.replaced(disparity_count=48)
     assert settled(around(0.4), few, None, "AB") == few
+
+
+def turned(recording, axis):
+    """The same recording in a world whose `axis` points up."""
+    upright = RigidTransform(Upright(axis).rotation, np.zeros(3))
+    cameras = {
+        name: replace(one, camera_from_world=one.camera_from_world @ upright)
+        for name, one in recording.cameras.items()
+    }
+    return replace(recording, cameras=cameras)
+
+
+@pytest.mark.parametrize("axis", [axis for axis in UP_AXES if axis != "-z"])
+def test_the_axis_that_is_up_in_the_images_is_up(axis):
+    recording = turned(away(depth_recording()), axis)
+    found = settled(recording, USUAL, passing(depth_recording()), names(recording))
+    assert found.upright.axis == axis
+    ends = np.array([BOX[:, 0], BOX[:, 1]]) + AWAY
+    assert Volume.of(found).contains(ends @ Upright(axis).rotation).all()
+    given = USUAL.replaced(up_axis="z")
+    assert settled(recording, given, passing(depth_recording()), names(recording)).up_axis == "z"
+
+
+@pytest.mark.parametrize("axis", ["y", "-y", "x"])
+def test_cameras_around_the_origin_of_another_world_are_not_asked_for_pictures(axis):
+    found = settled(turned(around(0.12), axis), USUAL, None, "AB")
+    assert found == USUAL.replaced(up_axis=axis)
+
+
+def test_a_camera_on_its_side_makes_no_other_world():
+    recording = depth_recording()
+    one = recording.cameras["K"]
+    on_side = replace(one, camera_from_world=ROLL @ one.camera_from_world)
+    lying = replace(recording, cameras={"K": on_side})
+    assert up_of_cameras(lying).axis != "z"
+    assert not up_of_cameras(lying).sure
+    tall = BOX + [[0.0, 0.0], [0.0, 0.0], [-0.2, 0.4]]
+    points = np.random.default_rng(0).uniform(tall[:, 0], tall[:, 1], (2000, 3))
+    assert settled(lying, USUAL, seeing(lying, points), names(lying)).up_axis == "auto"
+    view = replace(lying.views[0], display_rotation=90)
+    assert up_of_cameras(replace(lying, views=(view,))) == LikelyUp("z", True)
+
+
+def seeing(recording, points):
+    """Three frames of a depth view that sees points of a person before a wall."""
+    (view,) = recording.views
+    cam = recording.reference_camera(view)
+    sets = []
+    for k, shift in enumerate((-0.3, 0.0, 0.3)):
+        depth = np.full((cam.height, cam.width), 4.0, dtype=np.float32)
+        place = cam.camera_from_world.apply(points + [shift, 0.0, 0.0])
+        u, v = np.rint(cam.project(points + [shift, 0.0, 0.0])).astype(int).T
+        inside = (u >= 1) & (u < cam.width - 1) & (v >= 1) & (v < cam.height - 1)
+        for du in (-1, 0, 1):
+            for dv in (-1, 0, 1):
+                depth[v[inside] + dv, u[inside] + du] = place[inside, 2]
+        image = np.full(depth.shape, 100, dtype=np.uint8)
+        sets.append(FrameSet(k, {view.name: ViewImages(image=image, depth=depth)}))
+    return MemoryReader(recording, sets, empty=False)
+
+
+def test_the_working_space_is_told():
+    recording = away(stereo_recording())
+    told = working_space(recording, USUAL, passing(stereo_recording()), names(recording))
+    assert told.up_axis == "z"
+    assert np.all(np.array(told.low_m) < AWAY)
+    assert "person" in told.volume_from
+    for name in "AB":
+        low, high = told.disparities_px[name]
+        assert low == 1
+        assert told.nearest_m[name] == pytest.approx(400 * 0.12 / high, rel=0.02)

@@ -183,8 +183,9 @@ def _notes(cameras: Mapping[str, Camera]) -> tuple[str, ...]:
     if own is None:
         return ()
     return (
-        f"the world is the frame of camera {own.name}: z is its viewing direction, not up. Run "
-        "`stereotrack calibrate align` before tracking",
+        f"the world is the frame of camera {own.name}: z is its viewing direction, not up. "
+        "Tracking takes the axis that points up in its images; `stereotrack calibrate align` "
+        "makes a world whose z does",
     )
 
 

@@ -20,7 +20,7 @@ from stereotrack_core.tracking.correspondences import DataToModel
 from stereotrack_core.tracking.estimator import Measurements
 from stereotrack_core.tracking.iekf import IteratedEstimator, PoseFilter
 from stereotrack_core.tracking.initialise.people import people_in
-from stereotrack_core.tracking.initialise.seeds import seeds_in
+from stereotrack_core.tracking.initialise.seeds import seeds_in, upright_pose
 from stereotrack_core.tracking.initialise.trunk import (
     facing_cost,
     trunk_sight_cost,
@@ -81,9 +81,12 @@ class PoseFinder:
 
     def poses_in(self, cloud: Cloud, last: Pose) -> list[Candidate]:
         """Find poses of everybody in a cloud that differ, best first."""
+        upright = self.setup.upright
         found = [
             candidate
-            for members in people_in(cloud.points, self.setup.parameters.least_points)
+            for members in people_in(
+                upright.points(cloud.points), self.setup.parameters.least_points
+            )
             for candidate in self.poses_of(cloud.part(members), last)
         ]
         return distinct(found)
@@ -93,7 +96,7 @@ class PoseFinder:
         coarse = _thinned(cloud.points, _COARSE_DATA)
         data = _thinned(cloud.points, _FINE_DATA)
         fine = Measurements(self.setup, cloud, data, self._correspondences)
-        seeds = [last, *seeds_in(self.setup.body, cloud.points)]
+        seeds = [last, *seeds_in(self.setup.body, cloud.points, self.setup.upright)]
         order = np.argsort(self._coarse_cost(cloud, coarse, seeds), kind="stable")
         tried = _spread([seeds[k] for k in order], _TRIED, _trunks_differ)
         followed = [self._followed(pose, fine) for pose in tried]
@@ -118,10 +121,17 @@ class PoseFinder:
         return self._unnatural(pose, cloud) - self._unnatural(turned_round(pose), cloud)
 
     def _coarse_cost(self, cloud: Cloud, data: FloatArray, poses: Sequence[Pose]) -> FloatArray:
-        body, cameras = self.setup.body, self.setup.cameras
+        body, upright = self.setup.body, self.setup.upright
+        points, cameras = upright.points(cloud.points), upright.points(self.setup.cameras)
+        standing = [upright_pose(pose, upright) for pose in poses]
         unexplained = unexplained_by_trunk(data, body, poses)
-        facing = [facing_cost(body, pose, cloud.points, cameras) for pose in poses]
+        facing = [facing_cost(body, pose, points, cameras) for pose in standing]
         return _ALL_DATA * unexplained + trunk_sight_cost(cloud, body, poses) + facing
+
+    def _facing_cost(self, pose: Pose, cloud: Cloud) -> float:
+        upright = self.setup.upright
+        points, cameras = upright.points(cloud.points), upright.points(self.setup.cameras)
+        return facing_cost(self.setup.body, upright_pose(pose, upright), points, cameras)
 
     def _followed(self, pose: Pose, measured: Measurements) -> Pose:
         start = self.setup.first_state(pose)
@@ -149,7 +159,7 @@ class PoseFinder:
         frames = body.frames(pose)
         shapes = self._arms.placed_shapes(frames)
         arms = [anatomy_cost(body, s, arm_of_pose(frames, s.side))[0] for s in shapes]
-        facing = facing_cost(body, pose, cloud.points, self.setup.cameras)
+        facing = self._facing_cost(pose, cloud)
         return _NATURAL_ARMS * float(np.sum(arms)) + facing
 
     def _cost_at(self, pose: Pose, cloud: Cloud, evidence: Evidence) -> float:
@@ -159,7 +169,7 @@ class PoseFinder:
             self._arms.cost(evidence, pose, pose)
             + _ALL_DATA * unexplained_fraction(surface_distances(data, body, pose))
             + trunk_sight_cost(cloud, body, [pose])[0]
-            + facing_cost(body, pose, cloud.points, self.setup.cameras)
+            + self._facing_cost(pose, cloud)
         )
 
 

@@ -14,6 +14,7 @@ from stereotrack_core.depth.chain import DepthChain
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.volume import settled
+from stereotrack_core.geometry.upright import Z_UP
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.tracking.estimate import Estimate
 from stereotrack_core.tracking.initialise.finder import PoseFinder
@@ -48,7 +49,8 @@ def first_pose_in(
 
     The clouds are followed forwards, until it has shown which of the poses that explain the first
     one is right, and then back to it. Where the pose in which recordings usually begin, the T
-    pose facing north, explains the clouds about as well, it is taken. At last it is looked at
+    pose facing north, explains the clouds about as well, it is taken; a world whose z does not
+    point up has no north. At last it is looked at
     from both sides with bodies of their own shape. Nothing of the initialiser is left as it was.
     `told` may raise :class:`Cancelled`.
     """
@@ -59,9 +61,10 @@ def first_pose_in(
     if not tracked:
         return None
     first, last = tracked[0], tracked[-1]
-    usual = t_pose_in_cloud(initialiser.setup.body, clouds[first].points)
-    if _explains_as_well(initialiser, usual, clouds[first:], estimates[first:], step):
-        return usual
+    if initialiser.setup.upright == Z_UP:
+        usual = t_pose_in_cloud(initialiser.setup.body, clouds[first].points)
+        if _explains_as_well(initialiser, usual, clouds[first:], estimates[first:], step):
+            return usual
     step.done = 2 * len(clouds)
     found = _followed_back(initialiser, clouds, estimates, first, last, step)
     step.done = 3 * len(clouds)
@@ -154,7 +157,7 @@ def shape_in(
         estimate = initialiser.step(cloud)
         if estimate.tracked:
             data = initialiser.leader.correspondences.choose(cloud)
-            seen.append(SeenPose(data, estimate.pose, edge_maps(cloud)))
+            seen.append(SeenPose(data, estimate.pose, edge_maps(cloud), setup.upright))
     settled = seen[len(seen) // 3 :: 2]
     if len(settled) < _LEAST_SETTLED:
         return None
@@ -217,7 +220,8 @@ def _gain_of_turning(
         poses.append(follower.step(cloud).pose)
     pairs = list(zip(clouds, poses, strict=True))[len(clouds) > 1 :: 2]
     seen = [
-        SeenPose(initialiser.leader.correspondences.choose(cloud), pose) for cloud, pose in pairs
+        SeenPose(initialiser.leader.correspondences.choose(c), pose, upright=setup.upright)
+        for c, pose in pairs
     ]
     body, fitted = fitted_surface(setup.body, seen, setup.parameters, setup.joints)
     judge = PoseFinder(replace(setup, body=body))

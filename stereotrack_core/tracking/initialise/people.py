@@ -11,6 +11,7 @@ from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.skeleton import HEAD, TORSO
 from stereotrack_core.body.surface import limbs_of_cones, nearest_on_surface
 from stereotrack_core.depth.points import Volume
+from stereotrack_core.geometry.upright import Z_UP, Upright
 from stereotrack_core.tracking.residuals.surface import surface_distances
 
 _CELL = 0.10
@@ -50,7 +51,10 @@ def groups_of(points: FloatArray, *, on_floor: bool) -> IntArray:
 
 
 def people_in(points: FloatArray, least: int) -> list[BoolArray]:
-    """Members (N,) of the largest groups that stand apart on the floor, largest first."""
+    """Members (N,) of the largest groups that stand apart on the floor, largest first.
+
+    Of points (N, 3) in a world whose z points up.
+    """
     if not len(points):
         return []
     group = groups_of(points, on_floor=True)
@@ -62,6 +66,7 @@ def people_in(points: FloatArray, least: int) -> list[BoolArray]:
 def own_points(points: FloatArray, body: BodyModel, expected: Pose) -> BoolArray:
     """Points (N,) that can be the body's: not those of others who stand apart from it.
 
+    Points and pose are in a world whose z points up.
     Small groups in reach of an arm stay, for they may be a hand that moved fast.
     """
     if not len(points):
@@ -123,12 +128,13 @@ def trunk_support(body: BodyModel, pose: Pose, points: FloatArray, cameras: Floa
     return seen / max(expected, 1)
 
 
-def share_at_sides(points: FloatArray, volume: Volume) -> float:
+def share_at_sides(points: FloatArray, volume: Volume, upright: Upright = Z_UP) -> float:
     """Share of points (N, 3) that lie within 50 mm of a side of the working volume.
 
     Somebody who is cut by a side has many there, somebody who only reaches out has few.
     """
-    depth = np.minimum(points[:, :2] - volume.low[:2], volume.high[:2] - points[:, :2])
+    sides = upright.level
+    depth = np.minimum(points[:, sides] - volume.low[sides], volume.high[sides] - points[:, sides])
     return float(np.mean(depth.min(axis=1) < _SIDE)) if len(points) else 0.0
 
 

@@ -18,6 +18,7 @@ from stereotrack_core.body.skeleton import (
     UPPER_ARMS,
 )
 from stereotrack_core.geometry.rotation import rotation_from_vector
+from stereotrack_core.geometry.upright import Z_UP, Upright
 
 _CROWN = 98.5
 """Percentile of the height over the middle that is taken for the top of the head."""
@@ -26,7 +27,7 @@ _AROUND = 0.3
 """Metres around the middle in which the head is looked for; strays lie elsewhere."""
 
 
-def t_pose_in_cloud(body: BodyModel, points: FloatArray) -> Pose:
+def t_pose_in_cloud(body: BodyModel, points: FloatArray, upright: Upright = Z_UP) -> Pose:
     """T pose facing north, put where the cloud is: its middle, and its top for the head.
 
     Parameters
@@ -34,8 +35,18 @@ def t_pose_in_cloud(body: BodyModel, points: FloatArray) -> Pose:
     points : (N, 3) float64, world
         Cloud with at least one point.
     """
+    points = upright.points(points)
     middle = np.median(points[:, :2], axis=0)
-    return t_pose(_hips_under(body, points, middle))
+    return _in_world(t_pose(_hips_under(body, points, middle)), upright)
+
+
+def upright_pose(pose: Pose, upright: Upright) -> Pose:
+    """A pose of the world as it is in the upright one."""
+    return pose if upright == Z_UP else pose.turned(upright.rotation)
+
+
+def _in_world(pose: Pose, upright: Upright) -> Pose:
+    return pose if upright == Z_UP else pose.turned(upright.rotation.T)
 
 
 def _hips_under(body: BodyModel, points: FloatArray, middle: FloatArray) -> FloatArray:
@@ -85,7 +96,7 @@ _POSTURES = (
 """Standing, bent, bent deeply, squatting, squatting bent deeply."""
 
 
-def seeds_in(body: BodyModel, points: FloatArray) -> list[Pose]:
+def seeds_in(body: BodyModel, points: FloatArray, upright: Upright = Z_UP) -> list[Pose]:
     """Postures in all headings, put where a group of points is.
 
     Parameters
@@ -93,6 +104,7 @@ def seeds_in(body: BodyModel, points: FloatArray) -> list[Pose]:
     points : (N, 3) float64, world
         Of one person, at least one.
     """
+    points = upright.points(points)
     middle = np.median(points[:, :2], axis=0)
     around = np.linalg.norm(points[:, :2] - middle, axis=1) < _NEAR_MIDDLE
     heights = points[around, 2] if around.any() else points[:, 2]
@@ -108,7 +120,7 @@ def seeds_in(body: BodyModel, points: FloatArray) -> list[Pose]:
             rotations[TORSO] = Rz @ plain.torso
             place = middle - (Rz @ centre)[:2]
             seeds += [Pose(np.append(place, z), rotations) for z in sorted(heights_of_hips)]
-    return seeds
+    return [_in_world(seed, upright) for seed in seeds]
 
 
 def _posed(posture: _Posture) -> Pose:

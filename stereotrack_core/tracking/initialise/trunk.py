@@ -116,6 +116,8 @@ def facing_cost(body: BodyModel, pose: Pose, points: FloatArray, cameras: FloatA
 
     Parameters
     ----------
+    pose : Pose
+        In a world whose z points up, as all that follows.
     points : (N, 3) float64, world
         The body's data.
     cameras : (V, 3) float64, world

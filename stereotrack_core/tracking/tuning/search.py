@@ -32,7 +32,7 @@ _SIZE = (
 )  # fmt: skip
 _PERSON = (
     "background_mode", "background_empty_scene", "background_threshold", "background_doubt",
-    "background_standing", "silhouettes", "halo_trim", "volume_from_recording",
+    "background_standing", "silhouettes", "halo_trim", "volume_from_recording", "up_axis",
     "volume_centre_x", "volume_centre_y", "volume_bottom", "volume_x", "volume_y", "volume_z",
 )  # fmt: skip
 
