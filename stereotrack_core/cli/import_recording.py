@@ -4,28 +4,32 @@ from __future__ import annotations
 
 import math
 from argparse import Namespace
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
 from stereotrack_core.cli.arguments import JSON, flag, option
-from stereotrack_core.cli.output import OK, put_result, say
+from stereotrack_core.cli.output import OK, put_result, put_table, say
 from stereotrack_core.cli.progress import watched
 from stereotrack_core.errors import InputError, did_you_mean
+from stereotrack_core.interop.calibrations.deciding import Undecided
+from stereotrack_core.interop.calibrations.for_recording import Reading, with_calibration
+from stereotrack_core.interop.calibrations.foreign import METRES_PER_UNIT
+from stereotrack_core.interop.calibrations.readings import CONVENTIONS
 from stereotrack_core.recording.importing.choices import (
     ROLES,
     Choices,
     Use,
     doubts_about,
-    guessed_unit,
     problems_of,
-    propose,
     view_for,
 )
 from stereotrack_core.recording.importing.making import make_recording
+from stereotrack_core.recording.importing.proposing import Views, possible_units, propose, viewed
 from stereotrack_core.recording.importing.sources import look_at
 from stereotrack_core.recording.importing.synchronise import METHODS, Lead, synchronised
+from stereotrack_core.recording.importing.timing import at_one_rate
 from stereotrack_core.tables import Table
 
 DESCRIPTION = (
@@ -37,7 +41,8 @@ DESCRIPTION = (
 
 OPTIONS = (
     option(
-        "sources VIDEOS|FOLDER", "videos, images, or a folder that holds them", type=Path, nargs="+"
+        "sources VIDEOS|FOLDER|BAG", "videos, images, a folder that holds them, or a ROS bag "
+        "(.bag, .mcap, or the folder of a bag of ROS 2)", type=Path, nargs="+"
     ),
     option(
         "-o --output DIR",
@@ -47,12 +52,24 @@ OPTIONS = (
     option("--title NAME", "name of the recording (default: that of the folder)"),
     option("--fps N", "frames per second, if the files do not state them or state them wrongly",
            type=float),
-    option("--calibration FILE", "calibration.toml of the cameras; without one they are guessed",
-           type=Path),
+    option("--calibration FILE", "calibration of the cameras: a calibration.toml, or of another "
+           "tool as in `stereotrack calibrate import`; several files that belong together, each "
+           "with --calibration (default: the cameras of a ROS bag, else they are guessed)",
+           type=Path, action="append", default=[]),
+    option("--units UNIT", "unit of the lengths in a calibration of another tool that does not "
+           "state it: m, cm, mm or in", choices=tuple(METRES_PER_UNIT)),
+    option("--convention NAME", "how a calibration of another tool maps, where it is open: "
+           + ", ".join(CONVENTIONS), choices=tuple(CONVENTIONS)),
     option("--camera OURS=THEIRS", "name of a camera in the calibration, where it differs; may be "
            "given several times", action="append", default=[], dest="cameras"),
     option("--as SOURCE=ROLE[:VIEW]", "what a source shows, and of which view; may be given "
            "several times. Roles: " + ", ".join(ROLES), action="append", default=[], dest="roles"),
+    option("--view NAME=SOURCE[,SOURCE]", "sources of a view: one camera, left,right of a stereo "
+           "camera, or image,depth; may be given several times. Sources that are named nowhere "
+           "are not used then", action="append", default=[], dest="views"),
+    option("--background SOURCE=FILE", "picture or video of the empty scene, or none; may be given "
+           "several times (default: found by its name, such as N_left_background.png)",
+           action="append", default=[], dest="backgrounds"),
     option("--mirrored SOURCE", "turn back the mirror images of a source, such as a Kinect v1's; "
            "may be given several times", action="append", default=[]),
     option("--unit METRES", "metres per count of depth maps (default: by the depth of the scene)",
@@ -62,6 +79,8 @@ OPTIONS = (
            choices=tuple(METHODS), dest="method"),
     option("--first SOURCE=FRAME", "own frame of a source at the common instant, with fractions if "
            "need be; may be given several times", action="append", default=[], dest="firsts"),
+    flag("--keep-frames", "take every frame as it comes, even if files state another or an uneven "
+         "frame rate (default: such files are written again at the common rate)"),
     flag("--dry-run", "only print what would be made"),
     JSON,
 )  # fmt: skip
@@ -72,14 +91,17 @@ def run(args: Namespace) -> int:
     found = look_at(args.sources)
     for problem in found.problems:
         say(f"not used: {problem}")
+    for note in found.notes:
+        say(f"note: {note}.")
     folder = args.output or found.folder
     if folder is None:
+        bag = any(source.topic for source in found.sources)
         raise InputError(
-            "the sources lie in several folders",
+            "a bag has no place for a recording" if bag else "the sources lie in several folders",
             remedy="Say where the recording is to be made, with -o DIR.",
         )
     choices = replace(propose(found), name=args.title or folder.resolve().name)
-    choices = _decided(choices, args)
+    choices = at_one_rate(_decided(choices, args))
     for problem in problems_of(choices):
         raise problem
     choices, leads = _in_time(choices, args)
@@ -96,19 +118,67 @@ def run(args: Namespace) -> int:
 
 def _decided(choices: Choices, args: Namespace) -> Choices:
     """The proposal with everything that the options say."""
-    roles = dict(_pair(text, "--as") for text in args.roles)
-    uses = tuple(_used(use, roles, args.mirrored) for use in choices.uses)
-    names = [use.source.name for use in uses]
-    for option_name, asked in (("--as", roles), ("--mirrored", args.mirrored)):
+    named = {use.source.topic: use.source.name for use in choices.uses if use.source.topic}
+    roles = {
+        named.get(name, name): role for name, role in (_pair(text, "--as") for text in args.roles)
+    }
+    mirrored = [named.get(name, name) for name in args.mirrored]
+    names = [use.source.name for use in choices.uses]
+    if args.views:
+        choices = replace(choices, uses=viewed(choices.uses, _views(args.views, named, names)))
+    for option_name, asked in (("--as", roles), ("--mirrored", mirrored)):
         _check_known(asked, names, option_name)
-    choices = replace(choices, uses=uses, fps=args.fps or choices.fps)
-    if args.calibration is not None:
-        choices = replace(choices, calibration=args.calibration)
+    uses = tuple(_used(use, roles, mirrored) for use in choices.uses)
+    uses = _with_backgrounds(uses, args.backgrounds)
+    choices = replace(
+        choices, uses=uses, fps=args.fps or choices.fps, resample=not args.keep_frames
+    )
+    return _calibrated(replace(choices, depth_unit=_unit(choices, args.unit)), args)
+
+
+def _views(texts: Sequence[str], named: Mapping[str, str], known: Sequence[str]) -> Views:
+    """The names of the sources of each view that is asked for."""
+    views: dict[str, tuple[str, ...]] = {}
+    for name, text in (_pair(text, "--view") for text in texts):
+        sources = [one.strip() for one in text.split(",")]
+        views[name] = tuple(named.get(one, one) for one in sources)
+        _check_known(views[name], known, "--view")
+        if len(views[name]) > 2:
+            raise InputError(
+                f"the view {name} has {len(views[name])} sources",
+                where="--view",
+                remedy="Give one, left,right, or image,depth.",
+            )
+    return views
+
+
+def _with_backgrounds(uses: tuple[Use, ...], texts: Sequence[str]) -> tuple[Use, ...]:
+    given = dict(_pair(text, "--background") for text in texts)
+    _check_known(given, [use.source.name for use in uses], "--background")
+    chosen = {name: None if path == "none" else Path(path) for name, path in given.items()}
+    return tuple(
+        replace(use, background=chosen.get(use.source.name, use.background)) for use in uses
+    )
+
+
+def _calibrated(choices: Choices, args: Namespace) -> Choices:
+    """The choices with the cameras of the calibration that is given or lies there."""
     if args.cameras:
         cameras = dict(_pair(text, "--camera") for text in args.cameras)
         _check_known(cameras, choices.camera_names(), "--camera")
         choices = replace(choices, cameras=cameras)
-    return replace(choices, depth_unit=_unit(choices, args.unit))
+    paths = args.calibration or ([] if choices.calibration is None else [choices.calibration])
+    if not paths:
+        return choices
+    try:
+        choices, decided = with_calibration(choices, paths, Reading(args.units, args.convention))
+    except Undecided as open_question:
+        if not args.json:
+            put_table(open_question.table)
+        raise
+    for line in () if decided is None else (*decided.reasons, *decided.notes):
+        say(f"note: {line}.")
+    return choices
 
 
 def _in_time(choices: Choices, args: Namespace) -> tuple[Choices, tuple[Lead, ...]]:
@@ -137,15 +207,17 @@ def _frame(text: str) -> float:
 
 
 def _unit(choices: Choices, given: float | None) -> float:
-    depths = [use.source for use in choices.used() if use.source.kind == "depth"]
+    depths = [use.source for use in choices.used() if use.role == "depth"]
+    depths = [source for source in depths if source.unit is None]
     if given is not None or not depths:
         return given if given is not None else choices.depth_unit
-    unit = guessed_unit(depths[0])
+    units = possible_units(depths[0])
+    listed = ", or ".join(f"{unit:g} ({metres:.1f} m away)" for unit, metres in units)
     say(
-        f"note: depth is taken to be {unit:g} metres per count, by the depth of the scene. Give "
-        "--unit if that is wrong."
+        f"note: depth is taken to be {units[0][0]:g} metres per count. By the middle of the scene "
+        f"it may be {listed}. Give --unit if it is another."
     )
-    return unit
+    return units[0][0]
 
 
 def _used(use: Use, roles: dict[str, str], mirrored: Sequence[str]) -> Use:
@@ -185,7 +257,7 @@ def _facts(choices: Choices, folder: Path) -> dict[str, Any]:
         "name": choices.name,
         "fps": choices.fps,
         "calibration": choices.calibration,
-        "guessed": choices.calibration is None,
+        "guessed": choices.guessed(),
         "depth_unit": choices.depth_unit,
         "sources": [
             {
@@ -194,6 +266,9 @@ def _facts(choices: Choices, folder: Path) -> dict[str, Any]:
                 "role": use.role,
                 "view": use.view,
                 "mirrored": use.mirrored,
+                "background": use.background,
+                "resampled": use.source.rate,
+                "topic": use.source.topic or None,
                 "lead": use.lead,
                 "size": list(use.source.size),
                 "frames": use.source.frames,
@@ -204,12 +279,19 @@ def _facts(choices: Choices, folder: Path) -> dict[str, Any]:
     }
 
 
+def _shows(use: Use) -> str:
+    more = (", turned back" if use.mirrored else "") + (
+        f", background {use.background.name}" if use.background and use.role != "unused" else ""
+    )
+    return ROLES[use.role] + more
+
+
 def _table(choices: Choices, title: str) -> Table:
     rows = [
         (
-            use.source.name,
+            use.source.topic or use.source.name,
             use.source.says(),
-            ROLES[use.role] + (", turned back" if use.mirrored else ""),
+            _shows(use),
             use.view if use.role != "unused" else "",
         )
         for use in choices.uses

@@ -95,3 +95,58 @@ def test_each_kind_of_import_has_its_help(run, kind):
     assert kind in run("import", "--help").out
     assert "--json" in run("import", kind, "--help").out
     assert run("import", "tracks").status == 2
+
+
+def test_views_are_named_and_the_rest_is_not_used(run, videos):
+    ended = run(
+        "import", "recording", videos, "--view", "front=N_right,N_left", "--dry-run", "--json"
+    )
+    assert ended.status == 0, ended.err
+    assert [(one["source"], one["role"]) for one in ended.json["sources"]] == [
+        ("N_left", "right"),
+        ("N_right", "left"),
+        ("S", "unused"),
+    ]
+    ended = run("import", "recording", videos, "--view", "front=N_left,N_right,S")
+    assert (ended.status, "the view front has 3 sources" in ended.err) == (2, True)
+
+
+def test_a_bag_is_read_by_its_topics(run, tmp_path):
+    pytest.importorskip("rosbags")
+    from tests.recording.importing.bags import stereo_bag
+
+    bag = stereo_bag(tmp_path / "walk.bag")
+    listed = run("import", "recording", bag, "--dry-run", "-o", tmp_path / "out")
+    assert listed.status == 0, listed.err
+    assert "/stereo/left/image_raw" in listed.out
+    assert run("import", "recording", bag).status == 2
+    view = ("--view", "front=/stereo/left/image_raw,/stereo/right/image_raw")
+    ended = run("import", "recording", bag, "-o", tmp_path / "out", *view)
+    assert ended.status == 0, ended.err
+    assert "the world is the frame world of the bag" in ended.err
+    recording = open_recording(tmp_path / "out")
+    assert [view.name for view in recording.views] == ["front"]
+    assert recording.cameras["front_left"].position_world == pytest.approx([0, 0, 1.2])
+
+
+def test_a_calibration_of_another_tool_is_read(run, tmp_path):
+    for name in ("left", "right"):
+        clip(tmp_path / "in" / f"{name}.mp4", frames=2)
+    theirs = tmp_path / "theirs.toml"
+    theirs.write_text(
+        "".join(
+            f'[cam_{k}]\nname = "{name}"\nsize = [64, 48]\n'
+            "matrix = [[60.0, 0.0, 31.5], [0.0, 60.0, 23.5], [0.0, 0.0, 1.0]]\n"
+            "distortions = [0.0, 0.0, 0.0, 0.0, 0.0]\nrotation = [0.0, 0.0, 0.0]\n"
+            f"translation = [{-120.0 * k}, 0.0, 0.0]\n"
+            for k, name in enumerate(("left", "right"))
+        )
+    )
+    ask = ("import", "recording", tmp_path / "in", "--calibration", theirs, "-o", tmp_path / "out")
+    ended = run(*ask, "--units", "mm")
+    assert ended.status == 0, ended.err
+    assert "unit mm: given with --units" in ended.err
+    recording = open_recording(tmp_path / "out")
+    assert not recording.guessed
+    right = recording.cameras[recording.views[0].image.camera]
+    assert right.position_world == pytest.approx([0.12, 0, 0])

@@ -44,8 +44,8 @@ from stereotrack_core.interop.trc import write_trc
 from stereotrack_core.recording.calibration import write_calibration
 from stereotrack_core.recording.description import Recording, Segment, write_segments, write_subject
 from stereotrack_core.recording.detections import Detection, write_detections
-from stereotrack_core.recording.importing.choices import propose
 from stereotrack_core.recording.importing.making import make_recording
+from stereotrack_core.recording.importing.proposing import propose
 from stereotrack_core.recording.importing.sources import look_at
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory, write_landmarks
 from stereotrack_core.recording.writing import VideoWriter, write_png, write_recording_description

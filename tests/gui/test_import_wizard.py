@@ -11,8 +11,8 @@ from PySide6.QtWidgets import QApplication, QWizard
 
 from app.features.project.importing.wizard import ImportWizard
 from stereotrack_core.recording.calibration import write_calibration
-from stereotrack_core.recording.importing.choices import propose
 from stereotrack_core.recording.importing.making import cameras_for
+from stereotrack_core.recording.importing.proposing import propose
 from stereotrack_core.recording.importing.sources import look_at
 from tests.gui.test_opening_files import drop, settle
 from tests.recording.importing.clips import WIDTH, clip, flashing, images, numbered

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal, TypeAlias
 
 import numpy as np
 
 from stereotrack_core.errors import InputError
-from stereotrack_core.recording.importing.sources import Found, Source, open_source
+from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.recording.importing.sources import Source
 
 Role: TypeAlias = Literal[
     "mono", "left", "right", "side by side", "side by side, swapped", "depth", "image", "unused"
@@ -34,20 +35,7 @@ ROLES: Mapping[Role, str] = {
 }
 """Every role in words."""
 
-_SIDE_BY_SIDE = 2.5
-"""Width over height from which an image is taken for two; the widest films have 2.4."""
-
-_SIDES: Mapping[str, Role] = {
-    "left": "left", "l": "left", "links": "left", "right": "right", "r": "right", "rechts": "right",
-}  # fmt: skip
-_DEPTH_WORDS = frozenset({"depth", "d", "z", "tiefe"})
-_IMAGE_WORDS = frozenset({"image", "color", "colour", "rgb", "ir", "grey", "gray", "img"})
-_NO_STREAM = frozenset({"mask", "masks", "background", "empty"})
-_PAIR = re.compile(r"(.*?)(cam|camera)[_-]?([01])", re.IGNORECASE)
-
 _USUAL_UNIT = 0.001  # metres per count of a Kinect, RealSense and most others
-_UNITS = (0.001, 0.00025, 0.0002, 0.0001)
-_ROOM = (0.3, 8.0)  # metres; the middle distance of what a depth camera sees indoors
 
 
 @dataclass(frozen=True)
@@ -60,6 +48,8 @@ class Use:
     """Name of the view that it belongs to."""
     mirrored: bool = False
     """Whether its images are mirror images, as those of the Kinect v1, to be turned back."""
+    background: Path | None = None
+    """A picture or video of the empty scene, as this source shows it."""
     lead: float = 0.0
     """The source's own frame at the common instant; with fractions, also negative."""
 
@@ -73,15 +63,32 @@ class Choices:
     fps: float | None
     """Frame sets per second."""
     calibration: Path | None = None
-    """A calibration.toml; None: cameras are guessed from the size of the images."""
+    """A calibration; None: the cameras are those that the sources state, else guessed from the size
+    of the images."""
+    given: Mapping[str, Camera] | None = None
+    """The cameras of the calibration by name, where it is no calibration.toml."""
     cameras: Mapping[str, str] = field(default_factory=dict)
     """Name of the camera in the calibration by camera name here, where they differ."""
     depth_unit: float = _USUAL_UNIT
-    """Metres per count of the depth maps."""
+    """Metres per count of the depth maps that do not state it."""
+    resample: bool = True
+    """Whether frames are picked by their times where sources run at other or uneven rates."""
 
     def used(self) -> tuple[Use, ...]:
         """The uses that are not ``unused``."""
         return tuple(use for use in self.uses if use.role != "unused")
+
+    def stated(self) -> bool:
+        """Whether every source states its camera, as those of a ROS bag may."""
+        return all(
+            use.source.camera is not None and not use.role.startswith("side") and not use.mirrored
+            for use in self.used()
+            if use.role != "depth" or all(o.view != use.view or o is use for o in self.used())
+        )
+
+    def guessed(self) -> bool:
+        """Whether the cameras are guessed from the size of the images."""
+        return self.calibration is None and not self.stated()
 
     def camera_names(self) -> tuple[str, ...]:
         """Names that the cameras get, in order of their views."""
@@ -109,106 +116,9 @@ def size_of(use: Use) -> tuple[int, int]:
     return use.source.width // halves, use.source.height
 
 
-def propose(found: Found) -> Choices:
-    """What the sources probably are, by their names and sizes."""
-    uses = [_by_itself(source) for source in found.sources]
-    _pair_by_number(uses)
-    uses = [_without_partner(use, uses) for use in uses]
-    folder = found.folder
-    calibration = None if folder is None else folder / "calibration.toml"
-    return Choices(
-        name=folder.resolve().name if folder is not None else "recording",
-        uses=tuple(_renamed(uses)),
-        fps=found.fps,
-        calibration=calibration if calibration is not None and calibration.is_file() else None,
-    )
-
-
-def guessed_unit(source: Source) -> float:
-    """Metres per count that put the scene of a depth source at the distance of a room."""
-    reader = open_source(source, "depth")
-    try:
-        counts = reader.read(0, lambda _number, _picture: None)
-    finally:
-        reader.close()
-    known = counts[counts > 0]
-    if not known.size:
-        return _USUAL_UNIT
-    middle = float(np.median(known))
-    fitting = [unit for unit in _UNITS if _ROOM[0] <= middle * unit <= _ROOM[1]]
-    return fitting[0] if fitting else _USUAL_UNIT
-
-
 def problems_of(choices: Choices) -> tuple[InputError, ...]:
     """Everything about choices that keeps a recording from being made of them."""
     return tuple(_problems(choices))
-
-
-# ---- proposals
-
-
-def _by_itself(source: Source) -> Use:
-    """What a source is as far as its own name and size tell."""
-    words = [word for word in re.split(r"[_\-. ]+", source.name) if word]
-    for place, word in enumerate(words):
-        rest = "_".join(words[:place] + words[place + 1 :])
-        side = _SIDES.get(word.lower())
-        at_end = place in (0, len(words) - 1)
-        if side is not None and at_end and (len(word) > 1 or rest):
-            return Use(source, side, rest or "stereo")
-        if word.lower() in _NO_STREAM:
-            return Use(source, "unused", source.name)
-        if word.lower() in _DEPTH_WORDS and source.kind == "depth":
-            return Use(source, "depth", rest or "depth")
-        if word.lower() in _IMAGE_WORDS and source.kind != "depth":
-            return Use(source, "image", rest or "depth")
-    if source.kind == "depth":
-        return Use(source, "depth", source.name)
-    wide = source.width >= _SIDE_BY_SIDE * source.height and source.width % 2 == 0
-    return Use(source, "side by side" if wide else "mono", source.name)
-
-
-def _pair_by_number(uses: list[Use]) -> None:
-    """Take ``cam0`` and ``cam1`` for a stereo camera where there is no third."""
-    matches = {
-        index: match
-        for index, use in enumerate(uses)
-        if use.role == "mono" and (match := _PAIR.fullmatch(use.source.name))
-    }
-    stems = [match.group(1) for match in matches.values()]
-    for index, match in matches.items():
-        stem = match.group(1)
-        sizes = {uses[other].source.size for other, m in matches.items() if m.group(1) == stem}
-        alone = sum(use.source.name.startswith(stem) for use in uses) == 2
-        if stems.count(stem) == 2 and len(sizes) == 1 and alone:
-            side: Role = "left" if match.group(3) == "0" else "right"
-            uses[index] = replace(uses[index], role=side, view=stem.strip("_-. ") or "stereo")
-
-
-def _without_partner(use: Use, uses: Sequence[Use]) -> Use:
-    """A single camera where what its name promises has no partner of the same size."""
-    partner: Mapping[Role, Role] = {"left": "right", "right": "left", "image": "depth"}
-    wanted = partner.get(use.role)
-    if wanted is None:
-        return use
-    for other in uses:
-        if other.role == wanted and other.view == use.view and other.source.size == use.source.size:
-            return use
-    return replace(use, role="mono", view=use.source.name)
-
-
-def _renamed(uses: Sequence[Use]) -> Iterator[Use]:
-    """The same with names of views that differ where the views do."""
-    taken: dict[tuple[str, str], str] = {}
-    for use in uses:
-        kind = use.role if use.role in ("mono", "side by side") else "several"
-        key = (use.view, use.source.name if kind != "several" else kind)
-        if key not in taken:
-            name, number = use.view, 2
-            while name in taken.values():
-                name, number = f"{use.view}_{number}", number + 1
-            taken[key] = name
-        yield replace(use, view=taken[key])
 
 
 # ---- problems
@@ -229,7 +139,6 @@ def _problems(choices: Choices) -> Iterator[InputError]:
         )
     for view in dict.fromkeys(use.view for use in used):
         yield from _problems_of_view(view, [use for use in used if use.view == view])
-    yield from _other_rates(used)
     if choices.depth_unit <= 0 or choices.depth_unit > 1:
         yield InputError(
             f"{choices.depth_unit:g} metres per count is not possible",
@@ -282,47 +191,102 @@ def _problems_of_view(view: str, uses: Sequence[Use]) -> Iterator[InputError]:
                 where=where,
                 remedy="Use it as a single camera.",
             )
-        if (use.role == "depth") != (use.source.kind == "depth"):
+        if use.role == "depth" and use.source.kind != "depth":
             yield InputError(
-                f"{use.source.name} {'is no' if use.role == 'depth' else 'is a'} 16-bit depth map",
+                f"{use.source.name} is no depth map of 16 bits or floating-point numbers",
                 where=where,
                 remedy="Change what it shows.",
             )
+    yield from _not_registered(uses, where)
 
 
-_RATES_AGREE = 0.005  # of the rate
+_SAME_FOCAL = 0.02  # of the focal length
+_SAME_PLACE_M = 0.005
+
+
+def _not_registered(uses: Sequence[Use], where: str) -> Iterator[InputError]:
+    """A depth map that a bag states to be of another place or lens than its image."""
+    by_role = {use.role: use.source for use in uses}
+    depth, image = by_role.get("depth"), by_role.get("image")
+    a, b = (None if one is None else one.camera for one in (depth, image))
+    if a is None or b is None or depth is None or image is None:
+        return
+    apart = float(np.linalg.norm(a.position_world - b.position_world))
+    if apart > _SAME_PLACE_M or abs(a.focal / b.focal - 1.0) > _SAME_FOCAL:
+        yield InputError(
+            f"{depth.name} is not registered to {image.name}: their cameras are "
+            f"{1000 * apart:.0f} mm apart, with focal lengths of {a.focal:.0f} and {b.focal:.0f} "
+            "pixels",
+            where=where,
+            remedy="Use depth that is aligned to the image, or do without the image.",
+        )
+
+
+_PAUSE = 3.0  # frames
 _MOST_DRIFT = 0.5  # frames over the length of a source
-
-
-def _other_rates(used: Sequence[Use]) -> Iterator[InputError]:
-    """Sources that run at other rates, so that frame k of all cannot be the same instant."""
-    rates = {use.source.name: use.source.fps for use in used if use.source.fps is not None}
-    usual = max(sorted(rates.values()), key=list(rates.values()).count, default=None)
-    for name, rate in rates.items():
-        if usual is not None and abs(rate / usual - 1.0) > _RATES_AGREE:
-            yield InputError(
-                f"{name} has {rate:.4g} frames per second, others have {usual:.4g}",
-                remedy="Convert all to the same frame rate first. Frame k of all sources must be "
-                "the same instant.",
-            )
 
 
 def doubts_about(choices: Choices) -> tuple[str, ...]:
     """What may be wrong with choices of which a recording can be made, in sentences."""
     used = choices.used()
-    rates = [use.source.fps for use in used if use.source.fps is not None]
-    doubts = []
-    for use in used:
-        rate, frames = use.source.fps, use.source.frames
-        drift = 0.0 if rate is None else frames * abs(rate / rates[0] - 1.0)
-        if drift > _MOST_DRIFT:
-            doubts.append(
-                f"{use.source.name} states {rate:.5g} frames per second and {rates[0]:.5g} would "
-                f"be needed: at its end it may be {drift:.0f} frames off."
-            )
-    if choices.calibration is None:
+    doubts = [*_doubts_about_rates(choices), *_doubts_about_numbers(used)]
+    doubts += [
+        f"{use.source.name} has 16 bits: it is written again with 8, from the darkest to the "
+        "brightest value of its first image."
+        for use in used
+        if use.source.kind == "depth" and use.role != "depth"
+    ]
+    if choices.guessed():
         doubts.append(GUESS)
     return tuple(doubts)
+
+
+def _doubts_about_rates(choices: Choices) -> Iterator[str]:
+    used, fps = choices.used(), choices.fps or 1.0
+    rates = [use.source.fps for use in used if use.source.fps is not None]
+    for use in used:
+        source = use.source
+        if source.rate is not None:
+            why = (
+                f"up to {source.uneven:.1f} frames from even" if source.uneven > _MOST_DRIFT
+                else f"at {source.fps or fps:.4g} frames per second"
+            )  # fmt: skip
+            yield (
+                f"The frames of {source.name} are {why}. It is written again with "
+                f"{source.rate:.4g} frames per second, each the nearest in time."
+            )
+            if source.pause * source.rate > _PAUSE:
+                yield (
+                    f"{source.name} has no frame for up to {source.pause:.2f} s. The last one is "
+                    "repeated there."
+                )
+            continue
+        drift = 0.0 if source.fps is None else source.frames * abs(source.fps / rates[0] - 1.0)
+        if drift > _MOST_DRIFT and source.fps is not None:
+            yield (
+                f"{source.name} states {source.fps:.5g} frames per second and {rates[0]:.5g} would "
+                f"be needed: at its end it may be {drift:.0f} frames off."
+            )
+        elif source.uneven > _MOST_DRIFT:
+            yield f"The frames of {source.name} are up to {source.uneven:.1f} frames from even."
+
+
+def _doubts_about_numbers(used: Sequence[Use]) -> Iterator[str]:
+    """Images whose numbers begin elsewhere, or that have gaps."""
+    sources = [use.source for use in used if use.source.images]
+    begins = {one.name: one.lowest for one in sources if one.lowest is not None}
+    if len(set(begins.values())) > 1:
+        listed = ", ".join(f"{name} with {number}" for name, number in begins.items())
+        yield (
+            f"The numbers of the images begin differently: {listed}. The first image of each is "
+            "taken for the same instant. If equal numbers are, set the first frames."
+        )
+    for one in sources:
+        missing = one.frames - len(one.images)
+        if missing:
+            yield (
+                f"{one.name} lacks {missing} of {one.frames} numbers: these frames have no image."
+            )
 
 
 GUESS = (

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Generator, Iterator, Sequence
-from dataclasses import dataclass
-from pathlib import Path
+from dataclasses import dataclass, replace
+from pathlib import Path, PurePosixPath
 from typing import Any, Literal
 
 import numpy as np
@@ -14,9 +14,15 @@ from stereotrack_core.atomic import replacing
 from stereotrack_core.errors import InputError
 from stereotrack_core.reading import open_file
 from stereotrack_core.recording.images import DamagedFrame
+from stereotrack_core.recording.importing.backgrounds import empty_scene
 from stereotrack_core.recording.importing.choices import Use, cameras_of, size_of
-from stereotrack_core.recording.importing.sources import depth_range, open_source, shown_depth
-from stereotrack_core.recording.stream_files import StreamSource
+from stereotrack_core.recording.importing.readers import (
+    brightness_of,
+    depth_range,
+    open_source,
+    shown_depth,
+)
+from stereotrack_core.recording.importing.sources import Pictures, Source
 from stereotrack_core.recording.writing import VideoWriter, write_png
 
 _CHUNK = 4 * 1024 * 1024  # bytes
@@ -37,11 +43,38 @@ class StreamFiles:
     """Which half of the images it is; None for the whole."""
     pictured: bool = False
     """Whether it is a picture of the depth map, for a depth camera without another image."""
+    empty: bool = False
+    """Whether it is the background of the stream rather than its frames."""
 
 
 def files_of(uses: Sequence[Use], folder: Path) -> tuple[StreamFiles, ...]:
-    """What the sources become in a folder: one stream each, or two."""
-    return tuple(one for use in uses for one in _files_of(use, uses, folder))
+    """What the sources become in a folder: one stream each, or two, and their backgrounds."""
+    streams = [one for use in uses for one in _files_of(use, uses, folder)]
+    empty = [
+        _background(one, folder) for one in streams if one.use.background and one.part != "depth"
+    ]
+    return (*streams, *empty)
+
+
+def _background(one: StreamFiles, folder: Path) -> StreamFiles:
+    """The background of a stream: where it lies, or written as what the stream becomes."""
+    path = one.use.background
+    assert path is not None  # noqa: S101 - it is asked for those that have one
+    name = f"{one.camera}_empty.png"
+    if one.half is not None or one.use.mirrored:
+        return replace(one, frames=name, how="convert", empty=True)
+    inside = _inside(path, folder)
+    if inside and "%" not in inside:
+        return replace(one, frames=inside, how="stay", empty=True)
+    return replace(one, frames=f"{one.camera}_background{path.suffix}", how="copy", empty=True)
+
+
+def _inside(path: Path, folder: Path) -> str:
+    """The path from a folder that a file lies in; empty where it does not."""
+    root, place = folder.resolve(), path.parent.resolve()
+    if not (place.is_relative_to(root) and path.resolve().is_relative_to(root)):
+        return ""
+    return (place.relative_to(root) / path.name).as_posix()
 
 
 def _files_of(use: Use, uses: Sequence[Use], folder: Path) -> Iterator[StreamFiles]:
@@ -65,23 +98,29 @@ def _files_of(use: Use, uses: Sequence[Use], folder: Path) -> Iterator[StreamFil
 
 def _whole(use: Use, camera: str, part: str, name: str, folder: Path) -> StreamFiles:
     source = use.source
-    if use.mirrored or (source.images and not source.pattern):
+    written = (
+        use.mirrored or source.rate is not None or (part != "depth" and source.kind == "depth")
+    )
+    if written or not _as_it_is(source):
         return StreamFiles(use, camera, part, _new_name(use, name, *source.size), "convert")
-    root, place = folder.resolve(), source.path.parent.resolve()
-    inside = place.is_relative_to(root) and source.path.resolve().is_relative_to(root)
-    own_name = source.pattern or source.path.name
-    nameable = "%" not in str(place) and (source.images or "%" not in own_name)
-    if inside and nameable:
-        frames = (place.relative_to(root) / own_name).as_posix()
+    inside = _inside(source.path, folder)
+    if inside and "%" not in inside:
+        frames = (PurePosixPath(inside).parent / (source.pattern or source.path.name)).as_posix()
         return StreamFiles(use, camera, part, frames, "stay")
     suffix = source.path.suffix
     frames = f"{name}/%06d{suffix}" if source.images else f"{name}{suffix}"
     return StreamFiles(use, camera, part, frames, "copy")
 
 
+def _as_it_is(source: Source) -> bool:
+    """Whether the files of a source can be named in a recording."""
+    return not source.topic and not (source.images and not source.pattern)
+
+
 def _new_name(use: Use, name: str, width: int, height: int) -> str:
     """A video where one can be written, else numbered images, which hold any size and depth."""
-    as_video = use.source.kind == "video" and width % 2 == 0 and height % 2 == 0
+    moving = use.source.kind == "video" or (use.source.topic and use.source.kind == "images")
+    as_video = moving and width % 2 == 0 and height % 2 == 0
     return f"{name}.mp4" if as_video else f"{name}/%06d.png"
 
 
@@ -93,15 +132,24 @@ def bring(one: StreamFiles, workplace: Path, fps: float) -> Generator[float, Non
     source, target = one.use.source, workplace / one.frames
     if one.how != "stay":
         target.parent.mkdir(exist_ok=True)
-    if one.how == "convert":
+    if one.empty and one.use.background is not None:
+        yield from _bring_background(one, one.use.background, target)
+    elif one.how == "convert":
         yield from _converted(one, target, fps)
     elif one.how == "copy" and source.images:
-        for number, path in enumerate(source.images):
+        for number, path in zip(source.numbers, source.images, strict=True):
             for _ in _copied(path, workplace / (one.frames % number)):
                 pass
-            yield (number + 1) / len(source.images)
+            yield (number + 1) / source.frames
     elif one.how == "copy":
         yield from _copied(source.path, target)
+
+
+def _bring_background(one: StreamFiles, path: Path, target: Path) -> Iterator[float]:
+    if one.how == "convert":
+        write_png(target, _changed(one, empty_scene(path)))
+    elif one.how == "copy":
+        yield from _copied(path, target)
 
 
 def _copied(path: Path, target: Path) -> Iterator[float]:
@@ -117,24 +165,26 @@ def _copied(path: Path, target: Path) -> Iterator[float]:
 
 
 def _converted(one: StreamFiles, target: Path, fps: float) -> Iterator[float]:
-    """Write the pictures of a source again: one half of them, turned back, or depth as a picture.
+    """Write the pictures of a source again as what the stream needs.
 
     They are decoded one after the other; a damaged one ends the work, so that no frame is lost
-    without a word.
+    without a word. A number without an image stays one.
     """
     source = one.use.source
     depth = source.kind == "depth"
     reader = open_source(source, "depth" if depth else "colour")
     try:
-        count, within = reader.count(), (0.0, 1.0)
-        if source.kind == "video" and target.suffix == ".mp4":
+        count = reader.count()
+        if target.suffix == ".mp4":
             yield from _as_video(one, reader, target, fps, count)
             return
-        for k in range(count):
+        there = range(count) if source.rate is not None else source.numbers or range(count)
+        within: tuple[float, float] | None = None
+        for k in there:
             picture = _changed(one, _picture(reader, k, source.path))
-            if one.pictured:
-                within = within if k else depth_range(picture)
-                picture = shown_depth(picture, within)
+            if depth and one.part != "depth":
+                within = within or depth_range(picture)
+                picture = (shown_depth if one.pictured else brightness_of)(picture, within)
             write_png(target.with_name(target.name % k), picture)
             yield (k + 1) / count
     finally:
@@ -142,7 +192,7 @@ def _converted(one: StreamFiles, target: Path, fps: float) -> Iterator[float]:
 
 
 def _as_video(
-    one: StreamFiles, reader: StreamSource, target: Path, fps: float, count: int
+    one: StreamFiles, reader: Pictures, target: Path, fps: float, count: int
 ) -> Iterator[float]:
     width, height = size_of(one.use)
     first = _picture(reader, 0, one.use.source.path)
@@ -152,7 +202,7 @@ def _as_video(
             yield (k + 1) / count
 
 
-def _picture(reader: StreamSource, k: int, path: Path) -> NDArray[Any]:
+def _picture(reader: Pictures, k: int, path: Path) -> NDArray[Any]:
     try:
         return reader.read(k, lambda _number, _picture: None)
     except DamagedFrame as problem:

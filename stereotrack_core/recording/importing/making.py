@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from contextlib import closing
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -16,6 +17,7 @@ from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.recording.calibration import read_calibration
 from stereotrack_core.recording.description import Recording, Stream, View
 from stereotrack_core.recording.folder import DESCRIPTION, open_recording
+from stereotrack_core.recording.importing.backgrounds import check_background
 from stereotrack_core.recording.importing.choices import (
     Choices,
     cameras_of,
@@ -54,6 +56,8 @@ def make_recording(
     for problem in problems_of(choices):
         raise problem
     check_place(choices, folder)
+    for use in choices.used():
+        check_background(use)
     files = files_of(choices.used(), folder)
     cameras = cameras_for(choices)
     kept = _keeps_calibration(choices, folder)
@@ -67,7 +71,7 @@ def make_recording(
                     on_progress((number + share) / len(new), f"writing {one.frames}")
         recording = Recording(
             workplace, choices.name, choices.fps or 1.0, _views(choices, files), cameras,
-            guessed=choices.calibration is None,
+            guessed=choices.guessed(),
         )  # fmt: skip
         write_recording_description(recording, with_calibration=not kept)
         if len(new) == len(files) and not kept:
@@ -78,6 +82,8 @@ def make_recording(
 def _keeps_calibration(choices: Choices, folder: Path) -> bool:
     """Whether the calibration lies in the folder already."""
     given, own = choices.calibration, folder / _CALIBRATION
+    if choices.given is not None:
+        return False
     return given is not None and own.exists() and given.resolve() == own.resolve()
 
 
@@ -87,9 +93,11 @@ def cameras_for(choices: Choices) -> dict[str, Camera]:
     Raises InputError where a camera is missing in the calibration, or its images have another size.
     """
     sizes = {name: size_of(use) for use in choices.used() for name in cameras_of(use)}
-    if choices.calibration is None:
+    if choices.guessed():
         return {name: _guessed(name, *size) for name, size in sizes.items()}
-    known = read_calibration(choices.calibration)
+    if choices.calibration is None:
+        return _stated(choices)
+    known = dict(choices.given or read_calibration(choices.calibration))
     for name, size in sizes.items():
         wanted = choices.cameras.get(name, name)
         camera = known.get(wanted)
@@ -100,13 +108,29 @@ def cameras_for(choices: Choices) -> dict[str, Camera]:
                 remedy=f"Its cameras are: {', '.join(known)}. Say which of them {name} is.",
             )
         if size != (camera.width, camera.height):
+            turned = ""
+            if size == (camera.height, camera.width):
+                turned = (
+                    " The video is stored turned, and other tools turn it before they calibrate: "
+                    "calibrate with the images as stored."
+                )
             raise InputError(
                 f"the images of {name} have {size[0]} x {size[1]} pixels, but the calibration of "
                 f"{wanted!r} is for {camera.width} x {camera.height}",
                 where=str(choices.calibration),
-                remedy="Use a calibration made with images of this size.",
+                remedy=f"Use a calibration made with images of this size.{turned}",
             )
     return known
+
+
+def _stated(choices: Choices) -> dict[str, Camera]:
+    """The cameras that the sources state; that of the image where a depth map has one."""
+    cameras: dict[str, Camera] = {}
+    for use in sorted(choices.used(), key=lambda use: use.role == "depth"):
+        for name in cameras_of(use):
+            if use.source.camera is not None:
+                cameras.setdefault(name, replace(use.source.camera, name=name))
+    return cameras
 
 
 def _guessed(name: str, width: int, height: int) -> Camera:
@@ -158,18 +182,22 @@ def _views(choices: Choices, files: Sequence[StreamFiles]) -> tuple[View, ...]:
     views = []
     for name in dict.fromkeys(use.view for use in used):
         streams: dict[str, Stream] = {}
-        for one in (file for file in files if file.use.view == name):
+        own = [file for file in files if file.use.view == name]
+        empty = {one.part: one.frames for one in own if one.empty}
+        for one in (file for file in own if not file.empty):
             start = one.use.lead - earliest
             first = round(start)
             camera = choices.cameras.get(one.camera, one.camera)
             streams[one.part] = Stream(
-                camera, one.frames, None, first, round((start - first) / fps, 6)
+                camera, one.frames, empty.get(one.part), first, round((start - first) / fps, 6)
             )
         kind: Any = "stereo" if "right" in streams else "depth" if "depth" in streams else "mono"
         turned = next(use.source.turned for use in used if use.view == name)
+        units = [use.source.unit for use in used if use.view == name and use.role == "depth"]
+        unit = next((one for one in units if one is not None), choices.depth_unit)
         view = View(
             name, kind, streams["right" if kind == "stereo" else "image"], streams.get("left"),
-            streams.get("depth"), choices.depth_unit, display_rotation=turned,
+            streams.get("depth"), unit, display_rotation=turned,
         )  # fmt: skip
         views.append(view)
     return tuple(views)

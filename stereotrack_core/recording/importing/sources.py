@@ -3,45 +3,58 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from datetime import datetime
-from itertools import groupby
+from itertools import pairwise
 from pathlib import Path
-from typing import Any, Literal, TypeAlias
+from typing import Any, Literal, Protocol, TypeAlias
 
 import av
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from stereotrack_core.arrays import ImageArray
+from stereotrack_core.arrays import FloatArray
 from stereotrack_core.errors import InputError
-from stereotrack_core.reading import check_file, readable, reason
+from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.reading import PICTURE_BYTES, check_file, read_bytes, readable, reason
 from stereotrack_core.recording.folder import DESCRIPTION
-from stereotrack_core.recording.images import (
-    DamagedFrame,
-    NumberedImages,
-    PictureKind,
-    numbered_files,
-    picture_of,
-    read_image,
+from stereotrack_core.recording.images import DamagedFrame, Keep, read_image
+from stereotrack_core.recording.importing.image_groups import (
+    Numbering,
+    check_sizes,
+    groups_of,
+    is_image,
+    is_video,
+    numbering_of,
+    single_images,
+    stem_of,
 )
-from stereotrack_core.recording.stream_files import IMAGE_SUFFIXES, StreamSource
-from stereotrack_core.recording.video import VideoStream, open_container, video_stream
+from stereotrack_core.recording.importing.ros.bag import Topic, bags_in, read_topics
+from stereotrack_core.recording.importing.ros.images import METRIC_UNIT
+from stereotrack_core.recording.video import open_container, video_stream
 
 SourceKind: TypeAlias = Literal["video", "images", "depth"]
 
-VIDEO_SUFFIXES = frozenset(
-    {*(".mp4", ".mov", ".avi", ".mkv", ".m4v", ".webm", ".mts", ".m2ts", ".ts", ".mpg"),
-     *(".mpeg", ".wmv", ".3gp", ".h264", ".h265")}
-)  # fmt: skip
-
-_FEWEST_IMAGES = 2
-"""A single image beside videos is a background or a photo of the room, not a stream."""
-
-_LAST_NUMBER = re.compile(r"(\d+)(?=\D*$)")
 _MOST_SOURCES = 100
-_NEAR_GREY, _FAR_GREY = 255.0, 40.0
+_MOST_PACKETS = 5000  # of a video without an index, to see whether its frame rate is constant
+_USUAL_RATES = (5, 6, 10, 12, 12.5, 15, 20, 24, 25, 29.97, 30, 48, 50, 59.94, 60, 90, 100, 120)
+_AS_USUAL = 0.01  # of a rate
+
+
+class Pictures(Protocol):
+    """Pictures of a source by number; used by one thread at a time."""
+
+    def count(self) -> int:
+        """Number of frames."""
+
+    def read(self, k: int, keep: Keep) -> NDArray[Any]:
+        """Picture of frame k; DamagedFrame where there is none."""
+
+    def close(self) -> None:
+        """Close what is open."""
 
 
 @dataclass(frozen=True)
@@ -69,6 +82,28 @@ class Source:
     """Image files in their order; none for a video."""
     pattern: str = ""
     """printf pattern that the images' names fit; empty where the format cannot express them."""
+    numbers: tuple[int, ...] = ()
+    """Frame of each image, from 0; a number that is left out has no image."""
+    lowest: int | None = None
+    """The number in the first image's name, where numbers count frames."""
+    times: tuple[float, ...] = ()
+    """Seconds since 1970 of each frame, where names or messages state them."""
+    uneven: float = 0.0
+    """Largest distance of a frame from its place at a constant rate, in frames."""
+    pause: float = 0.0
+    """Longest time between two frames in seconds; 0 where it is not known."""
+    unit: float | None = None
+    """Metres per count, where the depth maps state it."""
+    topic: str = ""
+    """Topic of the images in a ROS bag."""
+    places: tuple[int, ...] = ()
+    """Where each frame lies in a ROS bag, in nanoseconds."""
+    camera: Camera | None = None
+    """The camera as a ROS bag states it."""
+    rate: float | None = None
+    """Frames per second at which frames are picked by their times; None: all are taken."""
+    begin: float = 0.0
+    """Seconds after the first frame at which picking begins."""
 
     @property
     def size(self) -> tuple[int, int]:
@@ -88,6 +123,10 @@ class Found:
     sources: tuple[Source, ...]
     problems: tuple[InputError, ...] = ()
     """What could not be read."""
+    backgrounds: tuple[Path, ...] = ()
+    """Single images beside the streams, some of which may show the empty scene."""
+    notes: tuple[str, ...] = ()
+    """What has to be known about them, in clauses."""
     folder: Path | None = None
     """The folder that was named, where it was one alone, else the one that all files lie in."""
 
@@ -110,185 +149,130 @@ def look_at(paths: Sequence[Path]) -> Found:
                              remedy="Correct the path.")  # fmt: skip
     sources: list[Source] = []
     problems: list[InputError] = []
-    for group in _groups(paths):
+    notes: list[str] = []
+    bags = bags_in(paths)
+    for bag in bags:
+        found = read_topics(bag)
+        sources += [_of_topic(topic, bag) for topic in found.topics]
+        notes += found.notes
+    others = [path for path in paths if path not in bags]
+    for group in groups_of(others):
         if len(sources) >= _MOST_SOURCES:
             break
         try:
-            found = _images(group) if _is_image(group[0]) else _video(group[0])
+            sources.append(_images(group) if is_image(group[0]) else _video(group[0]))
         except InputError as problem:
             problems.append(problem)
-            continue
-        sources.append(found)
     if not sources:
         if problems:
             raise problems[0]
         raise InputError(
             "no videos and no numbered images were found",
             where=", ".join(str(path) for path in paths),
-            remedy="Name video files, or a folder with videos or with folders of images.",
+            remedy="Name video files, a ROS bag, or a folder with videos or folders of images.",
         )
-    return Found(_named(sources), tuple(problems), _common_folder(paths))
+    backgrounds = tuple(single_images(others))
+    folder = None if bags else _common_folder(paths)  # a bag has no folder of its own
+    return Found(_named(sources), tuple(problems), backgrounds, tuple(notes), folder)
 
 
 def is_media(path: Path) -> bool:
     """Whether a file looks like a video or an image."""
-    return path.suffix.lower() in VIDEO_SUFFIXES | IMAGE_SUFFIXES
+    return is_video(path) or is_image(path)
 
 
 def is_unmade(path: Path) -> bool:
     """Whether a path holds videos or images of which a recording could be made."""
     if path.is_dir():
-        return not (path / DESCRIPTION).exists() and holds_media(path)
-    return path.is_file() and is_media(path)
+        return not (path / DESCRIPTION).exists() and (holds_media(path) or bool(bags_in([path])))
+    return path.is_file() and (is_media(path) or bool(bags_in([path])))
 
 
 def holds_media(folder: Path) -> bool:
     """Whether a folder, or one of its folders, holds videos or several images by their names."""
-    return next(_groups([folder]), None) is not None
-
-
-def open_source(source: Source, kind: PictureKind) -> StreamSource:
-    """Open a source to read its frames by number.
-
-    Raises InputError where it cannot be opened.
-    """
-    if source.images:
-        return NumberedImages(dict(enumerate(source.images)), "%d", kind)
-    try:
-        return VideoStream(source.path, kind)
-    except (av.FFmpegError, OSError, IndexError) as error:
-        raise _no_video(source.path, error) from None
-
-
-def first_picture(source: Source) -> ImageArray:
-    """The first picture (H, W) or (H, W, 3) BGR uint8, to be shown; depth as brightness.
-
-    Raises InputError where it cannot be decoded.
-    """
-    kind: PictureKind = "depth" if source.kind == "depth" else "colour"
-    try:
-        if source.images:
-            picture = read_image(source.path, kind)
-        else:
-            with open_container(source.path) as container:
-                picture = picture_of(next(container.decode(video_stream(container))), kind)
-    except (av.FFmpegError, OSError, IndexError, StopIteration) as error:
-        raise _no_video(source.path, error) from None
-    except DamagedFrame as problem:
-        raise InputError(str(problem), where=str(source.path), remedy=_AGAIN) from None
-    if source.kind != "depth":
-        return picture
-    return shown_depth(picture, depth_range(picture))
-
-
-def depth_range(counts: NDArray[Any]) -> tuple[float, float]:
-    """Nearest and farthest counts of a depth map (H, W), but for single ones; 0 is no value."""
-    known = counts[counts > 0]
-    if not known.size:
-        return 0.0, 1.0
-    near, far = np.percentile(known, (1, 99))
-    return float(near), float(far)
-
-
-def shown_depth(counts: NDArray[Any], within: tuple[float, float]) -> ImageArray:
-    """Depth counts (H, W) as brightness (H, W) uint8, near bright; 0, no value, stays black."""
-    near, far = within
-    share = (counts.astype(np.float32) - near) / max(far - near, 1.0)
-    shown = _NEAR_GREY + (_FAR_GREY - _NEAR_GREY) * np.clip(share, 0.0, 1.0)
-    return np.where(counts > 0, shown, 0.0).astype(np.uint8)
-
-
-# ---- which files belong together
-
-
-def _groups(paths: Iterable[Path]) -> Iterator[tuple[Path, ...]]:
-    """Videos alone, and images of the same folder whose names differ in their last number."""
-    given = [path for path in paths if path.is_file()]
-    yield from _of_files(given)
-    for folder in (path for path in paths if path.is_dir()):
-        yield from _of_files(_entries(folder))
-        for inner in _entries(folder):
-            if inner.is_dir() and not inner.name.startswith("."):
-                yield from _of_files(_entries(inner))
-
-
-def _of_files(files: Iterable[Path]) -> Iterator[tuple[Path, ...]]:
-    files = [one for one in files if not one.name.startswith(".") and one.is_file()]
-    for path in sorted(one for one in files if one.suffix.lower() in VIDEO_SUFFIXES):
-        yield (path,)
-    images = sorted((one for one in files if _is_image(one)), key=_place)
-    for _, several in groupby(images, _place):
-        group = tuple(sorted(several, key=_number))
-        if len(group) >= _FEWEST_IMAGES:
-            yield group
-
-
-def _entries(folder: Path) -> list[Path]:
-    try:
-        return sorted(folder.iterdir())
-    except OSError as error:
-        raise InputError(
-            f"the folder cannot be read ({reason(error)})",
-            where=str(folder),
-            remedy="Check its permissions.",
-        ) from None
-
-
-def _is_image(path: Path) -> bool:
-    return path.suffix.lower() in IMAGE_SUFFIXES
-
-
-def _place(path: Path) -> tuple[str, str, str]:
-    """Folder and name without the last number: the same for all images of a stream."""
-    before, _, after = _LAST_NUMBER.sub("\0", path.stem).partition("\0")
-    return str(path.parent), before, after + path.suffix
-
-
-def _number(path: Path) -> int:
-    found = _LAST_NUMBER.search(path.stem)
-    return int(found.group()) if found else -1
+    return next(groups_of([folder]), None) is not None
 
 
 # ---- one source
 
 
-_AGAIN = "Use another copy of the file."
+AGAIN = "Use another copy of the file."
 
 
 def _images(files: tuple[Path, ...]) -> Source:
     first = files[0]
-    try:
-        picture = read_image(first, "depth")
-        kind: SourceKind = "depth" if picture.dtype == np.uint16 else "images"
-    except DamagedFrame:
-        kind = "images"  # of several channels
-    try:
-        height, width = read_image(first, "colour").shape[:2]
-    except DamagedFrame as problem:
-        raise InputError(str(problem), where=str(first), remedy=_AGAIN) from None
-    pattern = _pattern_of(files)
+    kind, size, unit = _what_is(first)
+    check_sizes(files, size)
+    numbering = numbering_of(files)
     return Source(
-        name=_place(first)[1].strip("_-. ") or first.parent.name,
-        path=first, kind=kind, width=width, height=height, frames=len(files),
-        images=files, pattern=pattern,
+        name=stem_of(first) or first.parent.name,
+        path=first, kind=kind, width=size[0], height=size[1], frames=numbering.numbers[-1] + 1,
+        images=files, pattern="" if unit else numbering.pattern, numbers=numbering.numbers,
+        lowest=None if numbering.times else numbering.lowest, unit=unit,
+        **_timing(numbering),
     )  # fmt: skip
 
 
-def _pattern_of(files: tuple[Path, ...]) -> str:
-    """The printf pattern of exactly these files without a gap; empty where there is none."""
-    first = files[0]
-    digits = _LAST_NUMBER.search(first.stem)
-    if digits is None or _number(files[-1]) - _number(first) != len(files) - 1:
-        return ""
-    width = len(digits.group())
-    for form in ("%d",) if width == 1 else (f"%0{width}d", "%d"):
-        pattern = f"{first.stem[: digits.start()]}{form}{first.stem[digits.end() :]}{first.suffix}"
-        try:
-            if set(numbered_files(first.parent, pattern).values()) == set(files):
-                return pattern
-        except (ValueError, OSError):
-            continue
-    return ""
+def _what_is(image: Path) -> tuple[SourceKind, tuple[int, int], float | None]:
+    """Whether an image is a depth map, its width and height, and the unit of floating metres."""
+    kind: SourceKind = "images"
+    try:
+        if read_image(image, "depth").dtype == np.uint16:
+            kind = "depth"
+    except DamagedFrame:
+        pass  # of several channels
+    try:
+        height, width = read_image(image, "colour").shape[:2]
+        return kind, (width, height), None
+    except DamagedFrame as problem:
+        complaint = str(problem)
+    picture: Any = None
+    with suppress(InputError, cv2.error):  # it is said below
+        picture = cv2.imdecode(
+            np.frombuffer(read_bytes(image, PICTURE_BYTES), np.uint8), cv2.IMREAD_UNCHANGED
+        )
+    if picture is None or picture.ndim != 2 or picture.dtype != np.float32:
+        raise InputError(complaint, where=str(image), remedy=AGAIN)
+    return "depth", (picture.shape[1], picture.shape[0]), METRIC_UNIT
+
+
+def _timing(numbering: Numbering) -> dict[str, Any]:
+    if not numbering.times:
+        return {}
+    rate, uneven, pause = rate_of(np.array(numbering.times))
+    start = numbering.times[0]
+    return {
+        "times": numbering.times, "start": start, "fps": rate, "uneven": uneven, "pause": pause,
+    }  # fmt: skip
+
+
+def rate_of(times: FloatArray) -> tuple[float, float, float]:
+    """Frames per second of time stamps (N,), how far from even they are, and the longest pause.
+
+    The rate is that of the usual step, as a usual rate where it is near to one; the distance is in
+    frames, the pause in seconds.
+    """
+    steps = np.diff(times)
+    usual = float(np.median(steps))
+    rate = 1.0 / usual if usual > 0 else 1.0
+    nearest = min(_USUAL_RATES, key=lambda one: abs(rate / one - 1.0))
+    rate = float(nearest) if abs(rate / nearest - 1.0) < _AS_USUAL else rate
+    return rate, unevenness(times, rate), float(steps.max())
+
+
+def unevenness(times: FloatArray, rate: float) -> float:
+    """Largest distance of times (N,) in seconds from places at a rate, in frames."""
+    return float(np.abs((times - times[0]) * rate - np.arange(len(times))).max())
+
+
+def _of_topic(topic: Topic, bag: Path) -> Source:
+    rate, uneven, pause = rate_of(np.array(topic.times))
+    return Source(
+        name=topic.short, path=bag, kind="depth" if topic.depth else "images",
+        width=topic.width, height=topic.height, frames=len(topic.times), fps=rate,
+        start=topic.times[0], times=topic.times, uneven=uneven, pause=pause, unit=topic.unit,
+        topic=topic.name, places=topic.places, camera=topic.camera,
+    )  # fmt: skip
 
 
 def _video(path: Path) -> Source:
@@ -303,14 +287,33 @@ def _video(path: Path) -> Source:
             seconds = None if container.duration is None else container.duration / av.time_base
             fps = None if not rate else float(rate)
             counted = stream.frames or round((seconds or 0.0) * (fps or 0.0))
+            start, sound = _start(container, stream), bool(container.streams.audio)
+            uneven, pause = _steadiness(path, stream, fps)
             return Source(
                 name=path.stem, path=path, kind="depth" if depth else "video",
                 width=int(context.width), height=int(context.height), frames=int(counted),
-                fps=fps, start=_start(container, stream),
-                sound=bool(container.streams.audio), turned=turned,
+                fps=fps, start=start, sound=sound, turned=turned, uneven=uneven, pause=pause,
             )  # fmt: skip
     except (av.FFmpegError, OSError, IndexError, StopIteration) as error:
-        raise _no_video(path, error) from None
+        raise no_video(path, error) from None
+
+
+def _steadiness(path: Path, stream: Any, fps: float | None) -> tuple[float, float]:
+    """How far from even the frames are, in frames, and the longest pause in seconds.
+
+    By the container's index, else by its first packets.
+    """
+    stamps = [e.timestamp for e in getattr(stream, "index_entries", ()) if not e.is_discard]
+    if not 2 < stream.frames == len(stamps):
+        with open_container(path) as container:
+            packets = container.demux(video_stream(container))
+            some = (packet for packet, _ in zip(packets, range(_MOST_PACKETS), strict=False))
+            stamps = [one.pts for one in some if one.pts is not None and not one.is_discard]
+    times = np.sort(np.array(stamps, dtype=np.float64)) * float(stream.time_base or 0)
+    if fps is None or len(times) < 3 or times[-1] <= times[0]:
+        return 0.0, 0.0
+    longest = max(b - a for a, b in pairwise(times))
+    return unevenness(times, fps), float(longest)
 
 
 def _start(container: Any, stream: Any) -> float | None:
@@ -328,7 +331,8 @@ def _start(container: Any, stream: Any) -> float | None:
     return None
 
 
-def _no_video(path: Path, error: Exception) -> InputError:
+def no_video(path: Path, error: Exception) -> InputError:
+    """What to say about a file that is no video."""
     empty = isinstance(error, IndexError | StopIteration)
     return InputError(
         f"it cannot be opened as a video ({'it contains no image' if empty else reason(error)})",

@@ -5,8 +5,9 @@ from __future__ import annotations
 import pytest
 
 from stereotrack_core.errors import InputError
-from stereotrack_core.recording.importing.choices import propose
-from stereotrack_core.recording.importing.sources import first_picture, holds_media, look_at
+from stereotrack_core.recording.importing.proposing import propose
+from stereotrack_core.recording.importing.readers import first_picture
+from stereotrack_core.recording.importing.sources import holds_media, look_at
 from tests.recording.importing.clips import FRAMES, HEIGHT, WIDTH, clip, images, numbered
 
 

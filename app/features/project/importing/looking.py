@@ -12,8 +12,10 @@ from PySide6.QtGui import QImage, QPixmap, QTransform
 
 from stereotrack_core.arrays import ImageArray
 from stereotrack_core.errors import InputError
-from stereotrack_core.recording.importing.choices import Choices, guessed_unit, propose
-from stereotrack_core.recording.importing.sources import Found, Source, first_picture, look_at
+from stereotrack_core.recording.importing.choices import Choices
+from stereotrack_core.recording.importing.proposing import guessed_unit, propose
+from stereotrack_core.recording.importing.readers import first_picture
+from stereotrack_core.recording.importing.sources import Found, Source, look_at
 
 
 @dataclass(frozen=True, eq=False)

@@ -94,7 +94,9 @@ class SourcesPage(QWizardPage):
             shown = thumbnail(source, looked.pictures.get(source.name), _WIDTH, _HEIGHT)
             picture.setPixmap(shown)
             picture.setAccessibleName(f"First image of {source.name}")
-            named = label(f"{source.name}\n{source.says()}")
+            empty = row.use.background
+            more = "" if empty is None else f"\nBackground: {empty.name}"
+            named = label(f"{source.topic or source.name}\n{source.says()}{more}")
             named.setToolTip(str(source.path))
             fields = (picture, named, row.role, row.view, row.mirrored)
             for column, field in enumerate(fields):

@@ -5,10 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 
 from PySide6.QtCore import Slot
-from PySide6.QtWidgets import QDoubleSpinBox, QFormLayout, QWizardPage
+from PySide6.QtWidgets import QCheckBox, QDoubleSpinBox, QFormLayout, QWizardPage
 
-from stereotrack_core.recording.importing.choices import Choices, doubts_about
+from stereotrack_core.errors import InputError
+from stereotrack_core.recording.importing.choices import GUESS, Choices, doubts_about
 from stereotrack_core.recording.importing.synchronise import METHODS, Lead, synchronised
+from stereotrack_core.recording.importing.timing import at_one_rate
 
 from ....services.failures import message_of
 from ....services.tasks.task import Task, TaskList
@@ -47,11 +49,19 @@ class TimingPage(QWizardPage):
         self.unit.setAccessibleName("Depth unit")
         self.unit.setToolTip("Millimetres per count of the depth maps")
         self.unit.setValue(1000.0 * looked.proposed.depth_unit)
+        self.resample = QCheckBox("&Resample sources of another or an uneven frame rate")
+        self.resample.setChecked(True)
+        self.resample.setToolTip(
+            "They are written again, each frame the nearest in time. Otherwise frame k of every "
+            "source is taken for the same instant."
+        )
+        self.resample.toggled.connect(self._forget)
         self.offsets, self.words = label("", "muted"), label()
         form = QFormLayout()
         form.addRow("&Frames per second", self.fps)
         form.addRow(label_of(self.method, "&Synchronise by"), hbox((self.method, 1), self.estimate))
         form.addRow("", self.offsets)
+        form.addRow("", self.resample)
         if any(source.kind == "depth" for source in looked.found.sources):
             form.addRow("&Depth unit", self.unit)
             form.addRow("", label("Guessed from the depth of the scene. Check it.", "muted"))
@@ -71,12 +81,21 @@ class TimingPage(QWizardPage):
         uses = tuple(
             replace(use, lead=self._leads.get(use.source.name, 0.0)) for use in choices.uses
         )
-        unit = self.unit.value() / 1000.0
-        return replace(choices, uses=uses, fps=self.fps.value() or None, depth_unit=unit)
+        fps, unit = self.fps.value() or None, self.unit.value() / 1000.0
+        return replace(
+            choices, uses=uses, fps=fps, depth_unit=unit, resample=self.resample.isChecked()
+        )
+
+    def timed(self, choices: Choices) -> Choices:
+        """The choices with what is written here, and all sources at one rate.
+
+        Raises InputError where they have no time in common.
+        """
+        return at_one_rate(self.chosen(choices))
 
     def isComplete(self) -> bool:
         estimated = not self.method.currentData() or bool(self._leads)
-        return self.fps.value() > 0 and estimated
+        return self.fps.value() > 0 and estimated and not self._doubts()[1]
 
     def stop(self) -> None:
         """Estimate no longer."""
@@ -96,16 +115,24 @@ class TimingPage(QWizardPage):
         self.estimate.setEnabled(bool(self.method.currentData()) and self.fps.value() > 0)
         if self.fps.value() <= 0:
             problem = "The files do not state their frame rate. Enter it."
-        doubts = doubts_about(self.chosen(self._choices))
+        doubts, together = self._doubts()
+        problem = problem or together
         if problem or self.isComplete():
-            rates = [one for one in doubts if "frames off" in one]
-            say_in(self.words, problem or "\n".join(rates), error=bool(problem))
+            say_in(self.words, problem or "\n".join(doubts), error=bool(problem))
         else:
             say_in(self.words, "Press Estimate to find the offsets.")
         self.completeChanged.emit()
 
+    def _doubts(self) -> tuple[list[str], str]:
+        """What has to be known about time, and why the sources cannot be put together."""
+        try:
+            choices = self.timed(self._choices)
+        except InputError as error:
+            return [], str(error)
+        return [one for one in doubts_about(choices) if one != GUESS], ""
+
     def _estimate(self) -> None:
-        choices, method = self.chosen(self._choices), self.method.currentData()
+        choices, method = self.timed(self._choices), self.method.currentData()
         self._forget()
         self.estimate.setEnabled(False)
 

@@ -9,6 +9,7 @@ from PySide6.QtWidgets import QWidget, QWizard
 
 from stereotrack_core.recording.importing.choices import Choices
 from stereotrack_core.recording.importing.making import make_recording
+from stereotrack_core.recording.importing.timing import at_one_rate
 
 from ....services.failures import message_of
 from ....services.tasks.task import Task, TaskList
@@ -51,12 +52,14 @@ class ImportWizard(QWizard):
         choices = self._looked.proposed
         for page in self.steps:
             choices = page.chosen(choices)
-        return choices
+        return at_one_rate(choices)
 
     @Slot(int)
     def _on_page(self, number: int) -> None:
         page = self.page(number)
-        if isinstance(page, TimingPage | CalibrationPage | PlacePage):
+        if isinstance(page, TimingPage):
+            page.begin(self.sources.chosen(self._looked.proposed))
+        elif isinstance(page, CalibrationPage | PlacePage):
             page.begin(self.choices())
 
     def accept(self) -> None:

@@ -1,0 +1,207 @@
+"""The pictures of a source by number, and at a constant rate where they were not taken at one."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import av
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from stereotrack_core.arrays import FloatArray, ImageArray
+from stereotrack_core.errors import InputError
+from stereotrack_core.reading import PICTURE_BYTES, read_bytes
+from stereotrack_core.recording.images import (
+    DamagedFrame,
+    Keep,
+    NumberedImages,
+    PictureKind,
+    picture_of,
+    read_image,
+)
+from stereotrack_core.recording.importing.ros.bag import BagImages
+from stereotrack_core.recording.importing.sources import AGAIN, Pictures, Source, no_video
+from stereotrack_core.recording.video import (
+    FrameTimes,
+    VideoStream,
+    open_container,
+    video_stream,
+)
+from stereotrack_core.recording.writing import counts_of
+
+_NEAR_GREY, _FAR_GREY = 255.0, 40.0
+
+
+def open_source(source: Source, kind: PictureKind) -> Pictures:
+    """Open a source to read its frames by number, at the rate that was chosen for it.
+
+    Raises InputError where it cannot be opened.
+    """
+    reader = _opened(source, kind)
+    if source.rate is None:
+        return reader
+    try:
+        times = times_of(source)
+    except InputError:
+        reader.close()
+        raise
+    return Resampled(reader, times, source.rate, source.begin)
+
+
+def _opened(source: Source, kind: PictureKind) -> Pictures:
+    if source.topic:
+        return BagImages(source.path, source.topic, source.places, kind, source.unit)
+    if source.images:
+        files = dict(zip(source.numbers, source.images, strict=True))
+        if kind == "depth" and source.unit is not None:
+            return MetricImages(files, source.unit)
+        return NumberedImages(files, source.pattern or "%d", kind)
+    try:
+        return VideoStream(source.path, kind)
+    except (av.FFmpegError, OSError, IndexError) as error:
+        raise no_video(source.path, error) from None
+
+
+def times_of(source: Source) -> FloatArray:
+    """Seconds of every frame (N,) after the first one, ascending."""
+    if source.times:
+        return np.array([time - source.times[0] for time in source.times])
+    if source.images:
+        return np.arange(source.frames) / (source.fps or 1.0)
+    try:
+        with open_container(source.path) as container:
+            tick = float(video_stream(container).time_base)
+    except (av.FFmpegError, OSError, IndexError) as error:
+        raise no_video(source.path, error) from None
+    index = FrameTimes(source.path)
+    try:
+        stamps = np.array(index.times(), dtype=np.float64)
+        ordered = index.ordered and len(stamps) > 0
+    finally:
+        index.close()
+    if not ordered:
+        raise InputError(
+            "the times of its frames are missing or repeat",
+            where=str(source.path),
+            remedy="Convert it to MP4 with a constant frame rate first.",
+        )
+    return np.asarray((stamps - stamps[0]) * tick)
+
+
+class Resampled:
+    """Frames at a constant rate: each is the one of a source that is nearest in time.
+
+    Frame j is of the instant `begin` + j / `rate` in seconds after the first frame of the source.
+    """
+
+    def __init__(self, reader: Pictures, times: FloatArray, rate: float, begin: float) -> None:
+        self._reader = reader
+        length = max(float(times[-1]) - begin, 0.0)
+        wanted = begin + np.arange(int(length * rate + 0.5) + 1) / rate
+        after = np.clip(np.searchsorted(times, wanted), 1, max(len(times) - 1, 1))
+        last = len(times) - 1
+        before, after = np.minimum(after - 1, last), np.minimum(after, last)
+        nearer = np.abs(times[before] - wanted) <= np.abs(times[after] - wanted)
+        self.chosen: NDArray[np.int64] = np.where(nearer, before, after)
+        """Number of the source's frame for each frame (N,)."""
+
+    def count(self) -> int:
+        """Number of frames."""
+        return len(self.chosen)
+
+    def count_so_far(self) -> tuple[int, bool]:
+        """Number of frames; final."""
+        return len(self.chosen), True
+
+    def missing(self) -> tuple[int, ...]:
+        """None: the nearest frame is always there."""
+        return ()
+
+    def read(self, k: int, keep: Keep) -> NDArray[Any]:  # noqa: ARG002 - numbers differ
+        """Picture of frame k."""
+        if not 0 <= k < len(self.chosen):
+            raise DamagedFrame(f"there is no frame {k}")
+        return self._reader.read(int(self.chosen[k]), lambda _number, _picture: None)
+
+    def close(self) -> None:
+        """Close the source."""
+        self._reader.close()
+
+
+class MetricImages(NumberedImages):
+    """Depth maps in metres as floating-point numbers, given as counts of a unit."""
+
+    def __init__(self, files: Mapping[int, Path], unit: float) -> None:
+        super().__init__(files, "%d", "depth")
+        self._metric, self._unit = files, unit
+
+    def read(self, k: int, keep: Keep) -> NDArray[Any]:
+        """Counts of frame k."""
+        file = self._metric.get(k)
+        return super().read(k, keep) if file is None else counts_of(metres_of(file), self._unit)
+
+
+def metres_of(path: Path) -> NDArray[np.float32]:
+    """A depth map (H, W) of floating-point metres; DamagedFrame where a file is none."""
+    try:
+        data = np.frombuffer(read_bytes(path, PICTURE_BYTES), np.uint8)
+        picture: Any = cv2.imdecode(data, cv2.IMREAD_UNCHANGED)
+    except (InputError, cv2.error):
+        picture = None
+    if picture is None or picture.dtype != np.float32 or picture.ndim != 2:
+        raise DamagedFrame(f"the file {path.name} is no depth map of 32-bit floats")
+    return np.asarray(picture)
+
+
+def first_picture(source: Source) -> ImageArray:
+    """The first picture (H, W) or (H, W, 3) BGR uint8, to be shown; depth as brightness.
+
+    Raises InputError where it cannot be decoded.
+    """
+    kind: PictureKind = "depth" if source.kind == "depth" else "colour"
+    try:
+        if source.topic or source.unit is not None:
+            reader = _opened(source, kind)
+            try:
+                picture = reader.read(0, lambda _number, _picture: None)
+            finally:
+                reader.close()
+        elif source.images:
+            picture = read_image(source.path, kind)
+        else:
+            with open_container(source.path) as container:
+                picture = picture_of(next(container.decode(video_stream(container))), kind)
+    except (av.FFmpegError, OSError, IndexError, StopIteration) as error:
+        raise no_video(source.path, error) from None
+    except DamagedFrame as problem:
+        raise InputError(str(problem), where=str(source.path), remedy=AGAIN) from None
+    if source.kind != "depth":
+        return picture
+    return shown_depth(picture, depth_range(picture))
+
+
+def depth_range(counts: NDArray[Any]) -> tuple[float, float]:
+    """Nearest and farthest counts of a depth map (H, W), but for single ones; 0 is no value."""
+    known = counts[counts > 0]
+    if not known.size:
+        return 0.0, 1.0
+    near, far = np.percentile(known, (1, 99))
+    return float(near), float(far)
+
+
+def shown_depth(counts: NDArray[Any], within: tuple[float, float]) -> ImageArray:
+    """Depth counts (H, W) as brightness (H, W) uint8, near bright; 0, no value, stays black."""
+    near, far = within
+    share = (counts.astype(np.float32) - near) / max(far - near, 1.0)
+    shown = _NEAR_GREY + (_FAR_GREY - _NEAR_GREY) * np.clip(share, 0.0, 1.0)
+    return np.where(counts > 0, shown, 0.0).astype(np.uint8)
+
+
+def brightness_of(values: NDArray[Any], within: tuple[float, float]) -> ImageArray:
+    """Grey values of 16 bits (H, W) as 8 bits (H, W), dark to bright over a range."""
+    dark, bright = within
+    share = (values.astype(np.float32) - dark) / max(bright - dark, 1.0)
+    return np.asarray(np.round(255.0 * np.clip(share, 0.0, 1.0)), dtype=np.uint8)

@@ -1,0 +1,1 @@
+"""ROS bags: images by topic, and the cameras that they state."""

@@ -1,0 +1,103 @@
+"""Pictures and videos of the empty scene beside the streams, and images of more than 8 bits."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import cv2
+import numpy as np
+import pytest
+
+from stereotrack_core.errors import InputError
+from stereotrack_core.recording.importing.choices import doubts_about
+from stereotrack_core.recording.importing.making import make_recording
+from stereotrack_core.recording.importing.proposing import guessed_unit, propose
+from stereotrack_core.recording.importing.sources import look_at
+from stereotrack_core.recording.reader import FrameReader
+from stereotrack_core.recording.writing import write_png
+from tests.recording.importing.clips import HEIGHT, WIDTH, clip, images, numbered
+
+EMPTY = np.tile(np.arange(WIDTH, dtype=np.uint8), (HEIGHT, 1))
+
+
+def chosen(*paths, **changes):
+    return replace(propose(look_at(paths)), **changes)
+
+
+def background_of(recording, view):
+    with FrameReader(recording, colour=False, read_ahead=0) as reader:
+        return reader.background(view)
+
+
+def test_backgrounds_are_found_by_their_names(tmp_path):
+    for name in ("N_left", "N_right", "S"):
+        clip(tmp_path / f"{name}.mp4", frames=2)
+    write_png(tmp_path / "N_left_background.png", EMPTY)
+    write_png(tmp_path / "N_right_background.png", EMPTY + 1)
+    (tmp_path / "empty").mkdir()
+    write_png(tmp_path / "empty" / "S.png", EMPTY + 2)
+    choices = chosen(tmp_path)
+    assert len(choices.used()) == 3
+    for place in (tmp_path / "elsewhere", tmp_path):
+        recording = make_recording(choices, place)
+        left, right = background_of(recording, "N")
+        assert np.array_equal(left, EMPTY)
+        assert np.array_equal(right, EMPTY + 1)
+        assert np.array_equal(background_of(recording, "S")[1], EMPTY + 2)
+
+
+def test_the_background_of_a_side_by_side_video_is_split_with_it(tmp_path):
+    clip(tmp_path / "in" / "zed.mp4", lambda k: numbered(k, 2 * WIDTH), frames=2)
+    write_png(tmp_path / "in" / "background.png", np.hstack([EMPTY, EMPTY + 100]))
+    recording = make_recording(chosen(tmp_path / "in"), tmp_path / "out")
+    left, right = background_of(recording, "zed")
+    assert np.array_equal(left, EMPTY)
+    assert np.array_equal(right, EMPTY + 100)
+
+
+def test_a_video_of_the_empty_scene_of_a_mirrored_camera(tmp_path):
+    clip(tmp_path / "in" / "kinect.mp4", frames=2)
+    clip(tmp_path / "in" / "kinect_empty.mp4", lambda _k: EMPTY, frames=5)
+    choices = chosen(tmp_path / "in")
+    uses = tuple(replace(use, mirrored=use.role != "unused") for use in choices.uses)
+    recording = make_recording(replace(choices, uses=uses), tmp_path / "out")
+    assert np.array_equal(background_of(recording, "kinect")[1], EMPTY[:, ::-1])
+
+
+def test_a_background_of_another_size_is_refused(tmp_path):
+    clip(tmp_path / "in" / "A.mp4", frames=2)
+    write_png(tmp_path / "in" / "A_background.png", EMPTY[::2, ::2])
+    with pytest.raises(InputError, match="the background of A has 32 x 24 pixels"):
+        make_recording(chosen(tmp_path / "in"), tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+
+
+def test_grey_images_of_16_bits_become_8(tmp_path):
+    for side in ("left", "right"):
+        folder = images(tmp_path / "in" / side)
+        for path in folder.iterdir():
+            cv2.imwrite(str(path), cv2.imread(str(path), cv2.IMREAD_GRAYSCALE).astype("u2") * 16)
+    choices = chosen(tmp_path / "in", fps=10.0)
+    assert [use.role for use in choices.uses] == ["left", "right"]
+    assert "left has 16 bits" in " ".join(doubts_about(choices))
+    recording = make_recording(choices, tmp_path / "out")
+    with FrameReader(recording, colour=False, read_ahead=0) as reader:
+        shown = reader.frame_set(0).views["stereo"].image
+    assert (shown.min(), shown.max()) == (0, 255)
+
+
+@pytest.mark.parametrize("suffix", [".tiff", ".tif"])
+def test_depth_in_metres_as_floating_point_numbers(tmp_path, suffix):
+    folder = tmp_path / "in" / "O_depth"
+    folder.mkdir(parents=True)
+    for k in range(3):
+        depth = np.full((HEIGHT, WIDTH), 2.5 + 0.1 * k, np.float32)
+        depth[:, :4], depth[:, 4:8] = np.nan, 0.0
+        cv2.imwrite(str(folder / f"{k:04d}{suffix}"), depth)
+    choices = chosen(tmp_path / "in", fps=10.0)
+    assert guessed_unit(choices.uses[0].source) == 0.0005
+    recording = make_recording(choices, tmp_path / "out")
+    with FrameReader(recording, colour=False, read_ahead=0) as reader:
+        shown = reader.frame_set(2).views["O"].depth
+    assert np.allclose(shown[:, 8:], 2.7, atol=0.0003)
+    assert np.isnan(shown[:, :8]).all()
