@@ -132,6 +132,10 @@ class Docks(QObject):
         self._pages[name] = page
         self.middle.addWidget(page)
 
+    def pages(self) -> dict[str, QWidget]:
+        """Pages that were added, by their titles."""
+        return {one.accessibleName(): one for name, one in self._pages.items() if name}
+
     def dock(self, name: str) -> QDockWidget:
         """The dock of a panel."""
         return self._docks[name]

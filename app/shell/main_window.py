@@ -52,6 +52,7 @@ class MainWindow(QMainWindow):
                 "Views": context.docks.views,
                 "Welcome page": self.welcome,
                 "User guide": self.help.panel,
+                **context.docks.pages(),
             }
         )
         dialogs = Dialogs(self, context)

@@ -86,19 +86,21 @@ def of_lenses(lenses: Mapping[str, Intrinsics | InputError]) -> Verdict:
 
 
 def of_pairs(pairs: Sequence[PairFit]) -> Verdict:
-    """Whether every two cameras agree."""
-    remarks = [f"{one.first} and {one.second}: {one.problem}. {one.remedy}"
-               for one in pairs if one.problem]  # fmt: skip
-    rows = [one for one in pairs if one.row_error_px > _GOOD_ROWS_PX]
+    """Whether every two cameras agree; pairs that others connect need not be placed."""
+    placed = [one for one in pairs if not one.problem]
+    problems = [f"{one.first} and {one.second}: {one.problem}. {one.remedy}"
+                for one in pairs if one.problem]  # fmt: skip
+    if not placed:
+        advice = "Carry the board to where two cameras see it at the same time."
+        words = "Film again: no two cameras saw the board together."
+        return Verdict("bad", words, (*problems, advice))
+    remarks = [] if _are_connected(pairs) else problems
     remarks += [
         f"{one.first} and {one.second}: rows of the two images differ by {one.row_error_px:.2f} px "
         "after rectification. Film again with more positions that both see."
-        for one in rows
+        for one in placed
+        if one.row_error_px > _GOOD_ROWS_PX
     ]
-    placed = [one for one in pairs if not one.problem]
-    if not placed:
-        return Verdict("bad", "Film again: no two cameras saw the board together.", (
-            *remarks, "Carry the board to where two cameras see it at the same time."))  # fmt: skip
     worst = max(placed, key=lambda one: one.rms_px)
     many = (
         f"{counted(len(placed), 'pair')} placed, the worst ({worst.first} and {worst.second}) to "
@@ -107,6 +109,17 @@ def of_pairs(pairs: Sequence[PairFit]) -> Verdict:
     if remarks or worst.rms_px > _POOR_PX:
         return Verdict("doubtful", f"Usable, with doubts: {many}.", tuple(remarks))
     return Verdict("good", f"Good: {many}.")
+
+
+def _are_connected(pairs: Sequence[PairFit]) -> bool:
+    """Whether a chain of placed pairs leads from every camera to every other one."""
+    groups = [{name} for name in {name for one in pairs for name in (one.first, one.second)}]
+    for one in pairs:
+        if not one.problem:
+            joined = [group for group in groups if group & {one.first, one.second}]
+            groups = [group for group in groups if group not in joined]
+            groups.append(set().union(*joined))
+    return len(groups) == 1
 
 
 def of_world(world: World) -> Verdict:

@@ -9,6 +9,7 @@ import numpy as np
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.calibrate.bundle import rms_of
 from stereotrack_core.calibrate.pictures import Looked
+from stereotrack_core.calibrate.report import lens_table
 from stereotrack_core.calibrate.sightings import Sightings
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.transform import RigidTransform
@@ -68,13 +69,21 @@ _HINTS: dict[StepName, tuple[str, tuple[str, ...]]] = {
     "axes": ("Choose where up, north and the origin are.", ()),
     "save": ("Save the calibration.", ()),
 }
+_DOING: dict[StepName, str] = {
+    "board": "Looking at the board …",
+    "pictures": "Searching for the board …",
+    "lenses": "Calculating the lenses …",
+    "pairs": "Placing the pairs …",
+    "world": "Placing all cameras …",
+    "save": "Comparing with the recording …",
+}
 _COLOURS = {"good": "good", "doubtful": "warning", "bad": "error"}
 
 
 def verdict_shown(state: Calibration) -> tuple[str, Sequence[str], str]:
     """Sentence, remarks and colour of the step that is shown."""
     if state.busy == state.step:
-        return "Calculating …", (), "accent"
+        return _DOING[state.step], (), "accent"
     if state.step == "save" and state.saved:
         return state.saved, (), "good"
     if state.step == "board" and state.recognised:
@@ -108,16 +117,17 @@ def _live_rows(state: Calibration) -> list[CameraRows]:
         CameraRows(
             name,
             ("", "", f"found in {sum(one.pixels is not None for one in seen)} of {len(seen)}"),
-            tuple(_live_row(one) for one in seen[-_LIVE:]),
+            tuple(_live_row(state, one) for one in seen[-_LIVE:]),
         )
         for name, seen in by_camera.items()
     ]
 
 
-def _live_row(looked: Looked) -> PictureRow:
+def _live_row(state: Calibration, looked: Looked) -> PictureRow:
     if looked.pixels is None:
         return PictureRow(looked.frame, looked.name, remark="the board was not found")
-    return PictureRow(looked.frame, looked.name, corners=str(_count(looked.pixels)))
+    ticked = (looked.camera, looked.frame) not in state.unticked
+    return PictureRow(looked.frame, looked.name, ticked, str(_count(looked.pixels)))
 
 
 def _rows_of(state: Calibration, seen: Sightings) -> CameraRows:
@@ -216,6 +226,16 @@ def coverage_shown(state: Calibration) -> CoverageShown | None:
 
 
 # ---- tables and scene
+
+
+def short_lens_table(state: Calibration) -> Table | None:
+    """Errors of the lenses, without what does not help to judge them."""
+    if not state.fits:
+        return None
+    whole = lens_table(list(state.fits.values()))
+    kept = [k for k, name in enumerate(whole.columns) if name != ">principal point"]
+    rows = [[row[k] for k in kept] for row in whole.rows]
+    return Table(whole.title, [whole.columns[k] for k in kept], rows)
 
 
 def pair_table(state: Calibration) -> Table | None:

@@ -6,12 +6,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from PySide6.QtCore import Signal
-from PySide6.QtWidgets import QButtonGroup, QToolButton, QWidget
+from PySide6.QtWidgets import QButtonGroup, QPushButton, QWidget
 
-from ..style.building import tool_button, vbox
+from ..style.building import vbox
 from ..style.theme import Dressed, current_theme
 
-_DONE, _OLD, _OPEN = "✓", "↻", " "
+_DONE, _OLD, _OPEN = "✓", "↻", "\u2003"
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class StepList(Dressed):
     def __init__(self, name: str, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.setAccessibleName(name)
-        self.buttons: dict[str, QToolButton] = {}
+        self.buttons: dict[str, QPushButton] = {}
         self._steps: tuple[StepShown, ...] = ()
         self._group = QButtonGroup(self)
         self._column = vbox(spacing=2)
@@ -56,8 +56,10 @@ class StepList(Dressed):
             button.setChecked(step.key == current)
         self._dress()
 
-    def _add(self, step: StepShown) -> QToolButton:
-        button = tool_button("", text=step.title)
+    def _add(self, step: StepShown) -> QPushButton:
+        button = QPushButton(step.title)
+        button.setFlat(True)
+        button.setAutoDefault(False)
         button.setCheckable(True)
         button.setMinimumWidth(150)
         button.clicked.connect(lambda _checked=False, key=step.key: self.chosen.emit(key))
@@ -71,6 +73,13 @@ class StepList(Dressed):
         for step in self._steps:
             colour = theme.good if step.done else theme.warning if step.stale else theme.text
             colour = theme.disabled if step.why_not else colour
-            sheet = f"QToolButton {{ color: {colour}; text-align: left; padding: 6px 8px; }}"
+            chosen = f"background: {theme.selection}; border: 1px solid {theme.accent};"
+            sheet = (
+                f"QPushButton {{ color: {colour}; text-align: left; padding: 6px 8px;"
+                f" border: 1px solid transparent; border-radius: {theme.radius}px; }}"
+                f" QPushButton:hover {{ background: {theme.hover}; }}"
+                f" QPushButton:checked {{ {chosen} }}"
+                f" QPushButton:focus {{ border-color: {theme.accent}; }}"
+            )
             if self.buttons[step.key].styleSheet() != sheet:
                 self.buttons[step.key].setStyleSheet(sheet)

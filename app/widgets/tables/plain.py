@@ -10,15 +10,17 @@ from stereotrack_core.tables import Table
 from ..style.building import label, vbox
 from .table import LEFT, RIGHT, Cell, Column, TableModel, new_table
 
-_MOST_ROWS = 8
-
 
 class _Fitting(QTableView):
     """As high as its rows, up to some."""
 
+    def __init__(self, most: int) -> None:
+        super().__init__()
+        self._most = most
+
     def sizeHint(self) -> QSize:
         model = self.model()
-        rows = min(model.rowCount() if model is not None else 0, _MOST_ROWS)
+        rows = min(model.rowCount() if model is not None else 0, self._most)
         height = self.horizontalHeader().sizeHint().height() + 4
         height += rows * self.verticalHeader().defaultSectionSize()
         bar = self.horizontalScrollBar().sizeHint().height()
@@ -26,15 +28,15 @@ class _Fitting(QTableView):
 
 
 class PlainTable(QWidget):
-    """Shows one table; nothing where there is none."""
+    """Shows one table, `most` rows of it at once; nothing where there is none."""
 
     chosen = Signal(str)
     """First cell of the row that a person has chosen."""
 
-    def __init__(self, name: str, parent: QWidget | None = None) -> None:
+    def __init__(self, name: str, most: int = 8, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.model: TableModel[list[Cell]] = TableModel()
-        self.view = new_table(self.model, name, view=_Fitting())
+        self.view = new_table(self.model, name, view=_Fitting(most))
         self.view.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Maximum)
         self.view.setHorizontalScrollMode(QTableView.ScrollMode.ScrollPerPixel)
         self.heading = label(name, "heading")

@@ -120,8 +120,15 @@ class SavePage(QWidget):
             "Replace the calibration of the open recording; the one before is kept beside it",
         )  # fmt: skip
         self.why_not = label("", "muted")
+        words = (
+            "The calibration holds the lens and the place of every camera. The report beside it is "
+            "a page with the verdict and all tables."
+        )
         buttons = hbox(self.file_button, self.into_button, None)
-        self.setLayout(vbox(self.changes, self.about, buttons, self.why_not, None, spacing=10))
+        self.setLayout(
+            vbox(self.changes, self.about, label(words, "muted"), buttons, self.why_not, None,
+                 spacing=10)
+        )  # fmt: skip
 
     def show_state(self, state: Calibration) -> None:
         """Show what the new calibration changes."""

@@ -55,6 +55,7 @@ class CalibrationPage(QWidget):
         super().__init__()
         self._calibration = calibration
         self._read: ReadPicture | None = None
+        self._world: object = None
         self.setAccessibleName("Calibration")
         self.steps, self.verdict = StepList("Steps of the calibration"), VerdictBox()
         self.picture, self.coverage, self.scene = BoardPicture(), CoverageMap(), SceneView()
@@ -90,7 +91,7 @@ class CalibrationPage(QWidget):
             both.addWidget(stack)
             both.setStretchFactor(both.indexOf(stack), 1)
         both.setChildrenCollapsible(False)
-        both.setSizes([560, 560])
+        both.setSizes([640, 480])
         right = vbox(self.verdict, (both, 1), self._bar(), spacing=8)
         left = vbox(label("Calibration", "heading"), self.steps, None, self._close_row(), spacing=8)
         self.setLayout(hbox(left, (right, 1), margins=(10, 8, 10, 8), spacing=10))
@@ -149,6 +150,10 @@ class CalibrationPage(QWidget):
             if self.scene.layer_visible("floor") != upright:
                 self.scene.set_layer_visible("floor", upright)
             self.scene.show_scene(scene_shown(state))
+            place = state.world, state.axes, state.floor_frame
+            if place != self._world:
+                self._world = place
+                self.scene.set_view("home")
             return
         if state.step == "lenses":
             self.coverage.show_coverage(coverage_shown(state))

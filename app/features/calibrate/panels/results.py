@@ -6,13 +6,13 @@ from PySide6.QtCore import QSignalBlocker
 from PySide6.QtWidgets import QWidget
 
 from stereotrack_core.calibrate.lens import LENS_MODELS
-from stereotrack_core.calibrate.report import lens_table, world_tables
+from stereotrack_core.calibrate.report import world_tables
 
 from ....widgets.style.building import choice, hbox, label, vbox
 from ....widgets.tables.picture_tree import PictureTree
 from ....widgets.tables.plain import PlainTable
 from ..controller import CalibrationController
-from ..shown import camera_rows, pair_table
+from ..shown import camera_rows, pair_table, short_lens_table
 from ..state import Calibration
 
 _ABOUT_MODEL = (
@@ -32,6 +32,9 @@ class _Pictures(PictureTree):
     def show_state(self, state: Calibration) -> None:
         """Show the pictures as they are known."""
         self.show_pictures(camera_rows(state))
+        if state.busy == "pictures":
+            self.scrollToBottom()
+            return
         if state.shot is not None:
             with QSignalBlocker(self):
                 self.choose(*state.shot)
@@ -68,7 +71,7 @@ class LensesPage(QWidget):
     def show_state(self, state: Calibration) -> None:
         """Show the lenses and the errors of their pictures."""
         self.model.setCurrentIndex(self.model.findData(state.model))
-        self.table.show_table(lens_table(list(state.fits.values())) if state.fits else None)
+        self.table.show_table(short_lens_table(state))
         self.tree.show_state(state)
 
     def _on_camera(self, camera: str) -> None:
@@ -99,7 +102,7 @@ class WorldPage(QWidget):
 
     def __init__(self, calibration: CalibrationController) -> None:
         super().__init__()
-        self.cameras, self.whole = PlainTable("Cameras"), PlainTable("All together")
+        self.cameras, self.whole = PlainTable("Cameras"), PlainTable("All together", most=5)
         self.tree = _Pictures(calibration)
         self.setLayout(vbox(self.cameras, self.whole, (self.tree, 1)))
 
