@@ -78,29 +78,30 @@ def _calibration(recording: Path, boards: Path, docs: Path) -> bool:
     from PySide6.QtCore import QEventLoop, QTimer
 
     from app.program import WindowProgram
+    from app.shell.dialogs import write_picture
     from app.widgets.style.theme import apply_theme
     from stereotrack_core.cli.output import say
     from stereotrack_core.recording.folder import open_recording
 
     if not boards.is_dir():
         _render_boards(open_recording(recording), boards)
-    done = True
-    for step, picture in (("lenses", "calibrate-lenses.png"), ("world", "calibrate-world.png")):
-        program = WindowProgram()
-        apply_theme(program.app, "dark")
-        calibrate = program.features.calibrate
-        program.context.docks.show_workspace("calibrate")
-        calibration = calibrate.calibration
-        calibration.add_folder(boards)
-        calibration.set_board(chessboard(*BOARD))
-        while calibration.state.step != step:
-            calibration.go_on()
-            while calibration.state.busy is not None:
-                loop = QEventLoop()
-                QTimer.singleShot(50, loop.quit)
-                loop.exec()
-        done = program.picture(docs / picture, say, SIZE) and done
-    return done
+    program = WindowProgram()
+    apply_theme(program.app, "dark")
+    program.window.resize(*SIZE)
+    program.window.show()
+    calibration = program.features.calibrate.calibration
+    program.context.docks.show_workspace("calibrate")
+    calibration.add_folder(boards)
+    calibration.set_board(chessboard(*BOARD))
+    while calibration.state.step != "world":
+        calibration.go_on()
+        while calibration.state.busy is not None or not program.context.tasks.settled():
+            loop = QEventLoop()
+            QTimer.singleShot(200, loop.quit)
+            loop.exec()
+        if calibration.state.step == "lenses":
+            write_picture(docs / "calibrate-lenses.png", program.window.grab())
+    return program.picture(docs / "calibrate-world.png", say, SIZE)
 
 
 def _render_boards(recording: Recording, folder: Path) -> None:

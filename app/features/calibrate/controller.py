@@ -80,7 +80,8 @@ class CalibrationController(QObject):
 
     def _add(self, sources: tuple[Source, ...]) -> None:
         known = {one.camera: one for one in (*self.state.sources, *sources)}
-        self._begin_anew(sources=tuple(known.values()))
+        self._begin_anew(sources=tuple(known.values()), shot=None)
+        self.choose(sources[0].camera, 0)
 
     def remove(self, camera: str) -> None:
         """Leave a camera out."""
@@ -92,7 +93,7 @@ class CalibrationController(QObject):
         name = name.strip()
         taken = {one.camera for one in self.state.sources} - {camera}
         if not name or name in taken:
-            self._context.notifier.say(f"A camera needs a name of its own: {name!r} is not one.")
+            self._context.notifier.say(f"{name!r} is taken already, or no name. Enter another one.")
             self.changed.emit()
             return
         self._begin_anew(
@@ -339,7 +340,7 @@ class CalibrationController(QObject):
         notifier = self._context.notifier
 
         def write() -> None:
-            report = saving.save(self.state, path)
+            report = saving.write_to(self.state, path)
             self._set(saved=f"Saved: {path.name}, with the report {report.name} beside it.")
 
         notifier.attempt(write)

@@ -19,7 +19,7 @@ from .shown import pair_table
 from .state import Calibration, Recorded
 
 
-def save(state: Calibration, path: Path) -> Path:
+def write_to(state: Calibration, path: Path) -> Path:
     """Write the cameras to a file and the report beside it; where the report is.
 
     Raises InputError where one of them cannot be written.
@@ -87,7 +87,7 @@ def save_into(state: Calibration, recording: Recorded) -> Path:
             remedy="Check the permissions of the recording's folder.",
         ) from error
     write_files({kept: before})
-    save(state, target)
+    write_to(state, target)
     return kept
 
 

@@ -299,6 +299,7 @@ class Calibration:
             "board_problem": self.board_problem,
             "every": self.every,
             "axes": self.axes,
+            "shot": self.shot,
         }
         return replace(fresh, **{**kept, **changed})  # type: ignore[arg-type]
 
