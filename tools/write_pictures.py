@@ -120,7 +120,7 @@ def _render_boards(recording: Recording, folder: Path) -> None:
     away = RigidTransform(np.eye(3), np.array([0.0, 0.0, 50.0]))
     for number, camera in enumerate(cameras):
         (folder / camera.name).mkdir(parents=True)
-        sensor = Sensor(np.ones((1, 3)), 1.0, 0.6, 2.0, (1, number))
+        sensor = Sensor(np.ones((1, 3)), 1.0, 0.6, 0.5, (1, number))
         renderer = BoardRenderer(camera, board, sensor)
         for k, place in enumerate(places):
             seen = (camera.camera_from_world @ place).rotation[2, 2] > 0.0
