@@ -11,12 +11,17 @@ import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from stereotrack_core.calibrate.board import chessboard
+
 if TYPE_CHECKING:
     from app.program import WindowProgram
+    from stereotrack_core.recording.description import Recording
 
 FRAME = 60
 PRESETS = ("thesis", "accurate")
 SIZE = (1400, 840)
+BOARD, POSITIONS = ("9x6", 0.09), 48
+"""The board that is calibrated with, and in how many places it is rendered."""
 REPORT_PAGE = 1
 """The one with the curves; the first one is 0."""
 
@@ -37,6 +42,7 @@ def main(demo: Path, docs: Path) -> int:
     done = (
         _picture(places.recording, runs[::-1], "review", docs / "review.png", "failures") and done
     )
+    done = _calibration(places.recording, demo / "boards", docs) and done
     done = _report_page(places.recording, runs[0], docs / "report.png") and done
     return 0 if done else 1
 
@@ -65,6 +71,61 @@ def _picture(
     context.session.ready.connect(lambda: context.docks.bring_up(panel))
     context.session.opening.open(recording, frame=FRAME, workspace=workspace)
     return program.picture(picture, say, SIZE)
+
+
+def _calibration(recording: Path, boards: Path, docs: Path) -> bool:
+    """The workspace Calibrate on rendered boards before the cameras of the recording."""
+    from PySide6.QtCore import QEventLoop, QTimer
+
+    from app.program import WindowProgram
+    from app.shell.dialogs import write_picture
+    from app.widgets.style.theme import apply_theme
+    from stereotrack_core.cli.output import say
+    from stereotrack_core.recording.folder import open_recording
+
+    if not boards.is_dir():
+        _render_boards(open_recording(recording), boards)
+    program = WindowProgram()
+    apply_theme(program.app, "dark")
+    program.window.resize(*SIZE)
+    program.window.show()
+    calibration = program.features.calibrate.calibration
+    program.context.docks.show_workspace("calibrate")
+    calibration.add_folder(boards)
+    calibration.set_board(chessboard(*BOARD))
+    while calibration.state.step != "world":
+        calibration.go_on()
+        while calibration.state.busy is not None or not program.context.tasks.settled():
+            loop = QEventLoop()
+            QTimer.singleShot(200, loop.quit)
+            loop.exec()
+        if calibration.state.step == "lenses":
+            write_picture(docs / "calibrate-lenses.png", program.window.grab())
+    return program.picture(docs / "calibrate-world.png", say, SIZE)
+
+
+def _render_boards(recording: Recording, folder: Path) -> None:
+    """Pictures of a board in random places before the cameras of two views, one folder for each."""
+    import numpy as np
+
+    from stereotrack_core.geometry.transform import RigidTransform
+    from stereotrack_core.recording.writing import write_png
+    from stereotrack_core.simulation.board_pictures import BoardRenderer, board_in_view
+    from stereotrack_core.simulation.rig import Sensor
+
+    rng, board = np.random.default_rng(1), chessboard(*BOARD)
+    cameras = [one for name, one in recording.cameras.items() if name[0] in "NO"]
+    distances = (1.0, 2.4)
+    places = [board_in_view(cameras[k % 4], board, rng, distances) for k in range(POSITIONS)]
+    away = RigidTransform(np.eye(3), np.array([0.0, 0.0, 50.0]))
+    for number, camera in enumerate(cameras):
+        (folder / camera.name).mkdir(parents=True)
+        sensor = Sensor(np.ones((1, 3)), 1.0, 0.6, 0.5, (1, number))
+        renderer = BoardRenderer(camera, board, sensor)
+        for k, place in enumerate(places):
+            seen = (camera.camera_from_world @ place).rotation[2, 2] > 0.0
+            shown = place if seen else away @ place  # the back of a board shows no squares
+            write_png(folder / camera.name / f"{k:03d}.png", renderer.picture(shown, k))
 
 
 def _report_page(recording: Path, run: Path, picture: Path) -> bool:

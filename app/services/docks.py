@@ -60,6 +60,8 @@ class Docks(QObject):
     -------
     workspace_changed : ()
         Another workspace is shown.
+    left : ()
+        A workspace without a recording was closed by the person.
     leaving : ()
         The arrangement is about to be kept: what has moved panels for a while puts them back.
     panel_toggled : ()
@@ -67,6 +69,7 @@ class Docks(QObject):
     """
 
     workspace_changed = Signal()
+    left = Signal()
     leaving = Signal()
     panel_toggled = Signal()
 
@@ -76,6 +79,7 @@ class Docks(QObject):
         self._docks: dict[str, QDockWidget] = {}
         self._workspaces: dict[str, Workspace] = {}
         self._shown: Workspace | None = None
+        self._alone = False
         self._shares = PanelShares(host, self._docks)
         self._room: _Room | None = None
         self.redraw = RedrawQueue(self)
@@ -84,6 +88,7 @@ class Docks(QObject):
         self.focus = FocusWalk(host, self.views, self._docks)
         self.middle = QStackedWidget()
         self.middle.addWidget(self.views)
+        self._pages: dict[str, QWidget] = {"": self.views}
         host.setCentralWidget(self.middle)
         self._over_views = BarsOver(self.middle)
         self.add("scene", "3-D scene", self.scene)
@@ -121,6 +126,15 @@ class Docks(QObject):
     def add_above_timeline(self, widget: QWidget) -> None:
         """Let a bar stand above the timeline."""
         self._timeline_column.insertWidget(self._timeline_column.count() - 1, widget)
+
+    def add_page(self, name: str, page: QWidget) -> None:
+        """Add a page that a workspace may have in the middle in place of the views."""
+        self._pages[name] = page
+        self.middle.addWidget(page)
+
+    def pages(self) -> dict[str, QWidget]:
+        """Pages that were added, by their titles."""
+        return {one.accessibleName(): one for name, one in self._pages.items() if name}
 
     def dock(self, name: str) -> QDockWidget:
         """The dock of a panel."""
@@ -194,6 +208,11 @@ class Docks(QObject):
         """Name of the workspace that is shown; empty while nothing is open."""
         return self._shown.name if self._shown is not None else ""
 
+    @property
+    def is_alone(self) -> bool:
+        """Whether a workspace is shown without panels, while nothing is open."""
+        return self._alone
+
     def add_workspace(self, space: Workspace) -> None:
         """Offer an arrangement of panels."""
         self._workspaces[space.name] = space
@@ -202,6 +221,12 @@ class Docks(QObject):
         """Arrange the panels as a workspace has them, as the person left it."""
         self._keep()
         space = self._shown = self._workspaces[name]
+        self.middle.setCurrentWidget(self._pages[space.middle])
+        if space.no_panels():
+            self.hide_all()
+            self._alone = True
+            self.workspace_changed.emit()
+            return
         self._settings.setValue("workspace", space.name)
         shares = restore_layout(self._host, self._settings, space)
         if shares is None:
@@ -224,7 +249,7 @@ class Docks(QObject):
 
     def show_first(self) -> None:
         """Show the workspace that was used last, or a usual one that has something to show."""
-        self._shown = None
+        self._shown, self._alone = None, False
         last = stored_text(self._settings, "workspace")
         wanted = [self._workspaces[name] for name in (last, *_USUAL) if name in self._workspaces]
         fits = (space for space in wanted if not space.why_not())
@@ -236,19 +261,25 @@ class Docks(QObject):
         self._shown = None
         self.workspace_changed.emit()
 
+    def close_alone(self) -> None:
+        """Close a workspace that is shown while nothing is open."""
+        if self._alone:
+            self.left.emit()
+
     def reset(self) -> None:
         """Put the panels of this workspace back where they belong."""
-        if self._shown is not None:
+        if self._shown is not None and not self._alone:
             forget_layout(self._settings, self._shown)
             self.arrange()
 
     def arrange(self) -> None:
         """Put the panels of this workspace where they are by default, for now."""
-        if self._shown is not None:
+        if self._shown is not None and not self._alone:
             self._shares.give(arrange(self._host, self._docks, self._shown))
 
     def _keep(self) -> None:
-        if self._shown is not None:
+        alone, self._alone = self._alone, False
+        if self._shown is not None and not alone:
             self.leaving.emit()
             self.give_room_back()
             save_layout(self._host, self._settings, self._shown, self._shares.now())

@@ -46,6 +46,10 @@ class Workspace:
     """Whether the panels at the right go down to the lower end of the window."""
     why_not: Callable[[], str] = field(default=str, compare=False)
     """Why it has nothing to show now, as a sentence; empty where it has."""
+    middle: str = ""
+    """Name of the page in the middle, see :meth:`Docks.add_page`; empty for the views."""
+    no_panels: Callable[[], str] = field(default=str, compare=False)
+    """Why its panels have nothing to show, so that its page stands alone; empty where they have."""
 
     def has(self, panel: str) -> bool:
         """Whether a panel belongs to it."""

@@ -52,6 +52,7 @@ class MainWindow(QMainWindow):
                 "Views": context.docks.views,
                 "Welcome page": self.welcome,
                 "User guide": self.help.panel,
+                **context.docks.pages(),
             }
         )
         dialogs = Dialogs(self, context)
@@ -99,6 +100,7 @@ class MainWindow(QMainWindow):
         session.changed.connect(context.actions.refresh_soon)
         session.ready.connect(self._on_ready)
         session.closed.connect(self._show_welcome)
+        context.docks.left.connect(self._show_welcome)
         for changed in (session.opened, session.project.opened, session.project.closed):
             changed.connect(self.write_title)
 
@@ -107,6 +109,7 @@ class MainWindow(QMainWindow):
         self.welcome.open_wanted.connect(actions.action("open").trigger)
         self.welcome.demo_wanted.connect(actions.action("demo").trigger)
         self.welcome.import_wanted.connect(actions.action("import_recording").trigger)
+        self.welcome.calibration_wanted.connect(actions.action("calibrate").trigger)
         self.welcome.recent_chosen.connect(opening.open)
         opening.recent_changed.connect(self._list_recent)
         self.context.session.document.playing_changed.connect(self._show_playing)
@@ -130,7 +133,6 @@ class MainWindow(QMainWindow):
     @Slot()
     def _on_ready(self) -> None:
         self.messages.clear()
-        self.context.docks.middle.setCurrentWidget(self.context.docks.views)
         self.context.docks.show_first()
         self.context.actions.refresh()
 

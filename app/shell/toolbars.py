@@ -48,8 +48,9 @@ class Toolbars:
         return (self.workspaces, self.play, self.track, self.annotate, self.view)
 
     def follow(self) -> None:
-        """Show what the workspace needs; nothing while there is none."""
-        workspace = self._context.docks.workspace
+        """Show what the workspace needs; nothing while nothing is open."""
+        docks = self._context.docks
+        workspace = "" if docks.is_alone else docks.workspace
         annotating = workspace == "annotate"
         for bar in self.all:
             fits = {self.annotate: annotating, self.track: not annotating}.get(bar, True)

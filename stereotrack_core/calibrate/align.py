@@ -170,6 +170,36 @@ def from_board(old_from_board: RigidTransform, corners: FloatArray) -> Alignment
     return Alignment(world_of_axes(up, north, origin), "board", len(corners), float("nan"))
 
 
+def from_cameras(new: Mapping[str, Camera], old: Mapping[str, Camera]) -> Alignment:
+    """Lay cameras over those of the same names in another calibration, whose world is kept.
+
+    Their axes and places are brought together by least squares (Kabsch); `new_from_old` of the
+    result leads from the world of `new` to that of `old`.
+
+    Raises InputError where no name is in both.
+    """
+    names = [name for name in new if name in old]
+    if not names:
+        raise InputError(
+            "no camera has the same name in both calibrations",
+            where="cameras",
+            remedy="Name the folders or videos as the cameras of the recording.",
+        )
+    here = np.array([new[name].position_world for name in names])
+    there = np.array([old[name].position_world for name in names])
+    axes = sum(
+        old[name].world_from_camera.rotation @ new[name].camera_from_world.rotation
+        for name in names
+    )
+    spread = (there - there.mean(axis=0)).T @ (here - here.mean(axis=0))
+    u, _, v = np.linalg.svd(spread + axes)
+    rotation = u @ np.diag([1.0, 1.0, np.sign(np.linalg.det(u @ v))]) @ v
+    shift = there.mean(axis=0) - rotation @ here.mean(axis=0)
+    world = RigidTransform(rotation, shift)
+    apart = float(np.sqrt(np.mean(np.sum((there - world.apply(here)) ** 2, axis=1))))
+    return Alignment(world, "cameras", len(names), apart)
+
+
 def from_points(
     origin: FloatArray, north: FloatArray, floor: FloatArray, above: FloatArray
 ) -> Alignment:

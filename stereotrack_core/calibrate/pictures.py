@@ -31,6 +31,25 @@ _DIGITS = re.compile(r"(\d+)")
 VIDEO_SUFFIXES = frozenset({".mp4", ".avi", ".mov", ".mkv", ".m4v", ".webm", ".mpg", ".mpeg"})
 
 
+@dataclass(frozen=True, eq=False)
+class Looked:
+    """A picture in which the board was looked for, as the search goes on.
+
+    `pixels` (n, 2) are its corners, NaN where unseen; None without a board. `image` (H, W) is grey;
+    None where it cannot be read.
+    """
+
+    camera: str
+    frame: int
+    name: str
+    image: ImageArray | None
+    pixels: FloatArray | None
+
+
+def ignore(_looked: Looked) -> None:
+    """Take no notice of a picture."""
+
+
 class Pictures(Protocol):
     """Grey pictures of one camera by number; frame k of all cameras is the same instant."""
 
@@ -132,27 +151,36 @@ def pictures_of_folder(folder: Path) -> list[Pictures]:
         )
     if (folder / "recording.toml").is_file():
         return _pictures_of_recording(folder)
-    found: dict[str, Pictures] = {}
+    return [_pictures_at(path, name, str(folder)) for name, path in places_in(folder).items()]
+
+
+def places_in(folder: Path) -> dict[str, Path]:
+    """The video, or folder of images, of each camera in a folder, by the camera's name.
+
+    Raises InputError where there is none, or two for one camera.
+    """
+    found: dict[str, Path] = {}
     for path in sorted(folder.iterdir()):
         is_video = path.suffix.lower() in VIDEO_SUFFIXES
         if path.name.startswith(".") or not (path.is_dir() or is_video):
             continue
         if path.is_dir() and not _images_in(path):
             continue
-        if path.stem in found:
+        name = path.stem if is_video else path.name
+        if name in found:
             raise InputError(
-                f"there are two sources for camera {path.stem}",
+                f"there are two sources for camera {name}",
                 where=str(folder),
                 remedy="Leave one video or one folder for each camera.",
             )
-        found[path.stem] = _pictures_at(path, path.stem if is_video else path.name, str(folder))
+        found[name] = path
     if not found:
         raise InputError(
             "it contains neither a recording nor videos or folders of images",
             where=str(folder),
             remedy="Put one video or one folder of images per camera into it, named as the camera.",
         )
-    return list(found.values())
+    return found
 
 
 def _pictures_at(path: Path, camera: str, where: str) -> Pictures:
@@ -231,7 +259,7 @@ def find_in_pictures(
     recognition: Recognition,
     frames: Sequence[int],
     *,
-    on_picture: Callable[[], None] = lambda: None,
+    on_picture: Callable[[Looked], None] = ignore,
     cancelled: Callable[[], bool] = lambda: False,
 ) -> Sightings:
     """The board in pictures of one camera; those without it, or damaged, are left out with reasons.
@@ -249,6 +277,8 @@ def find_in_pictures(
         if cancelled():
             raise Cancelled
         reason = ""
+        image: ImageArray | None = None
+        pixels: FloatArray | None = None
         try:
             image = pictures.read(k)
             own = image.shape[1], image.shape[0]
@@ -263,7 +293,7 @@ def find_in_pictures(
             reason = str(problem)
         if reason:
             left_out.append(LeftOut(pictures.camera, k, pictures.name(k), reason))
-        on_picture()
+        on_picture(Looked(pictures.camera, k, pictures.name(k), image, pixels))
     if size is None:
         raise InputError(
             f"none of {counted(len(frames), 'picture')} can be read"

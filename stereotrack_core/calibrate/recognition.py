@@ -55,18 +55,17 @@ def recognised(
     the other dictionaries. A mirrored chessboard looks like another chessboard and is not noticed.
     """
     first = Recognition(named)
-    most = _count(images, first)
+    most = _count(images, first, cancelled)
     enough = _LEAST_SHARE * len(images) * len(named.corners)
     if not named.dictionary:
         if most >= enough:
-            return _larger_chessboard(images, first)
-        return max([first, *_chessboards(named)], key=lambda one: _count(images, one))
+            return _larger_chessboard(images, first, cancelled)
+        tried = [first, *_chessboards(named)]
+        return max(tried, key=lambda one: _count(images, one, cancelled))
     best = first
     if most < enough:
         for other in _charuco_variants(images, named):
-            if cancelled():
-                raise Cancelled
-            count = _count(images, other)
+            count = _count(images, other, cancelled)
             if count > most:
                 best, most = other, count
             if most >= enough:
@@ -74,17 +73,27 @@ def recognised(
     return best
 
 
-def _larger_chessboard(images: Sequence[ImageArray], named: Recognition) -> Recognition:
+def _larger_chessboard(
+    images: Sequence[ImageArray], named: Recognition, cancelled: Callable[[], bool]
+) -> Recognition:
     """The board as it was named, or the larger one that it is only a part of."""
     found = [image for image in images if named.find(image) is not None][:_SAMPLE]
     size = len(named.board.corners)
     larger = [one for one in _chessboards(named.board) if len(one.board.corners) > size]
-    return max([named, *larger], key=lambda one: _count(found, one))
+    return max([named, *larger], key=lambda one: _count(found, one, cancelled))
 
 
-def _count(images: Sequence[ImageArray], recognition: Recognition) -> int:
-    found = (recognition.find(image) for image in images)
-    return sum(int(np.isfinite(one[:, 0]).sum()) for one in found if one is not None)
+def _count(
+    images: Sequence[ImageArray], recognition: Recognition, cancelled: Callable[[], bool]
+) -> int:
+    """Corners in all images."""
+    count = 0
+    for image in images:
+        if cancelled():
+            raise Cancelled
+        found = recognition.find(image)
+        count += 0 if found is None else int(np.isfinite(found[:, 0]).sum())
+    return count
 
 
 def _chessboards(named: Board) -> Iterator[Recognition]:

@@ -8,7 +8,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stereotrack_core.calibrate.board import Board
-from stereotrack_core.calibrate.pictures import Pictures, find_in_pictures, recognised_in
+from stereotrack_core.calibrate.pictures import (
+    Looked,
+    Pictures,
+    find_in_pictures,
+    ignore,
+    recognised_in,
+)
 from stereotrack_core.calibrate.recognition import Recognition
 from stereotrack_core.calibrate.sightings import Sightings
 from stereotrack_core.errors import Finding, InputError
@@ -44,10 +50,10 @@ def search(
     named: Board,
     frames: Sequence[int],
     *,
-    on_picture: Callable[[], None] = lambda: None,
+    on_picture: Callable[[Looked], None] = ignore,
     cancelled: Callable[[], bool] = lambda: False,
 ) -> Search:
-    """Look for the board in some frames of every camera.
+    """Look for the board in some frames of every camera, as far as it has them.
 
     Raises
     ------
@@ -65,7 +71,8 @@ def search(
             what = "; ".join(recognition.differences)
             remedy = f"Calibrated with the {recognition.board.words}."
             findings.append(Finding("warning", f"camera {one.camera}", what, remedy))
-        own = find_in_pictures(one, recognition, frames, on_picture=on_picture, cancelled=cancelled)
+        there = [frame for frame in frames if frame < one.count()]
+        own = find_in_pictures(one, recognition, there, on_picture=on_picture, cancelled=cancelled)
         if len(own):
             if known is not None and recognition.board != known.board:
                 raise InputError(

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from stereotrack_core.calibrate.align import (
     aligned,
     from_board,
+    from_cameras,
     from_floor,
     from_person,
     from_points,
@@ -150,3 +151,18 @@ def test_persons_who_tell_nothing_are_refused():
     tumbling[::2] *= -1
     with pytest.raises(InputError, match="upright"):
         from_person(tumbling, walking=False)
+
+
+def test_cameras_are_laid_over_those_of_another_calibration(cameras):
+    new = {
+        name: BENT.camera(name, SIZE, looking_at(place, (0, 0, 0.4)))
+        for name, place in {"a": (0, 2.5, 1.6), "b": (2.2, 0.5, 1.8), "other": (0, 1, 9)}.items()
+    }
+    found = from_cameras(cameras, new)
+    check(cameras, found, 1e-9, 1e-6)
+    assert found.points == 2
+    assert found.spread_m < 1e-9
+    # one camera is enough, because its axes are known
+    check(cameras, from_cameras(cameras, {"a": new["a"]}), 1e-9, 1e-6)
+    with pytest.raises(InputError, match="same name"):
+        from_cameras(cameras, {"other": new["other"]})

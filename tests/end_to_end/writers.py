@@ -16,6 +16,7 @@ from app.shell.dialogs import write_picture
 from stereotrack_core.annotation.click import Click, Visibility
 from stereotrack_core.annotation.landmark_set import NINE, write_landmark_set
 from stereotrack_core.annotation.reference import Reference
+from stereotrack_core.calibrate.verdict import Verdict
 from stereotrack_core.cli.sources import write_angles
 from stereotrack_core.evaluation.failure_segments.export import film_of, write_strips
 from stereotrack_core.evaluation.failure_segments.find import FailureSearch, find_failures
@@ -49,6 +50,7 @@ from stereotrack_core.recording.importing.proposing import propose
 from stereotrack_core.recording.importing.sources import look_at
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory, write_landmarks
 from stereotrack_core.recording.writing import VideoWriter, write_png, write_recording_description
+from stereotrack_core.report.calibration import write_calibration_page
 from stereotrack_core.simulation.make import simulate
 from stereotrack_core.simulation.rig import SceneOptions
 from stereotrack_core.tracking.frame import Run
@@ -229,6 +231,9 @@ FILES: dict[str, Callable[[Path, Things], None]] = {
     "curves.svg": _curves,
     "heat.pdf": _heat,
     "report.pdf": _pdf,
+    "calibration-report.html": lambda path, _: write_calibration_page(
+        path, "rig", Verdict("good", "Good."), ()
+    ),
     "window.png": _window,
     "angles.csv": _angles,
 }

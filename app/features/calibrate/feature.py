@@ -9,6 +9,9 @@ from ...services.layout import Workspace
 from ...widgets.forms.message import Message
 from ...widgets.tables.panels import FindingsPanel
 from ...widgets.tables.trees import RigPanel
+from .actions import commands
+from .controller import CalibrationController
+from .panels.page import CalibrationPage
 
 _FINDINGS = "Recording checks"
 
@@ -20,6 +23,9 @@ class CalibrateController(QObject):
         super().__init__(context.session)
         self._context, self._session = context, context.session
         self.rig, self.findings = RigPanel(), FindingsPanel()
+        self.calibration = CalibrationController(context)
+        self.page = CalibrationPage(self.calibration)
+        context.docks.add_page("calibration", self.page)
         self._dock = context.docks.add("findings", _FINDINGS, self.findings)
         context.docks.add("rig", "Rig", self.rig)
         self._told: Message | None = None
@@ -64,20 +70,26 @@ class CalibrateController(QObject):
 
 
 def register(context: Context) -> CalibrateController:
-    """Offer the workspace Calibrate and its panels."""
+    """Offer the workspace Calibrate, its page, its panels and its commands."""
     calibrate = CalibrateController(context)
     context.docks.add_workspace(
         Workspace(
             "calibrate",
             "Calibrate",
-            "Inspect the cameras of the rig, their positions, and problems of the recording.",
+            "Calibrate cameras with pictures of a board; inspect the rig and problems of the "
+            "recording.",
             "calibrate",
-            side=(("scene",), ("rig",), ("findings",)),
-            bottom=(),
-            side_share=0.50,
-            bottom_shares=(),
-            side_heights=(3, 3, 2),
-            why_not=context.session.no_recording,
+            side=(),
+            bottom=(("rig", "findings"),),
+            side_share=0.0,
+            bottom_shares=(0.22,),
+            side_heights=(),
+            middle="calibration",
+            why_not=lambda: (
+                "The recording is still loading." if context.session.document.opening else ""
+            ),
+            no_panels=context.session.no_recording,
         )
     )
+    context.actions.add(commands(context, calibrate.calibration, calibrate.page))
     return calibrate

@@ -236,11 +236,13 @@ class Processes:
     """Tracks the run in progress, which may be held for as long as a person likes."""
     trials: TaskProcess = field(default_factory=TaskProcess)
     """Tracks trials and records what single steps did; keeps the clouds for them."""
+    calibration: TaskProcess = field(default_factory=TaskProcess)
+    """Calibrates cameras."""
 
     def close(self) -> None:
         """End them at once."""
-        self.run.close()
-        self.trials.close()
+        for process in (self.run, self.trials, self.calibration):
+            process.close()
 
 
 class TaskList(QObject):

@@ -27,6 +27,7 @@ class WelcomePage(QWidget):
     open_wanted = Signal()
     demo_wanted = Signal()
     import_wanted = Signal()
+    calibration_wanted = Signal()
     recent_chosen = Signal(object)
     """Its folder."""
 
@@ -41,6 +42,8 @@ class WelcomePage(QWidget):
         self.import_button.setToolTip(
             "Make a recording folder of videos or images of one or more cameras."
         )
+        self.calibrate_button = _button("Calibrate cameras …", "calibrate")
+        self.calibrate_button.setToolTip("Calibrate cameras with pictures of a board.")
         self.recent = QListWidget()
         self.recent.setAccessibleName("Recent recordings")
         self.recent.setFrameShape(QFrame.Shape.NoFrame)
@@ -50,6 +53,7 @@ class WelcomePage(QWidget):
         self.open_button.clicked.connect(self.open_wanted)
         self.demo_button.clicked.connect(self.demo_wanted)
         self.import_button.clicked.connect(self.import_wanted)
+        self.calibrate_button.clicked.connect(self.calibration_wanted)
         self.recent.itemActivated.connect(self._on_recent)
         self.recent.itemClicked.connect(self._on_recent)
 
@@ -77,7 +81,12 @@ class WelcomePage(QWidget):
             title,
             label(_ABOUT),
             hbox(
-                self.open_button, self.import_button, self.demo_button, None, margins=(0, 8, 0, 16)
+                self.open_button,
+                self.import_button,
+                self.calibrate_button,
+                self.demo_button,
+                None,
+                margins=(0, 8, 0, 16),
             ),
             label("Open recent", "heading"),
             self._none,

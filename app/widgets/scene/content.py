@@ -82,6 +82,10 @@ class SceneContent:
     camera_images: Mapping[str, ImageArray] = field(default_factory=dict)
     """Mapping from camera name to (H, W) or (H, W, 3) uint8. Grey or RGB; shown on the frusta.
     Small ones: they are handed on to OpenGL as they are."""
+    cameras_before: tuple[Camera, ...] = ()
+    """Cameras of another calibration, drawn fainter."""
+    boards: tuple[FloatArray, ...] = ()
+    """(4, 3) float64, world, metres. Corners of calibration boards, around each."""
     highlighted: str = ""
     """The limb that is selected; empty for none."""
     ellipsoids: tuple[Ellipsoid, ...] = ()
@@ -114,8 +118,9 @@ class SceneContent:
             # the farthest points are often no part of the person
             ends = np.percentile(self.cloud_points, (2.0, 98.0), axis=0)
             parts.append(np.stack(np.meshgrid(*ends.T), axis=-1).reshape(-1, 3))
-        if not parts:
-            parts = [camera.position_world[None] for camera in self.cameras]
+        parts += self.boards
+        if self.boards or not parts:
+            parts += [camera.position_world[None] for camera in self.cameras]
         points = np.concatenate(parts) if parts else _no_points()
         finite: FloatArray = points[np.isfinite(points).all(axis=1)]
         return finite

@@ -185,6 +185,25 @@ def _cameras(content: SceneContent, theme: Theme) -> list[Drawn]:
     return drawn
 
 
+def _cameras_before(content: SceneContent, theme: Theme) -> list[Drawn]:
+    """Faint frusta of the cameras as they were."""
+    depth = frustum_depth((*content.cameras, *content.cameras_before))
+    edges = (_frustum(camera, depth)[0] for camera in content.cameras_before)
+    return [Drawn(one, theme.disabled, look={"opacity": 0.7}) for one in edges]
+
+
+def _boards(content: SceneContent, theme: Theme) -> list[Drawn]:
+    """Outlines of calibration boards, their upper side in the accent's colour."""
+    if not content.boards:
+        return []
+    corners = np.stack(content.boards)
+    edges = np.stack([corners, np.roll(corners, -1, axis=1)], axis=2)
+    return [
+        Drawn(_lines(edges[:, 1:].reshape(-1, 3)), theme.good, look={"opacity": 0.6}),
+        Drawn(_lines(edges[:, :1].reshape(-1, 3)), theme.accent, 2.0),
+    ]
+
+
 @lru_cache(maxsize=64)
 def _frustum(camera: Camera, depth: float) -> tuple[pv.PolyData, pv.PolyData]:
     """Edges of what a camera sees, and a screen at their end."""
@@ -200,6 +219,8 @@ def _frustum(camera: Camera, depth: float) -> tuple[pv.PolyData, pv.PolyData]:
 PARTS: tuple[tuple[str, Part], ...] = (
     ("floor", _floor),
     ("cameras", _cameras),
+    ("cameras", _cameras_before),
+    ("cameras", _boards),
     ("cloud", _cloud),
     ("model", _model),
     ("model", _rims),

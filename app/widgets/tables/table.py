@@ -200,9 +200,11 @@ def dress_table(table: QTableView, name: str, room: int = 8) -> None:
     table.horizontalHeader().setHighlightSections(False)
 
 
-def new_table(model: QAbstractTableModel, name: str, room: int = 8) -> QTableView:
-    """Make a view of rows that are read; see :func:`dress_table`."""
-    table = QTableView()
+def new_table(
+    model: QAbstractTableModel, name: str, room: int = 8, view: QTableView | None = None
+) -> QTableView:
+    """Make a view of rows that are read, or dress this one; see :func:`dress_table`."""
+    table = view or QTableView()
     table.setModel(model)
     dress_table(table, name, room)
     return table

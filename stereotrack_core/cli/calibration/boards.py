@@ -9,7 +9,7 @@ from typing import Any
 
 from stereotrack_core.calibrate.board import Board, charuco, chessboard
 from stereotrack_core.calibrate.lens import LENS_MODELS
-from stereotrack_core.calibrate.pictures import Pictures
+from stereotrack_core.calibrate.pictures import Looked, Pictures
 from stereotrack_core.calibrate.report import finding_table, left_out_table
 from stereotrack_core.calibrate.search import Search, search
 from stereotrack_core.calibrate.sightings import LeftOut
@@ -77,7 +77,7 @@ def found_board(args: Namespace, sources: Sequence[Pictures], count: int) -> Sea
     try:
         with progress("Searching", len(frames) * len(sources)) as show, stoppable(NOTHING) as stop:
 
-            def advance() -> None:
+            def advance(_looked: Looked) -> None:
                 nonlocal done
                 done += 1
                 show(done)

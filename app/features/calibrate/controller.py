@@ -1,0 +1,385 @@
+"""Carries a calibration from pictures of a board to a calibration.toml."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from PySide6.QtCore import QObject, Signal, Slot
+
+from stereotrack_core.calibrate import work
+from stereotrack_core.calibrate.board import Board
+from stereotrack_core.calibrate.pairs import stereo_names
+from stereotrack_core.calibrate.pictures import Looked
+from stereotrack_core.calibrate.work import LookedAt, Progress, Source
+from stereotrack_core.errors import InputError
+
+from ...context import Context
+from ...services.tasks.task import Task
+from . import saving
+from .reading import PictureReading
+from .state import STEPS, AxesWay, Calibration, Made, Recorded, Shot, StepName
+
+_TITLES: dict[StepName, str] = {
+    "board": "Recognising the board",
+    "pictures": "Searching for the board",
+    "lenses": "Calculating the lenses",
+    "pairs": "Placing the pairs",
+    "world": "Placing all cameras",
+    "save": "Comparing with the recording",
+}
+
+
+class CalibrationController(QObject):
+    """Owns the state, and has done what takes time.
+
+    Signals
+    -------
+    changed : ()
+        :attr:`state` is another one.
+    progressed : float, str
+        How far the work is; 0 where nobody knows.
+    """
+
+    changed = Signal()
+    progressed = Signal(float, str)
+
+    def __init__(self, context: Context) -> None:
+        super().__init__(context.session)
+        self._context = context
+        self.state = Calibration()
+        self.reading = PictureReading(self)
+        self._task: Task | None = None
+        session = context.session
+        session.opened.connect(self._on_recording)
+        session.closed.connect(self._on_recording)
+        session.closing.connect(self._on_closing)
+        context.tasks.watch(self.reading.settled)
+
+    # ---- what is chosen
+
+    def show(self, step: str) -> None:
+        """Show a step."""
+        if step in STEPS and not self.state.why_not(step):
+            self._set(step=step)
+
+    def add_folder(self, folder: Path) -> None:
+        """Add all cameras of a folder, or of a recording; those of the same name are replaced."""
+        self._context.notifier.attempt(lambda: self._add(work.sources_in(folder)))
+
+    def add_camera(self, place: Path) -> None:
+        """Add a video, or a folder of images, as the pictures of one camera named as it is."""
+        self._add((Source(place.stem if place.is_file() else place.name, str(place)),))
+
+    def add_recording(self) -> None:
+        """Add the cameras of the open recording."""
+        if self.state.recording is not None:
+            self.add_folder(self.state.recording.folder)
+
+    def _add(self, sources: tuple[Source, ...]) -> None:
+        known = {one.camera: one for one in (*self.state.sources, *sources)}
+        self._begin_anew(sources=tuple(known.values()), shot=None)
+        self.choose(sources[0].camera, 0)
+
+    def remove(self, camera: str) -> None:
+        """Leave a camera out."""
+        left = tuple(one for one in self.state.sources if one.camera != camera)
+        self._begin_anew(sources=left)
+
+    def rename(self, camera: str, name: str) -> None:
+        """Give a camera another name; one that is taken, or empty, is refused."""
+        name = name.strip()
+        taken = {one.camera for one in self.state.sources} - {camera}
+        if not name or name in taken:
+            self._context.notifier.say(f"{name!r} is taken already, or no name. Enter another one.")
+            self.changed.emit()
+            return
+        self._begin_anew(
+            sources=tuple(
+                Source(name, one.place) if one.camera == camera else one
+                for one in self.state.sources
+            )
+        )
+
+    def set_board(self, board: Board | None, problem: str = "") -> None:
+        """Take the board that is written in the fields, or the reason why it is none."""
+        if board is None:
+            self._begin_anew(board_problem=problem)
+        elif board != self.state.board or self.state.board_problem:
+            self._begin_anew(board=board, board_problem="")
+
+    def set_every(self, every: int) -> None:
+        """Use only every so many pictures."""
+        if every != self.state.every:
+            self._begin_anew(every=every)
+
+    def set_model(self, model: str) -> None:
+        """Choose a lens model."""
+        self._set(model=model)
+
+    def tick(self, shot: Shot, on: bool) -> None:
+        """Use a picture, or leave it out."""
+        unticked = self.state.unticked - {shot} if on else self.state.unticked | {shot}
+        self._set(unticked=unticked)
+
+    def choose(self, camera: str, frame: int) -> None:
+        """Show a picture."""
+        source = next((one for one in self.state.sources if one.camera == camera), None)
+        if source is not None:
+            self.reading.ask(source, frame)
+            self._set(shot=(camera, frame))
+
+    def set_axes(self, way: AxesWay, frame: int) -> None:
+        """Choose how the world is turned, and the pictures in which the board is on the floor."""
+        self._set(axes=way, floor_frame=frame, saved="")
+
+    def _begin_anew(self, **chosen: object) -> None:
+        self.cancel()
+        self._put(self.state.with_input(**chosen))
+
+    def _set(self, **changed: Any) -> None:
+        self._put(replace(self.state, **changed))
+
+    def _put(self, state: Calibration) -> None:
+        self.state = state
+        self.changed.emit()
+        self._context.actions.refresh_soon()
+
+    # ---- what is calculated
+
+    def why_not_calculate(self) -> str:
+        """Why the step that is shown cannot be calculated now."""
+        if self.state.busy is not None:
+            return "A calculation is running. Stop it first."
+        if self.state.step in ("axes", "save"):
+            return "Nothing is to be calculated in this step."
+        return self.state.why_not(self.state.step) or (
+            self.state.why_not("pictures") if self.state.step == "board" else ""
+        )
+
+    def calculate(self) -> None:
+        """Calculate the step that is shown."""
+        match self.state.step:
+            case "board":
+                self.recognise()
+            case "pictures":
+                self.find()
+            case "lenses":
+                self._fit_lenses()
+            case "pairs":
+                self._fit_pairs()
+            case "world":
+                self._fit_world()
+
+    def why_no_next(self) -> str:
+        """Why there is no step after the one that is shown."""
+        if self.state.busy is not None:
+            return "A calculation is running. Stop it first."
+        if self.state.next_step() is None:
+            order = list(STEPS)
+            later = order[order.index(self.state.step) + 1 :]
+            return self.state.why_not(later[0]) if later else "This is the last step."
+        return ""
+
+    def go_on(self) -> None:
+        """Show the next step, and calculate it where that is still to be done."""
+        step = self.state.next_step()
+        if step is None or self.state.busy is not None:
+            return
+        self._set(step=step)
+        if not self.state.is_done(step) and not self.why_not_calculate():
+            self.calculate()
+
+    def recognise(self) -> None:
+        """Tell the board from the first pictures of the cameras."""
+        todo = work.RecogniseBoard(self.state.sources, self.state.board)
+        self._begin("board", todo, self._on_recognised)
+
+    def find(self) -> None:
+        """Look for the board in all pictures."""
+        state = self._changed_input()
+        todo = work.FindBoard(state.sources, state.board, state.every)
+        self._begin("pictures", todo, self._on_found)
+
+    def _on_found(self, found: work.Found) -> None:
+        first = next((one for one in found.search.sightings if len(one)), None)
+        self._set(found=found, looked=())
+        if first is not None:
+            self.choose(first.camera, int(first.frames[0]))
+
+    def _changed_input(self) -> Calibration:
+        self.state = self.state.with_input(recognised=self.state.recognised)
+        return self.state
+
+    def _fit_lenses(self) -> None:
+        state = self.state
+        sightings = tuple(one for one in state.sightings)
+        todo = work.FitLenses(sightings, self._found_board(), state.model)
+        self._begin("lenses", todo, lambda result: self._set(lenses=self._made(result, state)))
+
+    def _fit_pairs(self) -> None:
+        state = self.state
+        cameras = {name: one.camera for name, one in state.fits.items()}
+        names = [one.camera for one in state.sources]
+        recorded = state.recording.stereo if state.recording is not None else ()
+        stereo = tuple(dict.fromkeys(
+            (*stereo_names(names), *(p for p in recorded if set(p) <= set(names)))))  # fmt: skip
+        todo = work.FitPairs(state.sightings, cameras, self._found_board(), stereo)
+        self._begin("pairs", todo, lambda result: self._set(pairs=self._made(result, state)))
+
+    def _fit_world(self) -> None:
+        state = self.state
+        todo = work.FitWorld(state.sightings, self._found_board(), state.model)
+        self._begin("world", todo, lambda result: self._on_world(self._made(result, state)))
+
+    def _found_board(self) -> Board:
+        found = self.state.found
+        return self.state.board if found is None else found.search.board
+
+    @staticmethod
+    def _made(result: Any, state: Calibration) -> Made[Any]:
+        return Made(result, state.model, state.unticked)
+
+    def _begin(self, step: StepName, todo: work.Step, done: Callable[[Any], None]) -> None:
+        self.cancel()
+        process = self._context.session.processes.calibration
+        task = Task(_TITLES[step], lambda own: process(todo, own.tell, own.token.cancelled))
+
+        def finished(result: Any) -> None:
+            if task is self._task:
+                self._end()
+                done(result)
+
+        def failed(error: Exception) -> None:
+            if task is not self._task:
+                return
+            self._end()
+            if isinstance(error, InputError):
+                self._set(problem=(step, error))
+            else:
+                self._context.notifier.error(error)
+
+        task.finished.connect(finished)
+        task.failed.connect(failed)
+        task.stopped.connect(lambda: self._end() if task is self._task else None)
+        task.told.connect(lambda words: self._hear(task, words))
+        self._task = task
+        problem = self.state.problem
+        self._set(busy=step, problem=None if problem and problem[0] == step else problem)
+        self.progressed.emit(0.0, _TITLES[step])
+        self._context.tasks.start(task)
+
+    def _end(self) -> None:
+        self._task = None
+        self._set(busy=None)
+
+    def why_not_stop(self) -> str:
+        """Why nothing can be stopped."""
+        return (
+            "" if self.state.busy is not None else "No calculation of the calibration is running."
+        )
+
+    def cancel(self) -> None:
+        """Stop what is being calculated; what was calculated before stays."""
+        if self._task is not None:
+            task, self._task = self._task, None
+            task.cancel()
+            self._set(busy=None, looked=())
+
+    def _hear(self, task: Task, words: list[Any]) -> None:
+        if task is not self._task:
+            return
+        for word in words:
+            if isinstance(word, Progress):
+                self._tell(task, word.share, word.words)
+        looked = [word for word in words if isinstance(word, LookedAt)]
+        if looked:
+            last = looked[-1]
+            said = f"{last.looked.camera}, {last.looked.name}"
+            self._tell(task, last.done / max(last.count, 1), said)
+            self._show_looked(tuple(one.looked for one in looked))
+
+    def _tell(self, task: Task, share: float, words: str) -> None:
+        task.report(share, words)
+        self.progressed.emit(share, f"{task.title}: {words}")
+
+    def _show_looked(self, looked: tuple[Looked, ...]) -> None:
+        """Keep what was searched, and the pixels of one picture only."""
+        every = (*self.state.looked, *looked)
+        shown = next((one for one in reversed(every) if one.image is not None), None)
+        kept = (one if one is shown else replace(one, image=None) for one in every)
+        self._set(looked=tuple(kept))
+
+    def _on_recognised(self, found: Any) -> None:
+        words = f"{found.board.words[:1].upper()}{found.board.words[1:]}"
+        said = f"{words}: {'; '.join(found.differences) or 'as described'}."
+        self._put(self.state.with_input(board=found.board, board_problem="", recognised=said))
+
+    # ---- the world
+
+    def _on_world(self, made: Made[Any]) -> None:
+        frames = made.result.boards
+        frame = self.state.floor_frame if self.state.floor_frame in frames else max(frames)
+        self._set(world=made, floor_frame=frame, saved="")
+        self._compare()
+
+    def _compare(self) -> None:
+        """Compare with the cameras of the open recording, which takes a moment."""
+        state = self.state
+        if state.world is None or state.recording is None:
+            return
+        if not {one.name for one in state.world.result.cameras} & state.recording.cameras.keys():
+            return
+        todo = work.Compare(state.world.result, dict(state.recording.cameras))
+        self._begin("save", todo, lambda found: self._set(changes=found))
+
+    def save(self, path: Path) -> None:
+        """Write the calibration and its report."""
+        notifier = self._context.notifier
+
+        def write() -> None:
+            report = saving.write_to(self.state, path)
+            self._set(saved=f"Saved: {path.name}, with the report {report.name} beside it.")
+
+        notifier.attempt(write)
+
+    def save_into_recording(self) -> None:
+        """Replace the calibration of the open recording, and open it again."""
+        state = self.state
+        if state.recording is None or saving.why_not_into(state):
+            return
+        recording = state.recording
+
+        def write() -> None:
+            kept = saving.save_into(state, recording)
+            self._set(saved=f"Saved into {recording.name}. The calibration before is {kept.name}.")
+            self._context.session.opening.open(recording.folder, workspace="calibrate")
+
+        self._context.notifier.attempt(write)
+
+    def close_page(self) -> None:
+        """Go back to the welcome page; the calibration stays as far as it is."""
+        self._context.docks.close_alone()
+
+    # ---- the session
+
+    @Slot()
+    def _on_recording(self) -> None:
+        recording = self._context.session.document.recording
+        known = None
+        if recording is not None:
+            stereo = tuple(
+                (view.left.camera, view.image.camera) for view in recording.views if view.left
+            )
+            known = Recorded(recording.folder, recording.name, recording.cameras, stereo)
+        way: AxesWay = "first" if self.state.axes == "recording" else self.state.axes
+        self._set(recording=known, changes=(), axes=way)
+        if self.state.busy is None:
+            self._compare()
+
+    @Slot()
+    def _on_closing(self) -> None:
+        self.cancel()
+        self.reading.close()

@@ -1,0 +1,114 @@
+"""Steps whose results are tables: pictures, lenses, pairs, all cameras."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QSignalBlocker
+from PySide6.QtWidgets import QWidget
+
+from stereotrack_core.calibrate.lens import LENS_MODELS
+from stereotrack_core.calibrate.report import world_tables
+
+from ....widgets.style.building import choice, hbox, label, vbox
+from ....widgets.tables.picture_tree import PictureTree
+from ....widgets.tables.plain import PlainTable
+from ..controller import CalibrationController
+from ..shown import camera_rows, pair_table, short_lens_table
+from ..state import Calibration
+
+_ABOUT_MODEL = (
+    "Automatic: all models are fitted, and the simplest is taken that none of the others clearly "
+    "improves on"
+)
+
+
+class _Pictures(PictureTree):
+    """The pictures with their ticks."""
+
+    def __init__(self, calibration: CalibrationController) -> None:
+        super().__init__()
+        self.ticked.connect(lambda camera, frame, on: calibration.tick((camera, frame), on=on))
+        self.chosen.connect(calibration.choose)
+
+    def show_state(self, state: Calibration) -> None:
+        """Show the pictures as they are known."""
+        self.show_pictures(camera_rows(state))
+        if state.busy == "pictures":
+            self.scrollToBottom()
+            return
+        if state.shot is not None:
+            with QSignalBlocker(self):
+                self.choose(*state.shot)
+
+
+class PicturesPage(QWidget):
+    """In which pictures the board was found."""
+
+    def __init__(self, calibration: CalibrationController) -> None:
+        super().__init__()
+        self.tree = _Pictures(calibration)
+        self.setLayout(vbox((self.tree, 1)))
+
+    def show_state(self, state: Calibration) -> None:
+        """Show it."""
+        self.tree.show_state(state)
+
+
+class LensesPage(QWidget):
+    """A row per lens above the pictures."""
+
+    def __init__(self, calibration: CalibrationController) -> None:
+        super().__init__()
+        self._calibration = calibration
+        self.table = PlainTable("Lenses")
+        self.tree = _Pictures(calibration)
+        models = [("auto", "automatic"), *((name, name) for name in LENS_MODELS)]
+        self.model = choice("Lens model", models, _ABOUT_MODEL)
+        self.model.activated.connect(lambda: calibration.set_model(self.model.currentData()))
+        self.table.chosen.connect(self._on_camera)
+        row = hbox(label("Lens model", wraps=False), self.model, None)
+        self.setLayout(vbox(row, self.table, (self.tree, 1)))
+
+    def show_state(self, state: Calibration) -> None:
+        """Show the lenses and the errors of their pictures."""
+        self.model.setCurrentIndex(self.model.findData(state.model))
+        self.table.show_table(short_lens_table(state))
+        self.tree.show_state(state)
+
+    def _on_camera(self, camera: str) -> None:
+        fit = self._calibration.state.fits.get(camera)
+        if fit is not None and len(fit.sightings):
+            self._calibration.choose(camera, int(fit.sightings.frames[0]))
+
+
+class PairsPage(QWidget):
+    """A row per pair of cameras."""
+
+    def __init__(self, _calibration: CalibrationController) -> None:
+        super().__init__()
+        self.table = PlainTable("Pairs")
+        words = (
+            "Each pair is placed alone, with the lenses as they are. Rows: by how much the rows of "
+            "the rectified images of a stereo camera differ; matching needs less than half a pixel."
+        )
+        self.setLayout(vbox(self.table, label(words, "muted"), None))
+
+    def show_state(self, state: Calibration) -> None:
+        """Show the pairs."""
+        self.table.show_table(pair_table(state))
+
+
+class WorldPage(QWidget):
+    """Cameras, distances between them, and the pictures."""
+
+    def __init__(self, calibration: CalibrationController) -> None:
+        super().__init__()
+        self.cameras, self.whole = PlainTable("Cameras"), PlainTable("All together", most=5)
+        self.tree = _Pictures(calibration)
+        self.setLayout(vbox(self.cameras, self.whole, (self.tree, 1)))
+
+    def show_state(self, state: Calibration) -> None:
+        """Show the errors of every camera."""
+        tables = world_tables(state.world.result)[-2:] if state.world is not None else [None, None]
+        for widget, table in zip((self.cameras, self.whole), tables, strict=True):
+            widget.show_table(table)
+        self.tree.show_state(state)

@@ -1,0 +1,114 @@
+"""Writes a calibration with its report: to a file, or into the open recording."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Sequence
+from pathlib import Path
+
+from stereotrack_core.atomic import write_files
+from stereotrack_core.calibrate.changes import change_table
+from stereotrack_core.calibrate.report import left_out_table, lens_table, world_tables
+from stereotrack_core.errors import InputError
+from stereotrack_core.recording.calibration import write_calibration
+from stereotrack_core.recording.folder import DESCRIPTION
+from stereotrack_core.report.calibration import write_calibration_page
+from stereotrack_core.tables import Table
+
+from .shown import pair_table
+from .state import Calibration, Recorded
+
+
+def write_to(state: Calibration, path: Path) -> Path:
+    """Write the cameras to a file and the report beside it; where the report is.
+
+    Raises InputError where one of them cannot be written.
+    """
+    path = path if path.suffix else path.with_suffix(".toml")
+    _check(state)
+    write_calibration(path, state.cameras)
+    report = path.with_name(f"{path.stem}-report.html")
+    verdict = state.verdict("world" if state.world is not None else "lenses")
+    assert verdict is not None  # noqa: S101 - there are cameras
+    write_calibration_page(report, path.stem, verdict, report_tables(state))
+    return report
+
+
+def report_tables(state: Calibration) -> Sequence[Table]:
+    """Everything that is known about the result."""
+    if state.world is None:
+        fits = list(state.fits.values())
+        left_out = left_out_table([out for one in fits for out in one.sightings.left_out])
+        tables: list[Table | None] = [lens_table(fits), left_out]
+    else:
+        world = state.world.result
+        changed = change_table(state.changes) if state.changes else None
+        left_out = left_out_table([out for one in world.sightings for out in one.left_out])
+        tables = [*world_tables(world), pair_table(state), changed, left_out]
+    return [one for one in tables if one is not None]
+
+
+def why_not_into(state: Calibration) -> str:
+    """Why the calibration cannot replace that of the open recording."""
+    if state.recording is None:
+        return "No recording is open."
+    if state.world is None:
+        return "Place all cameras first."
+    missing = [name for name in state.recording.cameras if name not in state.cameras]
+    if missing:
+        return (
+            f"The calibration lacks {', '.join(missing[:4])}. Name the cameras as the recording "
+            "does: double-click a name in step 1."
+        )
+    for name, old in state.recording.cameras.items():
+        new = state.cameras[name]
+        if (new.width, new.height) != (old.width, old.height):
+            return (
+                f"{name} was calibrated with pictures of {new.width} × {new.height}, the recording "
+                f"has {old.width} × {old.height}."
+            )
+    return ""
+
+
+def save_into(state: Calibration, recording: Recorded) -> Path:
+    """Replace the recording's calibration; the one before is kept beside it, and returned.
+
+    Raises InputError where it cannot be written.
+    """
+    _check(state)
+    target = calibration_file(recording.folder)
+    kept = _free(target)
+    try:
+        before = target.read_bytes()
+    except OSError as error:
+        raise InputError(
+            f"it cannot be read ({error.strerror})",
+            where=str(target),
+            remedy="Check the permissions of the recording's folder.",
+        ) from error
+    write_files({kept: before})
+    write_to(state, target)
+    return kept
+
+
+def calibration_file(folder: Path) -> Path:
+    """The calibration that a recording's description names."""
+    text = (folder / DESCRIPTION).read_text(encoding="utf-8")
+    return folder / str(tomllib.loads(text).get("calibration", "calibration.toml"))
+
+
+def _free(target: Path) -> Path:
+    """A name beside a file that is not taken: ``calibration-before-1.toml``."""
+    names = (target.with_name(f"{target.stem}-before-{k}{target.suffix}") for k in range(1, 10_000))
+    return next(one for one in names if not one.exists())
+
+
+def _check(state: Calibration) -> None:
+    if isinstance(state.alignment, InputError):
+        raise state.alignment
+    if not state.cameras:
+        raise InputError(
+            "nothing is calculated that could be saved",
+            where="calibration",
+            remedy="Calculate the lenses, and place all cameras.",
+        )

@@ -1,0 +1,160 @@
+"""What a calibration is worth in a sentence, and what to film again."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal, TypeAlias
+
+import numpy as np
+
+from stereotrack_core.calibrate.intrinsics import Intrinsics
+from stereotrack_core.calibrate.pairs import PairFit
+from stereotrack_core.calibrate.search import Search
+from stereotrack_core.calibrate.world import World
+from stereotrack_core.counting import counted
+from stereotrack_core.errors import Finding, InputError
+
+Grade: TypeAlias = Literal["good", "doubtful", "bad"]
+
+_GOOD_PX, _POOR_PX = 0.4, 1.0  # held-out error of sharp pictures; of pictures that are not
+_GOOD_ROWS_PX = 0.5  # rows by which a matcher finds what belongs together
+_FEW_FOUND = 0.5  # share of the pictures in which the board should be found
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """`words` begin with what it comes to; `remarks` are sentences, with what to do."""
+
+    grade: Grade
+    words: str
+    remarks: tuple[str, ...] = ()
+
+    def sentences(self) -> str:
+        """Everything, one remark a line."""
+        return "\n".join((self.words, *self.remarks))
+
+
+def of_error(error: InputError) -> Verdict:
+    """The verdict on what could not be calculated."""
+    where = f"{error.where}: " if error.where else ""
+    films = "film" in error.remedy.lower()
+    begin = "Film again" if films else "Cannot be calibrated"
+    return Verdict("bad", f"{begin}: {where}{error.what}.", (error.remedy,))
+
+
+def of_search(search: Search, apart: InputError | None) -> Verdict:
+    """Whether the board was found often enough."""
+    found = {one.camera: len(one) for one in search.sightings}
+    searched = {one.camera: one.searched for one in search.sightings}
+    remarks = [_sentence(one) for one in search.findings]
+    if search.mirrored:
+        remarks.append(
+            f"The pictures of {_listed(search.mirrored)} are mirrored. They have no place in a "
+            "world: switch off mirroring in the recording software and film again."
+        )
+    if apart is not None:
+        remarks.append(f"{_upper(apart.what)}. {apart.remedy}")
+    rare = [name for name, count in found.items() if count < _FEW_FOUND * searched[name]]
+    if rare:
+        remarks.append(
+            f"The board was found in few pictures of {_listed(rare)}. Check its size, the light "
+            "and the sharpness, and that the whole board is seen."
+        )
+    all_found, all_searched = sum(found.values()), sum(searched.values())
+    many = f"the board was found in {all_found} of {counted(all_searched, 'picture')}"
+    if not all_found:
+        return Verdict("bad", f"Film again, or name another board: {many}.", tuple(remarks))
+    if remarks:
+        return Verdict("doubtful", f"Usable, with doubts: {many}.", tuple(remarks))
+    return Verdict("good", f"Good: {many}.")
+
+
+def of_lenses(lenses: Mapping[str, Intrinsics | InputError]) -> Verdict:
+    """Whether the lenses are known."""
+    fits = [one for one in lenses.values() if isinstance(one, Intrinsics)]
+    errors = [one for one in lenses.values() if isinstance(one, InputError)]
+    if errors:
+        names = [name for name, one in lenses.items() if isinstance(one, InputError)]
+        remarks = [f"{_upper(one.where)}: {one.what}. {one.remedy}" for one in errors]
+        return Verdict("bad", f"Film again with {_listed(names)}.", tuple(remarks))
+    worst = max(fits, key=lambda one: np.nan_to_num(one.held_out_px, nan=one.rms_px))
+    error = worst.held_out_px if np.isfinite(worst.held_out_px) else worst.rms_px
+    lens = "the lens fits" if len(fits) == 1 else f"all {len(fits)} lenses fit"
+    many = f"{lens} the board to {error:.2f} px or better in pictures that were left out"
+    return _graded(many, error, [f for one in fits for f in one.findings])
+
+
+def of_pairs(pairs: Sequence[PairFit]) -> Verdict:
+    """Whether every two cameras agree; pairs that others connect need not be placed."""
+    placed = [one for one in pairs if not one.problem]
+    problems = [f"{one.first} and {one.second}: {one.problem}. {one.remedy}"
+                for one in pairs if one.problem]  # fmt: skip
+    if not placed:
+        advice = "Carry the board to where two cameras see it at the same time."
+        words = "Film again: no two cameras saw the board together."
+        return Verdict("bad", words, (*problems, advice))
+    remarks = [] if _are_connected(pairs) else problems
+    remarks += [
+        f"{one.first} and {one.second}: rows of the two images differ by {one.row_error_px:.2f} px "
+        "after rectification. Film again with more positions that both see."
+        for one in placed
+        if one.row_error_px > _GOOD_ROWS_PX
+    ]
+    worst = max(placed, key=lambda one: one.rms_px)
+    many = (
+        f"{counted(len(placed), 'pair')} placed, the worst ({worst.first} and {worst.second}) to "
+        f"{worst.rms_px:.2f} px"
+    )
+    if remarks or worst.rms_px > _POOR_PX:
+        return Verdict("doubtful", f"Usable, with doubts: {many}.", tuple(remarks))
+    return Verdict("good", f"Good: {many}.")
+
+
+def _are_connected(pairs: Sequence[PairFit]) -> bool:
+    """Whether a chain of placed pairs leads from every camera to every other one."""
+    groups = [{name} for name in {name for one in pairs for name in (one.first, one.second)}]
+    for one in pairs:
+        if not one.problem:
+            joined = [group for group in groups if group & {one.first, one.second}]
+            groups = [group for group in groups if group not in joined]
+            groups.append(set().union(*joined))
+    return len(groups) == 1
+
+
+def of_world(world: World) -> Verdict:
+    """Whether all cameras agree on where the boards were."""
+    error = world.held_out_px if np.isfinite(world.held_out_px) else world.rms_px
+    many = (
+        f"{counted(len(world.cameras), 'camera')} agree on "
+        f"{counted(len(world.boards), 'board')} to {error:.2f} px"
+    )
+    places = max(world.position_sigma_m)
+    many += f", and each is placed to {1000 * places:.1f} mm or better"
+    return _graded(many, error, world.findings)
+
+
+def _graded(many: str, error: float, findings: Iterable[Finding]) -> Verdict:
+    remarks = list(dict.fromkeys(_sentence(one) for one in findings if one.severity != "note"))
+    if error > _POOR_PX:
+        remarks.insert(
+            0, "The error is large. Check that the board is flat and the pictures are sharp, and "
+            "untick the worst pictures.",
+        )  # fmt: skip
+        return Verdict("bad", f"Film again: {many}.", tuple(remarks))
+    if remarks or error > _GOOD_PX:
+        return Verdict("doubtful", f"Usable, with doubts: {many}.", tuple(remarks))
+    return Verdict("good", f"Good: {many}.")
+
+
+def _sentence(finding: Finding) -> str:
+    where = f"{_upper(finding.where)}: " if finding.where else ""
+    return f"{where}{finding.what}. {finding.remedy}".strip()
+
+
+def _upper(text: str) -> str:
+    return text[:1].upper() + text[1:]
+
+
+def _listed(names: Sequence[str]) -> str:
+    return ", ".join(names)

@@ -1,0 +1,261 @@
+"""Steps of a calibration as tasks of a process, for a window that shows how they go on."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TypeAlias
+
+from stereotrack_core.calibrate.board import Board
+from stereotrack_core.calibrate.changes import CameraChange, changes
+from stereotrack_core.calibrate.intrinsics import Intrinsics, calibrate_intrinsics
+from stereotrack_core.calibrate.pairs import PairFit, calibrate_pairs
+from stereotrack_core.calibrate.pictures import (
+    Looked,
+    Pictures,
+    check_same_length,
+    pictures_of_folder,
+    pictures_of_glob,
+    places_in,
+    recognised_in,
+)
+from stereotrack_core.calibrate.recognition import Recognition
+from stereotrack_core.calibrate.search import Search, search
+from stereotrack_core.calibrate.sightings import Sightings
+from stereotrack_core.calibrate.world import World, calibrate_world
+from stereotrack_core.errors import InputError
+from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.recording.folder import DESCRIPTION
+from stereotrack_core.worker_processes import Asker
+
+_SHOWN_S = 0.15
+"""Time between two pictures that are told with their pixels; of the others only the name is."""
+
+LensResult: TypeAlias = Intrinsics | InputError
+"""A lens, or why it cannot be calibrated."""
+
+
+@dataclass(frozen=True)
+class Source:
+    """Where the pictures of one camera are.
+
+    `place` is a folder of images, a pattern of files, a video, or the folder of a recording.
+    """
+
+    camera: str
+    place: str
+
+    @property
+    def of_recording(self) -> bool:
+        """Whether the place is a recording, with other cameras in it."""
+        return (Path(self.place) / DESCRIPTION).is_file()
+
+    def open(self) -> Pictures:
+        """The pictures.
+
+        Raises InputError where there are none.
+        """
+        if not self.of_recording:
+            return pictures_of_glob(self.place, self.camera, f"camera {self.camera}")
+        found: Pictures | None = None
+        for one in pictures_of_folder(Path(self.place)):
+            if one.camera == self.camera and found is None:
+                found = one
+            else:
+                one.close()
+        if found is None:
+            raise InputError(
+                f"the recording has no camera {self.camera!r}",
+                where=self.place,
+                remedy="Name the camera as in the recording's description.",
+            )
+        return found
+
+
+def sources_in(folder: Path) -> tuple[Source, ...]:
+    """The cameras of a recording, or of a folder with one video or folder of images for each.
+
+    Raises InputError where there is none.
+    """
+    if (folder / DESCRIPTION).is_file():
+        opened = pictures_of_folder(folder)
+        for one in opened:
+            one.close()
+        return tuple(Source(one.camera, str(folder)) for one in opened)
+    return tuple(Source(name, str(path)) for name, path in places_in(folder).items())
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far a step is, from 0 to 1, and what it is at."""
+
+    share: float
+    words: str
+
+
+@dataclass(frozen=True, eq=False)
+class LookedAt:
+    """A picture in which the board was looked for, and how many are done of all."""
+
+    looked: Looked
+    done: int
+    count: int
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """What was found in the pictures; `apart` says why they are not of the same instants."""
+
+    search: Search
+    apart: InputError | None
+
+
+@dataclass(frozen=True)
+class RecogniseBoard:
+    """Tells the board of the first pictures from what was named."""
+
+    sources: tuple[Source, ...]
+    named: Board
+
+    def __call__(self, asker: Asker) -> Recognition:
+        """Do it in the process."""
+        best: Recognition | None = None
+        for source in self.sources:
+            pictures = source.open()
+            try:
+                found = recognised_in(pictures, self.named, asker.cancelled)
+            finally:
+                pictures.close()
+            if best is None or (found.differences and not best.differences):
+                best = found
+        if best is None:
+            raise InputError(
+                "no pictures are chosen", where="pictures", remedy="Add the pictures of a camera."
+            )
+        return best
+
+
+@dataclass(frozen=True)
+class FindBoard:
+    """Looks for the board in every picture, or every so many; tells each as :class:`LookedAt`."""
+
+    sources: tuple[Source, ...]
+    board: Board
+    every: int = 1
+
+    def __call__(self, asker: Asker) -> Found:
+        """Do it in the process."""
+        opened: list[Pictures] = []
+        try:
+            opened += (source.open() for source in self.sources)
+            counts = [one.count() for one in opened]
+            frames = range(0, max(counts, default=0), self.every)
+            total = sum(len(range(0, count, self.every)) for count in counts)
+            tell = _Teller(asker, total)
+            found = search(opened, self.board, frames, on_picture=tell, cancelled=asker.cancelled)
+            return Found(found, _apart(opened))
+        finally:
+            for one in opened:
+                one.close()
+
+
+class _Teller:
+    """Tells pictures as they are done, some of them with their pixels."""
+
+    def __init__(self, asker: Asker, count: int) -> None:
+        self._asker, self._count = asker, count
+        self._done, self._shown = 0, 0.0
+
+    def __call__(self, looked: Looked) -> None:
+        self._done += 1
+        now = time.monotonic()
+        if now - self._shown < _SHOWN_S:
+            looked = replace(looked, image=None)
+        else:
+            self._shown = now
+        self._asker.tell(LookedAt(looked, self._done, self._count))
+
+
+def _apart(opened: Sequence[Pictures]) -> InputError | None:
+    try:
+        check_same_length(opened)
+    except InputError as error:
+        return error
+    return None
+
+
+@dataclass(frozen=True, eq=False)
+class FitLenses:
+    """Calibrates the lens of each camera from its own pictures."""
+
+    sightings: tuple[Sightings, ...]
+    board: Board
+    model: str = "auto"
+
+    def __call__(self, asker: Asker) -> Mapping[str, LensResult]:
+        """Do it in the process."""
+        found: dict[str, LensResult] = {}
+        for k, one in enumerate(self.sightings):
+            asker.tell(Progress(k / len(self.sightings), f"lens of {one.camera}"))
+            try:
+                found[one.camera] = calibrate_intrinsics(
+                    one, self.board, model=self.model, stop=asker.cancelled
+                )
+            except InputError as error:
+                found[one.camera] = error
+        return found
+
+
+@dataclass(frozen=True, eq=False)
+class FitPairs:
+    """Places every two cameras that saw the board together, with their lenses as they are."""
+
+    sightings: tuple[Sightings, ...]
+    cameras: Mapping[str, Camera]
+    board: Board
+    stereo: tuple[tuple[str, str], ...] = ()
+    """Names of left and right cameras side by side."""
+
+    def __call__(self, asker: Asker) -> tuple[PairFit, ...]:
+        """Do it in the process."""
+
+        def on_pair(done: int, count: int, words: str) -> None:
+            asker.tell(Progress(done / count, words))
+
+        return calibrate_pairs(
+            self.sightings, self.cameras, self.board, self.stereo, on_pair, asker.cancelled
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class FitWorld:
+    """Places all cameras in one world; `given` lenses stay as they are."""
+
+    sightings: tuple[Sightings, ...]
+    board: Board
+    model: str = "auto"
+    given: Mapping[str, Camera] | None = None
+
+    def __call__(self, asker: Asker) -> World:
+        """Do it in the process."""
+        return calibrate_world(
+            self.sightings, self.board, model=self.model, given=self.given, stop=asker.cancelled
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Compare:
+    """Compares a calibration with the one before."""
+
+    world: World
+    before: Mapping[str, Camera]
+
+    def __call__(self, _asker: Asker) -> tuple[CameraChange, ...]:
+        """Do it in the process."""
+        return changes(self.world, self.before)
+
+
+Step: TypeAlias = Callable[[Asker], object]
+"""Any of the tasks above."""
