@@ -13,9 +13,8 @@ from typing import Any
 
 from PySide6.QtCore import QElapsedTimer, QObject, QTimer, Signal, Slot
 
-from stereotrack_core.body.model import body_model
+from stereotrack_core.body.model import body_of_subject
 from stereotrack_core.body.pose import Pose
-from stereotrack_core.body.proportions import proportions_of
 from stereotrack_core.experiments.run_process import (
     Allow,
     Held,
@@ -237,7 +236,7 @@ class TrackPresenter(QObject):
     ) -> RunEntry:
         """Begin a new run; the one in progress ends and keeps what it has."""
         self.stop()
-        body = body_model(proportions_of(recording.subject), self.settings.body)
+        body = body_of_subject(recording.subject, self.settings.body)
         name = self._runs.next_name(self.name_of(self.settings))
         entry = RunEntry(name, self.preset, self.settings, body, frames)
         entry.journal = self.place_for_run()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -180,7 +181,7 @@ def _measured(samples: FloatArray) -> MeasuredLength:
 
 def subject_of(name: str, lengths: Mapping[str, MeasuredLength]) -> Subject:
     """The subject with these lengths; elbow to hand is shared out as in an average arm."""
-    known: dict[str, float] = {key: one.length for key, one in lengths.items()}
+    known: dict[str, Any] = {key: one.length for key, one in lengths.items()}
     reach = known.pop("elbow_to_hand", None)
     if reach is not None:
         scale = reach / AVERAGE.elbow_to_hand

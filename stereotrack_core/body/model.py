@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import dataclasses
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
 
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 from stereotrack_core.body.angles import ALL_JOINTS, THESIS_JOINTS
+from stereotrack_core.body.offsets import NO_OFFSETS, offsets_of, with_offsets
 from stereotrack_core.body.parameters import BodyParameters, BodyShape
 from stereotrack_core.body.pose import REST, PartFrames, Pose, part_frames
-from stereotrack_core.body.proportions import AVERAGE, Proportions
+from stereotrack_core.body.proportions import AVERAGE, Proportions, proportions_of
 from stereotrack_core.body.skeleton import (
     CLAVICLES,
     FOREARMS,
@@ -24,6 +25,7 @@ from stereotrack_core.body.skeleton import (
     Skeleton,
     skeleton,
 )
+from stereotrack_core.recording.description import Subject
 
 CONTOUR_NAMES: tuple[tuple[str, str], ...] = (
     ("contour_torso_side", "contour_torso_front"),
@@ -185,6 +187,13 @@ class BodyModel:
     cones: Cones
     shape: BodyShape
     """What the cones were made of, with the lengths."""
+    offsets: FloatArray = field(default_factory=lambda: NO_OFFSETS)
+    """(9, 3), metres. Where the landmarks lie in it; see :mod:`body.offsets`."""
+
+    def with_shape(self, shape: BodyShape) -> BodyModel:
+        """The same person with another surface."""
+        made = body_model(self.skeleton.proportions, shape)
+        return dataclasses.replace(made, offsets=self.offsets)
 
     def frames(self, pose: Pose) -> PartFrames:
         """Frames of all parts; see :func:`part_frames`."""
@@ -223,6 +232,13 @@ def body_model(proportions: Proportions, parameters: BodyParameters | None = Non
     return BodyModel(skeleton(lengths), body_cones(lengths, shape), shape)
 
 
+def body_of_subject(subject: Subject | None, parameters: BodyParameters | None = None) -> BodyModel:
+    """Body of a person as far as known: measured lengths, average ones, and offsets."""
+    body = body_model(proportions_of(subject), parameters)
+    known = {} if subject is None else subject.offsets
+    return dataclasses.replace(body, offsets=offsets_of(known))
+
+
 def placed_cones(body: BodyModel, frames: PartFrames) -> PlacedCones:
     """Put the cones where the parts of one pose are."""
     of_part = frames.rotations[body.cones.part]
@@ -248,7 +264,9 @@ def landmarks_of_frames(body: BodyModel, frames: PartFrames) -> FloatArray:
     head = _along(frames, HEAD, lengths[HEAD])
     half_hips = 0.5 * body.skeleton.proportions.hip_width * frames.rotations[..., TORSO, :, 0]
     hip = frames.origins[..., TORSO, :]
-    return np.stack([*shoulders, *elbows, *hands, head, hip - half_hips, hip + half_hips], axis=-2)
+    hips = [hip - half_hips, hip + half_hips]
+    of_surface = np.stack([*shoulders, *elbows, *hands, head, *hips], axis=-2)
+    return with_offsets(of_surface, body.offsets, frames)
 
 
 def _along(frames: PartFrames, part: int, length: float) -> FloatArray:

@@ -33,10 +33,12 @@ from stereotrack_core.cli.arguments import (
     VIEWS,
     changes,
     check_output,
+    check_suffix,
     flag,
     option,
 )
 from stereotrack_core.cli.output import OK, put_json, put_table, say
+from stereotrack_core.cli.personal import personalise
 from stereotrack_core.cli.progress import progress, stoppable
 from stereotrack_core.counting import counted, spread_words
 from stereotrack_core.errors import InputError
@@ -65,10 +67,23 @@ DESCRIPTION = (
 
 OPTIONS = (
     RECORDING,
+    flag(
+        "--personalise",
+        "write a subject file instead: where the person's joints lie in the tracked body, from "
+        "a few clicked frames",
+    ),
+    option(
+        "--run RUN.npz",
+        "with --personalise: a run of this recording (default: the recording is tracked up to "
+        "the last clicked frame)",
+        type=Path,
+        dest="tracked",
+    ),
     option("--clicks CSV", "clicks: frame,view,landmark,x,y,visibility", type=Path, required=True),
     option(
         "-o --output REFERENCE",
-        "output file: .csv (as reference.csv) or .npz (with covariances)",
+        "output file: .csv (as reference.csv) or .npz (with covariances); with --personalise a "
+        "subject file (.toml)",
         type=Path,
         required=True,
     ),
@@ -104,7 +119,10 @@ _LISTED = 20
 
 def run(args: Namespace) -> int:
     """Read the clicks, fit, write."""
-    check_reference_file(args.output)
+    if args.personalise:
+        check_suffix(args.output, ".toml")
+    else:
+        check_reference_file(args.output)
     settings, sigma = _settings(args), _sigma(args.sigma)
     recording = open_recording(args.recording)
     check_calibrated(recording)
@@ -116,6 +134,8 @@ def run(args: Namespace) -> int:
     gaps = [asked_frames(text, count, "--gap") for text in args.gaps]
     clicks = read_clicks(args.clicks, recording, frames=count).checked()
     proportions = _proportions(args.subject, recording, clicks)
+    if args.personalise:
+        return personalise(args, recording, clicks, proportions, settings, sigma)
     with progress("Reading", len(frames)) as show, stoppable() as stopped:
         fit = fit_reference(
             recording,

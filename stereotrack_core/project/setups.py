@@ -28,7 +28,14 @@ from stereotrack_core.project.schema import (
     SUBJECT,
 )
 from stereotrack_core.recording.calibration import read_calibration, write_calibration
-from stereotrack_core.recording.description import LENGTHS, Recording, Stream, Subject, View
+from stereotrack_core.recording.description import (
+    LENGTHS,
+    Recording,
+    Stream,
+    Subject,
+    View,
+    subject_in,
+)
 
 
 @dataclass(frozen=True)
@@ -73,7 +80,15 @@ def load_subject(subjects: Entries, name: str) -> Subject:
     """A subject of the project; InputError where there is none of that name."""
     facts = subjects.get(name).facts
     with making_sense(subjects.path):
-        return Subject(name, **{key: _length(facts.get(key)) for key in LENGTHS})
+        lengths = {key: _length(facts.get(key)) for key in LENGTHS}
+        return Subject(name, **lengths, offsets=_offsets(facts.get("offsets") or {}))
+
+
+def _offsets(values: Any) -> Mapping[str, tuple[float, float, float]]:
+    try:
+        return subject_in({"offsets": values}, "subject").offsets
+    except InputError as error:
+        raise ValueError(error.what) from error
 
 
 def _length(value: Any) -> float | None:

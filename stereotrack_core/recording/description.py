@@ -12,7 +12,7 @@ import tomli_w
 from stereotrack_core.atomic import write_file
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
-from stereotrack_core.recording.landmarks import LandmarkTrajectory
+from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 from stereotrack_core.recording.toml_table import Table, load_toml
 from stereotrack_core.tables import csv_text, read_rows, whole_number
 
@@ -70,7 +70,10 @@ class Segment:
 
 @dataclass(frozen=True)
 class Subject:
-    """Measured lengths in metres between joint centres; None where not measured."""
+    """What is known of one person's body: lengths, and where the bones lie in it.
+
+    Lengths are in metres between joint centres; None where not measured.
+    """
 
     name: str = ""
     shoulder_width: float | None = None
@@ -80,6 +83,9 @@ class Subject:
     forearm_length: float | None = None
     hand_length: float | None = None
     shoulder_to_head: float | None = None
+    offsets: Mapping[str, tuple[float, float, float]] = field(default_factory=dict, hash=False)
+    """Mapping from landmark to metres along three axes of its part (:mod:`body.offsets`): how far
+    it lies from where the tracked surface puts it. Empty where that was not estimated."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,7 +121,9 @@ class Recording:
         return self.cameras[view.image.camera]
 
 
-LENGTHS = tuple(field.name for field in fields(Subject) if field.name != "name")
+LENGTHS = tuple(one.name for one in fields(Subject) if one.name not in ("name", "offsets"))
+
+_FARTHEST = 0.2  # metres; no bone lies farther from where the surface puts it
 
 
 def read_subject(path: Path) -> Subject:
@@ -137,15 +145,42 @@ def subject_in(values: Mapping[str, Any], where: str) -> Subject:
                 key, f"a length of {length:g} m is not possible", "Give the length in metres."
             )
     name = table.text("name") or ""
+    offsets = _offsets(table.table("offsets", example="left_hip = [0.0, 0.01, 0.0]"))
     if complaints:
         raise complaints[0]
-    return Subject(name=name, **lengths)
+    return Subject(name=name, **lengths, offsets=offsets)
+
+
+def _offsets(table: Table | None) -> dict[str, tuple[float, float, float]]:
+    """Offsets by landmark; the table is told what is wrong with others."""
+    found: dict[str, tuple[float, float, float]] = {}
+    if table is None:
+        return found
+    for name in table.values:
+        numbers = table.numbers(name, 3)
+        if name not in LANDMARKS:
+            remedy = f"The landmarks are {', '.join(LANDMARKS)}."
+            table.complain(name, f"unknown landmark {name!r}", remedy)
+        elif max(map(abs, numbers), default=0.0) > _FARTHEST:
+            remedy = f"Give metres, at most {_FARTHEST:g}."
+            table.complain(name, f"{list(numbers)} is not a possible offset", remedy)
+        elif numbers:
+            x, y, z = numbers
+            found[name] = (x, y, z)
+    return found
 
 
 def write_subject(path: Path, subject: Subject) -> None:
     """Write a subject so that :func:`read_subject` gives it again."""
+    write_file(path, tomli_w.dumps(subject_values(subject)))
+
+
+def subject_values(subject: Subject) -> dict[str, Any]:
+    """What is known of a subject as plain data; :func:`subject_in` makes it again."""
     known = {key: value for key, value in asdict(subject).items() if value is not None}
-    write_file(path, tomli_w.dumps(known))
+    if not known.pop("offsets"):
+        return known
+    return {**known, "offsets": {name: list(xyz) for name, xyz in subject.offsets.items()}}
 
 
 COLUMNS = ("segment", "first", "end")

@@ -83,6 +83,18 @@ class Table:
             return None
         return float(value)
 
+    def numbers(self, key: str, count: int) -> tuple[float, ...]:
+        """So many finite numbers; none where the list is missing or wrong."""
+        value = self.values.get(key, ())
+        if not isinstance(value, list | tuple) or len(value) != count:
+            example = ", ".join(["0.0"] * count)
+            self.complain(key, f"{value!r} is not {count} numbers", f"Write {key} = [{example}].")
+            return ()
+        named = {str(i): one for i, one in enumerate(value)}
+        inner = Table(named, f"{self.where}, {key}", self.complaints)
+        found = tuple(number for i in named if (number := inner.number(i)) is not None)
+        return found if len(found) == count else ()
+
     def whole_number(self, key: str, default: int) -> int:
         """A whole number; `default` where it is missing or wrong."""
         value = self.values.get(key, default)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -21,6 +21,7 @@ from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.skeleton import PARENTS, PARTS, TORSO
 from stereotrack_core.depth.cloud import Cloud, PointCounts
 from stereotrack_core.parameters import Value
+from stereotrack_core.plain_data import plain
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.detections import Detections
 from stereotrack_core.recording.folder import calibration_fingerprint
@@ -171,7 +172,7 @@ class Origin:
             "recording": self.recording.name,
             "recording_folder": str(self.recording.folder.resolve()),
             "fingerprint": self.fingerprint,
-            "subject": None if subject is None else asdict(subject),
+            "subject": None if subject is None else plain(subject),
             "smoothed": self.smoothed,
             "bridged": list(self.bridged),
             "first_pose": _pose_values(pose),

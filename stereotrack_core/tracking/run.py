@@ -14,10 +14,9 @@ import numpy as np
 
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.blas_threads import one_blas_thread
-from stereotrack_core.body.model import BodyModel, body_model, landmarks
+from stereotrack_core.body.model import BodyModel, body_of_subject, landmarks
 from stereotrack_core.body.parameters import BodyShape
 from stereotrack_core.body.pose import Pose
-from stereotrack_core.body.proportions import proportions_of
 from stereotrack_core.depth.chain import DepthChain
 from stereotrack_core.depth.cloud import FRAMES_APART, Cloud, contradicted_share
 from stereotrack_core.depth.volume import settled
@@ -126,7 +125,7 @@ class Pipeline:
             self.chain, self.reader = clouds.chain, clouds.reader
         self.settings = settings = dataclasses.replace(spec.settings, depth=self.chain.parameters)
         self._cameras = cameras_of(recording, self.views)
-        self._track(body_model(proportions_of(recording.subject), settings.body))
+        self._track(body_of_subject(recording.subject, settings.body))
         self._init, self._given = spec.init, "pose"
         self._found: Pose | None = None
         self._release_blas = one_blas_thread.hold()
@@ -217,7 +216,7 @@ class Pipeline:
     def _go_on_after(self, checkpoint: Checkpoint, frames: range) -> None:
         """Be as after the frames that are done; a background that learns on sees them again."""
         if self._begun is not None and checkpoint.started:
-            self._track(body_model(proportions_of(self.recording.subject), self._begun.shape))
+            self._track(body_of_subject(self.recording.subject, self._begun.shape))
         recall(self.tracker, checkpoint.memory)
         self.started = checkpoint.started
         done = frames[: frames.index(checkpoint.frame) + 1]
@@ -239,7 +238,7 @@ class Pipeline:
         self._init, self._given = pose, "the pose of another run"
         self._made.clear()
         body = self.body
-        self._track(body if shape is None else body_model(body.skeleton.proportions, shape))
+        self._track(body if shape is None else body.with_shape(shape))
         self.tracker.start(pose, P=P)
 
     def learn(self, frames: range) -> None:
@@ -279,8 +278,10 @@ class Pipeline:
 
     def go_on_with(self, lengths: EstimatedLengths) -> None:
         """Track a body of these lengths."""
-        self.recording = dataclasses.replace(self.recording, subject=lengths.subject())
-        self._track(body_model(lengths.proportions, self.settings.body))
+        own, found = self.recording.subject, lengths.subject()
+        known = found if own is None else dataclasses.replace(found, offsets=own.offsets)
+        self.recording = dataclasses.replace(self.recording, subject=known)
+        self._track(body_of_subject(known, self.settings.body))
 
     def fit_shape(self, frames: range) -> BodyShape:
         """Follow the first frames in which somebody is there, and fit the shape to them."""
@@ -288,7 +289,7 @@ class Pipeline:
         told = self.before_step, self.on_preparing
         found = shape_in(self._initialiser(), clouds, self.first_pose, *told)
         if found is not None:
-            self._track(body_model(self.body.skeleton.proportions, found))
+            self._track(self.body.with_shape(found))
         return self.body.shape
 
     def _first_clouds(self, frames: range) -> list[Cloud]:

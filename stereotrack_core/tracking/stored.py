@@ -7,10 +7,9 @@ from types import MappingProxyType
 from typing import Any
 
 from stereotrack_core.body.angles import pose_of_state
-from stereotrack_core.body.model import BodyModel, body_model
+from stereotrack_core.body.model import BodyModel, body_of_subject
 from stereotrack_core.body.parameters import BodyShape
 from stereotrack_core.body.pose import Pose
-from stereotrack_core.body.proportions import proportions_of
 from stereotrack_core.errors import InputError
 from stereotrack_core.plain_data import Kind, check_kind
 from stereotrack_core.recording.description import LENGTHS, Subject, subject_in
@@ -29,7 +28,7 @@ _META_KINDS: Mapping[str, Kind] = MappingProxyType(
         "body": _VALUES,
         **dict.fromkeys(("seed", "format"), int),
         "views": [str],
-        "subject": {"name": str, **dict.fromkeys(LENGTHS, float)},
+        "subject": {"name": str, **dict.fromkeys(LENGTHS, float), "offsets": {str: [float]}},
         "bridged": [int],
         "first_pose": {"position": [float], "rotations": [[[float]]]},
         "frames": [int, int],
@@ -104,8 +103,8 @@ def fps_of_run(run: Run) -> float:
 
 
 def body_of_run(run: Run) -> BodyModel:
-    """Body that a run was tracked with: its subject's proportions and its shape parameters."""
-    return body_model(proportions_of(subject_of_meta(run.meta)), shape_of_meta(run.meta))
+    """Body that a run was tracked with: its subject and its shape parameters."""
+    return body_of_subject(subject_of_meta(run.meta), shape_of_meta(run.meta))
 
 
 def subject_of_meta(meta: Mapping[str, Any]) -> Subject | None:

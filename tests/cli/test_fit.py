@@ -12,7 +12,7 @@ from stereotrack_core.evaluation.errors import errors_against
 from stereotrack_core.interop.labels import write_clicks
 from stereotrack_core.interop.reference_npz import read_reference
 from stereotrack_core.interop.trc import read_trc
-from stereotrack_core.recording.description import Recording, Stream, View
+from stereotrack_core.recording.description import Recording, Stream, View, read_subject
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.landmarks import LANDMARKS, read_landmarks
 from stereotrack_core.recording.writing import write_png, write_recording_description
@@ -177,3 +177,25 @@ def test_the_benchmark_fits_simulated_clicks(run, recording):
     ended = run("benchmark", recording, "--annotation", "--ablation")
     assert ended.status == 2
     assert "--ablation cannot be combined with it" in ended.err
+
+
+def test_a_few_clicked_frames_make_a_subject_file(run, recording, clicks, tmp_path):
+    written, tracked = tmp_path / "subject.toml", tmp_path / "run.npz"
+    assert run("track", recording, "-o", tracked, "--frames", "0:4").status == 0
+    ended = fit(run, recording, clicks, written, "--personalise", "--run", tracked, "--json")
+    assert ended.status == 0
+    assert ended.json["frames"] == [0, 3]
+    assert set(ended.json["offsets_m"]) == set(LANDMARKS)
+    sigma = np.array(list(ended.json["sigma_m"].values()))
+    assert (sigma > 0.0).all()
+    assert (sigma < 0.011).all()
+    subject = read_subject(written)
+    own = open_recording(recording).subject
+    assert subject.torso_length == pytest.approx(own.torso_length)
+    for name, offset in subject.offsets.items():
+        assert offset == pytest.approx(tuple(ended.json["offsets_m"][name]), abs=1e-5)
+    told = fit(run, recording, clicks, written, "--personalise", "--run", tracked)
+    assert "offsets from 2 clicked frames, mm" in told.out
+    refused = fit(run, recording, clicks, tmp_path / "subject.csv", "--personalise")
+    assert refused.status != 0
+    assert ".toml" in refused.err

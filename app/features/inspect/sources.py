@@ -9,8 +9,7 @@ from functools import partial
 
 import numpy as np
 
-from stereotrack_core.body.model import body_model
-from stereotrack_core.body.proportions import proportions_of
+from stereotrack_core.body.model import body_of_subject
 from stereotrack_core.errors import Cancelled
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.selection import usable_views
@@ -104,7 +103,7 @@ def _maker(
     """What makes a tracker as a run has it; as the next one would, where there is none."""
     usable = usable_views(recording, None)
     if entry is None:
-        body, views, seed = body_model(proportions_of(recording.subject), settings.body), usable, 0
+        body, views, seed = body_of_subject(recording.subject, settings.body), usable, 0
     else:
         spec = entry.spec()
         kept = tuple(name for name in (spec and spec.views) or () if name in usable)

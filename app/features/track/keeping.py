@@ -14,8 +14,7 @@ from weakref import WeakKeyDictionary, WeakSet
 
 from PySide6.QtCore import QObject, QTimer, Signal, Slot
 
-from stereotrack_core.body.model import BodyModel, body_model
-from stereotrack_core.body.proportions import proportions_of
+from stereotrack_core.body.model import BodyModel, body_of_subject
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.history import Changed
 from stereotrack_core.project.project import Project
@@ -326,7 +325,7 @@ class RunKeeper(QObject):
         first, last = facts.first, facts.last
         wanted = range(first, last + 1) if first is not None and last is not None else range(0)
         entry = RunEntry(
-            kept.name, facts.preset, None, body_model(proportions_of(subject)), wanted,
+            kept.name, facts.preset, None, body_of_subject(subject), wanted,
             visible=visible, kept=kept.name, facts=facts,
             wall_seconds=facts.wall_seconds or 0.0,
         )  # fmt: skip

@@ -9,8 +9,7 @@ from weakref import WeakKeyDictionary, WeakSet
 
 from PySide6.QtCore import QObject, QTimer, Signal, Slot
 
-from stereotrack_core.body.model import body_model
-from stereotrack_core.body.proportions import proportions_of
+from stereotrack_core.body.model import body_of_subject
 from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.run_spec import RunSpec
 from stereotrack_core.tracking.stored import shape_of_meta
@@ -343,7 +342,7 @@ def settings_of(run: RunEntry) -> Settings | None:
 def entry_of(session: Session, name: str, trial: Trial) -> RunEntry:
     """An entry of the list of runs for the frames of a trial."""
     recording = session.document.recording
-    lengths = proportions_of(recording.subject if recording is not None else None)
-    body = body_model(lengths, trial.settings.body)
+    subject = recording.subject if recording is not None else None
+    body = body_of_subject(subject, trial.settings.body)
     preset = trial.spec.preset
     return RunEntry(name, preset, trial.settings, body, trial.stretch, kind="trial")

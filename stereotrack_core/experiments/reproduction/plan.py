@@ -6,6 +6,7 @@ import dataclasses
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from platformdirs import user_data_path
@@ -13,7 +14,7 @@ from platformdirs import user_data_path
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.run_npz import read_npz
-from stereotrack_core.recording.description import Recording, Subject
+from stereotrack_core.recording.description import LENGTHS, Recording, Subject
 from stereotrack_core.recording.folder import fingerprint, open_recording
 from stereotrack_core.simulation.make import simulate
 from stereotrack_core.simulation.thesis_recordings import ThesisRecording, thesis_recordings
@@ -118,14 +119,12 @@ def _seeded(runs: Sequence[PlannedRun], seeds: int) -> Iterator[PlannedRun]:
 def averaged_subject(subjects: Sequence[Subject | None]) -> Subject:
     """Mean of everybody's lengths; a length that nobody has measured stays unknown."""
     known = [subject for subject in subjects if subject is not None]
-    lengths: dict[str, float] = {}
-    for field in dataclasses.fields(Subject):
-        if field.name == "name":
-            continue
-        values = [getattr(subject, field.name) for subject in known]
+    lengths: dict[str, Any] = {}
+    for name in LENGTHS:
+        values = [getattr(subject, name) for subject in known]
         measured = [value for value in values if value is not None]
         if measured:
-            lengths[field.name] = float(np.mean(measured))
+            lengths[name] = float(np.mean(measured))
     return Subject(name="averaged", **lengths)
 
 

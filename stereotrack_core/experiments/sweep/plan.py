@@ -28,7 +28,7 @@ from stereotrack_core.experiments.sweep.points import (
 from stereotrack_core.interop.first_pose import first_pose
 from stereotrack_core.parameters import Value, parsed_settings
 from stereotrack_core.reading import TABLE_BYTES, read_bytes
-from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.description import Recording, Subject
 from stereotrack_core.recording.detections import OWN_FILE
 from stereotrack_core.recording.folder import calibration_fingerprint, fingerprint
 from stereotrack_core.recording.reader import FrameReader
@@ -245,9 +245,14 @@ def _facts_of(recording: Recording, own_fingerprint: str) -> dict[str, Any]:
         "fingerprint": own_fingerprint,
         "calibration": calibration_fingerprint(recording),
         "fps": recording.fps,
-        "subject": None if subject is None else vars(subject),
+        "subject": None if subject is None else _known(subject),
         "detections": told.hexdigest() if told is not None else None,
     }
+
+
+def _known(subject: Subject) -> dict[str, Any]:
+    """Its facts; offsets only where there are any, so that jobs without keep their identity."""
+    return {key: value for key, value in vars(subject).items() if key != "offsets" or value}
 
 
 def _reference_facts(recording: Recording) -> Any:

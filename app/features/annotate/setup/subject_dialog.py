@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 from PySide6.QtCore import QSignalBlocker, Qt, Slot
 from PySide6.QtWidgets import (
@@ -96,6 +97,7 @@ class SubjectDialog(FormDialog):
         self._project, self._cameras, self._tasks = project, cameras, tasks
         self._recorded = recorded or Subject()
         self._measured: _Measured | None = None
+        self._offsets = self._recorded.offsets
         self.list = QListWidget()
         self.list.setAccessibleName("Subjects")
         self.list.setMaximumWidth(190)
@@ -176,10 +178,12 @@ class SubjectDialog(FormDialog):
     def draft(self) -> Subject:
         """The subject as it is written in the form."""
         lengths = {key: box.value() / 1000.0 or None for key, box in self.lengths.items()}
-        return Subject(self.name.text().strip(), **lengths)
+        known: dict[str, Any] = {**lengths, "offsets": self._offsets}
+        return Subject(self.name.text().strip(), **known)
 
     def show_subject(self, subject: Subject) -> None:
         """Write a subject into the form."""
+        self._offsets = subject.offsets
         self.name.setText(subject.name)
         for key, box in self.lengths.items():
             box.setValue(1000.0 * (getattr(subject, key) or 0.0))

@@ -1,0 +1,152 @@
+"""Where the bones lie, estimated from a few clicked frames."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+from stereotrack_core.annotation.click import Click, measurements
+from stereotrack_core.annotation.fit.fit import ClickFit
+from stereotrack_core.annotation.landmark_set import NINE
+from stereotrack_core.annotation.personalise import (
+    ClickedFrame,
+    clicked_frame,
+    personal_offsets,
+    prior_covariance,
+)
+from stereotrack_core.body.model import body_of_subject, landmarks
+from stereotrack_core.body.offsets import offsets_by_landmark, with_offsets
+from stereotrack_core.body.pose import Pose, hanging_pose
+from stereotrack_core.body.proportions import AVERAGE
+from stereotrack_core.body.skeleton import FOREARMS, UPPER_ARMS
+from stereotrack_core.geometry.rotation import rotation_from_vector
+from stereotrack_core.recording.description import Subject
+from stereotrack_core.recording.landmarks import LANDMARKS
+from tests.annotation.scenes import cameras
+from tests.body.test_offsets import BODY
+
+PLANTED = {
+    **dict.fromkeys(("left_hip", "right_hip"), (0.0, 0.008, -0.004)),
+    **dict.fromkeys(("left_shoulder", "right_shoulder"), (0.0, -0.007, -0.004)),
+    **dict.fromkeys(("left_elbow", "right_elbow"), (0.002, 0.0, 0.008)),
+}
+TRUE = np.array([PLANTED.get(name, (0.0, 0.0, 0.0)) for name in LANDMARKS])
+
+
+def upright(seed):
+    """A pose with an upright trunk, both arms bent in front."""
+    rng = np.random.default_rng(seed)
+    torso = rotation_from_vector(np.array([0.0, 0.0, rng.uniform(-3, 3)]))
+    pose = hanging_pose(np.array([0.0, 0.0, 0.95]), torso)
+    rotations = pose.rotations.copy()
+    for part, bent in zip((*UPPER_ARMS, *FOREARMS), (0.5, 0.5, 1.2, 1.2), strict=True):
+        turn = np.array([-bent, 0.0, 0.0]) + rng.normal(0.0, 0.2, 3)
+        rotations[part] = rotations[part] @ rotation_from_vector(turn)
+    return Pose(pose.position, rotations)
+
+
+def frames_with(sigma, count, offsets=TRUE):
+    """Frames whose clicks show planted offsets, sigma metres off along each axis."""
+    rng, found = np.random.default_rng(count), []
+    for frame in range(count):
+        parts = BODY.frames(pose := upright(frame))
+        tracked = landmarks(BODY, pose)
+        places = with_offsets(tracked, offsets, parts) + rng.normal(0.0, sigma, (9, 3))
+        covariance = np.tile(max(sigma, 1e-4) ** 2 * np.eye(3), (9, 1, 1))
+        found.append(ClickedFrame(frame, places, covariance, tracked, parts))
+    return found
+
+
+def test_without_clicked_frames_nothing_is_known():
+    found = personal_offsets([])
+    np.testing.assert_array_equal(found.offsets, 0.0)
+    np.testing.assert_allclose(found.covariance, prior_covariance(), atol=1e-12)
+    assert found.frames == found.left_out == ()
+
+
+def test_without_offsets_none_are_found():
+    found = personal_offsets(frames_with(0.0, 4, np.zeros((9, 3))))
+    np.testing.assert_allclose(found.offsets, 0.0, atol=1e-12)
+
+
+def test_planted_offsets_are_recovered_from_many_frames():
+    found = personal_offsets(frames_with(0.004, 60))
+    assert len(found.frames) == 60
+    assert found.left_out == ()
+    assert np.abs(found.offsets - TRUE).max() < 0.003
+    assert (np.abs(found.offsets - TRUE) < 4.0 * found.sigma).all()
+    shoulders, sigma = found.middle("shoulder")
+    np.testing.assert_allclose(shoulders, (0.0, -0.007, -0.004), atol=0.002)
+    assert (sigma < 0.003).all()
+    degrees, spread = found.lean(AVERAGE.torso_length)
+    assert degrees == pytest.approx(np.degrees(-0.015 / AVERAGE.torso_length), abs=4.0 * spread)
+
+
+def test_one_frame_with_rough_clicks_changes_little():
+    found = personal_offsets(frames_with(0.05, 1))
+    prior = np.sqrt(np.diagonal(prior_covariance())).reshape(-1, 3)
+    assert (found.sigma > 0.85 * prior).all()
+    assert (np.abs(found.offsets) < prior).all()
+
+
+def test_every_frame_makes_more_certain():
+    sigmas = [personal_offsets(frames_with(0.01, count)).sigma for count in (1, 3, 10)]
+    assert (sigmas[1] < sigmas[0] + 1e-9).all()
+    assert (sigmas[2] < sigmas[1]).all()
+
+
+def test_an_arm_that_the_tracker_lost_says_nothing():
+    frames = frames_with(0.002, 3)
+    right = personal_offsets(frames)
+    frames[1].places[LANDMARKS.index("left_hand")] += (0.3, 0.0, 0.0)
+    found = personal_offsets(frames)
+    assert found.left_out == ((1, "left_hand"),)
+    assert np.abs(found.offsets - right.offsets).max() < 0.004
+
+
+def test_landmarks_that_are_not_clicked_say_nothing():
+    frames = frames_with(0.002, 3)
+    for one in frames:
+        one.covariance[LANDMARKS.index("head")] = np.eye(3)
+        one.places[LANDMARKS.index("head")] += 0.5
+    found = personal_offsets(frames)
+    assert found.left_out == ()
+    assert np.abs(found.offsets[LANDMARKS.index("head")]).max() < 0.005
+
+
+@cache
+def clicked(sigma_px, count):
+    """Frames clicked in four cameras, of a body with planted offsets, fitted like any clicks."""
+    rig, rng = cameras("plain"), np.random.default_rng(count)
+    fit, found = ClickFit(rig, NINE, AVERAGE), []
+    for frame in range(count):
+        pose = upright(frame)
+        shown = with_offsets(landmarks(BODY, pose), TRUE, BODY.frames(pose))
+        clicks = [
+            Click(frame, name, landmark, tuple(pixel + rng.normal(0.0, sigma_px, 2)))
+            for name, camera in rig.items()
+            for landmark, pixel in zip(LANDMARKS, camera.project(shown), strict=True)
+        ]
+        made = measurements(clicks, NINE.names, max(sigma_px, 1.0))
+        found.append(clicked_frame(frame, made, fit, BODY, pose))
+    return tuple(found)
+
+
+@pytest.mark.parametrize(("sigma_px", "count", "share"), [(2.0, 3, 0.85), (2.0, 12, 0.6)])
+def test_clicked_landmarks_come_nearer(sigma_px, count, share):
+    found = personal_offsets(clicked(sigma_px, count))
+    before, after = [], []
+    for seed in range(50, 70):
+        parts, points = BODY.frames(upright(seed)), landmarks(BODY, upright(seed))
+        truth = with_offsets(points, TRUE, parts)
+        mended = with_offsets(points, found.offsets, parts)
+        before.append(np.linalg.norm(truth - points, axis=1)[TRUE.any(axis=1)])
+        after.append(np.linalg.norm(truth - mended, axis=1)[TRUE.any(axis=1)])
+    assert np.mean(after) < share * np.mean(before)
+
+
+def test_offsets_that_the_tracked_body_had_are_left_out():
+    (one,) = clicked(2.0, 1)
+    known = body_of_subject(Subject("P", **vars(AVERAGE), offsets=offsets_by_landmark(TRUE)))
+    again = clicked_frame(0, [], ClickFit(cameras("plain"), NINE, AVERAGE), known, upright(0))
+    np.testing.assert_allclose(again.tracked, one.tracked, atol=1e-12)
