@@ -153,18 +153,8 @@ def _facts(content: dict[str, Any]) -> list[tuple[str, str]]:
 
 def _space_table(space: WorkingSpace) -> Table:
     """Where the person is looked for, by default."""
-    spans = (
-        f"{axis} {low:.2f} to {high:.2f}"
-        for axis, low, high in zip("xyz", space.low_m, space.high_m, strict=True)
-    )
-    rows = [
-        ("up", f"{space.up_axis} of the world"),
-        ("working volume", f"{', '.join(spans)} m, {space.volume_from}"),
-    ]
-    rows += [
-        (f"disparities of {view}", f"{low} to {high} px, from {space.nearest_m[view]:.2f} m on")
-        for view, (low, high) in space.disparities_px.items()
-    ]
+    rows = [("up", f"{space.up_axis} of the world"), ("working volume", space.volume)]
+    rows += [(f"disparities of {view}", space.searched(view)) for view in space.disparities_px]
     return Table("Where the person is looked for", ("what", "value"), rows)
 
 

@@ -110,6 +110,20 @@ class WorkingSpace:
     nearest_m: Mapping[str, float]
     """Range of the highest one, by stereo view."""
 
+    @property
+    def volume(self) -> str:
+        """Where the working volume is, in words."""
+        spans = (
+            f"{axis} {low:.2f} to {high:.2f}"
+            for axis, low, high in zip("xyz", self.low_m, self.high_m, strict=True)
+        )
+        return f"{', '.join(spans)} m, {self.volume_from}"
+
+    def searched(self, view: str) -> str:
+        """Which disparities of a stereo view are searched, in words."""
+        low, high = self.disparities_px[view]
+        return f"{low} to {high} px, from {self.nearest_m[view]:.2f} m on"
+
 
 def working_space(
     recording: Recording, parameters: DepthParameters, pictures: AllPictures, views: Sequence[str]

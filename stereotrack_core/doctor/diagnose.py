@@ -10,6 +10,7 @@ import re
 from collections.abc import Iterable
 
 from stereotrack_core.doctor.clocks import check_clocks
+from stereotrack_core.doctor.clouds import check_clouds
 from stereotrack_core.doctor.pairs import check_pairs
 from stereotrack_core.doctor.pictures import check_pictures
 from stereotrack_core.doctor.views import check_views
@@ -35,6 +36,7 @@ def diagnose(recording: Recording) -> tuple[Finding, ...]:
         found = [*check_pictures(recording, reader), *check_pairs(recording, reader)]
         found += check_clocks(recording, reader)
         found += check_views(recording, reader, _views_of(found))
+        found += check_clouds(recording, reader, _views_of(found))
     return tuple(found)
 
 

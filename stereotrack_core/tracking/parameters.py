@@ -4,6 +4,7 @@ import dataclasses
 from dataclasses import dataclass
 
 from stereotrack_core.body.parameters import BodyParameters
+from stereotrack_core.depth.lost_points import LEAST_POINTS
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.parameters import ParameterGroup, parameter
 
@@ -81,7 +82,7 @@ class TrackingParameters(ParameterGroup):
     loss_scale: float = parameter(0.06, _DATA, (0.005, 2.0), unit="m")(
         "Scale of the Geman-McClure loss from the third iteration on."
     )
-    least_points: int = parameter(150, _DATA, (1, 100000))(
+    least_points: int = parameter(LEAST_POINTS, _DATA, (1, 100000))(
         "A cloud with fewer points than this is not tracked."
     )
     max_unexplained_fraction: float = parameter(0.6, _DATA, (0.0, 1.0))(

@@ -294,6 +294,10 @@ def test_info(run, recording, tmp_path):
     assert facts["content"]["frames"] == 10
     assert [view["name"] for view in facts["content"]["views"]] == ["N", "S"]
     assert not [f for f in facts["findings"] if f["severity"] == "error"]
+    space = facts["content"]["working_space"]
+    assert (space["up_axis"], space["low_m"]) == ("z", [-1.8, -1.8, 0.0])
+    assert set(space["disparities_px"]) == set(space["nearest_m"]) == {"N", "S"}
+    assert "x -1.80 to 1.80" in ended.out
     broken = tmp_path / "broken"
     shutil.copytree(recording, broken)
     text = (broken / "recording.toml").read_text()
