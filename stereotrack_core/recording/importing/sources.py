@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stereotrack_core.arrays import FloatArray
+from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.reading import PICTURE_BYTES, check_file, read_bytes, readable, reason
@@ -166,10 +167,15 @@ def look_at(paths: Sequence[Path]) -> Found:
     if not sources:
         if problems:
             raise problems[0]
+        single = len(list(single_images(others)))
         raise InputError(
-            "no videos and no numbered images were found",
+            f"no videos and no numbered images were found, but {counted(single, 'single image')}"
+            if single
+            else "no videos and no numbered images were found",
             where=", ".join(str(path) for path in paths),
-            remedy="Name video files, a ROS bag, or a folder with videos or folders of images.",
+            remedy="Number images in their order, such as 0001.png."
+            if single > 1
+            else "Name video files, a ROS bag, or a folder with videos or folders of images.",
         )
     backgrounds = tuple(single_images(others))
     folder = None if bags else _common_folder(paths)  # a bag has no folder of its own
