@@ -33,7 +33,12 @@ from stereotrack_core.recording.importing.image_groups import (
     single_images,
     stem_of,
 )
-from stereotrack_core.recording.importing.ros.bag import Topic, bags_in, read_topics
+from stereotrack_core.recording.importing.ros.bag import (
+    Topic,
+    bags_in,
+    is_bag_file,
+    read_topics,
+)
 from stereotrack_core.recording.importing.ros.images import METRIC_UNIT
 from stereotrack_core.recording.video import open_container, video_stream
 
@@ -183,15 +188,15 @@ def look_at(paths: Sequence[Path]) -> Found:
 
 
 def is_media(path: Path) -> bool:
-    """Whether a file looks like a video or an image."""
-    return is_video(path) or is_image(path)
+    """Whether a file looks like a video, an image or a ROS bag."""
+    return is_video(path) or is_image(path) or is_bag_file(path)
 
 
 def is_unmade(path: Path) -> bool:
     """Whether a path holds videos or images of which a recording could be made."""
     if path.is_dir():
         return not (path / DESCRIPTION).exists() and (holds_media(path) or bool(bags_in([path])))
-    return path.is_file() and (is_media(path) or bool(bags_in([path])))
+    return path.is_file() and is_media(path)
 
 
 def holds_media(folder: Path) -> bool:
