@@ -25,7 +25,12 @@ from stereotrack_core.recording.importing.choices import (
     problems_of,
     view_for,
 )
-from stereotrack_core.recording.importing.making import make_recording
+from stereotrack_core.recording.importing.making import (
+    cameras_for,
+    check_place,
+    make_recording,
+    turned_cameras,
+)
 from stereotrack_core.recording.importing.proposing import Views, possible_units, propose, viewed
 from stereotrack_core.recording.importing.sources import look_at
 from stereotrack_core.recording.importing.synchronise import METHODS, Lead, synchronised
@@ -107,6 +112,10 @@ def run(args: Namespace) -> int:
     choices, leads = _in_time(choices, args)
     for doubt in doubts_about(choices):
         say(f"note: {doubt}")
+    cameras_for(choices)
+    for name in turned_cameras(choices):
+        say(f"note: the calibration of {name} is of upright images; it is turned to those stored.")
+    check_place(choices, folder)
     if not args.dry_run:
         with watched("Making the recording", "No recording was created.") as (show, stopped):
             make_recording(choices, folder, on_progress=show, cancelled=stopped)
@@ -280,8 +289,10 @@ def _facts(choices: Choices, folder: Path) -> dict[str, Any]:
 
 
 def _shows(use: Use) -> str:
-    more = (", turned back" if use.mirrored else "") + (
-        f", background {use.background.name}" if use.background and use.role != "unused" else ""
+    more = (
+        (", turned back" if use.mirrored else "")
+        + (f", shown turned by {use.source.turned} degrees" if use.source.turned else "")
+        + (f", background {use.background.name}" if use.background and use.role != "unused" else "")
     )
     return ROLES[use.role] + more
 

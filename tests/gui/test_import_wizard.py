@@ -246,3 +246,81 @@ def test_every_field_has_a_name_and_an_explanation(videos, wizard_of):
     for field in (timing.fps, timing.unit, timing.method, place.name, place.folder):
         assert field.accessibleName()
         assert field.toolTip()
+
+
+def test_the_preview_shows_what_is_synchronised(qtbot, tmp_path, wizard_of):
+    for name, at in (("A", 9.0), ("B", 12.0)):
+        clip(tmp_path / "videos" / f"{name}.mp4", flashing(at), frames=20)
+    wizard = wizard_of(tmp_path / "videos")
+    press(wizard, BUTTON.NextButton)
+    preview = wizard.timing.preview
+    slider = preview.slider
+    assert preview.isVisible()
+    assert slider.maximum() == 19
+    slider.setFocus()
+    for _ in range(10):
+        QTest.keyClick(slider, Qt.Key.Key_Right)
+    qtbot.waitUntil(lambda: preview.settled() and preview.shown("A") is not None)
+    assert "frame 10" in preview.when.text()
+    assert preview.shown("A").mean() > 100 > preview.shown("B").mean()
+    choose_method(wizard, qtbot, "flash")
+    qtbot.waitUntil(lambda: preview.settled() and preview.shown("B").mean() > 100)
+    assert slider.maximum() == 16
+
+
+THEIRS = """[cam_{k}]
+name = "{name}"
+size = [64, 48]
+matrix = [[60.0, 0.0, 31.5], [0.0, 60.0, 23.5], [0.0, 0.0, 1.0]]
+distortions = [0.0, 0.0, 0.0, 0.0, 0.0]
+rotation = [0.0, 0.0, 0.0]
+translation = [{x}, 0.0, 0.0]
+"""
+
+
+def test_a_calibration_of_another_tool_asks_for_its_unit(window, qtbot, tmp_path, wizard_of):
+    for name in ("left", "right"):
+        clip(tmp_path / "videos" / f"{name}.mp4", frames=2)
+    path = tmp_path / "theirs.toml"
+    sections = [THEIRS.format(k=k, name=f"c{k}", x=-k * 40.0) for k in range(2)]
+    path.write_text("".join(sections))
+    wizard = wizard_of(tmp_path / "videos")
+    press(wizard, BUTTON.NextButton)
+    press(wizard, BUTTON.NextButton)
+    page = wizard.calibration
+    page.from_file.setFocus()
+    QTest.keyClick(page.from_file, Qt.Key.Key_Space)
+    page.path.setFocus()
+    QTest.keyClicks(page.path, str(path))
+    assert "Choose the unit or the convention" in page.words.text()
+    assert page.readings.isVisible()
+    assert page.readings.item(2, 0).text() == "mm"
+    assert not wizard.button(BUTTON.NextButton).isEnabled()
+    page.unit.setFocus()
+    for _ in range(page.unit.findData("mm")):
+        QTest.keyClick(page.unit, Qt.Key.Key_Down)
+    assert not page.readings.isVisible()
+    for box, times in zip(list(page._cameras.values()), (1, 2), strict=True):
+        for _ in range(times):
+            QTest.keyClick(box, Qt.Key.Key_Down)
+    assert "Unit mm: given" in page.words.text()
+    press(wizard, BUTTON.NextButton)
+    press(wizard, BUTTON.FinishButton)
+    recording = recording_of(window, qtbot)
+    assert recording.cameras["c1"].position_world == pytest.approx([0.04, 0.0, 0.0])
+
+
+def test_a_bag_becomes_a_recording_with_its_cameras(window, qtbot, tmp_path, wizard_of):
+    pytest.importorskip("rosbags")
+    from tests.recording.importing.bags import stereo_bag
+
+    wizard = wizard_of(stereo_bag(tmp_path / "walk.bag", frames=4))
+    assert [row.role.currentData() for row in wizard.sources.rows] == ["left", "right"]
+    press(wizard, BUTTON.NextButton)
+    press(wizard, BUTTON.NextButton)
+    assert "ROS bag" in wizard.calibration.guess.text().replace("&", "")
+    to_the_end(wizard)
+    press(wizard, BUTTON.FinishButton)
+    recording = recording_of(window, qtbot)
+    assert not recording.guessed
+    assert recording.cameras["stereo_left"].position_world == pytest.approx([0.0, 0.0, 1.2])

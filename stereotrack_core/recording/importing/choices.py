@@ -182,7 +182,9 @@ def _problems_of_view(view: str, uses: Sequence[Use]) -> Iterator[InputError]:
         yield InputError(
             f"its images have different sizes, {both} pixels",
             where=where,
-            remedy="Use images of one size, registered to each other.",
+            remedy="Use depth that is aligned to the image, or leave the image out."
+            if "depth" in roles
+            else "Use images of one size, registered to each other.",
         )
     for use in uses:
         if use.role.startswith("side") and use.source.width % 2:

@@ -107,17 +107,25 @@ def _of_files(files: Iterable[Path]) -> Iterator[tuple[Path, ...]]:
         yield (path,)
     images = sorted((one for one in files if is_image(one)), key=_place)
     for _, several in groupby(images, _place):
-        group = tuple(sorted(several, key=_number))
-        if len(group) >= _FEWEST_IMAGES:
-            yield group
+        group = sorted(several, key=_number)
+        once = len({_number(path) for path in group}) == len(group)
+        for one in [group] if once else _by_suffix(group):
+            if len(one) >= _FEWEST_IMAGES:
+                yield tuple(one)
+
+
+def _by_suffix(group: Sequence[Path]) -> list[list[Path]]:
+    """Images of each suffix alone, as those of a preview beside the originals."""
+    suffixes = sorted({path.suffix for path in group})
+    return [[path for path in group if path.suffix == one] for one in suffixes]
 
 
 def _place(path: Path) -> tuple[str, str, str]:
     """Folder and name without the last number: the same for all images of a stream."""
     if _SECONDS.fullmatch(path.stem):
-        return str(path.parent), "", path.suffix
+        return str(path.parent), "", ""
     before, _, after = _LAST_NUMBER.sub("\0", path.stem).partition("\0")
-    return str(path.parent), before, after + path.suffix
+    return str(path.parent), before, after
 
 
 def _number(path: Path) -> int:

@@ -25,6 +25,7 @@ from stereotrack_core.recording.importing.choices import (
     size_of,
 )
 from stereotrack_core.recording.importing.files import StreamFiles, bring, files_of
+from stereotrack_core.recording.importing.turning import as_stored
 from stereotrack_core.recording.writing import write_recording_description
 
 OnProgress: TypeAlias = Callable[[float, str], None]
@@ -60,7 +61,7 @@ def make_recording(
         check_background(use)
     files = files_of(choices.used(), folder)
     cameras = cameras_for(choices)
-    kept = _keeps_calibration(choices, folder)
+    kept = _keeps_calibration(choices, folder) and not turned_cameras(choices)
     new = [one for one in files if one.how != "stay"]
     with filling(folder) as workplace:
         for number, one in enumerate(new):
@@ -90,9 +91,12 @@ def _keeps_calibration(choices: Choices, folder: Path) -> bool:
 def cameras_for(choices: Choices) -> dict[str, Camera]:
     """The cameras of the calibration, or guessed ones.
 
+    A calibration of the upright images of a video that is stored lying is turned back.
+
     Raises InputError where a camera is missing in the calibration, or its images have another size.
     """
     sizes = {name: size_of(use) for use in choices.used() for name in cameras_of(use)}
+    turns = {name: use.source.turned for use in choices.used() for name in cameras_of(use)}
     if choices.guessed():
         return {name: _guessed(name, *size) for name, size in sizes.items()}
     if choices.calibration is None:
@@ -107,20 +111,32 @@ def cameras_for(choices: Choices) -> dict[str, Camera]:
                 where=str(choices.calibration),
                 remedy=f"Its cameras are: {', '.join(known)}. Say which of them {name} is.",
             )
+        turned = turns[name]
+        if size == (camera.height, camera.width) and turned % 180:
+            known[wanted] = camera = as_stored(camera, turned)
         if size != (camera.width, camera.height):
-            turned = ""
-            if size == (camera.height, camera.width):
-                turned = (
-                    " The video is stored turned, and other tools turn it before they calibrate: "
-                    "calibrate with the images as stored."
-                )
             raise InputError(
                 f"the images of {name} have {size[0]} x {size[1]} pixels, but the calibration of "
                 f"{wanted!r} is for {camera.width} x {camera.height}",
                 where=str(choices.calibration),
-                remedy=f"Use a calibration made with images of this size.{turned}",
+                remedy="Use a calibration made with images of this size.",
             )
     return known
+
+
+def turned_cameras(choices: Choices) -> tuple[str, ...]:
+    """Names of the cameras whose calibration is of upright images and is turned back."""
+    if choices.calibration is None:
+        return ()
+    known = choices.given or read_calibration(choices.calibration)
+    return tuple(
+        name
+        for use in choices.used()
+        for name in cameras_of(use)
+        if use.source.turned % 180
+        and (camera := known.get(choices.cameras.get(name, name))) is not None
+        and size_of(use) == (camera.height, camera.width)
+    )
 
 
 def _stated(choices: Choices) -> dict[str, Camera]:
@@ -164,7 +180,7 @@ def check_place(choices: Choices, folder: Path) -> None:
             remedy="Choose a new folder, or the one that holds the videos.",
         )
     new = [one.frames.split("/")[0] for one in files if one.how != "stay"]
-    if not _keeps_calibration(choices, folder):
+    if not _keeps_calibration(choices, folder) or turned_cameras(choices):
         new.append(_CALIBRATION)
     for name in new:
         if (folder / name).exists():

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stereotrack_core.arrays import FloatArray
+from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.reading import PICTURE_BYTES, check_file, read_bytes, readable, reason
@@ -32,7 +33,12 @@ from stereotrack_core.recording.importing.image_groups import (
     single_images,
     stem_of,
 )
-from stereotrack_core.recording.importing.ros.bag import Topic, bags_in, read_topics
+from stereotrack_core.recording.importing.ros.bag import (
+    Topic,
+    bags_in,
+    is_bag_file,
+    read_topics,
+)
 from stereotrack_core.recording.importing.ros.images import METRIC_UNIT
 from stereotrack_core.recording.video import open_container, video_stream
 
@@ -166,10 +172,15 @@ def look_at(paths: Sequence[Path]) -> Found:
     if not sources:
         if problems:
             raise problems[0]
+        single = len(list(single_images(others)))
         raise InputError(
-            "no videos and no numbered images were found",
+            f"no videos and no numbered images were found, but {counted(single, 'single image')}"
+            if single
+            else "no videos and no numbered images were found",
             where=", ".join(str(path) for path in paths),
-            remedy="Name video files, a ROS bag, or a folder with videos or folders of images.",
+            remedy="Number images in their order, such as 0001.png."
+            if single > 1
+            else "Name video files, a ROS bag, or a folder with videos or folders of images.",
         )
     backgrounds = tuple(single_images(others))
     folder = None if bags else _common_folder(paths)  # a bag has no folder of its own
@@ -177,15 +188,15 @@ def look_at(paths: Sequence[Path]) -> Found:
 
 
 def is_media(path: Path) -> bool:
-    """Whether a file looks like a video or an image."""
-    return is_video(path) or is_image(path)
+    """Whether a file looks like a video, an image or a ROS bag."""
+    return is_video(path) or is_image(path) or is_bag_file(path)
 
 
 def is_unmade(path: Path) -> bool:
     """Whether a path holds videos or images of which a recording could be made."""
     if path.is_dir():
         return not (path / DESCRIPTION).exists() and (holds_media(path) or bool(bags_in([path])))
-    return path.is_file() and (is_media(path) or bool(bags_in([path])))
+    return path.is_file() and is_media(path)
 
 
 def holds_media(folder: Path) -> bool:

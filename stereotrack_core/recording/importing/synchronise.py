@@ -37,7 +37,10 @@ METHODS: Mapping[Method, str] = {
 """Every method in words."""
 
 TIMESTAMPS = "timestamps.csv"
-_LEAST_CORRELATION = 0.6
+_LEAST_CORRELATION = 0.45
+_LEAST_SCORE = 3.5
+"""Standard deviations of a correlation by chance; unrelated motion reaches it in 1 of 100 tries."""
+_MOST_MEMORY = 40  # frames or milliseconds over which a signal is like itself
 _MOST_ELSEWHERE = 0.75
 """Correlation of the second best place over that of the best, from which neither is certain."""
 _LEAST_OVERLAP = 0.5  # of the energy of each signal
@@ -138,7 +141,8 @@ def leads_of(
     rate = SOUND_RATE if method == "clap" else fps
     for source, signal in zip(sources[1:], signals[1:], strict=True):
         lag, best, second = best_lag(first.values, signal.values)
-        _check_evidence(source, sources[0], best, second)
+        score = best * np.sqrt(independent_values(first.values, signal.values, round(lag)))
+        _check_evidence(source, sources[0], (best, second, float(score)))
         if method == "flash":
             lag = _lag_of_flash(first.values, signal.values, round(lag))
         seconds = lag / rate + signal.begin - first.begin
@@ -218,18 +222,42 @@ def _check_event(values: FloatArray, source: Source, method: Method) -> None:
         )
 
 
-def _check_evidence(source: Source, first: Source, best: float, second: float) -> None:
-    """Refuse two signals that hardly agree, or that agree in several places."""
+def independent_values(one: FloatArray, other: FloatArray, lag: int) -> float:
+    """How many independent values two signals share at a lag (Bartlett's formula).
+
+    Values beside each other are alike where motion is smooth, so that they count for less.
+    """
+    shared = min(len(one), len(other) - lag) - max(0, -lag)
+    alike = _autocorrelation(one) * _autocorrelation(other)
+    return max(shared, 1) / max(1.0 + 2.0 * float(alike.sum()), 1.0)
+
+
+def _autocorrelation(signal: FloatArray) -> FloatArray:
+    """Correlation of a signal with itself, 1 to ``_MOST_MEMORY`` values later."""
+    centred = signal - signal.mean()
+    energy = max(float(centred @ centred), 1e-12)
+    steps = range(1, _MOST_MEMORY + 1)
+    return np.array([float(centred[:-k] @ centred[k:]) / energy for k in steps])
+
+
+def _check_evidence(source: Source, first: Source, evidence: tuple[float, float, float]) -> None:
+    """Refuse two signals that hardly agree, that agree in several places, or by chance.
+
+    `evidence` is the best correlation, that in the second best place, and the score of the best.
+    """
+    best, second, score = evidence
     if best < _LEAST_CORRELATION:
         why = f"they hardly agree (correlation {best:.2f})"
     elif second > _MOST_ELSEWHERE * best:
         why = f"they agree in two places almost equally ({best:.2f} and {second:.2f})"
+    elif score < _LEAST_SCORE:
+        why = f"so little happens in them that they may agree by chance (correlation {best:.2f})"
     else:
         return
     raise InputError(
         f"{source.name} and {first.name} cannot be synchronised: {why}",
         where=str(source.path),
-        remedy="Use another method, or give the first frames by hand.",
+        remedy="Use longer files, another method, or give the first frames by hand.",
     )
 
 

@@ -8,6 +8,7 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.recording.importing.proposing import propose
 from stereotrack_core.recording.importing.readers import first_picture
 from stereotrack_core.recording.importing.sources import holds_media, look_at
+from stereotrack_core.recording.writing import write_png
 from tests.recording.importing.clips import FRAMES, HEIGHT, WIDTH, clip, images, numbered
 
 
@@ -97,3 +98,21 @@ def test_a_folder_without_videos_is_refused_in_a_sentence(tmp_path):
         look_at([tmp_path])
     with pytest.raises(InputError, match="no such file or folder"):
         look_at([tmp_path / "nowhere"])
+
+
+def test_images_of_several_kinds_are_one_stream_where_their_numbers_differ(tmp_path):
+    images(tmp_path / "A")
+    for k in (3, 4):
+        path = tmp_path / "A" / f"{k:04d}.png"
+        write_png(path.with_suffix(".bmp.png"), numbered(k))
+        path.with_suffix(".bmp.png").rename(path.with_suffix(".bmp"))
+        path.unlink()
+    (source,) = look_at([tmp_path]).sources
+    assert (source.frames, len(source.images), source.pattern) == (FRAMES, FRAMES, "")
+
+
+def test_images_without_numbers_are_counted_in_the_refusal(tmp_path):
+    for name in ("one", "two"):
+        write_png(tmp_path / f"{name}.png", numbered(0))
+    with pytest.raises(InputError, match="but 2 single images"):
+        look_at([tmp_path])

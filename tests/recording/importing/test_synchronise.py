@@ -11,7 +11,7 @@ import pytest
 
 from stereotrack_core.errors import Cancelled, InputError
 from stereotrack_core.recording.importing.sources import look_at
-from stereotrack_core.recording.importing.synchronise import best_lag, leads_of
+from stereotrack_core.recording.importing.synchronise import best_lag, independent_values, leads_of
 from tests.recording.importing.clips import HEIGHT, WIDTH, clip, flashing
 
 FPS, COUNT = 25.0, 80
@@ -142,3 +142,23 @@ def test_the_lag_of_signals_is_found_between_samples():
     assert lag == pytest.approx(25.3, abs=0.05)
     assert best > 0.99
     assert second < 0.75
+
+
+def test_short_smooth_motion_counts_for_little():
+    rng = np.random.default_rng(2)
+    rough = rng.normal(size=400)
+    smooth = np.convolve(rough, np.hanning(15), "same")
+    assert independent_values(rough, smooth, 0) > 250
+    assert independent_values(smooth, smooth, 0) < 80
+    assert independent_values(smooth, smooth, 390) < 2
+
+
+def test_unrelated_smooth_motion_is_not_synchronised():
+    rng = np.random.default_rng(3)
+    accepted = 0
+    for _ in range(60):
+        one, other = (np.convolve(rng.random(110), np.hanning(15), "valid") for _ in range(2))
+        lag, best, second = best_lag(one, other)
+        score = best * np.sqrt(independent_values(one, other, round(lag)))
+        accepted += best >= 0.45 and second <= 0.75 * best and score >= 3.5
+    assert accepted <= 1

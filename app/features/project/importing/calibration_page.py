@@ -1,7 +1,8 @@
-"""Third step: the calibration of the cameras, or a guess."""
+"""Third step: the calibration of the cameras, of this program or another tool, or a guess."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -9,6 +10,10 @@ from PySide6.QtCore import QSignalBlocker, Slot
 from PySide6.QtWidgets import QComboBox, QFormLayout, QRadioButton, QWidget, QWizardPage
 
 from stereotrack_core.errors import InputError
+from stereotrack_core.interop.calibrations.deciding import Decided, Undecided
+from stereotrack_core.interop.calibrations.for_recording import Reading, with_calibration
+from stereotrack_core.interop.calibrations.foreign import METRES_PER_UNIT
+from stereotrack_core.interop.calibrations.readings import CONVENTIONS, MEANINGS
 from stereotrack_core.recording.calibration import read_calibration
 from stereotrack_core.recording.importing.choices import GUESS, Choices
 from stereotrack_core.recording.importing.making import cameras_for
@@ -16,80 +21,148 @@ from stereotrack_core.recording.importing.making import cameras_for
 from ....widgets.forms.form_dialog import ask_to_open, line_edit, push_button, say_in
 from ....widgets.style.building import choice, hbox, label, scrolled, vbox
 from .looking import Looked
+from .readings_table import ReadingsTable
+
+_FILES = "Calibrations (*.toml *.yml *.yaml *.xml *.json *.mat *.txt);;All files (*)"
+_FROM_BAG = "Cameras &of the ROS bag"
 
 
 class CalibrationPage(QWizardPage):
-    """A calibration.toml with the camera of each source, or cameras guessed from the images."""
+    """A file with the camera of each source and how it is read, or cameras of a bag or guessed."""
 
     def __init__(self, looked: Looked) -> None:
         super().__init__()
         self.setTitle("Calibration")
         self._choices = looked.proposed
         self._folder = str(looked.found.folder or "")
-        self.from_file = QRadioButton("Calibration &file (calibration.toml)")
-        self.from_file.setToolTip("Layout of aniposelib and Pose2Sim, with the unit in [metadata]")
-        self.guess = QRadioButton("&Guess the cameras from the image size (no calibration yet)")
-        self.guess.setToolTip("For viewing and clicking; calibrate later")
-        given = looked.proposed.calibration
-        self.path = line_edit("Calibration file", str(given or ""), "calibration.toml")
-        self.browse = push_button("&Choose …", self._ask, "Choose a calibration file")
-        self.words = label()
-        self._cameras: dict[str, QComboBox] = {}
+        self._read: Choices | None = None
+        self._decided: Decided | None = None
+        self._complaint = ""
+        self._make_fields(looked.proposed.calibration)
         self._form = QFormLayout()
         inside = QWidget()
         inside.setLayout(self._form)
         self._area = scrolled(inside, "Cameras")
         file_row = hbox((self.path, 1), self.browse, margins=(24, 0, 0, 0))
+        self.how = QWidget()
+        reading = QFormLayout()
+        reading.setContentsMargins(24, 0, 0, 0)
+        reading.addRow("&Unit of its lengths", self.unit)
+        reading.addRow("Con&vention", self.convention)
+        self.how.setLayout(reading)
         self.setLayout(
             vbox(
-                self.from_file, file_row, (self._area, 1),
-                self.guess, label(GUESS, "muted", margins=(24, 0, 0, 0)),
-                self.words, None,
+                self.from_file, file_row, self.how, (self.readings, 1), (self._area, 1),
+                self.guess, self._about_guess, self.words, None,
             )
         )  # fmt: skip
-        (self.guess if given is None else self.from_file).setChecked(True)
+        (self.guess if looked.proposed.calibration is None else self.from_file).setChecked(True)
         self.guess.toggled.connect(self._on_changed)
         self.path.textChanged.connect(self._on_changed)
+        for box in (self.unit, self.convention):
+            box.currentIndexChanged.connect(self._on_changed)
+
+    def _make_fields(self, given: Path | None) -> None:
+        self.from_file = QRadioButton("Calibration &file")
+        self.from_file.setToolTip(
+            "A calibration.toml, or a file of aniposelib, FreeMoCap, Pose2Sim, caliscope, OpenCV, "
+            "Kalibr, ROS, Qualisys or MATLAB"
+        )
+        self.guess = QRadioButton("&Guess the cameras from the image size (no calibration yet)")
+        self.guess.setToolTip("For viewing and clicking; calibrate later")
+        self._about_guess = label(GUESS, "muted", margins=(24, 0, 0, 0))
+        self.path = line_edit(
+            "Calibration file", str(given or ""), "calibration.toml",
+            tip="Several files that belong together are separated by ;",
+        )  # fmt: skip
+        self.browse = push_button("&Choose …", self._ask, "Choose a calibration file")
+        units = [("", "as the file says"), *((unit, unit) for unit in METRES_PER_UNIT)]
+        self.unit = choice("Unit of its lengths", units, "Unit of the lengths in the file")
+        meanings = [(name, f"{name}: {MEANINGS[name]}") for name in CONVENTIONS]
+        self.convention = choice(
+            "Convention", [("", "as the format documents it"), *meanings],
+            "How rotation R and translation t of the file map",
+        )  # fmt: skip
+        self.readings = ReadingsTable()
+        self.words = label()
+        self._cameras: dict[str, QComboBox] = {}
 
     def begin(self, choices: Choices) -> None:
         """Ask for the cameras of the sources that were chosen."""
         self._choices = choices
+        stated = choices.stated()
+        if stated:
+            self.guess.setText(_FROM_BAG)
+        self._about_guess.setVisible(not stated)
         self._on_changed()
 
     def chosen(self, choices: Choices) -> Choices:
         """The choices with what is written here."""
         if self.guess.isChecked():
-            return replace(choices, calibration=None, cameras={})
+            return replace(choices, calibration=None, given=None, cameras={})
+        if self._read is None:
+            return choices
         cameras = {name: box.currentData() for name, box in self._cameras.items()}
-        path = Path(self.path.text().strip())
-        return replace(choices, calibration=path, cameras=cameras)
+        read = self._read
+        return replace(choices, calibration=read.calibration, given=read.given, cameras=cameras)
 
     def isComplete(self) -> bool:
         return not self._problem()
 
     def _problem(self) -> str:
-        if not self.guess.isChecked() and not self.path.text().strip():
+        if self.guess.isChecked():
+            return ""
+        if not self._paths():
             return "Choose a calibration file."
+        if self._complaint:
+            return self._complaint
         try:
             cameras_for(self.chosen(self._choices))
         except InputError as error:
             return str(error)
         return ""
 
+    def _paths(self) -> list[Path]:
+        return [Path(one.strip()) for one in self.path.text().split(";") if one.strip()]
+
     def _ask(self) -> None:
         def use(path: Path) -> None:
             self.from_file.setChecked(True)
             self.path.setText(str(path))
 
-        ask_to_open(self, "Choose a calibration", self._folder, "Calibration (*.toml)", use)
+        ask_to_open(self, "Choose a calibration", self._folder, _FILES, use)
 
     @Slot()
     def _on_changed(self) -> None:
         for field in (self.path, self.browse):
             field.setEnabled(self.from_file.isChecked())
+        self._read_file()
         self._list_cameras()
         self._area.setVisible(bool(self._cameras))
         self._check()
+
+    def _read_file(self) -> None:
+        """Read what is named; where its reading is open, show what was tried."""
+        self._read, self._decided, self._complaint = None, None, ""
+        self.readings.show_table(None)
+        chosen = Reading(self.unit.currentData() or None, self.convention.currentData() or None)
+        foreign = chosen != Reading()
+        if self.from_file.isChecked() and self._paths():
+            try:
+                self._read, self._decided = with_calibration(self._choices, self._paths(), chosen)
+                foreign = foreign or self._decided is not None
+            except Undecided as question:
+                self._complaint = f"Choose the unit or the convention: {question.what}."
+                self.readings.show_table(question.table)
+                foreign = True
+            except InputError as error:
+                self._complaint = str(error)
+        self.how.setVisible(foreign and self.from_file.isChecked())
+
+    def _known(self) -> Sequence[str]:
+        if self._read is None or self._read.calibration is None:
+            return ()
+        return list(self._read.given or read_calibration(self._read.calibration))
 
     def _list_cameras(self) -> None:
         """A field for each camera here: which of the file's cameras it is."""
@@ -97,19 +170,14 @@ class CalibrationPage(QWizardPage):
         while self._form.rowCount():
             self._form.removeRow(0)
         self._cameras.clear()
-        if self.guess.isChecked() or not self.path.text().strip():
-            return
-        try:
-            known = list(read_calibration(Path(self.path.text().strip())))
-        except InputError:
+        known = self._known()
+        if self._read is None or not known:
             return  # it is said below
         for name in self._choices.camera_names():
             options = [("", "choose"), *((one, one) for one in known)]
             box = choice(f"Camera of {name}", options, f"Which camera of the file {name} is")
             with QSignalBlocker(box):
-                wanted = before.get(name) or next(
-                    (one for one in known if one.casefold() == name.casefold()), ""
-                )
+                wanted = before.get(name) or self._read.cameras.get(name, "")
                 box.setCurrentIndex(max(box.findData(wanted), 0))
             box.currentIndexChanged.connect(self._check)
             self._form.addRow(name, box)
@@ -121,5 +189,7 @@ class CalibrationPage(QWizardPage):
         unsaid = [name for name, box in self._cameras.items() if not box.currentData()]
         if unsaid and problem:
             problem = f"Say which camera of the file is {' and which is '.join(unsaid)}."
-        say_in(self.words, problem, error=True)
+        how = [] if self._decided is None else [*self._decided.reasons, *self._decided.notes]
+        said = " ".join(f"{one[:1].upper()}{one[1:]}." for one in how)
+        say_in(self.words, problem or said, error=bool(problem))
         self.completeChanged.emit()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -13,7 +14,7 @@ from PySide6.QtGui import QImage, QPixmap, QTransform
 from stereotrack_core.arrays import ImageArray
 from stereotrack_core.errors import InputError
 from stereotrack_core.recording.importing.choices import Choices
-from stereotrack_core.recording.importing.proposing import guessed_unit, propose
+from stereotrack_core.recording.importing.proposing import possible_units, propose
 from stereotrack_core.recording.importing.readers import first_picture
 from stereotrack_core.recording.importing.sources import Found, Source, look_at
 
@@ -28,6 +29,8 @@ class Looked:
     """First picture by the source's name; absent where it cannot be decoded."""
     problems: tuple[InputError, ...]
     """What could not be read."""
+    middle_m: float
+    """Metres to the middle of the depth scene for each metre of a count; NaN without depth."""
     place: Path
     """Where the recording goes unless the person chooses another folder."""
 
@@ -46,9 +49,12 @@ def look(paths: Sequence[Path]) -> Looked:
             problems.append(problem)
     proposed = propose(found)
     depths = [source for source in found.sources if source.kind == "depth"]
+    middle = math.nan
     if depths:
-        proposed = replace(proposed, depth_unit=guessed_unit(depths[0]))
-    return Looked(found, proposed, pictures, tuple(problems), _place(paths, found))
+        unit, metres = possible_units(depths[0])[0]
+        middle = metres / unit
+        proposed = replace(proposed, depth_unit=depths[0].unit or unit)
+    return Looked(found, proposed, pictures, tuple(problems), middle, _place(paths, found))
 
 
 def _place(paths: Sequence[Path], found: Found) -> Path:

@@ -17,6 +17,7 @@ from ....services.tasks.task import Task, TaskList
 from ....widgets.forms.form_dialog import push_button, say_in
 from ....widgets.style.building import choice, hbox, label, label_of, vbox
 from .looking import Looked
+from .preview import SyncPreview
 
 _WORDS = (
     "Frame k of every source must show the same instant. Where the cameras were started one after "
@@ -49,6 +50,9 @@ class TimingPage(QWizardPage):
         self.unit.setAccessibleName("Depth unit")
         self.unit.setToolTip("Millimetres per count of the depth maps")
         self.unit.setValue(1000.0 * looked.proposed.depth_unit)
+        self.distance, self._middle = label("", "muted"), looked.middle_m
+        self.unit.valueChanged.connect(self._say_distance)
+        self._say_distance()
         self.resample = QCheckBox("&Resample sources of another or an uneven frame rate")
         self.resample.setChecked(True)
         self.resample.setToolTip(
@@ -64,8 +68,9 @@ class TimingPage(QWizardPage):
         form.addRow("", self.resample)
         if any(source.kind == "depth" for source in looked.found.sources):
             form.addRow("&Depth unit", self.unit)
-            form.addRow("", label("Guessed from the depth of the scene. Check it.", "muted"))
-        self.setLayout(vbox(label(_WORDS, "muted"), form, self.words, None))
+            form.addRow("", self.distance)
+        self.preview = SyncPreview()
+        self.setLayout(vbox(label(_WORDS, "muted"), form, (self.preview, 1), self.words, None))
         self.fps.valueChanged.connect(self._forget)
         self.method.currentIndexChanged.connect(self._forget)
 
@@ -104,6 +109,18 @@ class TimingPage(QWizardPage):
             self._work = None
 
     @Slot()
+    def _say_distance(self) -> None:
+        metres = self._middle * self.unit.value() / 1000.0
+        self.distance.setText(
+            f"Guessed from the scene, whose middle is then {metres:.1f} m away. Check it."
+        )
+
+    def close_reading(self) -> None:
+        """Estimate and preview no longer."""
+        self.stop()
+        self.preview.close_reading()
+
+    @Slot()
     def _forget(self) -> None:
         """Offsets of other settings are not kept."""
         self.stop()
@@ -116,6 +133,8 @@ class TimingPage(QWizardPage):
         if self.fps.value() <= 0:
             problem = "The files do not state their frame rate. Enter it."
         doubts, together = self._doubts()
+        if not problem and not together:
+            self.preview.show_choices(self.timed(self._choices))
         problem = problem or together
         if problem or self.isComplete():
             say_in(self.words, problem or "\n".join(doubts), error=bool(problem))

@@ -45,7 +45,7 @@ class ImportWizard(QWizard):
             self.addPage(page)
         self.setButtonText(QWizard.WizardButton.FinishButton, "&Make recording")
         self.currentIdChanged.connect(self._on_page)
-        self.resize(900, 560)
+        self.resize(900, 640)
 
     def choices(self) -> Choices:
         """What is chosen in all steps."""
@@ -85,7 +85,7 @@ class ImportWizard(QWizard):
         if self._work is not None:
             self._work.cancel()
             return
-        self.timing.stop()
+        self.timing.close_reading()
         super().reject()
 
     def _show_working(self, *, working: bool) -> None:
@@ -104,6 +104,7 @@ class ImportWizard(QWizard):
     @Slot(object)
     def _on_made(self, folder: Path) -> None:
         self._work = None
+        self.timing.close_reading()
         super().accept()
         self.made.emit(folder)
 

@@ -91,11 +91,16 @@ def bags_in(paths: Sequence[Path]) -> tuple[Path, ...]:
     return tuple(path for path in paths if _is_bag(path))
 
 
+def is_bag_file(path: Path) -> bool:
+    """Whether a name is that of a file of a bag."""
+    return path.suffix.lower() in _SUFFIXES
+
+
 def _is_bag(path: Path) -> bool:
     if path.is_file():
-        return path.suffix.lower() in _SUFFIXES
+        return is_bag_file(path)
     stored = path.is_dir() and (path / "metadata.yaml").is_file()
-    return stored and any(one.suffix.lower() in _SUFFIXES for one in path.iterdir())
+    return stored and any(is_bag_file(one) for one in path.iterdir())
 
 
 def read_topics(path: Path) -> Bag:
