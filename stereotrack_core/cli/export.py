@@ -49,8 +49,8 @@ from stereotrack_core.tables import Table
 
 DESCRIPTION = (
     "Write clicks (csv, coco, slp, dlc), keypoints (csv, coco), a trajectory (csv, trc, c3d, "
-    "bvh) or joint angles (angles). Each format stores what it can; only a project file keeps who clicked what and "
-    "when."
+    "bvh) or joint angles (angles). Each format stores what it can; only a project file keeps who "
+    "clicked what and when."
 )
 
 KEYPOINT_FORMATS = ("csv", "coco")

@@ -39,7 +39,7 @@ def read_number_array(path: Path, remedy: str) -> FloatArray:
     """
     content = read_bytes(path, TABLE_BYTES)
     with decoding(path, "this is no NumPy array of numbers", remedy):
-        return np.load(io.BytesIO(content), allow_pickle=False).astype(np.float64)
+        return np.lib.format.read_array(io.BytesIO(content), allow_pickle=False).astype(np.float64)
 
 
 @dataclass(frozen=True)
