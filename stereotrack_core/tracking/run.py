@@ -62,7 +62,6 @@ FIT_FRAMES = 12
 _LOOK_AHEAD = 5
 """Frames in which somebody is looked for to fit the shape, for each frame that it needs."""
 
-
 _AHEAD = 2
 """Clouds that are made while the tracker works on an earlier one."""
 
@@ -206,15 +205,13 @@ class Pipeline:
         self._prepared, self._asked = True, frames
         self.learn(frames)
         checkpoint = None if self._begun is None else self._begun.checkpoint
-        if checkpoint is None or not checkpoint.started:
+        if self._has_clouds and (checkpoint is None or not checkpoint.started):
             self._get_ready(frames)
         if checkpoint is not None:
             self._go_on_after(checkpoint, frames)
 
     def _get_ready(self, frames: range) -> None:
         """Find out all that has to be known of the person before the first frame."""
-        if not self._has_clouds:
-            return
         if self.settings.body.proportions == "sequence":
             self.take_lengths(frames)
         if self._init == "auto":
