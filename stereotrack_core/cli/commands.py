@@ -68,11 +68,11 @@ COMMANDS: tuple[Command, ...] = (
     ),
     Command("fit", "fit the body to clicked landmarks, to make a reference"),
     Command(
-        "import", "import labels into a project, or make a recording of videos", "import_chosen"
+        "import",
+        "import labels or predictions into a project, or make a recording of videos",
+        "import_chosen",
     ),
-    Command(
-        "export", "export a run, or the clicks or the reference of a project, for another tool"
-    ),
+    Command("export", "export a run, or clicks, keypoints or a reference of a project"),
     Command("calibrate", "calibrate cameras from pictures of a board, or align a calibration"),
     Command("benchmark", "compare presets and baselines on recordings with a reference"),
     Command("report", "write a report on a run: one page with errors, curves, failures and images"),

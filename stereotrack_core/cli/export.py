@@ -26,10 +26,13 @@ from stereotrack_core.cli.sources import (
     stated_in,
     write_angles,
 )
+from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
 from stereotrack_core.evaluation.joint_angles.series import angles_of_reference
 from stereotrack_core.interop.coco import write_coco
 from stereotrack_core.interop.deeplabcut import write_deeplabcut
+from stereotrack_core.interop.keypoints.coco import write_results
+from stereotrack_core.interop.keypoints.table import write_table
 from stereotrack_core.interop.labels import write_clicks
 from stereotrack_core.interop.reference_npz import write_reference
 from stereotrack_core.interop.run_file import (
@@ -45,11 +48,12 @@ from stereotrack_core.project.whereabouts import SUFFIX
 from stereotrack_core.tables import Table
 
 DESCRIPTION = (
-    "Write clicks (csv, coco, slp, dlc), a trajectory (csv, trc, c3d, bvh) or joint angles "
-    "(angles). Each format stores what it can; only a project file keeps who clicked what and "
-    "when."
+    "Write clicks (csv, coco, slp, dlc), keypoints (csv, coco), a trajectory (csv, trc, c3d, "
+    "bvh) or joint angles (angles). Each format stores what it can; only a project file keeps who "
+    "clicked what and when."
 )
 
+KEYPOINT_FORMATS = ("csv", "coco")
 CLICK_FORMATS = ("csv", "coco", "slp", "dlc")
 TRAJECTORY_FORMATS = ("csv", "trc", "c3d", "bvh")
 REFERENCE_FORMATS = (*TRAJECTORY_FORMATS, "npz")
@@ -79,6 +83,13 @@ OPTIONS = (
         nargs="?",
         const="",
     ),
+    option(
+        "--predictions DETECTOR",
+        "for a project: export the keypoints that a detector has predicted (csv, or coco for a "
+        "results file) instead of its clicks; without a name, those of all",
+        nargs="?",
+        const="",
+    ),
     FPS,
     NAMES,
     AXES,
@@ -102,6 +113,8 @@ def run(args: Namespace) -> int:
 
 def _project(args: Namespace) -> dict[str, Any]:
     with open_project(args.source) as project:
+        if args.predictions is not None:
+            return _project_keypoints(args, project)
         if args.reference is not None or args.format not in CLICK_FORMATS:
             return _project_reference(args, project)
         return _project_clicks(args, project)
@@ -122,6 +135,29 @@ def _project_clicks(args: Namespace, project: Project) -> dict[str, Any]:
         write(args.output, clicks, recording, landmarks)
         return _facts({args.output: len(clicks)})
     return _facts(write_deeplabcut(args.output, clicks, landmarks.names))
+
+
+def _project_keypoints(args: Namespace, project: Project) -> dict[str, Any]:
+    if args.format not in KEYPOINT_FORMATS:
+        raise _wrong_kind(args.format, KEYPOINT_FORMATS)
+    recording = recording_of(project)
+    check_output(args.output, recording)
+    known = project.keypoints.sources()
+    if not known or (args.predictions and args.predictions not in known):
+        raise InputError(
+            f"the project has no keypoints of {args.predictions or 'any detector'}",
+            where=str(project.path),
+            remedy=f"Its detectors: {', '.join(known) or 'none'}. Import keypoints with "
+            "`stereotrack import predictions`.",
+        )
+    keypoints = project.keypoints.all(args.predictions or None)
+    others = 0
+    if args.format == "csv":
+        write_table(args.output, keypoints, recording)
+    else:
+        others = write_results(args.output, keypoints, recording)
+    told = f", {others} that COCO does not have left out" if others else ""
+    return {"files": {args.output: f"{counted(len(keypoints) - others, 'keypoint')}{told}"}}
 
 
 def _project_reference(args: Namespace, project: Project) -> dict[str, Any]:
@@ -160,10 +196,16 @@ def _reference(project: Project, name: str | None) -> Reference:
 
 def _trajectory(args: Namespace) -> dict[str, Any]:
     """Export a run, a reference or landmarks."""
-    if args.reference is not None:
-        raise InputError(
-            "only projects contain references", where="--reference", remedy="Omit this option."
-        )
+    for option_name, given, what in (
+        ("--reference", args.reference, "references"),
+        ("--predictions", args.predictions, "predictions"),
+    ):
+        if given is not None:
+            raise InputError(
+                f"only projects contain {what}",
+                where=option_name,
+                remedy="Omit this option.",
+            )
     if args.format == ANGLES:
         source = angle_source(args.source, args.fps)
         frames = write_angles(args.output, source.angles, source.fps, None)

@@ -120,6 +120,12 @@ OPTIONS = (
         type=Path,
     ),
     option(
+        "--keypoints PROJECT|FILE",
+        "keypoints of a 2-D detector, used as measurements: those of a project (.stereotrack), or "
+        "a detector's file or folder; mono views are tracked by them alone",
+        type=Path,
+    ),
+    option(
         "--smooth",
         "smooth the run: steadier poses, short gaps bridged",
         action=BooleanOptionalAction,

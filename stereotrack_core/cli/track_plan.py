@@ -10,6 +10,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
+from stereotrack_core.cli.keypoint_source import stated_keypoints
 from stereotrack_core.cli.output import say
 from stereotrack_core.cli.progress import progress, stoppable
 from stereotrack_core.counting import counted
@@ -23,7 +24,7 @@ from stereotrack_core.parameters import parsed_settings
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.detections import Detections, own_detections, read_detections
 from stereotrack_core.recording.reader import FrameReader
-from stereotrack_core.recording.selection import frames_within, usable_views, views_of
+from stereotrack_core.recording.selection import frames_within, tracked_views, views_of
 from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.presets import preset
@@ -157,7 +158,8 @@ def plan_of(args: Namespace, recording: Recording, output: UnfinishedOutput) -> 
 def _plan(args: Namespace, recording: Recording) -> TrackPlan:
     name = args.preset or USUAL_PRESET
     settings = preset(name, args.changes)
-    views = usable_views(recording, views_of(recording, args.views))
+    keypoints = stated_keypoints(args.keypoints, recording)
+    views = tracked_views(recording, views_of(recording, args.views), keypoints)
     frames = frames_within(args.frames, _count(recording, views))
     spec = RunSpec(
         settings,
@@ -168,6 +170,7 @@ def _plan(args: Namespace, recording: Recording) -> TrackPlan:
         init=first_pose(args.init or "auto", frames.start),
         smooth=bool(args.smooth),
         detections=_detections(args.detections, recording),
+        keypoints=keypoints,
     )
     return TrackPlan(recording, spec, len(frames))
 
@@ -181,7 +184,11 @@ def _plan_like(args: Namespace, recording: Recording) -> TrackPlan:
         say(f"{args.like}: {sentence}")
     if said:
         say(f"Taken from the command line instead of the run: {', '.join(said)}.")
-    views = usable_views(recording, views_of(recording, args.views) or stored.spec.views)
+    keypoints = stated_keypoints(args.keypoints, recording)
+    if otherwise := stored.check_keypoints(keypoints):
+        say(otherwise)
+    asked = views_of(recording, args.views) or stored.spec.views
+    views = tracked_views(recording, asked, keypoints)
     frames = _frames_like(args, stored, _count(recording, views))
     if args.init is None and not stored.states_first_pose:
         raise InputError(
@@ -200,6 +207,7 @@ def _plan_like(args: Namespace, recording: Recording) -> TrackPlan:
         init=stored.spec.init if args.init is None else first_pose(args.init, frames.start),
         smooth=stored.spec.smooth if args.smooth is None else args.smooth,
         detections=_detections_like(args, stored, recording),
+        keypoints=keypoints,
     )
     tracked = dataclasses.replace(recording, subject=stored.subject)
     count = stored.count if args.frames is None else len(frames)
@@ -212,9 +220,11 @@ def _plan_resumed(args: Namespace, recording: Recording, output: UnfinishedOutpu
     run = begun.run()
     check_run(output.part, run)
     stored = stored_spec(run)
-    views = usable_views(recording, stored.spec.views)
+    keypoints = stated_keypoints(args.keypoints, recording)
+    views = tracked_views(recording, stored.spec.views, keypoints)
     detections, heard_else = stored.detections_in(recording)
-    foreign = [*other_files(run, recording), *([heard_else] if heard_else else [])]
+    heard = heard_else, stored.check_keypoints(keypoints)
+    foreign = [*other_files(run, recording), *filter(None, heard)]
     if foreign or not stored.states_first_pose:
         raise InputError(
             "the unfinished run cannot be resumed here" + (f": {foreign[0]}" if foreign else ""),
@@ -232,6 +242,7 @@ def _plan_resumed(args: Namespace, recording: Recording, output: UnfinishedOutpu
         views=views,
         smooth=wish.smooth if args.smooth is None else args.smooth,
         detections=detections,
+        keypoints=keypoints,
     )
     tracked = dataclasses.replace(recording, subject=stored.subject)
     return TrackPlan(tracked, spec, wish.count or len(begun.asked), begun=begun)
@@ -282,6 +293,7 @@ def _said(args: Namespace) -> list[str]:
         "--seed": args.seed,
         "--init": args.init,
         "--detections": args.detections,
+        "--keypoints": args.keypoints,
     }
     said = [f"{name} {value}" for name, value in options.items() if value is not None]
     if args.smooth is not None:

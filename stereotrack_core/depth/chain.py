@@ -73,7 +73,8 @@ class DepthChain:
     Parameters
     ----------
     views : sequence of str, optional
-        Names of the views to use; all stereo and depth views where it is not given.
+        Names of the views to use; all stereo and depth views where it is not given, and none,
+        whose clouds are empty, where it is an empty tuple.
     colour : bool
         Whether points get colours, where the pictures have any (:mod:`colours`).
     sources : callable, optional
@@ -104,7 +105,7 @@ class DepthChain:
         make = sources or source_of
         self._chains = tuple(
             ViewChain(view.name, make(recording, view, parameters), parameters, colour=colour)
-            for view in map(recording.view, usable_views(recording, views))
+            for view in map(recording.view, () if views == () else usable_views(recording, views))
         )
         self.colours = ColourCalibration.none(self.view_names)
         self._colour = colour

@@ -12,6 +12,7 @@ import numpy as np
 from stereotrack_core.arrays import BoolArray, Float32Array, FloatArray, ImageArray, IntArray
 from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.recording.detections import Detection
+from stereotrack_core.recording.sighted_keypoints import SightedKeypoints
 
 _DEPTH_CAMERA_SCALE = 75.0
 """Focal length times base line (pixels, metres) of the stereo camera whose uncertainty of range
@@ -140,6 +141,8 @@ class Cloud:
     are calibrated against each other; None where colours are not wanted or not there."""
     detections: tuple[Detection, ...] = ()
     """What came since the frame before, up to this one's instant."""
+    keypoints: SightedKeypoints | None = None
+    """What a 2-D detector has predicted of this instant; None where nothing is known of any."""
     counts: Mapping[str, PointCounts] = field(default_factory=dict)
     """By view name. Where each view's points went; views without images
     are absent."""

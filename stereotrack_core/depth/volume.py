@@ -91,7 +91,7 @@ def settled(
     that somebody has changed stay as they are. What is found does not depend on the frames that are
     tracked.
     """
-    return _settled(recording, parameters, pictures, views)[0]
+    return _settled(recording, parameters, pictures, views)[0] if views else parameters
 
 
 @dataclass(frozen=True)

@@ -79,7 +79,7 @@ def read_coco(source: LabelSource) -> Labels:
     InputError where the file is no COCO file, or none of its keypoints is known.
     """
     path = source.path
-    content = _content(path)
+    content = coco_content(path)
     categories = {
         one.get("id"): [str(name) for name in one["keypoints"]]
         for one in content["categories"]
@@ -95,7 +95,7 @@ def read_coco(source: LabelSource) -> Labels:
 
     def read(annotation: Mapping[str, Any], known: Mapping[str, str]) -> Iterable[Click]:
         where = f"{path}, annotation {annotation.get('id', '?')}"
-        place = _place(images.get(annotation.get("image_id")), source, where)
+        place = place_of_picture(images.get(annotation.get("image_id")), source, where)
         if place in seen:
             raise InputError(
                 f"the file has a second person in {place[1]} at frame {place[0]}",
@@ -135,7 +135,8 @@ def _annotation(number: int, clicks: Mapping[str, Click], names: Sequence[str]) 
     }
 
 
-def _content(path: Path) -> dict[str, list[dict[str, Any]]]:
+def coco_content(path: Path) -> dict[str, list[dict[str, Any]]]:
+    """Images, annotations and categories of a file; InputError where it has none."""
     remedy = "A COCO file is JSON with images, annotations and categories."
     content = read_json(path, TABLE_BYTES, remedy)
     check_kind(content, _KINDS, str(path), remedy)
@@ -146,8 +147,10 @@ def _content(path: Path) -> dict[str, list[dict[str, Any]]]:
     return {key: [one for one in content[key] if one is not None] for key in _KINDS}
 
 
-def _place(image: Mapping[str, Any] | None, source: LabelSource, where: str) -> tuple[int, str]:
-    """Frame and camera of a picture."""
+def place_of_picture(
+    image: Mapping[str, Any] | None, source: LabelSource, where: str
+) -> tuple[int, str]:
+    """Frame and camera of a picture; InputError where they cannot be told."""
     if image is None:
         raise InputError(
             "the image of this annotation is not in the file",

@@ -72,7 +72,7 @@ def read_deeplabcut(source: LabelSource) -> Labels:
     def read(row: tuple[int, Sequence[str]], known: Mapping[str, str]) -> list[Click]:
         number, line = row
         where = f"{path}, line {number}"
-        place = _picture(line[:first], source, where)
+        place = place_of_row(line[:first], source, where)
         return _clicks(line, columns, known, place, where)
 
     rows = enumerate(lines[len(header) :], start=len(header) + 1)
@@ -138,8 +138,11 @@ def file_of_camera(path: Path, camera: str) -> Path:
     return path.with_name(f"{path.stem}_{camera}{path.suffix}")
 
 
-def _picture(cells: Sequence[str], source: LabelSource, where: str) -> tuple[int, str]:
-    """Frame and camera of a row, from its number or its picture's path."""
+def place_of_row(cells: Sequence[str], source: LabelSource, where: str) -> tuple[int, str]:
+    """Frame and camera of a row, from its number or its picture's path.
+
+    InputError where they cannot be told.
+    """
     text = "/".join(cell for cell in cells if cell)
     try:
         frame = float(text)

@@ -15,8 +15,9 @@ from typing import Any, BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
+from stereotrack_core.arrays import FloatArray
 from stereotrack_core.errors import InputError
-from stereotrack_core.reading import MB, decoding
+from stereotrack_core.reading import MB, TABLE_BYTES, decoding, read_bytes
 
 _MOST_MEMBERS = 1000
 _LARGEST_TOTAL = 256 * MB
@@ -29,6 +30,16 @@ _HEADERS = {
     (1, 0): np.lib.format.read_array_header_1_0,
     (2, 0): np.lib.format.read_array_header_2_0,
 }
+
+
+def read_number_array(path: Path, remedy: str) -> FloatArray:
+    """Numbers of a .npy file, of any shape; InputError where it is none.
+
+    It is read as a whole before its header is believed.
+    """
+    content = read_bytes(path, TABLE_BYTES)
+    with decoding(path, "this is no NumPy array of numbers", remedy):
+        return np.lib.format.read_array(io.BytesIO(content), allow_pickle=False).astype(np.float64)
 
 
 @dataclass(frozen=True)

@@ -33,7 +33,7 @@ def write_sleap(
 
     InputError where the file cannot be written, or sleap-io is not installed.
     """
-    sio = _library(path)
+    sio = sleap_library(path)
     names = landmarks.names
     bones = [(a, b) for a, b in SKELETON if {a, b} <= set(names)]
     skeleton = sio.Skeleton(nodes=list(names), edges=bones, name=landmarks.name)
@@ -79,7 +79,7 @@ def read_sleap(source: LabelSource) -> Labels:
     known.
     """
     path = source.path
-    sio = _library(path)
+    sio = sleap_library(path)
     check_file(path)
     with decoding(path, "this is not a SLEAP labels file", "Use an .slp file saved by SLEAP."):
         stored = sio.load_slp(str(path), open_videos=False)
@@ -95,13 +95,14 @@ def read_sleap(source: LabelSource) -> Labels:
                     where=where,
                     remedy="Keep only the instances of one person.",
                 )
-            place = _place(labelled, source, where) if people else (0, "")
+            place = place_of_labelled(labelled, source, where) if people else (0, "")
             return [click for person in people for click in _clicks(person, place, known)]
 
     return source.labels(theirs, stored.labeled_frames, read)
 
 
-def _library(path: Path) -> Any:
+def sleap_library(path: Path) -> Any:
+    """The library sleap-io; InputError where it is not installed."""
     missing = "SLEAP files need the library sleap-io, which is not installed"
     instead = "COCO keypoints (.json)"
     return extra_library("sleap_io", "sleap", missing=missing, where=str(path), instead=instead)
@@ -129,8 +130,8 @@ def _shift(stream: Stream, recording: Recording) -> int:
     return stream.first_frame + round(stream.time_offset * recording.fps)
 
 
-def _place(labelled: Any, source: LabelSource, where: str) -> tuple[int, str]:
-    """Frame and camera of a labelled frame."""
+def place_of_labelled(labelled: Any, source: LabelSource, where: str) -> tuple[int, str]:
+    """Frame and camera of a labelled frame; InputError where they cannot be told."""
     streams = _streams(source.recording)
     file = labelled.video.filename
     file = str(file[0] if isinstance(file, list) else file).replace("\\", "/")

@@ -15,7 +15,14 @@ from pathlib import Path
 
 from stereotrack_core.atomic import replacing
 from stereotrack_core.errors import InputError, shortened
-from stereotrack_core.project.schema import APPLICATION, FORMAT, STATEMENTS, Row
+from stereotrack_core.project.schema import (
+    ADDED_STATEMENTS,
+    APPLICATION,
+    FORMAT,
+    OLDEST_FORMAT,
+    STATEMENTS,
+    Row,
+)
 from stereotrack_core.reading import check_file, open_file
 
 _PRIMARY = 0xFF  # the part of SQLite's result codes that names the kind of failure
@@ -270,12 +277,41 @@ def check_beside(path: Path) -> None:
 
 def check_version(path: Path, version: int) -> None:
     """Refuse what another version of the program wrote in another format."""
-    if version != FORMAT:
+    if not OLDEST_FORMAT <= version <= FORMAT:
         raise InputError(
-            f"it has format {version}, and this program reads format {FORMAT}",
+            f"it has format {version}, and this program reads formats {OLDEST_FORMAT} to {FORMAT}",
             where=str(path),
             remedy="Open it with the version of the program that created it. Nothing was changed.",
         )
+
+
+def version_of(database: sqlite3.Connection) -> int:
+    """Format of a project."""
+    version: int = database.execute("PRAGMA user_version").fetchone()[0]
+    return version
+
+
+def bring_up_to_date(database: sqlite3.Connection, path: Path) -> Path | None:
+    """Give a project of an older format what it lacks; where its copy is, None where it lacks none.
+
+    The copy, ``NAME.format1.stereotrack``, is made first, and is what earlier versions of the
+    program open.
+
+    InputError where the copy cannot be written; nothing was changed then.
+    """
+    version = version_of(database)
+    if version == FORMAT:
+        return None
+    copy = path.with_name(f"{path.stem}.format{version}{path.suffix}")
+    if not copy.exists():
+        copy_whole(database, copy)
+    with transaction(database):
+        for number, statements in ADDED_STATEMENTS.items():
+            if number > version:
+                for statement in statements:
+                    database.execute(statement)
+        database.execute(f"PRAGMA user_version = {FORMAT}")
+    return copy
 
 
 def _no_project(path: Path) -> InputError:

@@ -26,6 +26,7 @@ from stereotrack_core.project.connection import connect, connect_for_reading
 from stereotrack_core.project.database import (
     ProjectInUse,
     beside,
+    bring_up_to_date,
     check_beside,
     check_header,
     code_of,
@@ -298,8 +299,9 @@ def open_for_writing(
             status = path.stat()
             identity = None if network else (status.st_dev, status.st_ino)
             stack.callback(_give_back, database, path, identity)
+            earlier = bring_up_to_date(database, path)
             write_owner(database, _myself())
-        notes = _notes_of_end(path, left, locked)
+        notes = (*_notes_of_end(path, left, locked), *_notes_of_format(path, earlier))
         return Opened(path, database, False, notes, stack.pop_all(), identity)
     raise AssertionError  # the stack swallows no exception
 
@@ -387,4 +389,13 @@ def _notes_of_end(path: Path, left: Owner | None, locked: bool) -> tuple[Finding
     if not locked:
         what = f"it was copied or moved while {who} had it open; all edits until then are saved"
         remedy = "No action is needed. Later edits made elsewhere are not in this file."
+    return (Finding("note", str(path), what, remedy),)
+
+
+def _notes_of_format(path: Path, earlier: Path | None) -> tuple[Finding, ...]:
+    """What to tell about a file of an older format, of which a copy was made."""
+    if earlier is None:
+        return ()
+    what = "it was made by an earlier version of the program and now has the present format"
+    remedy = f"No action is needed. The earlier version opens the copy {earlier.name}."
     return (Finding("note", str(path), what, remedy),)

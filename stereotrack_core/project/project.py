@@ -16,6 +16,7 @@ from stereotrack_core.project.database import ProjectDamaged, copy_whole, make_d
 from stereotrack_core.project.edit import Edit, Stamp
 from stereotrack_core.project.entries import Entries, ViewSettings
 from stereotrack_core.project.history import Changed, History
+from stereotrack_core.project.keypoints import StoredKeypoints
 from stereotrack_core.project.marks import Marks
 from stereotrack_core.project.opening import (
     Mount,
@@ -63,8 +64,8 @@ class Project:
     ----------
     notes : what the person should know about opening it
     who : annotator whose name edits get
-    clicks, predictions, marks, view_settings : readers of what their names say; a person's clicks
-        and a program's predictions are kept apart
+    clicks, predictions, keypoints, marks, view_settings : readers of what their names say; a
+        person's clicks, a program's predictions and a detector's keypoints are kept apart
     references, runs, subjects, landmark_sets, parameter_sets, descriptions : named things; see
         ``references.py``, ``runs.py`` and ``setups.py`` for typed ones
 
@@ -84,6 +85,7 @@ class Project:
         self._listeners: list[Listener] = []
         self.clicks = Clicks(self._access)
         self.predictions = Predictions(self._access)
+        self.keypoints = StoredKeypoints(self._access)
         self.marks = Marks(self._access)
         self.view_settings = ViewSettings(self._access)
         self.references = self._entries(REFERENCE)

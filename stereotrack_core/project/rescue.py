@@ -21,10 +21,10 @@ from stereotrack_core.project.database import (
 )
 from stereotrack_core.project.edit import change_of, facts_of
 from stereotrack_core.project.entries import hash_of
-from stereotrack_core.project.schema import EDITED_TABLES, FORMAT, TABLES_OF_ENTRIES
+from stereotrack_core.project.schema import EDITED_TABLES, FORMAT, KEYPOINT, TABLES_OF_ENTRIES
 from stereotrack_core.project.validity import contradiction, last_words, made, makes_sense, sense
 
-_OTHER_TABLES = ("content", "prediction", "annotator", "view_setting", "recording")
+_OTHER_TABLES = ("content", "prediction", KEYPOINT, "annotator", "view_setting", "recording")
 _HISTORY = ("edit", "edit_change")
 
 

@@ -71,8 +71,29 @@ class Table:
             database.execute(f"{statement} VALUES ({', '.join('?' * len(row))})", row)
 
 
-FORMAT = 1
+FORMAT = 2
 """Version of the layout; kept in the file's ``user_version``."""
+
+OLDEST_FORMAT = 1
+"""The oldest layout that is read; opened for writing, such a file gets what it lacks."""
+
+KEYPOINT = "keypoint"
+"""Table of what 2-D detectors have predicted."""
+
+ADDED_STATEMENTS: dict[int, tuple[str, ...]] = {
+    2: (
+        f"""CREATE TABLE {KEYPOINT} (
+    frame INTEGER NOT NULL,
+    camera TEXT NOT NULL,
+    keypoint TEXT NOT NULL,
+    source TEXT NOT NULL,
+    person INTEGER NOT NULL,
+    x REAL NOT NULL, y REAL NOT NULL,
+    confidence REAL NOT NULL,
+    PRIMARY KEY (frame, camera, keypoint, source, person)) WITHOUT ROWID""",
+    )
+}
+"""What makes a project of the format before one of this format."""
 
 APPLICATION = 0x53745470
 """Kept in the file's ``application_id``, which tells what a database is for: ``StTp``."""
@@ -154,5 +175,6 @@ STATEMENTS: tuple[str, ...] = (
     process INTEGER NOT NULL,
     who TEXT NOT NULL,
     at TEXT NOT NULL)""",
+    *(statement for added in ADDED_STATEMENTS.values() for statement in added),
 )
 """What makes an empty project."""

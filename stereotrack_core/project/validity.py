@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import re
 import sqlite3
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from contextlib import closing
 from dataclasses import dataclass
 from functools import cache
@@ -17,11 +17,13 @@ from pathlib import Path
 from typing import Any
 
 from stereotrack_core.errors import InputError, shortened
-from stereotrack_core.project.database import RESCUE, ProjectDamaged, making_sense
+from stereotrack_core.project.database import RESCUE, ProjectDamaged, making_sense, version_of
 from stereotrack_core.project.edit import change_of, facts_of
 from stereotrack_core.project.schema import (
+    ADDED_STATEMENTS,
     CLICK,
     EDITED_TABLES,
+    FORMAT,
     REPEAT_CLICK,
     STATEMENTS,
     TABLES_OF_ENTRIES,
@@ -49,6 +51,7 @@ _BY_NAME = {
     "deleted": "deleted <= 1",
     "done": "done <= 1",
     "sigma": "sigma >= 0",
+    "confidence": "confidence BETWEEN 0 AND 1",
     "state": "state IN ('done', 'undone', 'dropped')",
     "changed_table": f"changed_table IN ({', '.join(map(repr, EDITED_TABLES))})",
 }
@@ -81,16 +84,18 @@ def _tokens(statement: str | None) -> list[str]:
 
 
 @cache
-def made() -> Mapping[str, Made]:
-    """What a new project has, by name."""
-    with closing(_new()) as database:
+def made(version: int = FORMAT) -> Mapping[str, Made]:
+    """What a new project of a format has, by name."""
+    later = {s for number, added in ADDED_STATEMENTS.items() if number > version for s in added}
+    with closing(_new(later)) as database:
         return {one.name: one for one in _found(database)}
 
 
-def _new() -> sqlite3.Connection:
+def _new(without: Collection[str] = ()) -> sqlite3.Connection:
     database = sqlite3.connect(":memory:")
     for statement in STATEMENTS:
-        database.execute(statement)
+        if statement not in without:
+            database.execute(statement)
     return database
 
 
@@ -104,7 +109,7 @@ def check_schema(database: sqlite3.Connection, path: Path) -> None:
 
     Raises InputError where there is something else; ProjectDamaged where a table is missing.
     """
-    wanted, seen = made(), set()
+    wanted, seen = made(version_of(database)), set()
     for found in _found(database):
         seen.add(found.name)
         if found.name not in wanted or not found.same(wanted[found.name]):
@@ -148,7 +153,8 @@ def check_rows(
 
     Raises ProjectDamaged where there is a row that makes no sense.
     """
-    for name in sense() if tables is None else tables:
+    there = made(version_of(database))
+    for name in (n for n in sense() if n in there) if tables is None else tables:
         row = database.execute(
             f"SELECT * FROM {name} WHERE NOT {sense()[name]} LIMIT 1"  # noqa: S608 - constants
         ).fetchone()

@@ -9,6 +9,10 @@ from stereotrack_core.errors import InputError
 
 if TYPE_CHECKING:  # no more than that is needed, and the command line starts quickly
     from stereotrack_core.recording.description import Recording
+    from stereotrack_core.recording.keypoints import Keypoints
+
+_FEWEST_VIEWS = 2
+"""Mono views without which a person's place in space is not known."""
 
 
 def asked_frames(text: str | None, end: int = 2**31, option: str = "--frames") -> range:
@@ -103,6 +107,29 @@ def check_calibrated(recording: Recording) -> None:
         )
 
 
+def tracked_views(
+    recording: Recording, views: Sequence[str] | None, keypoints: Keypoints | None
+) -> tuple[str, ...]:
+    """Names of the views that can be tracked: those that give depth, else those with keypoints.
+
+    Raises InputError where there are none, or keypoints of only one view: it has no depth.
+    """
+    deep = any(view.kind != "mono" for view in recording.views)
+    if deep or keypoints is None:
+        return usable_views(recording, views)
+    check_calibrated(recording)
+    known = set(keypoints.cameras)
+    seen = [view.name for view in recording.views if view.image.camera in known]
+    found = tuple(name for name in seen if views is None or name in views)
+    if len(found) < _FEWEST_VIEWS:
+        raise InputError(
+            f"keypoints of {len(found)} view{'' if len(found) == 1 else 's'} tell no depth",
+            where="--keypoints",
+            remedy=f"Give keypoints of at least {_FEWEST_VIEWS} views.",
+        )
+    return found
+
+
 def usable_views(recording: Recording, views: Sequence[str] | None) -> tuple[str, ...]:
     """Names of the views that give depth and were asked for, in the recording's order.
 
@@ -114,7 +141,8 @@ def usable_views(recording: Recording, views: Sequence[str] | None) -> tuple[str
         raise InputError(
             "no view provides depth, so there is nothing to track",
             where=str(recording.folder / "recording.toml"),
-            remedy="Tracking needs a view of kind stereo or depth; mono views can be annotated.",
+            remedy="Tracking needs a view of kind stereo or depth, or keypoints of a 2-D detector "
+            "in at least two mono views (--keypoints).",
         )
     if views is None:
         return deep

@@ -23,6 +23,7 @@ from stereotrack_core.tracking.estimate import Memory
 from stereotrack_core.tracking.parameters import TrackingParameters
 from stereotrack_core.tracking.residuals.keypoints import DetectionObservation
 from stereotrack_core.tracking.residuals.limits import limit_residuals
+from stereotrack_core.tracking.residuals.reprojection import KeypointObservation
 from stereotrack_core.tracking.residuals.silhouette import SilhouetteObservation, edge_maps
 from stereotrack_core.tracking.residuals.surface import (
     SurfaceResidual,
@@ -95,6 +96,7 @@ def sensors_for(p: TrackingParameters) -> tuple[Sensor, ...]:
             tuple(d for d in cloud.detections if d.time == cloud.frame), p.detection_gate
         )
     ]
+    sensors.append(lambda cloud: KeypointObservation(cloud.keypoints, p.keypoint_sigma))
     if p.measure_silhouettes:
         sensors.append(lambda cloud: SilhouetteObservation(edge_maps(cloud), p.silhouette_sigma))
     return tuple(sensors)

@@ -25,6 +25,7 @@ from stereotrack_core.plain_data import plain
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.detections import Detections
 from stereotrack_core.recording.folder import calibration_fingerprint
+from stereotrack_core.recording.keypoints import Keypoints
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 from stereotrack_core.tracking.estimate import Estimate
 from stereotrack_core.tracking.run_spec import RunSpec
@@ -178,6 +179,7 @@ class Origin:
             "first_pose": _pose_values(pose),
             "frames": None if spec.frames is None else [spec.frames.start, spec.frames.stop],
             "detections": _detection_facts(spec.detections),
+            "keypoints": _keypoint_facts(spec.keypoints),
             "colour": bool(spec.colour),
             "calibration": calibration_fingerprint(self.recording),
             "versions": versions(),
@@ -203,6 +205,16 @@ def _detection_facts(detections: Detections | None) -> dict[str, Any] | None:
         "source": detections.source,
         "fingerprint": detections.fingerprint(),
         "count": len(detections),
+    }
+
+
+def _keypoint_facts(keypoints: Keypoints | None) -> dict[str, Any] | None:
+    if keypoints is None:
+        return None
+    return {
+        "sources": sorted(set(keypoints.source.tolist())),
+        "fingerprint": keypoints.fingerprint(),
+        "count": len(keypoints),
     }
 
 

@@ -84,7 +84,7 @@ class PoseFilter:
         predicted = self.predicted(cloud)
         if trace is not None:
             trace.predicted(before, predicted)
-        if len(cloud.points) < p.least_points:
+        if cloud.view_names and len(cloud.points) < p.least_points:
             return self.lost(before, cloud, f"the cloud has only {len(cloud.points)} points")
         measured = self.measured(cloud, trace)
         found = self.estimator.estimate(measured, predicted)
@@ -178,6 +178,7 @@ class PoseFilter:
         dX = sigma_deviations(state.P, setup.weights)
         weight = surface.weight
         squared = float(weight @ surface.distance**2) / max(float(weight.sum()), 1e-12)
+        squared = squared if len(weight) else float("nan")
         estimate = Estimate(
             tracked=True,
             reason="",
@@ -222,7 +223,7 @@ class IteratedEstimator(Estimator):
         if prior is not predicted:
             _, found = self.follow(measured, prior, found)
         carried = np.ones(len(prior.P), dtype=np.bool_)
-        if self.setup.parameters.search_arms:
+        if self.setup.parameters.search_arms and len(measured.data):
             followed, found = found, self._with_best_arms(measured, prior, found)
             carried[self._arms] = found is followed
         return Posterior(found.pose, found.P, found.surface, innovation, prior.P, carried)

@@ -17,6 +17,7 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.recording.description import Recording, Subject
 from stereotrack_core.recording.detections import OWN_FILE, Detections, read_detections
 from stereotrack_core.recording.folder import calibration_fingerprint, fingerprint
+from stereotrack_core.recording.keypoints import Keypoints
 from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.presets import PRESETS, preset
@@ -47,6 +48,8 @@ class StoredSpec:
     """Whose body was tracked."""
     detections: Mapping[str, Any] | None
     """Source, fingerprint and count of what a detector has said; None where nothing."""
+    keypoints: Mapping[str, Any] | None = None
+    """The same of a 2-D detector's keypoints, which are kept elsewhere."""
 
     @property
     def states_first_pose(self) -> bool:
@@ -56,6 +59,22 @@ class StoredSpec:
     def applied_to(self, recording: Recording) -> Recording:
         """The recording without its reference, with the subject that was tracked."""
         return dataclasses.replace(recording, reference=None, subject=self.subject)
+
+    def check_keypoints(self, given: Keypoints | None) -> str:
+        """A sentence where the keypoints that are given are not those that the run used.
+
+        Raises InputError where the run used keypoints and none are given.
+        """
+        if self.keypoints is None:
+            return "" if given is None else "The run did not use keypoints."
+        if given is None:
+            raise InputError(
+                f"the run used keypoints of {', '.join(self.keypoints.get('sources', []))}",
+                where="--keypoints",
+                remedy="Give them again with `stereotrack track --keypoints`.",
+            )
+        same = given.fingerprint() == self.keypoints.get("fingerprint")
+        return "" if same else "The keypoints are not those that the run used."
 
     def detections_in(self, recording: Recording) -> tuple[Detections | None, str]:
         """What a detector has said, read again, and a sentence where it is not the same.
@@ -99,8 +118,8 @@ def stored_spec(run: Run) -> StoredSpec:
         smooth=bool(meta.get("smoothed", False)),
         colour=meta.get("colour"),
     )
-    detections = meta.get("detections")
-    return StoredSpec(spec, len(run.frame), subject_of_meta(meta), detections)
+    used = meta.get("detections"), meta.get("keypoints")
+    return StoredSpec(spec, len(run.frame), subject_of_meta(meta), *used)
 
 
 def what_differs(run: Run, recording: Recording) -> tuple[str, ...]:

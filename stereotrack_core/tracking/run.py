@@ -24,7 +24,8 @@ from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.detections import Detections
 from stereotrack_core.recording.folder import fingerprint
 from stereotrack_core.recording.reader import FrameReader, has_colours
-from stereotrack_core.recording.selection import usable_views
+from stereotrack_core.recording.selection import tracked_views
+from stereotrack_core.recording.sighted_keypoints import keypoints_in_views
 from stereotrack_core.tracking.estimate import Estimate
 from stereotrack_core.tracking.frame import Origin, Run, TrackedFrame, run_of
 from stereotrack_core.tracking.initialise.first_pose import (
@@ -60,7 +61,6 @@ FIT_FRAMES = 12
 
 _LOOK_AHEAD = 5
 """Frames in which somebody is looked for to fit the shape, for each frame that it needs."""
-
 
 _AHEAD = 2
 """Clouds that are made while the tracker works on an earlier one."""
@@ -110,17 +110,20 @@ class Pipeline:
             recording = dataclasses.replace(recording, subject=subject_of_meta(begun.meta))
         self.recording = recording
         self.spec = spec
-        self.views = usable_views(recording, spec.views)
+        self.views = tracked_views(recording, spec.views, spec.keypoints)
+        deep = tuple(name for name in self.views if recording.view(name).kind != "mono")
+        self._keypoints = keypoints_in_views(recording, self.views, spec.keypoints)
         self._shared = clouds
         self._detections = spec.detections or Detections()
         self._owns_reader = clouds is None and reader is None
         if clouds is None:
-            coloured = spec.settings.tracking.wants_colour and has_colours(recording, self.views)
+            wanted = bool(deep) and spec.settings.tracking.wants_colour
+            coloured = wanted and has_colours(recording, self.views)
             self.reader = reader or FrameReader(
                 recording, views=self.views, colour=coloured if spec.colour is None else spec.colour
             )
-            depth = settled(recording, spec.settings.depth, self.reader, self.views)
-            self.chain = DepthChain(recording, depth, views=self.views, colour=coloured)
+            depth = settled(recording, spec.settings.depth, self.reader, deep)
+            self.chain = DepthChain(recording, depth, views=deep, colour=coloured)
         else:
             self.chain, self.reader = clouds.chain, clouds.reader
         self.settings = settings = dataclasses.replace(spec.settings, depth=self.chain.parameters)
@@ -166,8 +169,11 @@ class Pipeline:
         if frame in self._made:
             return self._made.pop(frame)
         if self._shared is not None:
-            return self._shared.take(frame)
-        return read_cloud(self.chain, self.reader, frame)
+            cloud, read = self._shared.take(frame)
+        else:
+            cloud, read = read_cloud(self.chain, self.reader, frame)
+        seen = None if self._keypoints is None else self._keypoints.at(frame)
+        return dataclasses.replace(cloud, keypoints=seen), read
 
     def _tracked(self, cloud: Cloud, read: float) -> TrackedFrame:
         if len(self._detections):
@@ -180,7 +186,8 @@ class Pipeline:
         return TrackedFrame(cloud.frame, estimate, found, cloud, seconds, contradicted)
 
     def _estimate(self, cloud: Cloud) -> Estimate:
-        if not self.started and len(cloud.points) >= self.settings.tracking.least_points:
+        enough = len(cloud.points) >= self.settings.tracking.least_points
+        if not self.started and (enough if self._has_clouds else isinstance(self._init, Pose)):
             self.tracker.start(self.first_pose(cloud))
             self.started = True
         return self.tracker.step(cloud)
@@ -198,7 +205,7 @@ class Pipeline:
         self._prepared, self._asked = True, frames
         self.learn(frames)
         checkpoint = None if self._begun is None else self._begun.checkpoint
-        if checkpoint is None or not checkpoint.started:
+        if self._has_clouds and (checkpoint is None or not checkpoint.started):
             self._get_ready(frames)
         if checkpoint is not None:
             self._go_on_after(checkpoint, frames)
@@ -328,7 +335,13 @@ class Pipeline:
     def _track(self, body: BodyModel) -> None:
         """Make the tracker anew, for this body."""
         fps, seed = self.recording.fps, self.spec.seed
-        self.tracker: Tracker = tracker_for(body, self.settings, self._cameras, fps, seed)
+        given = body, self.settings, self._cameras, fps, seed
+        self.tracker: Tracker = tracker_for(*given, clouds=self._has_clouds)
+
+    @property
+    def _has_clouds(self) -> bool:
+        """Whether any view gives depth; else keypoints alone are followed."""
+        return bool(self.chain.view_names)
 
     @property
     def body(self) -> BodyModel:

@@ -56,7 +56,8 @@ def misfits(frames: Iterable[TrackedFrame], settings: Settings) -> tuple[str, ..
         )
     with_legs = settings.tracking.matching == "data_to_model" and settings.body.legs
     shares = [frame.estimate.unexplained_fraction for frame in every if frame.tracked]
-    if with_legs and shares and (unexplained := float(np.nanmedian(shares))) > MOST_UNEXPLAINED:
+    shares = [share for share in shares if np.isfinite(share)]
+    if with_legs and shares and (unexplained := float(np.median(shares))) > MOST_UNEXPLAINED:
         found.append(
             f"{100 * unexplained:.0f} % of the cloud is not explained by the body (at most 28 % "
             "in good recordings); the poses are probably wrong"

@@ -8,6 +8,7 @@ from typing import TypeAlias
 
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.recording.detections import Detections
+from stereotrack_core.recording.keypoints import Keypoints
 from stereotrack_core.tracking.parameters import Settings
 
 FirstPose: TypeAlias = str | Pose
@@ -30,7 +31,7 @@ class RunSpec:
     frames: range | None = None
     """Half-open; None: all."""
     views: Sequence[str] | None = None
-    """None: all that give depth."""
+    """None: all that give depth; where none does, those with keypoints."""
     seed: int = 0
     """Of all that is random."""
     init: FirstPose = "auto"
@@ -39,6 +40,8 @@ class RunSpec:
     """Whether the frames are gone over backwards as well."""
     detections: Detections | None = None
     """Head and hands that a detector has seen."""
+    keypoints: Keypoints | None = None
+    """Of one person, as a 2-D detector has predicted them."""
     colour: bool | None = None
     """Whether pictures are read in colour; None: as the parameters need it."""
 

@@ -9,10 +9,13 @@ from typing import Protocol
 from stereotrack_core.depth.chain import DepthChain
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.recording.reader import FrameReader
+from stereotrack_core.tracking.frame import cloudless
 
 
 def read_cloud(chain: DepthChain, reader: FrameReader, frame: int) -> tuple[Cloud, float]:
-    """Cloud of a frame, and the seconds that reading its images took."""
+    """Cloud of a frame, and the seconds that reading its images took; empty without any view."""
+    if not chain.view_names:
+        return cloudless(frame), 0.0
     begun = time.perf_counter()
     frame_set = reader.frame_set(frame)
     read = time.perf_counter() - begun

@@ -32,6 +32,7 @@ _META_KINDS: Mapping[str, Kind] = MappingProxyType(
         "bridged": [int],
         "first_pose": {"position": [float], "rotations": [[[float]]]},
         "frames": [int, int],
+        "keypoints": {"sources": [str], "fingerprint": str, "count": int},
         "detections": {"source": str, "fingerprint": str, "count": int},
         "blind": [{"view": str, "first": int, "end": int, "reason": str}],
         "versions": {str: str},
@@ -43,7 +44,9 @@ _META_KINDS: Mapping[str, Kind] = MappingProxyType(
 )
 """What :meth:`Origin.meta` and whoever adds to it state; other keys may hold anything."""
 
-_MAY_BE_NULL = frozenset({"subject", "first_pose", "detections", "frames", "wall_seconds"})
+_MAY_BE_NULL = frozenset(
+    {"subject", "first_pose", "detections", "keypoints", "frames", "wall_seconds"}
+)
 """Keys of these that are stated although nothing is known."""
 
 

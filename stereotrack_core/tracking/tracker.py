@@ -16,6 +16,7 @@ from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.proportions import proportions_of
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.depth.points import Volume
+from stereotrack_core.errors import InputError
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.tracking.correspondences import DataToModel
 from stereotrack_core.tracking.estimate import Estimate, Memory
@@ -32,6 +33,7 @@ from stereotrack_core.tracking.initialise.finder import (
 from stereotrack_core.tracking.initialise.people import own_points, share_at_sides, trunk_support
 from stereotrack_core.tracking.initialise.seeds import upright_pose
 from stereotrack_core.tracking.initialise.trunk import turned_round
+from stereotrack_core.tracking.keypoint_tracker import KeypointTracker
 from stereotrack_core.tracking.parameters import Settings, TrackingParameters
 from stereotrack_core.tracking.state import Setup, elapsed
 from stereotrack_core.tracking.step_recorder import StepRecorder
@@ -282,7 +284,7 @@ def _unstated(estimate: Estimate) -> Estimate:
     return Estimate(False, reason, estimate.pose, estimate.x, estimate.P)
 
 
-Tracker: TypeAlias = ThesisTracker | PersonTracker
+Tracker: TypeAlias = ThesisTracker | PersonTracker | KeypointTracker
 """Follows a body from cloud to cloud. What it keeps in its :data:`Memory` is all that its next step
 depends on; the covariance that it is started with is used where it is of its own state."""
 
@@ -309,12 +311,29 @@ made of parts of the tracker."""
 
 
 def tracker_for(
-    body: BodyModel, settings: Settings, cameras: FloatArray, fps: float, seed: int
+    body: BodyModel,
+    settings: Settings,
+    cameras: FloatArray,
+    fps: float,
+    seed: int,
+    *,
+    clouds: bool = True,
 ) -> Tracker:
-    """Make the tracker that the settings ask for; `cameras` (V, 3) are optical centres, world."""
+    """Make the tracker that the settings ask for; `cameras` (V, 3) are optical centres, world.
+
+    Without `clouds`, keypoints alone are followed, by the filter of the iterated estimator.
+    """
     p = settings.tracking
     depth = settings.depth
     setup = Setup(body, p, cameras, fps, seed, Volume.of(depth), depth.upright)
+    if not clouds:
+        if p.matching == "model_to_data":
+            raise InputError(
+                "the thesis's tracker needs depth, and no view provides it",
+                where="--preset",
+                remedy="Use another preset.",
+            )
+        return KeypointTracker(PoseFilter(setup, IteratedEstimator(setup), DataToModel(setup)))
     if p.matching == "model_to_data":
         return ThesisTracker(setup)
     estimator: Estimator = pkgutil.resolve_name(_ESTIMATORS[p.estimator])(setup)

@@ -34,6 +34,8 @@ from stereotrack_core.interop.c3d import write_c3d
 from stereotrack_core.interop.calibrations.formats import write_foreign
 from stereotrack_core.interop.coco import write_coco
 from stereotrack_core.interop.deeplabcut import write_deeplabcut
+from stereotrack_core.interop.keypoints.coco import write_results
+from stereotrack_core.interop.keypoints.table import write_table
 from stereotrack_core.interop.labels import write_clicks
 from stereotrack_core.interop.ply import write_cloud
 from stereotrack_core.interop.reference_npz import export_reference, write_reference
@@ -48,6 +50,7 @@ from stereotrack_core.recording.detections import Detection, write_detections
 from stereotrack_core.recording.importing.making import make_recording
 from stereotrack_core.recording.importing.proposing import propose
 from stereotrack_core.recording.importing.sources import look_at
+from stereotrack_core.recording.keypoints import Keypoints, keypoints_of
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory, write_landmarks
 from stereotrack_core.recording.writing import VideoWriter, write_png, write_recording_description
 from stereotrack_core.report.calibration import write_calibration_page
@@ -101,6 +104,13 @@ class Things:
             for frame in range(10)
             for name in LANDMARKS
         ]
+
+    @property
+    def keypoints(self) -> Keypoints:
+        """What a detector might say of one camera."""
+        camera = self.recording.views[0].image.camera
+        rows = ((k, camera, "left_wrist", 3.0 + k, 7.5, 0.5, "x", 0) for k in range(40))
+        return keypoints_of(rows)
 
     @property
     def judged(self) -> FailureSearch:
@@ -207,6 +217,8 @@ FILES: dict[str, Callable[[Path, Things], None]] = {
     "landmarks.csv": lambda path, things: write_landmarks(path, things.truth),
     "clicks.csv": lambda path, things: write_clicks(path, things.clicks, things.recording),
     "coco.json": lambda path, things: write_coco(path, things.clicks, things.recording, NINE),
+    "keypoints.csv": lambda path, things: write_table(path, things.keypoints, things.recording),
+    "keypoints.json": lambda path, things: write_results(path, things.keypoints, things.recording),
     "deeplabcut.csv": lambda path, things: write_deeplabcut(path, things.clicks, LANDMARKS),
     "sleap.slp": lambda path, things: write_sleap(path, things.clicks, things.recording, NINE),
     "landmark set.toml": lambda path, _: write_landmark_set(path, NINE),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from stereotrack_core.body.landmark_pose import pose_of_landmarks
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.model import body_model, landmarks
 from stereotrack_core.body.pose import hanging_pose, t_pose
@@ -18,7 +19,6 @@ from stereotrack_core.evaluation.circumstances import (
 )
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.transform import RigidTransform
-from stereotrack_core.interop.first_pose import pose_of_landmarks
 from stereotrack_core.recording.landmarks import LANDMARKS
 
 BODY = body_model(proportions_of(None))

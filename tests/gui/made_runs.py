@@ -8,9 +8,9 @@ import numpy as np
 
 from app.session.runs import RunEntry, entry_of_run
 from stereotrack_core.body.angles import ALL_JOINTS, pose_of_state, state_names, state_of_pose
+from stereotrack_core.body.landmark_pose import pose_of_landmarks
 from stereotrack_core.body.model import body_model, landmarks
 from stereotrack_core.body.proportions import proportions_of
-from stereotrack_core.interop.first_pose import pose_of_landmarks
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.tracking.frame import Run
 

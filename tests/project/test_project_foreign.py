@@ -181,6 +181,7 @@ def columns(table: str) -> list[tuple[str, str]]:
 ROWS = """
 INSERT INTO repeat_click SELECT 1, * FROM click LIMIT 1;
 INSERT INTO prediction VALUES (1, 'N_left', 'head', 'x', 1.5, 2.5, 0.5);
+INSERT INTO keypoint VALUES (1, 'N_left', 'nose', 'x', 0, 1.5, 2.5, 0.5);
 INSERT INTO frame_flag VALUES (1, '', 'gap', '', 'A', '', 0);
 INSERT INTO keyframe VALUES (1, 0, 'A', '', 0);
 INSERT INTO content VALUES ('aa', x'00');
@@ -230,11 +231,11 @@ def test_facts_of_another_kind_are_refused(stranger, project, table, facts):
         assert "the project file is damaged" in said
 
 
-@pytest.mark.parametrize("version", [0, -5, 2, 2**31 - 1])
+@pytest.mark.parametrize("version", [0, -5, 3, 2**31 - 1])
 def test_a_format_that_nobody_knows_is_refused(stranger, project, version):
     change(stranger, f"PRAGMA user_version = {version}")
     for said in refusals(stranger, project):
-        assert f"it has format {version}, and this program reads format 1" in said
+        assert f"it has format {version}, and this program reads formats 1 to 2" in said
 
 
 @pytest.mark.parametrize(

@@ -9,6 +9,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray
+from stereotrack_core.body.landmark_pose import pose_of_landmarks
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.evaluation.circumstances import (
@@ -18,7 +19,6 @@ from stereotrack_core.evaluation.circumstances import (
     views_that_see,
 )
 from stereotrack_core.geometry.camera import Camera
-from stereotrack_core.interop.first_pose import pose_of_landmarks
 from stereotrack_core.recording.description import Recording
 
 from ...services.tasks.task import Task, TaskList

@@ -353,6 +353,7 @@ def _repeated(
     task: Task, run: Run, stored: StoredSpec, recording: Recording
 ) -> tuple[Run, tuple[str, ...]]:
     """The run once more, and why it may have come out otherwise."""
+    stored.check_keypoints(None)
     detections, otherwise = stored.detections_in(recording)
     differs = (*what_differs(run, recording), *([otherwise] if otherwise else []))
     begun, done = time.perf_counter(), 0

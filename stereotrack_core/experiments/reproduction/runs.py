@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from stereotrack_core.atomic import forget_unfinished
+from stereotrack_core.body.landmark_pose import pose_of_landmarks
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.experiments.reproduction.plan import (
     Group,
@@ -25,7 +26,6 @@ from stereotrack_core.experiments.reproduction.plan import (
     recording_for,
 )
 from stereotrack_core.experiments.runner import lockstep
-from stereotrack_core.interop.first_pose import pose_of_landmarks
 from stereotrack_core.interop.run_npz import write_npz
 from stereotrack_core.recording.description import Recording, Subject
 from stereotrack_core.recording.folder import open_recording

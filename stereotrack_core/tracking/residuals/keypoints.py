@@ -22,6 +22,7 @@ from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.recording import detections as kinds
 from stereotrack_core.recording.detections import Detection
 from stereotrack_core.tracking.correction import gathered, solved
+from stereotrack_core.tracking.residuals.projection import pinhole, pixel_gradients, undistorted
 from stereotrack_core.tracking.state import Belief, Setup, State
 
 _PARTS_OF = {
@@ -39,9 +40,6 @@ _ITERATIONS = 3
 
 _PROBABLE = 0.999
 """Share of right detections that lie inside the gate by the pose's own uncertainty."""
-
-_NEAREST = 0.05
-"""Metres in front of a camera within which nothing is projected."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -162,7 +160,7 @@ def _undistorted(detection: Detection) -> tuple[FloatArray, float]:
         return detection.position, detection.sigma
     focal = float(detection.camera.matrix[0, 0])
     raw = float(np.mean(np.diagonal(detection.camera.matrix)[:2]))
-    return focal * detection.camera.normalised(detection.position), detection.sigma * focal / raw
+    return undistorted(detection.camera, detection.position), detection.sigma * focal / raw
 
 
 def _placed(frames: PartFrames, part: int, point: FloatArray) -> FloatArray:
@@ -171,19 +169,13 @@ def _placed(frames: PartFrames, part: int, point: FloatArray) -> FloatArray:
 
 def _pinhole(camera: Camera, world: FloatArray) -> FloatArray:
     """Undistorted pixels (..., 2), seen from the principal point; NaN behind the camera."""
-    inside = camera.camera_from_world.apply(world)
-    depth = np.where(inside[..., 2:] > _NEAREST, inside[..., 2:], np.nan)
-    result: FloatArray = camera.matrix[0, 0] * inside[..., :2] / depth
-    return result
+    return pinhole(camera.camera_from_world.apply(world), float(camera.matrix[0, 0]))
 
 
 def _pixel_gradients(camera: Camera, world: FloatArray) -> FloatArray:
     """Derivatives (2, 3) of the undistorted pixel by the world point (3,)."""
-    rotation = camera.camera_from_world.rotation
-    x, y, z = camera.camera_from_world.apply(world)
-    rows = rotation[:2] - np.array([[x], [y]]) / z * rotation[2]
-    result: FloatArray = camera.matrix[0, 0] / z * rows
-    return result
+    move = camera.camera_from_world
+    return pixel_gradients(move.rotation, move.apply(world), float(camera.matrix[0, 0]))
 
 
 def predicted_by_detections(

@@ -13,6 +13,7 @@ from stereotrack_core.body.angles import (
     state_names,
     state_of_pose,
 )
+from stereotrack_core.body.landmark_pose import pose_of_landmarks
 from stereotrack_core.body.manifold import displaced
 from stereotrack_core.body.model import body_model, landmarks
 from stereotrack_core.body.proportions import proportions_of
@@ -29,7 +30,6 @@ from stereotrack_core.evaluation.joint_angles.series import (
     sigma_of_reference,
     sigma_of_run,
 )
-from stereotrack_core.interop.first_pose import pose_of_landmarks
 from stereotrack_core.tracking.estimate import OVERCONFIDENCE
 from stereotrack_core.tracking.frame import Run
 from tests.evaluation.joint_angles.cases import landmarks as made

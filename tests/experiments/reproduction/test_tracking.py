@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from stereotrack_core.body.landmark_pose import pose_of_landmarks
 from stereotrack_core.errors import Cancelled
 from stereotrack_core.experiments.reproduction.plan import Group, PlannedRun, averaged_subject
 from stereotrack_core.experiments.reproduction.runs import track_group
 from stereotrack_core.experiments.reproduction.tables import outcome_of
-from stereotrack_core.interop.first_pose import pose_of_landmarks
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.simulation.make import simulate
 from stereotrack_core.simulation.motions import Part

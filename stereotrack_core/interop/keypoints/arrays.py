@@ -1,0 +1,130 @@
+"""MediaPipe's and FreeMoCap's keypoints: arrays (.npy) of all cameras, and wide tables (.csv).
+
+An array has the axes camera, frame, point and x, y (and a third number, which is no confidence and
+is passed over), the cameras in the order of their names, or frame, point, x, y of one camera. A
+table has a row for each frame and the columns ``NAME_x``, ``NAME_y`` and perhaps
+``NAME_visibility``, ``NAME_likelihood`` or ``NAME_confidence``. Places from 0 to 1 are shares of
+the image's size, as MediaPipe gives them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from stereotrack_core.arrays import FloatArray
+from stereotrack_core.errors import InputError
+from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.interop.keypoints.source import KeypointSource
+from stereotrack_core.interop.label_source import checked_frame
+from stereotrack_core.interop.npz import read_number_array
+from stereotrack_core.recording.keypoint_names import MEDIAPIPE_33
+from stereotrack_core.recording.keypoints import Row
+from stereotrack_core.tables import finite_number, read_cells, whole_number
+
+_SURE = ("visibility", "likelihood", "confidence", "score", "presence")
+_SHARE = 2.0
+"""Below which all places of a picture are shares of its size; no person is two pixels large."""
+
+
+def read_array(source: KeypointSource) -> Iterator[Row]:
+    """Rows of a .npy file; InputError where its shape or its cameras make no sense."""
+    path = source.path
+    remedy = "Save an array of camera, frame, point, x y with numpy.save."
+    array = read_number_array(path, remedy)
+    if array.ndim == 3:
+        array = array[None]
+    if array.ndim != 4 or array.shape[3] < 2:
+        raise InputError(f"the array has the shape {array.shape}", where=str(path), remedy=remedy)
+    names = _names(source, array.shape[2])
+    for camera, places in zip(_cameras(source, len(array)), array[..., :2], strict=True):
+        places = _pixels(places, source.recording.cameras[camera])
+        for frame, k in np.argwhere(np.isfinite(places).all(axis=2)).tolist():
+            x, y = places[frame, k].tolist()
+            yield frame, camera, names[k], x, y, 1.0, source.name, 0
+
+
+def _names(source: KeypointSource, count: int) -> Sequence[str]:
+    """Names of the points: a body's, which hands and face may follow."""
+    if source.layout is None and count > len(MEDIAPIPE_33) and count not in (133, 136):
+        return (*MEDIAPIPE_33, *(f"point_{i}" for i in range(len(MEDIAPIPE_33), count)))
+    return source.points_of(count, str(source.path))
+
+
+def _cameras(source: KeypointSource, count: int) -> Sequence[str]:
+    """Cameras of an array's first axis: of the mono views, or of all, by their names' order."""
+    if count == 1:
+        return [source.camera_of(source.path.name, str(source.path))]
+    views = source.recording.views
+    mono = sorted(view.image.camera for view in views if view.kind == "mono")
+    every = sorted(view.image.camera for view in views)
+    for found in (mono, every, sorted(source.recording.cameras)):
+        if len(found) == count:
+            return found
+    raise InputError(
+        f"the array has {count} cameras, the recording {len(every)}",
+        where=str(source.path),
+        remedy="Save one array for each camera, and give --camera.",
+    )
+
+
+def _pixels(places: FloatArray, camera: Camera) -> FloatArray:
+    """Places (..., 2) in pixels, where they are shares of the image's size."""
+    known = places[np.isfinite(places)]
+    if not known.size or float(np.percentile(np.abs(known), 95)) >= _SHARE:
+        return places
+    result: FloatArray = places * np.array([camera.width, camera.height]) - 0.5
+    return result
+
+
+def is_wide(header: Sequence[str]) -> bool:
+    """Whether a CSV file with this first line has a column for each number of each keypoint."""
+    return bool(_columns(header))
+
+
+def _columns(header: Sequence[str]) -> dict[str, dict[str, int]]:
+    """Places of the columns by keypoint and by ``x``, ``y`` and ``sure``."""
+    found: dict[str, dict[str, int]] = {}
+    for place, title in enumerate(header):
+        name, _, kind = title.strip().rpartition("_")
+        kind = "sure" if kind.lower() in _SURE else kind.lower()
+        if name and kind in ("x", "y", "sure"):
+            found.setdefault(name, {})[kind] = place
+    return {name: own for name, own in found.items() if {"x", "y"} <= set(own)}
+
+
+def read_wide(source: KeypointSource) -> Iterator[Row]:
+    """Rows of a table of one camera; InputError where it makes no sense.
+
+    Frames are the column ``frame``, where there is one, or the rows in their order.
+    """
+    path = source.path
+    lines = read_cells(path)
+    header, columns = lines[0], _columns(lines[0])
+    camera = source.camera_of(path.name, str(path))
+    filled = [(number, line) for number, line in enumerate(lines[1:], start=2) if any(line)]
+    places = np.full((len(filled), len(columns), 2), np.nan)
+    sure = np.ones((len(filled), len(columns)))
+    frames = []
+    own_frame = header.index("frame") if "frame" in header else None
+    for row, (number, line) in enumerate(filled):
+        cells = [*line, *[""] * (len(header) - len(line))]
+        frame = row if own_frame is None else whole_number(cells[own_frame], path, number, "frame")
+        frames.append(checked_frame(frame, where=f"{path}, line {number}"))
+        for k, own in enumerate(columns.values()):
+            for target, kind in ((places[row, k, :1], "x"), (places[row, k, 1:], "y")):
+                target[0] = _number(cells[own[kind]], source, number, header[own[kind]])
+            if "sure" in own:
+                sure[row, k] = _number(cells[own["sure"]], source, number, header[own["sure"]])
+    places = _pixels(places, source.recording.cameras[camera])
+    for row, frame in enumerate(frames):
+        for k, name in enumerate(columns):
+            x, y = places[row, k].tolist()
+            yield frame, camera, name, x, y, float(sure[row, k]), source.name, 0
+
+
+def _number(cell: str, source: KeypointSource, line: int, column: str) -> float:
+    if cell.lower() in ("", "nan"):
+        return float("nan")
+    return finite_number(cell, source.path, line, column)

@@ -1,0 +1,78 @@
+"""MMPose's and RTMPose's predictions, as JSON of one video or camera.
+
+The demo scripts write ``meta_info`` and ``instance_info``, whose ``frame_id`` begins at 1; the
+inferencer writes a list of ``frame_id`` and ``instances`` that begins at 0. An instance has
+``keypoints`` and ``keypoint_scores``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from stereotrack_core.errors import InputError
+from stereotrack_core.interop.keypoints.source import KeypointSource
+from stereotrack_core.interop.label_source import checked_frame
+from stereotrack_core.plain_data import Kind, check_kind
+from stereotrack_core.recording.keypoints import Row
+
+_REMEDY = "Use the .json that MMPose writes with --save-predictions or pred_out_dir."
+_FRAMES: Kind = [
+    {
+        "frame_id": int,
+        "instances": [{"keypoints": [[float]], "keypoint_scores": [float]}],
+    }
+]
+_KIND: Kind = {
+    "meta_info": {"keypoint_id2name": {str: str}},
+    "instance_info": _FRAMES,
+}
+_FIRST_OF_DEMO = 1
+
+
+def is_mmpose(content: Any) -> bool:
+    """Whether JSON is such a file."""
+    if isinstance(content, Mapping):
+        return "instance_info" in content
+    first = content[0] if isinstance(content, list) and content else None
+    return isinstance(first, Mapping) and {"frame_id", "instances"} <= set(first)
+
+
+def read_mmpose(source: KeypointSource, content: Any) -> Iterator[Row]:
+    """Rows of the file; InputError where it makes no sense, or its camera cannot be told."""
+    where = str(source.path)
+    camera, first = source.camera_of(source.path.name, where), 0
+    named: Mapping[str, str] = {}
+    if isinstance(content, Mapping):
+        check_kind(content, _KIND, where, _REMEDY)
+        first = _FIRST_OF_DEMO
+        named = (content.get("meta_info") or {}).get("keypoint_id2name") or {}
+        content = content.get("instance_info") or []
+    check_kind(content, _FRAMES, where, _REMEDY)
+    for one in content:
+        frame = checked_frame(float(one["frame_id"] - first), where=where)
+        for person, instance in enumerate(one.get("instances") or []):
+            yield from _rows(instance, source, named, (frame, camera, person))
+
+
+def _rows(
+    instance: Mapping[str, Any],
+    source: KeypointSource,
+    named: Mapping[str, str],
+    place: tuple[int, str, int],
+) -> Iterator[Row]:
+    frame, camera, person = place
+    points: Sequence[Sequence[float]] = instance.get("keypoints") or []
+    sure = instance.get("keypoint_scores") or [1.0] * len(points)
+    where = f"{source.path}, frame {frame}"
+    if len(sure) != len(points) or any(len(point) < 2 for point in points):
+        raise InputError(
+            "keypoints and keypoint_scores do not belong together", where=where, remedy=_REMEDY
+        )
+    names = (
+        [named.get(str(i), f"point_{i}") for i in range(len(points))]
+        if named and source.layout is None
+        else source.points_of(len(points), where)
+    )
+    for name, (x, y, *_), score in zip(names, points, sure, strict=False):
+        yield frame, camera, name, float(x), float(y), float(score), source.name, person

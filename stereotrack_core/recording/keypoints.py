@@ -1,0 +1,141 @@
+"""What a detector of 2-D keypoints says about a recording, as one table.
+
+They are a program's predictions, never clicks. Places are pixels of the raw picture of a camera.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, fields, replace
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
+
+TextArray: TypeAlias = NDArray[np.str_]
+
+
+@dataclass(frozen=True, eq=False)
+class Keypoints:
+    """Predicted keypoints, one in a row; N rows, in the order of their frames.
+
+    Examples
+    --------
+    >>> found = read_keypoints(KeypointSource(Path("keypoints.json"), recording))
+    >>> found.keypoints.of_frame(12).keypoint
+    array(['left_wrist', 'right_wrist'], dtype='<U11')
+    """
+
+    frame: IntArray
+    """(N,). Of the recording, counted from 0."""
+    camera: TextArray
+    """(N,). Name of the camera in the calibration."""
+    keypoint: TextArray
+    """(N,). As :mod:`keypoint_names` has them; left and right are the person's."""
+    place: FloatArray
+    """(N, 2). Column and row in the raw picture, finite."""
+    confidence: FloatArray
+    """(N,). From 0 to 1, as the detector says."""
+    source: TextArray
+    """(N,). Name of the detector, or of the file where it has none."""
+    person: IntArray
+    """(N,). Which of several people, from 0."""
+
+    def __len__(self) -> int:
+        return len(self.frame)
+
+    def __getitem__(self, rows: BoolArray | IntArray | slice) -> Keypoints:
+        """Some of the rows."""
+        return Keypoints(*(getattr(self, one.name)[rows] for one in fields(self)))
+
+    def of_frame(self, frame: int) -> Keypoints:
+        """Rows of one frame."""
+        first, end = np.searchsorted(self.frame, [frame, frame + 1])
+        return self[slice(int(first), int(end))]
+
+    @property
+    def cameras(self) -> tuple[str, ...]:
+        """Cameras that anything is predicted of, by name."""
+        return tuple(np.unique(self.camera).tolist())
+
+    def fingerprint(self) -> str:
+        """Hash (32 hexadecimal digits) of all that they say."""
+        digest = hashlib.blake2b(digest_size=16)
+        for one in fields(self):
+            digest.update(repr(getattr(self, one.name).tolist()).encode())
+        return digest.hexdigest()
+
+
+Row: TypeAlias = tuple[int, str, str, float, float, float, str, int]
+"""Frame, camera, keypoint, column, row, confidence, source and person."""
+
+
+def keypoints_of(rows: Iterable[Row]) -> Keypoints:
+    """Table of these rows; those without a finite place are left out.
+
+    The order within a frame stays; a confidence outside of 0 to 1 becomes the nearer of them, one
+    that is not known 1.
+    """
+    kept = sorted((row for row in rows if np.isfinite(row[3:5]).all()), key=lambda row: row[0])
+    frame, camera, keypoint, x, y, confidence, source, person = (
+        zip(*kept, strict=True) if kept else ((),) * 8
+    )
+    sure = np.nan_to_num(np.array(confidence, dtype=np.float64), nan=1.0)
+    return Keypoints(
+        np.array(frame, dtype=np.int64),
+        np.array(camera, dtype=np.str_),
+        np.array(keypoint, dtype=np.str_),
+        np.stack([np.array(x, dtype=np.float64), np.array(y, dtype=np.float64)], axis=1),
+        np.clip(sure, 0.0, 1.0),
+        np.array(source, dtype=np.str_),
+        np.array(person, dtype=np.int64),
+    )
+
+
+def rows_of(keypoints: Keypoints) -> Iterator[Row]:
+    """The rows as plain values."""
+    columns = [
+        getattr(keypoints, one.name).tolist() for one in fields(keypoints) if one.name != "place"
+    ]
+    for (frame, camera, keypoint, sure, source, person), (x, y) in zip(
+        zip(*columns, strict=True), keypoints.place.tolist(), strict=True
+    ):
+        yield frame, camera, keypoint, x, y, sure, source, person
+
+
+def joined(tables: Sequence[Keypoints]) -> Keypoints:
+    """All rows of several tables, in the order of their frames."""
+    if not tables:
+        return keypoints_of(())
+    whole = Keypoints(
+        *(np.concatenate([getattr(t, one.name) for t in tables]) for one in fields(Keypoints))
+    )
+    return whole[np.argsort(whole.frame, kind="stable")]
+
+
+def renamed(keypoints: Keypoints, names: Mapping[str, str]) -> Keypoints:
+    """With keypoints called otherwise; those that are not named stay."""
+    own = [names.get(name, name) for name in keypoints.keypoint.tolist()]
+    return replace(keypoints, keypoint=np.array(own, dtype=np.str_))
+
+
+def of_one_person(keypoints: Keypoints) -> Keypoints:
+    """In each picture the rows of the person with the highest sum of confidences, by each source.
+
+    Which of several people is followed is not decided here: in most recordings the surest is the
+    one in the middle, whom all cameras see.
+    """
+    pictures = np.stack([keypoints.frame.astype(np.str_), keypoints.camera, keypoints.source])
+    _, picture = np.unique(pictures, axis=1, return_inverse=True)
+    own = np.stack([np.ravel(picture), keypoints.person])
+    people, row = np.unique(own, axis=1, return_inverse=True)
+    total = np.bincount(np.ravel(row), keypoints.confidence, people.shape[1])
+    best: dict[int, int] = {}
+    for k, where in enumerate(people[0].tolist()):
+        if where not in best or total[k] > total[best[where]]:
+            best[where] = k
+    kept: BoolArray = np.isin(np.ravel(row), list(best.values()))
+    return keypoints[kept]

@@ -1,0 +1,192 @@
+"""Keypoints of one frame as rays of calibrated cameras, and where several of them meet.
+
+A gross error of one camera is told by the others before any pose is known: of all points in which
+two rays meet, the one is taken that most cameras agree with.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import combinations
+
+import numpy as np
+
+from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
+from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.geometry.triangulation import nearest_to_rays
+from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.keypoint_names import exchanged
+from stereotrack_core.recording.keypoints import Keypoints, of_one_person
+
+_AGREED = 3
+"""Cameras that have to agree on a point before the others are taken for wrong."""
+
+
+@dataclass(frozen=True, eq=False)
+class MeetingPoints:
+    """Points in which rays of K keypoints meet."""
+
+    world: FloatArray
+    """(K, 3), metres. NaN where fewer than two rays meet."""
+    agreed: BoolArray
+    """(K, V). Cameras whose rays meet there."""
+
+    @property
+    def settled(self) -> BoolArray:
+        """Keypoints (K,) that enough cameras agree on."""
+        result: BoolArray = self.agreed.sum(axis=1) >= _AGREED
+        return result
+
+
+@dataclass(frozen=True, eq=False)
+class SightedKeypoints:
+    """K keypoints in V cameras at one instant.
+
+    Pixels are those of ideal cameras without distortion, seen from the principal point.
+    """
+
+    names: tuple[str, ...]
+    """(K,). Of the keypoints; a name stands once for each detector."""
+    other_side: IntArray
+    """(K,). Place of the same keypoint of the other side; its own where it has none."""
+    cameras: tuple[str, ...]
+    """(V,)."""
+    pixel: FloatArray
+    """(K, V, 2). NaN where not predicted."""
+    confidence: FloatArray
+    """(K, V). 0 where not predicted."""
+    rotation: FloatArray
+    """(V, 3, 3). camera_from_world."""
+    translation: FloatArray
+    """(V, 3), metres."""
+    focal: FloatArray
+    """(V,), pixels."""
+
+    @property
+    def count(self) -> int:
+        """Predictions of all cameras."""
+        return int(np.count_nonzero(self.confidence))
+
+    def part(self, kept: BoolArray) -> SightedKeypoints:
+        """Some of the keypoints; both sides of what is kept have to be."""
+        place = np.cumsum(kept) - 1
+        return replace(
+            self,
+            names=tuple(name for name, one in zip(self.names, kept, strict=True) if one),
+            other_side=place[self.other_side[kept]],
+            pixel=self.pixel[kept],
+            confidence=self.confidence[kept],
+        )
+
+    @cached_property
+    def rays(self) -> tuple[FloatArray, FloatArray]:
+        """Optical centres (V, 3) and unit directions (K, V, 3), world."""
+        centres = -np.einsum("vji,vj->vi", self.rotation, self.translation)
+        ahead = np.concatenate(
+            [self.pixel / self.focal[:, None], np.ones((*self.pixel.shape[:2], 1))], axis=2
+        )
+        turned = np.einsum("vji,kvj->kvi", self.rotation, ahead)
+        return centres, turned / np.linalg.norm(turned, axis=2, keepdims=True)
+
+    def with_sides_exchanged(self, exchanged_there: BoolArray) -> SightedKeypoints:
+        """With left for right where `exchanged_there` (K, V) says so, alike for both sides."""
+        pixel = np.where(exchanged_there[..., None], self.pixel[self.other_side], self.pixel)
+        sure = np.where(exchanged_there, self.confidence[self.other_side], self.confidence)
+        return replace(self, pixel=pixel, confidence=sure)
+
+    def meeting(self, gate: float) -> MeetingPoints:
+        """Where rays meet, by consensus; `gate` is how far from a ray its point may lie, metres."""
+        centres, directions = self.rays
+        pairs = np.array(list(combinations(range(len(self.cameras)), 2)), dtype=np.int64)
+        if not len(pairs) or not len(self.names):
+            nowhere = np.full((len(self.names), 3), np.nan)
+            return MeetingPoints(nowhere, np.zeros(self.confidence.shape, dtype=np.bool_))
+        candidates = nearest_to_rays(centres[pairs], directions[:, pairs])
+        off = _distances(candidates[:, :, None], centres, directions[:, None])
+        cost = np.minimum(np.nan_to_num(off / gate, nan=1.0), 1.0) ** 2
+        best = np.argmin(cost.sum(axis=2), axis=1)
+        rows = np.arange(len(best))
+        agreed = np.nan_to_num(off[rows, best], nan=np.inf) < gate
+        weight = np.where(agreed, 1.0, np.nan)
+        world = nearest_to_rays(centres, directions, weight)
+        enough = agreed.sum(axis=1) >= 2
+        return MeetingPoints(np.where(enough[:, None], world, np.nan), agreed & enough[:, None])
+
+
+def _distances(points: FloatArray, centres: FloatArray, directions: FloatArray) -> FloatArray:
+    """Distances (...) of points (..., 3) from rays; NaN behind the camera."""
+    away = points - centres
+    along = np.einsum("...i,...i->...", away, directions)
+    across = away - along[..., None] * directions
+    result: FloatArray = np.where(along > 0.0, np.linalg.norm(across, axis=-1), np.nan)
+    return result
+
+
+class KeypointsInViews:
+    """Keypoints of a recording, frame by frame in its calibrated cameras.
+
+    Parameters
+    ----------
+    keypoints : Keypoints
+        Of one person; those of other cameras are passed over.
+    cameras : mapping from str to Camera
+        That are looked with.
+    """
+
+    def __init__(self, keypoints: Keypoints, cameras: Mapping[str, Camera]) -> None:
+        self._cameras = {name: cameras[name] for name in sorted(cameras)}
+        self._keypoints = keypoints[np.isin(keypoints.camera, list(self._cameras))]
+
+    def at(self, frame: int) -> SightedKeypoints:
+        """Those of one frame."""
+        return sighted(self._keypoints.of_frame(frame), self._cameras)
+
+
+def keypoints_in_views(
+    recording: Recording, views: Sequence[str], keypoints: Keypoints | None
+) -> KeypointsInViews | None:
+    """Keypoints of one person in the cameras of these views, both of a stereo camera's."""
+    if keypoints is None:
+        return None
+    streams = [one for name in views for one in recording.view(name).streams().values()]
+    cameras = {one.camera: recording.cameras[one.camera] for one in streams if one.camera}
+    return KeypointsInViews(of_one_person(keypoints), cameras)
+
+
+def sighted(keypoints: Keypoints, cameras: Mapping[str, Camera]) -> SightedKeypoints:
+    """Keypoints of one frame in calibrated cameras; of two with the same name the surer counts."""
+    keys = list(zip(keypoints.source.tolist(), keypoints.keypoint.tolist(), strict=True))
+    places = {key: k for k, key in enumerate(sorted(set(keys)))}
+    others = [places.get((key[0], exchanged(key[1])), k) for key, k in places.items()]
+    names = tuple(name for _, name in places)
+    pixel = np.full((len(places), len(cameras), 2), np.nan)
+    sure = np.zeros((len(places), len(cameras)))
+    for v, (name, camera) in enumerate(cameras.items()):
+        own = np.flatnonzero(keypoints.camera == name)
+        own = own[np.argsort(keypoints.confidence[own], kind="stable")]
+        k = np.array([places[keys[row]] for row in own], dtype=np.int64)
+        pixel[k, v] = float(camera.matrix[0, 0]) * camera.normalised(keypoints.place[own])
+        sure[k, v] = keypoints.confidence[own]
+    moves = [camera.camera_from_world for camera in cameras.values()]
+    return SightedKeypoints(
+        names,
+        np.array(others, dtype=np.int64),
+        tuple(cameras),
+        pixel,
+        sure,
+        np.array([move.rotation for move in moves]).reshape(-1, 3, 3),
+        np.array([move.translation for move in moves]).reshape(-1, 3),
+        np.array([float(camera.matrix[0, 0]) for camera in cameras.values()]),
+    )
+
+
+def points_by_name(names: Sequence[str], meeting: MeetingPoints) -> dict[str, FloatArray]:
+    """Points (3,) in space by keypoint; of several detectors, the one with most cameras."""
+    found: dict[str, tuple[int, FloatArray]] = {}
+    support = meeting.agreed.sum(axis=1)
+    for name, point, cameras in zip(names, meeting.world, support.tolist(), strict=True):
+        if np.isfinite(point).all() and cameras > found.get(name, (0,))[0]:
+            found[name] = cameras, point
+    return {name: point for name, (_, point) in found.items()}

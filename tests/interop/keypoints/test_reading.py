@@ -1,0 +1,243 @@
+"""Keypoints from the files of the usual detectors."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stereotrack_core.errors import InputError
+from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.geometry.transform import RigidTransform
+from stereotrack_core.interop.keypoints.coco import write_results
+from stereotrack_core.interop.keypoints.reading import read_keypoints
+from stereotrack_core.interop.keypoints.source import KeypointSource
+from stereotrack_core.interop.keypoints.table import write_table
+from stereotrack_core.recording.description import Recording, Stream, View
+from stereotrack_core.recording.keypoint_names import (
+    BODY_25,
+    COCO_17,
+    LAYOUTS,
+    MEDIAPIPE_33,
+    exchanged,
+    keypoint_name,
+)
+from stereotrack_core.recording.keypoints import keypoints_of, of_one_person, rows_of
+
+MATRIX = np.array([[50.0, 0, 31.5], [0, 50, 23.5], [0, 0, 1]])
+
+
+@pytest.fixture
+def recording(tmp_path) -> Recording:
+    cameras = {
+        name: Camera(name, 640, 480, MATRIX, np.zeros(5), False, RigidTransform.identity())
+        for name in ("cam1", "cam2")
+    }
+    views = tuple(View(n, "mono", Stream(n, f"{n}.mp4")) for n in cameras)
+    return Recording(tmp_path, "walk", 10.0, views, cameras)
+
+
+def read(path: Path, recording: Recording, frames=None, **said):
+    return read_keypoints(KeypointSource(path, recording, **said), frames)
+
+
+def plain(found) -> list:
+    return [row[:6] for row in rows_of(found.keypoints)]
+
+
+def point(i: int) -> tuple[float, float]:
+    return 100.0 + i, 200.0 + 2 * i
+
+
+def test_every_usual_name_is_its_own_and_has_another_side():
+    for names in LAYOUTS.values():
+        assert len(set(names)) == len(names)
+        assert [keypoint_name(name) for name in names] == list(names)
+        assert {exchanged(name) for name in names} == set(names)
+    assert keypoint_name("LKnee") == keypoint_name("knee left") == "left_knee"
+
+
+def test_openpose_folders_of_each_camera(recording, tmp_path):
+    for camera in ("cam1", "cam2"):
+        folder = tmp_path / "json" / camera
+        folder.mkdir(parents=True)
+        for frame in (3, 4):
+            values = [v for i in range(25) for v in (*point(i), 0.0 if i == 8 else 0.5)]
+            people = [{"person_id": [-1], "pose_keypoints_2d": values}] if frame == 3 else []
+            path = folder / f"video_{frame:012d}_keypoints.json"
+            path.write_text(json.dumps({"version": 1.3, "people": people}))
+    found = read(tmp_path / "json", recording)
+    assert len(found.keypoints) == 48
+    assert found.left_out == {"without confidence": 2}
+    where = BODY_25.index("left_wrist")
+    assert (3, "cam2", "left_wrist", *point(where), 0.5) in plain(found)
+    one = read(tmp_path / "json" / "cam1", recording)
+    assert one.keypoints.cameras == ("cam1",)
+
+
+def test_results_of_coco_come_back(recording, tmp_path):
+    rows = [
+        (k, camera, name, *point(i), 0.25 + 0.125 * k, "rtm", 0)
+        for k in (0, 2)
+        for camera in ("cam1", "cam2")
+        for i, name in enumerate(COCO_17)
+    ]
+    keypoints = keypoints_of([*rows, (0, "cam1", "neck", 1.0, 1.0, 1.0, "rtm", 0)])
+    path = tmp_path / "results.json"
+    assert write_results(path, keypoints, recording) == 1
+    assert sorted(rows_of(read(path, recording).keypoints)) == sorted(rows)
+
+
+def test_results_with_numbers_for_images_need_the_camera(recording, tmp_path):
+    path = tmp_path / "results.json"
+    values = [v for i in range(17) for v in (*point(i), 0.9)]
+    entry = {"image_id": 7, "category_id": 1, "keypoints": values, "score": 0.9}
+    path.write_text(json.dumps([entry, entry]))
+    with pytest.raises(InputError, match=r"camera of .* cannot be determined"):
+        read(path, recording)
+    found = read(path, recording, camera="cam2")
+    assert set(found.keypoints.frame.tolist()) == {7}
+    assert set(found.keypoints.person.tolist()) == {0, 1}
+
+
+def test_annotations_of_coco(recording, tmp_path):
+    path = tmp_path / "annotations.json"
+    content = {
+        "images": [{"id": 5, "file_name": "cam1/000012.png"}],
+        "annotations": [
+            {"id": 1, "image_id": 5, "category_id": 1, "keypoints": [1, 2, 2, 3, 4, 1, 0, 0, 0]}
+        ],
+        "categories": [{"id": 1, "keypoints": ["left_wrist", "nose", "left_eye"]}],
+    }
+    path.write_text(json.dumps(content))
+    found = read(path, recording)
+    assert plain(found) == [
+        (12, "cam1", "left_wrist", 1.0, 2.0, 1.0),
+        (12, "cam1", "nose", 3.0, 4.0, 0.5),
+    ]
+    assert found.left_out == {"without confidence": 1}
+
+
+@pytest.mark.parametrize("demo", [False, True])
+def test_mmpose(recording, tmp_path, demo):
+    path = tmp_path / "cam1.json"
+    instance = {
+        "keypoints": [list(point(i)) for i in range(26)],
+        "keypoint_scores": [0.5] * 26,
+        "bbox": [[0, 0, 1, 1]],
+    }
+    frames = [{"frame_id": k + demo, "instances": [instance]} for k in range(2)]
+    content = {"meta_info": {"dataset_name": "halpe26"}, "instance_info": frames}
+    path.write_text(json.dumps(content if demo else frames))
+    found = read(path, recording)
+    assert set(found.keypoints.frame.tolist()) == {0, 1}
+    assert (1, "cam1", "head_top", *point(17), 0.5) in plain(found)
+
+
+def test_an_array_of_freemocap(recording, tmp_path):
+    array = np.full((2, 3, 75, 3), np.nan)
+    array[1, 2, :, :2] = [point(i) for i in range(75)]
+    np.save(tmp_path / "mediapipe_2d.npy", array)
+    found = read(tmp_path / "mediapipe_2d.npy", recording)
+    assert len(found.keypoints) == 33
+    where = MEDIAPIPE_33.index("right_wrist")
+    assert (2, "cam2", "right_wrist", *point(where), 1.0) in plain(found)
+    assert sum(found.left_out.values()) == 42
+    np.save(tmp_path / "three.npy", np.zeros((3, 3, 33, 2)))
+    with pytest.raises(InputError, match="the array has 3 cameras, the recording 2"):
+        read(tmp_path / "three.npy", recording)
+
+
+def test_a_wide_table_with_shares_of_the_image(recording, tmp_path):
+    path = tmp_path / "cam1.csv"
+    path.write_text(
+        "frame,left_wrist_x,left_wrist_y,left_wrist_visibility,LEFT_ELBOW_x,LEFT_ELBOW_y\n"
+        "4,0.5,0.25,0.75,,\n5,0.5,0.5,0.5,0.25,0.5\n"
+    )
+    found = read(path, recording)
+    assert plain(found) == [
+        (4, "cam1", "left_wrist", 319.5, 119.5, 0.75),
+        (5, "cam1", "left_wrist", 319.5, 239.5, 0.5),
+        (5, "cam1", "left_elbow", 159.5, 239.5, 1.0),
+    ]
+    assert found.left_out == {"without a place": 1}
+
+
+def test_deeplabcut_with_individuals(recording, tmp_path):
+    path = tmp_path / "cam2DLC_resnet50.csv"
+    path.write_text(
+        "scorer,a,a,a,a,a,a\nindividuals,one,one,one,two,two,two\n"
+        "bodyparts,LWrist,LWrist,LWrist,LWrist,LWrist,LWrist\n"
+        "coords,x,y,likelihood,x,y,likelihood\n0,1,2,0.25,3,4,0.75\n1,,,,5,6,1\n"
+    )
+    found = read(path, recording)
+    assert plain(found)[0] == (0, "cam2", "left_wrist", 1.0, 2.0, 0.25)
+    assert found.keypoints.person.tolist() == [0, 1, 1]
+    assert plain_of(of_one_person(found.keypoints)) == [3.0, 5.0]
+
+
+def plain_of(keypoints) -> list[float]:
+    return keypoints.place[:, 0].tolist()
+
+
+def test_deeplabcut_in_hdf5(recording, tmp_path):
+    h5py = pytest.importorskip("h5py")
+    import pickle
+
+    path = tmp_path / "cam1DLC.h5"
+    columns = [("scorer", "left_wrist", name) for name in ("x", "y", "likelihood")]
+    kinds = np.dtype([("index", "<i8"), ("values_block_0", "<f8", (3,))])
+    with h5py.File(path, "w") as stored:
+        rows = np.array([(0, (1.0, 2.0, 0.5)), (3, (4.0, 5.0, 0.75))], dtype=kinds)
+        table = stored.create_group("df_with_missing").create_dataset("table", data=rows)
+        table.attrs["values_block_0_kind"] = np.void(pickle.dumps(columns, 0))
+    assert plain(read(path, recording)) == [
+        (0, "cam1", "left_wrist", 1.0, 2.0, 0.5),
+        (3, "cam1", "left_wrist", 4.0, 5.0, 0.75),
+    ]
+    with h5py.File(path, "a") as stored:
+        table = stored["df_with_missing"]["table"]
+        table.attrs["values_block_0_kind"] = np.void(pickle.dumps(print, 0))
+    with pytest.raises(InputError, match="not a DeepLabCut file"):
+        read(path, recording)
+
+
+def test_the_own_table_comes_back_and_counts_what_is_left_out(recording, tmp_path):
+    path = tmp_path / "table.csv"
+    rows = [
+        (0, "cam1", "left_wrist", 1.25, 2.5, 0.75, "rtm", 0),
+        (1, "cam2", "nose", 3.0, 4.0, 1.0, "rtm", 1),
+        (9, "cam2", "nose", 3.0, 4.0, 1.0, "rtm", 1),
+        (1, "cam2", "tail", 3.0, 4.0, 1.0, "rtm", 1),
+    ]
+    write_table(path, keypoints_of(rows), recording)
+    found = read(path, recording, 5)
+    assert list(rows_of(found.keypoints)) == rows[:2]
+    assert found.left_out == {
+        "of frames that the recording does not have (0:5)": 1,
+        "of keypoints that are no part of the body's layouts": 1,
+    }
+    named = read(path, recording, 5, names={"tail": "left_hand"}, detector="own")
+    assert "left_hand" in named.keypoints.keypoint
+    assert set(named.keypoints.source.tolist()) == {"own"}
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "said"),
+    [
+        ("a.txt", "x", "cannot be read from .txt"),
+        ("a.csv", "a,b\n1,2\n", "no keypoints are recognised"),
+        ("a.csv", "frame,view,keypoint,x,y\n0,cam9,nose,1,2\n", "cannot be determined"),
+        ("a.csv", "frame,view,keypoint,x,y\n0,cam1,tail,1,2\n", "no keypoint to use"),
+        ("cam1.json", '[{"image_id": 1, "keypoints": [1, 2]}]', "not three for each point"),
+        ("cam1.json", '[{"image_id": 1, "keypoints": [1, 2, 1]}]', "none of the usual layouts"),
+        ("cam1.json", "{}", "not a COCO file"),
+        ("cam1.npy", "rubbish", "no NumPy array"),
+    ],
+)
+def test_what_cannot_be_read_is_said(recording, tmp_path, name, content, said):
+    (tmp_path / name).write_text(content)
+    with pytest.raises(InputError, match=said):
+        read(tmp_path / name, recording)

@@ -1,0 +1,89 @@
+"""Mono views are tracked by keypoints alone."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stereotrack_core.body.manifold import displaced
+from stereotrack_core.body.model import body_model, landmarks
+from stereotrack_core.body.proportions import AVERAGE
+from stereotrack_core.errors import InputError
+from stereotrack_core.recording.description import Recording, Stream, View
+from stereotrack_core.recording.folder import open_recording
+from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
+from stereotrack_core.recording.writing import write_png, write_recording_description
+from stereotrack_core.simulation.keypoints import KeypointErrors, simulated_keypoints
+from stereotrack_core.tracking.presets import preset
+from stereotrack_core.tracking.run import Pipeline, track
+from stereotrack_core.tracking.run_spec import RunSpec
+from tests.tracking.recordings import camera_towards_the_middle
+from tests.tracking.scenes import CAMERAS, POSES
+
+BODY = body_model(AVERAGE)
+FRAMES = 8
+
+
+@pytest.fixture(scope="module")
+def mono(tmp_path_factory) -> Recording:
+    """Four mono views of a person who lifts an arm; the pictures are black."""
+    folder: Path = tmp_path_factory.mktemp("mono")
+    cameras = {n: camera_towards_the_middle(n, at) for n, at in zip("NOSW", CAMERAS, strict=True)}
+    for name, camera in cameras.items():
+        (folder / name).mkdir()
+        for k in range(FRAMES):
+            black = np.zeros((camera.height, camera.width), np.uint8)
+            write_png(folder / name / f"{k}.png", black)
+    views = tuple(View(name, "mono", Stream(name, f"{name}/%d.png")) for name in cameras)
+    write_recording_description(Recording(folder, "mono", 10.0, views, cameras))
+    return open_recording(folder)
+
+
+def truth() -> LandmarkTrajectory:
+    turn = np.zeros((FRAMES, 14))
+    turn[:, 2] = 0.02 * np.arange(FRAMES)
+    turn[:, 8] = np.radians(6.0) * np.arange(FRAMES)
+    poses = displaced(POSES["pointing"], turn, (2, 3, 4, 5))
+    return LandmarkTrajectory(np.arange(FRAMES), landmarks(BODY, poses))
+
+
+def apart(run) -> np.ndarray:
+    """Distances (F, 9) from the truth, metres."""
+    return np.linalg.norm(run.landmarks - truth().points, axis=2)
+
+
+def test_a_person_is_followed_without_any_cloud(mono):
+    exact = KeypointErrors(noise=0.3, gross=0.05, exchanged=0.1)
+    keypoints = simulated_keypoints(truth(), mono.cameras, exact, seed=3)
+    spec = RunSpec(preset("accurate"), keypoints=keypoints)
+    run = track(mono, spec)
+    assert run.tracked.all()
+    assert run.meta["keypoints"]["count"] == len(keypoints)
+    assert run.meta["warnings"] == []
+    assert np.median(apart(run)) < 0.015
+    assert apart(run)[:, : LANDMARKS.index("left_hip")].max() < 0.12
+    again = track(mono, spec)
+    np.testing.assert_array_equal(run.x, again.x)
+    smooth = track(mono, RunSpec(preset("accurate"), keypoints=keypoints, smooth=True))
+    assert np.median(apart(smooth)) < 0.015
+
+
+def test_frames_without_keypoints_are_not_tracked_and_it_is_found_again(mono):
+    keypoints = simulated_keypoints(truth(), mono.cameras, KeypointErrors(noise=0.2))
+    keypoints = keypoints[(keypoints.frame < 2) | (keypoints.frame > 3)]
+    with Pipeline(mono, RunSpec(preset("accurate"), keypoints=keypoints)) as pipeline:
+        frames = list(pipeline.frames(range(6)))
+    assert [frame.tracked for frame in frames] == [True, True, False, False, True, True]
+    assert frames[2].reason == "there are only 0 keypoints"
+
+
+def test_what_cannot_be_tracked_is_said(mono):
+    keypoints = simulated_keypoints(truth(), mono.cameras)
+    with pytest.raises(InputError, match=r"or keypoints of a 2-D detector"):
+        track(mono, RunSpec(preset("accurate")))
+    with pytest.raises(InputError, match="keypoints of 1 view tell no depth"):
+        track(mono, RunSpec(preset("accurate"), keypoints=keypoints, views=("N",)))
+    with pytest.raises(InputError, match="needs depth"):
+        track(mono, RunSpec(preset("thesis"), keypoints=keypoints))
