@@ -97,11 +97,13 @@ class RowFit:
         return self.row_px + (100.0 if self.wrong_side > 0.5 else 0.0)
 
 
-def check_pairs(recording: Recording, reader: FrameReader) -> Iterator[Finding]:
-    """Findings about the stereo views of a recording."""
+def check_pairs(
+    recording: Recording, reader: FrameReader, frames: int = _FRAMES
+) -> Iterator[Finding]:
+    """Findings about the stereo views of a recording, by so many of its frames."""
     count = reader.frame_count
-    frames = np.unique(np.linspace(0, count - 1, min(_FRAMES, count)).astype(int))
-    sets = [reader.frame_set(int(k)) for k in frames]
+    spread = np.unique(np.linspace(0, count - 1, min(frames, count)).astype(int))
+    sets = [reader.frame_set(int(k)) for k in spread]
     for view in recording.views:
         if view.left is None:
             continue
