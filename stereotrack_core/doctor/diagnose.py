@@ -12,8 +12,10 @@ import re
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 
-from stereotrack_core.doctor.clocks import check_clocks
+from stereotrack_core.arrays import FloatArray
+from stereotrack_core.doctor.clocks import check_clocks, motion_signals
 from stereotrack_core.doctor.clouds import check_clouds
+from stereotrack_core.doctor.delays import check_delays, stretch_of
 from stereotrack_core.doctor.pairs import check_pairs
 from stereotrack_core.doctor.pictures import check_pictures
 from stereotrack_core.doctor.reference import bodies, check_reference
@@ -29,7 +31,7 @@ from stereotrack_core.errors import Finding, InputError
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.reader import FrameReader
 
-_VIEW = re.compile(r"^view (.+?)(?:, (?:left|right|background))?$")
+_VIEW = re.compile(r"^views? (.+?)(?:, (?:left|right|background))?$")
 _GLANCED = 2
 """Frames that a glance looks at."""
 
@@ -48,7 +50,9 @@ def diagnose(recording: Recording) -> tuple[Finding, ...]:
         if not reader.frame_count:
             return ()
         found = [*check_pictures(recording, reader), *check_pairs(recording, reader)]
-        found += check_clocks(recording, reader)
+        signals = motion_signals(reader)
+        found += check_clocks(recording, signals)
+        found += _delays(recording, reader, found, list(signals.values()))
         found += _measured(recording, reader, found)
         found += check_clouds(recording, reader, _views_of(found))
     return tuple(found)
@@ -70,8 +74,26 @@ def glance(recording: Recording, views: Sequence[str] | None = None) -> tuple[Fi
             return ()
         return (
             *check_pictures(part, reader, frames=_GLANCED),
-            *check_pairs(part, reader, frames=_GLANCED),
+            *check_pairs(part, reader),
         )
+
+
+def _delays(
+    recording: Recording,
+    reader: FrameReader,
+    before: Sequence[Finding],
+    motion: Sequence[FloatArray],
+) -> Iterator[Finding]:
+    """Findings by the points of the person in frames in a row."""
+    views = measurable(recording, _views_of(before))
+    if len(views) < 2 or not motion:
+        return
+    stretch = stretch_of(motion, reader.frame_count)
+    try:
+        instants, places = measured_views(recording, reader, views, frames=stretch)
+    except InputError:
+        return  # told by the next check
+    yield from check_delays(instants, places, recording.fps)
 
 
 def _measured(
@@ -98,4 +120,4 @@ def _measured(
 def _views_of(findings: Iterable[Finding]) -> tuple[str, ...]:
     """Names of the views that findings blame."""
     matches = (_VIEW.match(one.where) for one in findings)
-    return tuple(match[1] for match in matches if match)
+    return tuple(name for match in matches if match for name in match[1].split(", "))

@@ -107,7 +107,9 @@ def bodies(instants: Instants, places: Places, frames: IntArray) -> Sequence[Bod
         ]
 
         def unknown(points: FloatArray, depths: Sequence[ViewDepth] = depths) -> BoolArray:
-            return np.all([_unknown_to(one, points) for one in depths], axis=0)
+            return np.asarray(
+                np.all([_unknown_to(one, points) for one in depths], axis=0), dtype=bool
+            )
 
         found.append(Body(int(frame), scipy.spatial.cKDTree(points), unknown))
     return found
@@ -221,7 +223,9 @@ def _check_place(
     yield Finding(
         "error" if off > _WRONG else "warning",
         "reference.csv",
-        f"{beside} (less than 5 cm usually)",
+        f"{beside}, and those that move {_cm(given.moving_rms)} (less than 5 cm usually)"
+        if np.isfinite(given.moving_rms)
+        else f"{beside} (less than 5 cm usually)",
         "It may belong to another recording or another world frame: no usual slip explains it.",
     )
     return True

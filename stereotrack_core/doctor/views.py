@@ -60,8 +60,8 @@ any other view it is where this one is to blame."""
 _FITS = 0.85
 """Share of points close to the others' surfaces from which a view is where it should be."""
 
-_WORTH = 0.05
-"""Rise of that share for which more freedom is worth it."""
+_WORTH = 0.2
+"""Share of that rise for which more freedom is worth it."""
 
 _LEAST_SHIFT, _WRONG_SHIFT = 0.03, 0.06
 """Metres by which points have to move where a view is doubtful, and plainly wrong."""
@@ -101,8 +101,9 @@ def measured_views(
     reader: FrameReader,
     views: Sequence[str],
     parameters: DepthParameters | None = None,
+    frames: Sequence[int] | IntArray | None = None,
 ) -> tuple[Instants, Places]:
-    """What some views measure of the person in frames spread over the recording.
+    """What some views measure of the person, in frames spread over the recording or others.
 
     Raises InputError for stereo cameras that cannot be rectified.
     """
@@ -111,7 +112,7 @@ def measured_views(
         volume_x=_EVERYWHERE, volume_y=_EVERYWHERE, volume_z=_EVERYWHERE,
         volume_bottom=-0.5 * _EVERYWHERE, disparity_from_volume=False, subpixel="matcher",
     )  # fmt: skip
-    frames = measured_frames(reader)
+    frames = measured_frames(reader) if frames is None else frames
     chain = DepthChain(recording, everywhere, views=views)
     try:
         chain.learn_background(reader, range(reader.frame_count))
@@ -317,7 +318,9 @@ def _check_fits(
     """The view whose points lie beside those of the others, or views that contradict each other."""
     surfaces = surfaces_of(instants, places)
     fits = {name: one for name in places if (one := _best_fit(surfaces, places, name)) is not None}
-    off = [name for name in fits if _is_off(fits[name])]
+    # of two views from different sides little is seen by both
+    least = _LEAST_SHIFT if len(places) > 2 else _WRONG_SHIFT
+    off = [name for name in fits if _is_off(fits[name]) and fits[name].shift > least]
     off.sort(key=lambda name: -fits[name].gain)
     clear = off and all(
         fits[off[0]].gain > _CLEAR_GAIN * one.gain for name, one in fits.items() if name != off[0]
@@ -328,6 +331,7 @@ def _check_fits(
             yield _displaced(recording, off[0], fit)
     elif off:
         shift = max(fits[name].shift for name in off)
+        off = off if len(places) > 2 else list(places)
         yield Finding(
             "error" if shift > _WRONG_SHIFT else "warning",
             f"views {', '.join(sorted(off, key=list(places).index))}",
@@ -381,7 +385,7 @@ def surfaces_of(instants: Instants, places: Places) -> Surfaces:
 def fit_view(surfaces: Surfaces, places: Places, view: str, way: Way = "any") -> CloudFit | None:
     """How a view's points would have to be moved to lie on those of the other views."""
     seen = [one for one in surfaces if view in one]
-    own = [one[view] for one in seen]
+    own = [Surface(one[view].points[::2], one[view].normals[::2]) for one in seen]
     rest = [joined([s for name, s in one.items() if name != view]) for one in seen]
     place = places[view]
     return fit_clouds(own, rest, Eye(place.translation, place.rotation[:, 2]), way)
@@ -394,7 +398,7 @@ def _simplest(surfaces: Surfaces, places: Places, view: str, free: CloudFit) -> 
     for ways in (("range", "depth"), ("turn", "shift")):
         some = [one for one in known if one.way in ways]
         best = max(some, key=lambda one: one.after, default=free)
-        if best.way in ways and best.after > free.after - _WORTH:
+        if best.way in ways and best.after > free.after - _WORTH * free.gain:
             return best
     return free
 

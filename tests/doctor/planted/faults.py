@@ -276,25 +276,21 @@ def _one_late(recording: Recording, rng: np.random.Generator) -> Recording | Non
 
 
 def _shifted(recording: Recording, view: View, frames: int, keys: Sequence[str]) -> Recording:
-    views = []
+    """Some streams of a view begin earlier than all others; all are equally long."""
     for one in recording.views:
         streams = {"left": one.left, "image": one.image, "depth": one.depth, "mask": one.mask}
-        made = {
-            key: replace(
-                stream,
-                first_frame=stream.first_frame
-                + (0 if one.name == view.name and key in keys else frames),
-            )
-            for key, stream in streams.items()
-            if stream
-        }
-        views.append(replace(one, **made))  # type: ignore[arg-type]
+        for key, stream in streams.items():
+            if stream is not None:
+                files = _files(recording, stream)
+                late = one.name == view.name and key in keys
+                for file in files[-frames:] if late else files[:frames]:
+                    file.unlink()
     reference = recording.reference
     if reference is not None:
         kept = reference.frame >= frames
         frame = reference.frame[kept] - frames
         reference = replace(reference, frame=frame, points=reference.points[kept])
-    return replace(recording, views=tuple(views), reference=reference)
+    return replace(recording, reference=reference)
 
 
 def _background(recording: Recording, rng: np.random.Generator) -> Recording | None:
