@@ -23,6 +23,11 @@ from stereotrack_core.cli.output import FAILED, OK, put_json, put_table, say
 from stereotrack_core.cli.sources import say_notes
 from stereotrack_core.cli.track_plan import USUAL_PRESET, TrackPlan, UnfinishedOutput, plan_of
 from stereotrack_core.counting import counted
+from stereotrack_core.doctor.before_tracking import (
+    checks_before_tracking,
+    hindrances,
+    refuse_plainly_wrong,
+)
 from stereotrack_core.experiments.tracked_run import TrackedRun
 from stereotrack_core.interop.run_file import run_suffix
 from stereotrack_core.recording.findings import examine
@@ -130,6 +135,7 @@ OPTIONS = (
         "smooth the run: steadier poses, short gaps bridged",
         action=BooleanOptionalAction,
     ),
+    flag("--despite-errors", "track a recording even if its checks find errors"),
     JSON,
 )
 
@@ -146,8 +152,7 @@ def run(args: Namespace) -> int:
     check_output(args.output, recording)
     output = UnfinishedOutput(args.recording, args.output)
     plan = plan_of(args, recording, output)
-    # what looks wrong is told before long work; the recording is tracked nevertheless
-    say_notes(finding for finding in examine(args.recording) if finding.severity != "note")
+    _check(args, plan)
     with output.telling():
         job = output.track(plan.recording, plan.spec, plan.count, plan.begun)
         if not len(job.run.frame):
@@ -155,6 +160,25 @@ def run(args: Namespace) -> int:
             return FAILED
         place = output.write(job)
     return _tell(args, plan, job, place)
+
+
+def _check(args: Namespace, plan: TrackPlan) -> None:
+    """Tell before long work what looks wrong; refuse what is plainly wrong unless told not to.
+
+    A run that is resumed has been checked when it began.
+    """
+    views = plan.spec.views
+    found = (
+        examine(args.recording) if args.resume else checks_before_tracking(plan.recording, views)
+    )
+    say_notes(finding for finding in found if finding.severity != "note")
+    if not (args.resume or args.despite_errors):
+        refuse_plainly_wrong(
+            hindrances(found, plan.recording, views),
+            str(args.recording),
+            "Correct it (stereotrack info --deep says more), leave the view out with --views, or "
+            "track nevertheless with --despite-errors.",
+        )
 
 
 def _tell(args: Namespace, plan: TrackPlan, job: TrackedRun, place: Path | None) -> int:

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from itertools import combinations, permutations
+from typing import TypeAlias
 
 import numpy as np
 
@@ -50,11 +51,12 @@ class Lag:
         return self.correlation > _CERTAIN and self.elsewhere < _ELSEWHERE * self.correlation
 
 
-def check_clocks(recording: Recording, reader: FrameReader) -> Iterator[Finding]:
-    """Findings about streams that show the scene earlier or later than the others."""
-    if reader.frame_count < _FEWEST_FRAMES:
-        return
-    signals = motion_signals(reader)
+Signals: TypeAlias = Mapping[tuple[str, str], FloatArray]
+"""Motion (F,) in streams, by view and ``left`` or ``image``."""
+
+
+def check_clocks(recording: Recording, signals: Signals) -> Iterator[Finding]:
+    """Findings about streams that show the scene earlier or later, by the motion in them."""
     wrong = []
     for view in recording.views:
         pair = signals.get((view.name, "left")), signals.get((view.name, "image"))
@@ -63,11 +65,14 @@ def check_clocks(recording: Recording, reader: FrameReader) -> Iterator[Finding]
             wrong += [view.name] * len(found)
             yield from found
     views = {v: s for (v, key), s in signals.items() if key == "image" and v not in wrong}
-    yield from check_lags(views, recording.fps)
+    if sum(recording.view(name).kind != "mono" for name in views) < 2:
+        yield from check_lags(views, recording.fps)  # else depth tells it better
 
 
-def motion_signals(reader: FrameReader) -> Mapping[tuple[str, str], FloatArray]:
-    """Motion (F,) in the first frames of every stream, by view and ``left`` or ``image``."""
+def motion_signals(reader: FrameReader) -> Signals:
+    """Motion in the first frames of every stream; none where there are too few."""
+    if reader.frame_count < _FEWEST_FRAMES:
+        return {}
     pictures: dict[tuple[str, str], list[FloatArray]] = {}
     for k in range(min(reader.frame_count, _MOST_FRAMES)):
         for name, images in reader.frame_set(k).views.items():
@@ -92,7 +97,7 @@ def _check_pair(view: str, lag: Lag, fps: float) -> Iterator[Finding]:
     yield Finding(
         "error",
         f"view {view}, left",
-        f"it shows everything {_span(lag.frames, fps)} than the right image of its pair "
+        f"it shows everything {span(lag.frames, fps)} than the right image of its pair "
         f"(correlation of the motion {lag.correlation:.2f})",
         _remedy(lag.frames),
     )
@@ -115,13 +120,14 @@ def check_lags(signals: Mapping[str, FloatArray], fps: float) -> Iterator[Findin
             yield Finding(
                 "error" if abs(late) >= _WRONG_LAG else "warning",
                 f"view {name}",
-                f"it shows everything {_span(late, fps)} than the other views (correlation of "
+                f"it shows everything {span(late, fps)} than the other views (correlation of "
                 f"the motion {np.median([lag.correlation for lag in own]):.2f})",
                 _remedy(late),
             )
 
 
-def _span(frames: float, fps: float) -> str:
+def span(frames: float, fps: float) -> str:
+    """``2.0 frames (67 ms) later``, for frames by which a stream is late."""
     size = f"{abs(frames):.1f} frames ({1000 * abs(frames) / fps:.0f} ms)"
     return f"{size} {'later' if frames > 0 else 'earlier'}"
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from itertools import product
+from itertools import combinations, product
 from typing import TypeAlias
 
 import cv2
@@ -21,7 +21,6 @@ import scipy
 from stereotrack_core.arrays import FloatArray, ImageArray
 from stereotrack_core.depth.rectify import common_rotation
 from stereotrack_core.doctor.slips import (
-    SIZES,
     centre_exchanged,
     focused,
     inverted,
@@ -33,10 +32,13 @@ from stereotrack_core.errors import Finding, Severity
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.rotation import rotation_from_vector
 from stereotrack_core.geometry.transform import RigidTransform
+from stereotrack_core.recording.camera_checks import IMAGE_SIZES
 from stereotrack_core.recording.description import Recording, View
 from stereotrack_core.recording.reader import FrameReader
 
-_FRAMES = 4
+_FRAMES = 2
+"""What stands still, and gives most details, is the same in all of them."""
+
 _DETAILS = 1500
 _RATIO = 0.75
 """Distance of the best match over that of the second best up to which it is unambiguous."""
@@ -56,6 +58,9 @@ _DOUBTFUL_PX, _WRONG_PX = 1.0, 2.5
 
 _MENDED_PX, _MENDED_SHARE = 0.7, 0.4
 """Row offset, and share of the one before, below which a correction explains a fault."""
+
+_STRAIGHTENED = 0.6
+"""The same share for distortions, of which one of several coefficients is tried."""
 
 _MENDED_TURN = np.radians(45.0)
 
@@ -102,6 +107,7 @@ def check_pairs(recording: Recording, reader: FrameReader) -> Iterator[Finding]:
     count = reader.frame_count
     frames = np.unique(np.linspace(0, count - 1, min(_FRAMES, count)).astype(int))
     sets = [reader.frame_set(int(k)) for k in frames]
+    matched: dict[str, Matched] = {}
     for view in recording.views:
         if view.left is None:
             continue
@@ -113,7 +119,47 @@ def check_pairs(recording: Recording, reader: FrameReader) -> Iterator[Finding]:
             if details.seen > _MANY and len(details.left) < _SHARED * details.seen:
                 yield _unlike(view, pairs, details)
             else:
-                yield from check_pair(view, (cameras[0], cameras[1]), details)
+                matched[view.name] = Matched(view, (cameras[0], cameras[1]), details)
+    wrong = {name: found for name, one in matched.items() if (found := list(_found_in(one)))}
+    for (a, one), (b, other) in combinations(matched.items(), 2):
+        if a in wrong and b in wrong and _fit(one, other.cameras) and _fit(other, one.cameras):
+            del wrong[a], wrong[b]
+            yield Finding(
+                "error",
+                f"views {a}, {b}",
+                "they are exchanged: the images of each fit the cameras of the other one",
+                f"Exchange the files, or the cameras, of the views {a} and {b} (tested: then the "
+                "rows of both pairs agree).",
+            )
+    for found in wrong.values():
+        yield from found
+
+
+@dataclass(frozen=True, eq=False)
+class Matched:
+    """A stereo view with its left and right camera, and the details that both images show."""
+
+    view: View
+    cameras: Pair
+    details: Details
+
+
+def _found_in(one: Matched) -> Iterator[Finding]:
+    return check_pair(one.view, one.cameras, one.details)
+
+
+def _fit(one: Matched, cameras: Pair) -> bool:
+    """Whether a view's details lie in the same rows with these cameras."""
+    same = all(
+        (a.width, a.height) == (b.width, b.height)
+        for a, b in zip(one.cameras, cameras, strict=True)
+    )
+    return same and row_fit(cameras, one.details).misfit < _MENDED_PX * _scale(cameras)
+
+
+def _scale(cameras: Pair) -> float:
+    """How much larger the images are than those that the limits refer to."""
+    return max(cameras[1].width / _WIDTH, 0.5)
 
 
 def _unlike(
@@ -191,7 +237,7 @@ def _offsets(cameras: Pair, details: Details) -> tuple[FloatArray, FloatArray]:
 
 def check_pair(view: View, cameras: Pair, details: Details) -> Iterator[Finding]:
     """Findings about one pair, by its details."""
-    where, scale = f"view {view.name}", max(cameras[1].width / _WIDTH, 0.5)
+    where, scale = f"view {view.name}", _scale(cameras)
     if np.linalg.norm(cameras[0].position_world - cameras[1].position_world) < 1e-6:
         return  # told by the checks of the cameras
     if len(details.left) < _FEWEST:
@@ -217,12 +263,8 @@ def _px(pixels: float) -> str:
 def _remedy(cameras: Pair, details: Details, fit: RowFit, scale: float) -> str:
     """The correction that lays the details into the same rows, or what to do without one."""
     limit = max(_MENDED_PX * scale, _MENDED_SHARE * min(fit.row_px, 2.0 * scale))
-    if (swapped := row_fit(cameras, details.exchanged)).misfit < limit:
-        return (
-            "The left and the right image are exchanged: swap the files of left and right "
-            f"(tested: then the rows agree within {_px(swapped.row_px)}). Images that are both "
-            "mirrored or upside down look the same: then store them as the cameras saw them."
-        )
+    if fit.wrong_side > 0.5 and (said := _overturned(cameras, details, limit)):
+        return said
     tried = [
         (row_fit(changed, details).misfit, _off_centre(changed), said)
         for said, changed in _corrections(cameras)
@@ -241,6 +283,14 @@ def _remedy(cameras: Pair, details: Details, fit: RowFit, scale: float) -> str:
             return (
                 f"The {which} image is upside down: store it as the camera saw it (tested: then "
                 f"the rows agree within {_px(upright.row_px)})."
+            )
+    if not any(np.any(one.distortions) for one in cameras):
+        bent, left = _bent(cameras, details)
+        if left < max(limit, _STRAIGHTENED * fit.row_px):
+            return (
+                "The calibration states no distortions, but the lenses have some, of about k_1 = "
+                f"{bent:.2f} (tested: with it the rows agree within {_px(left)}). Write them, or "
+                "calibrate with them."
             )
     turn, left = _turn(cameras, details)
     if left < limit:
@@ -276,7 +326,7 @@ def _corrections(cameras: Pair) -> Iterator[tuple[str, Pair]]:
         ("Invert rotation and translation of {}", inverted),
         ("Leave out the distortions of {}", undistorted),
     ]
-    for factor in SIZES:
+    for factor in IMAGE_SIZES:
         said = f"The matrix of {{}} belongs to another image size: multiply it by {factor:.3g}"
         changes.append((said, partial(resized, factor=factor)))
     for factor in _FOCALS:
@@ -293,6 +343,47 @@ def _corrections(cameras: Pair) -> Iterator[tuple[str, Pair]]:
         changed = change(left) if first else left, change(right) if second else right
         if np.linalg.norm(changed[0].position_world - changed[1].position_world) > 1e-6:
             yield said.format(" and ".join(names)), changed
+
+
+def _overturned(cameras: Pair, details: Details, limit: float) -> str:
+    """What lays the details before the cameras: other files, or images that are turned back."""
+    width, height = (np.array([[one.width, one.height] for one in cameras]) - 1.0).T
+    size = np.stack([width, height], axis=1)
+    mirrored = np.array([1.0, 0.0])
+    turned = replace(details, left=size[0] - details.left, image=size[1] - details.image)
+    back = replace(
+        details,
+        left=np.abs(size[0] * mirrored - details.left),
+        image=np.abs(size[1] * mirrored - details.image),
+    )
+    tried = [
+        (row_fit(cameras, details.exchanged).misfit,
+         "The left and the right image are exchanged: swap the files of left and right"),
+        (row_fit(cameras, turned).misfit, "Both images are upside down: turn them round"),
+        (row_fit(cameras, back).misfit, "Both images are mirrored: store them as they were seen"),
+    ]  # fmt: skip
+    fitting = sorted((misfit, said) for misfit, said in tried if misfit < limit)
+    if not fitting:
+        return ""
+    best, said = fitting[0]
+    others = [other for misfit, other in fitting[1:] if misfit < best + 2 * _TIE_PX]
+    or_else = "".join(f" Or else: {other[0].lower()}{other[1:]}." for other in others)
+    return f"{said} (tested: then the rows agree within {_px(best)}).{or_else}"
+
+
+def _bent(cameras: Pair, details: Details) -> tuple[float, float]:
+    """First radial coefficient that helps most in both lenses, and the row offset then."""
+
+    def changed(coefficient: float) -> Pair:
+        bent = np.array([coefficient, 0.0, 0.0, 0.0])
+        left, right = (replace(one, distortions=bent, fisheye=False) for one in cameras)
+        return left, right
+
+    def offset(coefficient: float) -> float:
+        return row_fit(changed(coefficient), details).misfit
+
+    solved = scipy.optimize.minimize_scalar(offset, bounds=(-0.5, 0.5), method="bounded")
+    return float(solved.x), float(solved.fun)
 
 
 def _turn(cameras: Pair, details: Details) -> tuple[float, float]:

@@ -28,14 +28,16 @@ _OTHER, _LEAST_BETTER = 0.6, 2.0
 view has to fit better."""
 
 
-def check_pictures(recording: Recording, reader: FrameReader) -> Iterator[Finding]:
+def check_pictures(
+    recording: Recording, reader: FrameReader, frames: int = _FRAMES
+) -> Iterator[Finding]:
     """Findings about stereo views whose images are partly black, or whose background is another's.
 
     Depth cameras' pictures may be black where nothing was measured.
     """
     count = reader.frame_count
-    frames = np.unique(np.linspace(0, count - 1, min(_FRAMES, count)).astype(int))
-    sets = [reader.frame_set(int(k)) for k in frames]
+    spread = np.unique(np.linspace(0, count - 1, min(frames, count)).astype(int))
+    sets = [reader.frame_set(int(k)) for k in spread]
     shown: dict[str, list[FloatArray]] = {}
     empty: dict[str, FloatArray] = {}
     for view in recording.views:

@@ -10,9 +10,7 @@ import numpy as np
 
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.transform import RigidTransform
-
-SIZES = (0.5, 2.0, 2.0 / 3.0, 1.5, 0.75, 4.0 / 3.0)
-"""Factors between image sizes that cameras are calibrated and used with."""
+from stereotrack_core.recording.camera_checks import IMAGE_SIZES
 
 
 @dataclass(frozen=True)
@@ -84,7 +82,7 @@ SLIPS = (
             f"Multiply its first two rows by {factor:.3g}.",
             partial(resized, factor=factor),
         )
-        for factor in SIZES
+        for factor in IMAGE_SIZES
     ),
 )
 """Those of one view that the others contradict."""

@@ -15,7 +15,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from stereotrack_core.arrays import BoolArray, FloatArray
+from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 from stereotrack_core.depth.chain import DepthChain, rectification_of
 from stereotrack_core.depth.cloud import DepthGeometry, ViewDepth, seen_through
 from stereotrack_core.depth.parameters import DepthParameters
@@ -24,6 +24,7 @@ from stereotrack_core.doctor.cloud_fit import (
     WAYS,
     CloudFit,
     Eye,
+    Surface,
     Way,
     fit_clouds,
     joined,
@@ -56,8 +57,11 @@ _LEAST_GAIN, _CLEAR_GAIN = 0.15, 1.5
 """Rise of the share of points that fit, from which a view is off, and how much larger than that of
 any other view it is where this one is to blame."""
 
-_WORTH = 0.05
-"""Rise of that share for which more freedom is worth it."""
+_FITS = 0.85
+"""Share of points close to the others' surfaces from which a view is where it should be."""
+
+_WORTH = 0.2
+"""Share of that rise for which more freedom is worth it."""
 
 _LEAST_SHIFT, _WRONG_SHIFT = 0.03, 0.06
 """Metres by which points have to move where a view is doubtful, and plainly wrong."""
@@ -82,14 +86,24 @@ Instants = Sequence[Mapping[str, Seen]]
 Places = Mapping[str, RigidTransform]
 """Where the rectified cameras are, by view name."""
 
+Surfaces = Sequence[Mapping[str, Surface]]
+"""What the views measured as surfaces in the world, instant by instant, by view name."""
+
+
+def measured_frames(reader: FrameReader) -> IntArray:
+    """The frames that views are measured in."""
+    count = reader.frame_count
+    return np.unique(np.linspace(0, count - 1, min(_FRAMES, count)).astype(np.int64))
+
 
 def measured_views(
     recording: Recording,
     reader: FrameReader,
     views: Sequence[str],
     parameters: DepthParameters | None = None,
+    frames: Sequence[int] | IntArray | None = None,
 ) -> tuple[Instants, Places]:
-    """What some views measure of the person in frames spread over the recording.
+    """What some views measure of the person, in frames spread over the recording or others.
 
     Raises InputError for stereo cameras that cannot be rectified.
     """
@@ -98,11 +112,10 @@ def measured_views(
         volume_x=_EVERYWHERE, volume_y=_EVERYWHERE, volume_z=_EVERYWHERE,
         volume_bottom=-0.5 * _EVERYWHERE, disparity_from_volume=False, subpixel="matcher",
     )  # fmt: skip
-    count = reader.frame_count
-    frames = np.unique(np.linspace(0, count - 1, min(_FRAMES, count)).astype(int))
+    frames = measured_frames(reader) if frames is None else frames
     chain = DepthChain(recording, everywhere, views=views)
     try:
-        chain.learn_background(reader, range(count))
+        chain.learn_background(reader, range(reader.frame_count))
         clouds = [chain.process(reader.frame_set(int(k))) for k in frames]
         places = {name: one.world_from_depth for name, one in chain.geometry.items()}
     finally:
@@ -181,20 +194,19 @@ def _in_image(geometry: DepthGeometry, points: FloatArray) -> BoolArray:
     return np.asarray((z > 0) & across & (v > -margin) & (v < geometry.height + margin))
 
 
-def check_views(
-    recording: Recording, reader: FrameReader, doubtful: Sequence[str] = ()
-) -> Iterator[Finding]:
-    """Findings about the places of views with depth; those that are `doubtful` are not asked."""
-    views = [
+def measurable(recording: Recording, doubtful: Sequence[str] = ()) -> Sequence[str]:
+    """Names of the views that measure depth, without those that are `doubtful`."""
+    return [
         view.name for view in recording.views
         if view.kind != "mono" and view.name not in doubtful and _rectifies(recording, view.name)
     ]  # fmt: skip
-    if len(views) < 2:
-        return
-    try:
-        instants, places = measured_views(recording, reader, views)
-    except InputError as error:
-        yield Finding.of(error)
+
+
+def check_views(
+    recording: Recording, reader: FrameReader, instants: Instants, places: Places
+) -> Iterator[Finding]:
+    """Findings about the places of views, by what they measured of the recording."""
+    if len(places) < 2:
         return
 
     def remeasured(changed: Recording, view: str) -> tuple[Instants, Places]:
@@ -304,18 +316,22 @@ def _check_fits(
     recording: Recording, instants: Instants, places: Places, given: Misfits
 ) -> Iterator[Finding]:
     """The view whose points lie beside those of the others, or views that contradict each other."""
-    fits = {name: one for name in places if (one := _best_fit(instants, places, name)) is not None}
-    off = [name for name in fits if _is_off(fits[name])]
+    surfaces = surfaces_of(instants, places)
+    fits = {name: one for name in places if (one := _best_fit(surfaces, places, name)) is not None}
+    # of two views from different sides little is seen by both
+    least = _LEAST_SHIFT if len(places) > 2 else _WRONG_SHIFT
+    off = [name for name in fits if _is_off(fits[name]) and fits[name].shift > least]
     off.sort(key=lambda name: -fits[name].gain)
     clear = off and all(
         fits[off[0]].gain > _CLEAR_GAIN * one.gain for name, one in fits.items() if name != off[0]
     )
     if clear and len(places) > 2:
-        fit = _simplest(instants, places, off[0], fits[off[0]])
+        fit = _simplest(surfaces, places, off[0], fits[off[0]])
         if _is_off(fit):
             yield _displaced(recording, off[0], fit)
     elif off:
         shift = max(fits[name].shift for name in off)
+        off = off if len(places) > 2 else list(places)
         yield Finding(
             "error" if shift > _WRONG_SHIFT else "warning",
             f"views {', '.join(sorted(off, key=list(places).index))}",
@@ -344,36 +360,45 @@ def _is_off(fit: CloudFit) -> bool:
     return fit.gain > _LEAST_GAIN and fit.shift > _LEAST_SHIFT
 
 
-def _best_fit(instants: Instants, places: Places, view: str) -> CloudFit | None:
+def _best_fit(surfaces: Surfaces, places: Places, view: str) -> CloudFit | None:
     """The better of a free movement and a factor, which is found from farther away."""
-    tried = [fit_view(instants, places, view, way) for way in ("any", "range")]
-    return max((one for one in tried if one is not None), key=lambda one: one.gain, default=None)
+    free = fit_view(surfaces, places, view)
+    if free is not None and free.before > _FITS and free.gain < _LEAST_GAIN:
+        return free  # what lies there already need not be searched for
+    factor = fit_view(surfaces, places, view, "range")
+    known = [one for one in (free, factor) if one is not None]
+    return max(known, key=lambda one: one.gain, default=None)
 
 
-def fit_view(instants: Instants, places: Places, view: str, way: Way = "any") -> CloudFit | None:
+def surfaces_of(instants: Instants, places: Places) -> Surfaces:
+    """What the views with a place measured, as surfaces in the world."""
+    return [
+        {
+            name: surface_of(one.placed(places[name]), places[name].translation)
+            for name, one in seen.items()
+            if name in places
+        }
+        for seen in instants
+    ]
+
+
+def fit_view(surfaces: Surfaces, places: Places, view: str, way: Way = "any") -> CloudFit | None:
     """How a view's points would have to be moved to lie on those of the other views."""
-    own, rest = [], []
-    for seen in instants:
-        if view in seen:
-            surfaces = {
-                name: surface_of(one.placed(places[name]), places[name].translation)
-                for name, one in seen.items()
-                if name in places
-            }
-            own.append(surfaces.pop(view))
-            rest.append(joined(list(surfaces.values())))
+    seen = [one for one in surfaces if view in one]
+    own = [Surface(one[view].points[::2], one[view].normals[::2]) for one in seen]
+    rest = [joined([s for name, s in one.items() if name != view]) for one in seen]
     place = places[view]
     return fit_clouds(own, rest, Eye(place.translation, place.rotation[:, 2]), way)
 
 
-def _simplest(instants: Instants, places: Places, view: str, free: CloudFit) -> CloudFit:
+def _simplest(surfaces: Surfaces, places: Places, view: str, free: CloudFit) -> CloudFit:
     """The fit with the least freedom that explains about as much as a free movement."""
-    tried = [fit_view(instants, places, view, way) for way in WAYS if way != "any"]
+    tried = [fit_view(surfaces, places, view, way) for way in WAYS if way != "any"]
     known = [one for one in tried if one is not None]
     for ways in (("range", "depth"), ("turn", "shift")):
         some = [one for one in known if one.way in ways]
         best = max(some, key=lambda one: one.after, default=free)
-        if best.way in ways and best.after > free.after - _WORTH:
+        if best.way in ways and best.after > free.after - _WORTH * free.gain:
             return best
     return free
 

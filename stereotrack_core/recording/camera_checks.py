@@ -25,6 +25,9 @@ _USUAL_DISTANCE_M = 3.0
 _WIDEST_STEREO_TURN = np.radians(20.0)
 _MOST_FOLDED = 0.1
 """Share of the border; polynomials of good calibrations may turn in the very corners."""
+IMAGE_SIZES = (0.5, 2.0, 2.0 / 3.0, 1.5, 0.75, 4.0 / 3.0)
+"""Factors between image sizes that cameras are calibrated and used with."""
+_NEAR_MIDDLE = 0.06  # of the width, by which a principal point misses the middle of its image
 _FIELD_OF_VIEW_DEG = (5.0, 170.0)
 
 
@@ -59,7 +62,7 @@ def _check_intrinsics(camera: Camera) -> Iterator[Finding]:
             f" {width} x {height} pixels",
             "It fits the image rotated by 90 degrees. Calibrate with the images as they are stored."
             if turned
-            else "Use the calibration for this image size.",
+            else _of_another_size(camera) or "Use the calibration for this image size.",
         )
     elif abs(cx - width / 2) > width / 4 or abs(cy - height / 2) > height / 4:
         yield Finding(
@@ -67,7 +70,8 @@ def _check_intrinsics(camera: Camera) -> Iterator[Finding]:
             where,
             f"the principal point ({cx:.1f}, {cy:.1f}) is far from the centre of the image of "
             f"{width} x {height} pixels",
-            "This is correct only for cropped images; otherwise calibrate again.",
+            _of_another_size(camera)
+            or "This is correct only for cropped images; otherwise calibrate again.",
         )
     fx, fy = camera.matrix[0, 0], camera.matrix[1, 1]
     if not 0.8 < fx / fy < 1.25:
@@ -86,6 +90,18 @@ def _check_intrinsics(camera: Camera) -> Iterator[Finding]:
             "The focal length must be in pixels, not in millimetres.",
         )
     yield from _check_distortion(camera)
+
+
+def _of_another_size(camera: Camera) -> str:
+    """What to do where the principal point is the middle of a larger or smaller image."""
+    middle = np.array([camera.width, camera.height]) / 2
+    for factor in IMAGE_SIZES:
+        if np.all(np.abs(factor * camera.matrix[:2, 2] - middle) < _NEAR_MIDDLE * camera.width):
+            return (
+                "The matrix belongs to another image size: multiply its first two rows by "
+                f"{factor:.3g}."
+            )
+    return ""
 
 
 def _check_distortion(camera: Camera) -> Iterator[Finding]:
@@ -261,6 +277,7 @@ def _check_gaze(recording: Recording, *, upright: bool) -> Generator[Finding, No
     cameras = view_cameras(recording)
     turns = {view.name: view.display_rotation for view in recording.views if upright}
     if len(cameras) < _LEAST_VIEWS:
+        yield from _check_upright(cameras, turns)
         return False
     misfits, likely = _misfits(cameras, turns), up_of_cameras(recording)
     if len(misfits) > len(cameras) // 2 or at_one_place(cameras):
@@ -291,6 +308,23 @@ def _check_gaze(recording: Recording, *, upright: bool) -> Generator[Finding, No
             " display_rotation.",
         )
     return False
+
+
+def _check_upright(cameras: Mapping[str, Camera], turns: Mapping[str, int]) -> Iterator[Finding]:
+    """Of few views, those that are upright only if they are changed in a way that is seen often."""
+    for name, turn in turns.items():
+        camera = cameras.get(name)
+        if camera is None or _is_upright(camera, turn):
+            continue
+        fits = [way for way, change in _WAYS.items() if _is_upright(change(camera), turn)]
+        if fits:
+            yield Finding(
+                "warning",
+                f"{CALIBRATION}, camera {camera.name}, rotation",
+                f"view {name} is not upright: the world's z does not point up in its image",
+                f"It would be if it were {fits[0]}: x_camera = R x_world + t. Check its "
+                "display_rotation, too.",
+            )
 
 
 def _transposed(camera: Camera) -> Camera:

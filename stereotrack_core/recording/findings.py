@@ -195,10 +195,11 @@ def check_times(where: str, times: FloatArray, fps: float | None) -> Iterator[Fi
     usual = float(np.median(steps))
     if fps is not None and usual > 0 and abs(1 / usual - fps) > 0.05 * fps:
         yield Finding(
-            "note",
+            "warning",
             where,
             f"the video states {1 / usual:.2f} frames per second, the recording {fps:g}",
-            "The value of the recording is used. Correct fps if the video is right.",
+            "The value of the recording is used. Write "
+            f"fps = {1 / usual:.4g} if the video is right (tested: then its time stamps fit).",
         )
     uneven = np.flatnonzero(np.abs(steps - usual) > 0.5 * usual)
     if uneven.size:

@@ -2,6 +2,8 @@
 
 import shutil
 
+import pytest
+
 
 def test_a_sound_recording_has_no_errors(run, recording):
     ended = run("info", recording, "--deep", "--json")
@@ -9,7 +11,9 @@ def test_a_sound_recording_has_no_errors(run, recording):
     assert not [f for f in ended.json["findings"] if f["severity"] == "error"]
 
 
-def test_images_that_are_exchanged_are_an_error(run, recording, tmp_path):
+@pytest.fixture
+def exchanged(recording, tmp_path):
+    """The recording with the images of view N exchanged."""
     folder = tmp_path / "copy"
     shutil.copytree(recording, folder)
     for name in ("N_{}.mp4", "N_{}_background.png"):
@@ -18,10 +22,26 @@ def test_images_that_are_exchanged_are_an_error(run, recording, tmp_path):
             aside = files[0].rename(folder / f"aside{files[0].suffix}")
             files[1].rename(files[0])
             aside.rename(files[1])
-    assert run("info", folder).status == 0
-    ended = run("info", folder, "--deep", "--json")
+    return folder
+
+
+def test_images_that_are_exchanged_are_an_error(run, exchanged):
+    assert run("info", exchanged).status == 0
+    ended = run("info", exchanged, "--deep", "--json")
     assert ended.status == 2
     [finding] = [f for f in ended.json["findings"] if f["severity"] == "error"]
     assert finding["where"] == "view N"
     assert "swap the files of left and right" in finding["remedy"]
-    assert "wrong side" in run("info", folder, "--deep").out
+    assert "wrong side" in run("info", exchanged, "--deep").out
+
+
+def test_what_is_plainly_wrong_is_not_tracked_unless_it_is_wanted(run, exchanged, tmp_path):
+    output = tmp_path / "run.npz"
+    command = ("track", exchanged, "-o", output, "--preset", "fast", "--frames", "0:2")
+    refused = run(*command)
+    assert refused.status == 2
+    assert "error: view N: " in refused.err
+    assert "--despite-errors" in refused.err
+    assert not output.exists()
+    assert "view N" not in run(*command, "--views", "S").err  # the other view is sound
+    assert "Error" not in run(*command, "--despite-errors").err

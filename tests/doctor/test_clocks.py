@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 
-from stereotrack_core.doctor.clocks import check_clocks, check_lags, lag_of
+from stereotrack_core.doctor.clocks import check_clocks, check_lags, lag_of, motion_signals
 from stereotrack_core.recording.reader import FrameSet, ViewImages
 
 
@@ -65,6 +65,6 @@ class Frames:
 
 @pytest.mark.parametrize("late", [0, 3])
 def test_the_left_image_of_a_pair_may_be_late(late, stereo_view):
-    findings = list(check_clocks(stereo_view, Frames(late)))
+    findings = list(check_clocks(stereo_view, motion_signals(Frames(late))))
     assert [f.where for f in findings] == ["view A, left"] * (late > 0)
     assert all(f.severity == "error" and "larger by 3" in f.remedy for f in findings)

@@ -9,7 +9,13 @@ from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.doctor.slips import transposed
-from stereotrack_core.doctor.views import check_places, fit_view, measured_views, misfits
+from stereotrack_core.doctor.views import (
+    check_places,
+    fit_view,
+    measured_views,
+    misfits,
+    surfaces_of,
+)
 from stereotrack_core.geometry.rotation import rotation_from_vector
 from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.recording.reader import FrameReader
@@ -104,7 +110,7 @@ def test_a_view_that_is_displaced_is_named_and_measured(recording):
 
 def test_a_displacement_is_measured(recording):
     instants, places = measured(moved(recording, "S", shift=(0.1, 0.0, 0.0)))
-    fit = fit_view(instants, places, "S", "shift")
+    fit = fit_view(surfaces_of(instants, places), places, "S", "shift")
     assert fit.amount == pytest.approx(0.1, abs=0.02)
 
 

@@ -1,0 +1,352 @@
+"""Does the reference belong to what the views measure? Its limbs against the points of the person.
+
+A limb lies within the flesh: where a view measures the person, the surface is a few centimetres
+from the bones. Where the reference lies elsewhere, other axes and other instants are tried in turn;
+what lays the limbs into the measured body is the tested correction.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import scipy
+
+from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
+from stereotrack_core.depth.cloud import ViewDepth
+from stereotrack_core.doctor.views import Instants, Places
+from stereotrack_core.errors import Finding
+from stereotrack_core.recording.description import Recording, Subject
+from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
+
+_AT = {name: i for i, name in enumerate(LANDMARKS)}
+_PARTS = tuple(
+    (f"{side}_{one}", f"{side}_{other}")
+    for side in ("left", "right")
+    for one, other in (("shoulder", "elbow"), ("elbow", "hand"), ("hip", "shoulder"))
+)
+_ALONG = np.array([0.0, 1 / 3, 2 / 3, 1.0])
+"""Where on a part its points are."""
+
+_FARTHEST = 0.3
+"""Metres as which larger distances count."""
+
+_HIDDEN = 0.2
+"""Metres behind a measured surface from which a point is hidden by it."""
+
+_FEWEST = 20
+"""Points without which nothing is said."""
+
+_FITS, _WRONG = 0.075, 0.12
+"""Metres from bones to surfaces where a reference may be wrong, and where it plainly is."""
+
+_MENDS = 0.06
+"""Metres that a correction in time may leave; the same motion by another person leaves more."""
+
+_MENDED = 0.7
+"""Share of the distance that a correction has to leave at most."""
+
+_LONGEST_LAG, _LEAST_LAG = 15, 2
+_LEAST_MOTION = 0.12
+"""Metres that a point moves within the lags, from which it says something about time."""
+
+_LEAST_WORTH = 0.015
+"""Metres by which a shift in time has to bring moving limbs nearer."""
+
+_LOOSE = 0.15
+"""Standard deviation of a bone's length, as share of it, from which it is told."""
+
+_LEAST_SIZE, _WRONG_SIZE = 0.12, 0.2
+"""Shares by which a subject's lengths may differ from the reference's: doubtful, and wrong."""
+
+_BACKWARD = -0.02
+"""Metres that hands and head are before the shoulders, below which sides are exchanged."""
+
+_AXES: Mapping[str, Callable[[FloatArray], FloatArray]] = {
+    "its y axis points up: z must point up. Write x, -z, y for x, y, z": lambda p: _turned(
+        p, (0, 2, 1), (1, -1, 1)
+    ),
+    "its y axis points down: z must point up. Write x, z, -y for x, y, z": lambda p: _turned(
+        p, (0, 2, 1), (1, 1, -1)
+    ),
+    "its x axis points up: z must point up. Write z, y, -x for x, y, z": lambda p: _turned(
+        p, (2, 1, 0), (-1, 1, 1)
+    ),
+    "x and y are exchanged. Write y, x, z for x, y, z": lambda p: _turned(p, (1, 0, 2), (1, 1, 1)),
+}
+
+
+def _turned(
+    points: FloatArray, order: tuple[int, int, int], signs: tuple[int, int, int]
+) -> FloatArray:
+    return points[..., list(order)] * np.array(signs, dtype=np.float64)
+
+
+@dataclass(frozen=True, eq=False)
+class Body:
+    """What the views measured of the person at one instant."""
+
+    frame: int
+    tree: scipy.spatial.cKDTree
+    unknown: Callable[[FloatArray], BoolArray]
+    """Of which of points (N, 3), world, no view knows anything."""
+
+
+def bodies(instants: Instants, places: Places, frames: IntArray) -> Sequence[Body]:
+    """The instants, of these frames, at which any view measured the person."""
+    found = []
+    for frame, seen in zip(frames, instants, strict=True):
+        placed = {name: one for name, one in seen.items() if name in places}
+        if not placed:
+            continue
+        points = np.concatenate([one.placed(places[name]) for name, one in placed.items()])
+        depths = [
+            replace(one.depth, geometry=replace(one.depth.geometry, world_from_depth=places[name]))
+            for name, one in placed.items()
+        ]
+
+        def unknown(points: FloatArray, depths: Sequence[ViewDepth] = depths) -> BoolArray:
+            return np.asarray(
+                np.all([_unknown_to(one, points) for one in depths], axis=0), dtype=bool
+            )
+
+        found.append(Body(int(frame), scipy.spatial.cKDTree(points), unknown))
+    return found
+
+
+def _unknown_to(depth: ViewDepth, points: FloatArray) -> BoolArray:
+    """Which of points (N, 3) a view knows nothing of: hidden by the person, or not measured."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        u, v, z = depth.geometry.project(points)
+    height, width = depth.range_z.shape
+    inside = (z > 0) & (u >= 0) & (u < width - 0.5) & (v >= 0) & (v < height - 0.5)
+    column, row = (np.where(inside, np.rint(np.nan_to_num(a)), 0).astype(int) for a in (u, v))
+    measured = depth.range_z[row, column]
+    hidden = depth.foreground[row, column] & (measured < z - _HIDDEN)
+    if depth.disparity is not None:  # stereo often fails on plain clothes and walls
+        hidden |= np.isnan(measured)
+    return np.asarray(inside & hidden, dtype=bool)
+
+
+def limbs_of(points: FloatArray) -> FloatArray:
+    """Points (F, N, 3) along limbs and trunk of landmarks (F, 9, 3)."""
+    parts = [
+        points[:, None, _AT[a]] * (1 - _ALONG)[:, None] + points[:, None, _AT[b]] * _ALONG[:, None]
+        for a, b in _PARTS
+    ]
+    return np.concatenate(parts, axis=1)
+
+
+@dataclass(frozen=True, eq=False)
+class LimbFit:
+    """Distances of points on a reference's limbs from the measured surface.
+
+    `values` (N,) are metres, at most 0.3; `moving` (N,) those of points that move.
+    """
+
+    values: FloatArray
+    moving: BoolArray
+
+    @property
+    def mean(self) -> float:
+        """Of all of them; NaN where there are too few."""
+        return float(self.values.mean()) if len(self.values) >= _FEWEST else float("nan")
+
+    @property
+    def moving_rms(self) -> float:
+        """Root mean square of the points that move, which tells instants apart more sharply."""
+        some = self.values[self.moving]
+        return float(np.sqrt(np.mean(some**2))) if len(some) >= _FEWEST else float("nan")
+
+
+def limb_fit(
+    measured: Sequence[Body], limbs: FloatArray, frame: IntArray, late: int = 0
+) -> LimbFit:
+    """Distances of limbs (F, N, 3) at frames (F,), taken as late by some frames."""
+    at = {int(k): i for i, k in enumerate(frame)}
+    values, moving = [np.zeros(0)], [np.zeros(0, dtype=bool)]
+    for body in measured:
+        i = at.get(body.frame + late)
+        if i is None:
+            continue
+        known = np.isfinite(limbs[i]).all(axis=1)
+        points = limbs[i, known]
+        seen = ~body.unknown(points)
+        distance, _ = body.tree.query(points[seen])
+        values.append(np.minimum(distance, _FARTHEST))
+        moving.append(_moves(limbs, i)[known][seen])
+    return LimbFit(np.concatenate(values), np.concatenate(moving))
+
+
+def _moves(limbs: FloatArray, i: int) -> BoolArray:
+    """Which points (N,) are elsewhere some frames before or after."""
+    near = limbs[max(0, i - 8) : i + 9 : 2]
+    away = np.linalg.norm(near - limbs[i], axis=2)
+    with np.errstate(invalid="ignore"):
+        return np.asarray((away > _LEAST_MOTION).any(axis=0))
+
+
+def check_reference(recording: Recording, measured: Sequence[Body]) -> Iterator[Finding]:
+    """Findings about the reference, by what the views measured; and about the subject by it."""
+    reference = recording.reference
+    if reference is None or not np.isfinite(reference.points).any():
+        return
+    elsewhere = yield from _check_place(reference, measured, recording.fps)
+    if not elsewhere:
+        yield from check_sides(reference)
+    yield from check_lengths(reference)
+    if recording.subject is not None:
+        yield from check_subject(recording.subject, reference)
+
+
+def _check_place(
+    reference: LandmarkTrajectory, measured: Sequence[Body], fps: float
+) -> Generator[Finding, None, bool]:
+    """Findings about place and time; the generator's value says whether there are any."""
+    frame, limbs = reference.frame, limbs_of(reference.points)
+    given = limb_fit(measured, limbs, frame)
+    if (late := _late(measured, limbs, frame)) is not None:
+        yield _late_by(late, fps, given, limb_fit(measured, limbs, frame, late))
+        return True
+    off = max(given.mean, np.nan_to_num(given.moving_rms))
+    if not off > _FITS:  # also where too little is known
+        return False
+    beside = f"its limbs lie {_cm(given.mean)} from the measured person"
+    for said, change in _AXES.items():
+        changed = limb_fit(measured, limbs_of(change(reference.points)), frame)
+        if changed.mean < min(_FITS, _MENDED * given.mean):
+            tested = f"(tested: then they lie {_cm(changed.mean)} from it)"
+            axis, _, remedy = said.partition(". ")
+            yield Finding("error", "reference.csv", f"{axis}; {beside}", f"{remedy} {tested}.")
+            return True
+    yield Finding(
+        "error" if off > _WRONG else "warning",
+        "reference.csv",
+        f"{beside}, and those that move {_cm(given.moving_rms)} (less than 5 cm usually)"
+        if np.isfinite(given.moving_rms)
+        else f"{beside} (less than 5 cm usually)",
+        "It may belong to another recording or another world frame: no usual slip explains it.",
+    )
+    return True
+
+
+def _cm(metres: float) -> str:
+    return f"{100 * metres:.0f} cm"
+
+
+def _late(measured: Sequence[Body], limbs: FloatArray, frame: IntArray) -> int | None:
+    """Frames by which the reference is late where it fits clearly better then; None elsewhere."""
+    fits = {
+        late: fit.moving_rms
+        for late in range(-_LONGEST_LAG, _LONGEST_LAG + 1)
+        if np.isfinite((fit := limb_fit(measured, limbs, frame, late)).moving_rms)
+    }
+    if 0 not in fits:
+        return None
+    best = min(fits, key=lambda late: (fits[late], abs(late)))
+    clear = fits[best] < min(_MENDS, _MENDED * fits[0]) and fits[0] - fits[best] > _LEAST_WORTH
+    return best if abs(best) >= _LEAST_LAG and clear else None
+
+
+def _late_by(late: int, fps: float, given: LimbFit, then: LimbFit) -> Finding:
+    frames = f"{abs(late)} frames ({1000 * abs(late) / fps:.0f} ms)"
+    sign = "smaller" if late > 0 else "larger"
+    return Finding(
+        "error" if abs(late) > _LEAST_LAG else "warning",
+        "reference.csv",
+        f"it is {frames} {'late' if late > 0 else 'early'}: limbs that move lie "
+        f"{_cm(given.moving_rms)} from the measured person",
+        f"Make its frame numbers {sign} by about {abs(late)} (tested: then they lie "
+        f"{_cm(then.moving_rms)} from it).",
+    )
+
+
+def check_sides(reference: LandmarkTrajectory) -> Iterator[Finding]:
+    """Whether the person would look backward: hands and head are before the shoulders usually."""
+    points = reference.points
+
+    def of(name: str) -> FloatArray:
+        return points[:, _AT[name]]
+
+    across = of("right_shoulder") - of("left_shoulder")
+    forward = np.cross([0.0, 0.0, 1.0], across)
+    forward /= np.maximum(np.linalg.norm(forward, axis=1, keepdims=True), 1e-9)
+    middle = (of("right_shoulder") + of("left_shoulder")) / 2
+    before = [of("head") - middle]
+    for side in ("left", "right"):
+        hand = of(f"{side}_hand")
+        before += [(hand - of(f"{side}_shoulder")) / 2, (hand - of(f"{side}_elbow")) / 2]
+    ahead = [np.einsum("ij,ij->i", forward, one) for one in before]
+    means = [float(np.nanmean(one)) for one in ahead if np.isfinite(one).any()]
+    if means and sum(means) < _BACKWARD:
+        yield Finding(
+            "error",
+            "reference.csv",
+            "left and right are exchanged: hands and head would be behind the shoulders, by "
+            f"{_cm(-sum(means) / len(means))} on average",
+            "Exchange the names of left and right (tested: then they are before the shoulders).",
+        )
+
+
+def check_lengths(reference: LandmarkTrajectory) -> Iterator[Finding]:
+    """Bones whose length changes with time."""
+    for name, length in _bones(reference).items():
+        known = length[np.isfinite(length)]
+        if len(known) < _FEWEST:
+            continue
+        middle = float(np.median(known))
+        spread = 1.4826 * float(np.median(np.abs(known - middle))) / max(middle, 1e-9)
+        if spread > _LOOSE:
+            yield Finding(
+                "warning",
+                f"reference.csv, {name}",
+                f"its length changes by {100 * spread:.0f} % around {_cm(middle)} (standard "
+                "deviation; less than 5 % usually)",
+                "Bones do not stretch: fit a body to the landmarks, or check their names.",
+            )
+
+
+def _bones(reference: LandmarkTrajectory) -> Mapping[str, FloatArray]:
+    """Lengths (F,) of arm bones by name, metres."""
+    points = reference.points
+    pairs = {"upper arm": ("shoulder", "elbow"), "forearm": ("elbow", "hand")}
+    return {
+        f"{side} {bone}": np.linalg.norm(
+            points[:, _AT[f"{side}_{a}"]] - points[:, _AT[f"{side}_{b}"]], axis=1
+        )
+        for bone, (a, b) in pairs.items()
+        for side in ("left", "right")
+    }
+
+
+def check_subject(subject: Subject, reference: LandmarkTrajectory) -> Iterator[Finding]:
+    """Whether the subject is as large as the person of the reference."""
+    bones, points = _bones(reference), reference.points
+    width = points[:, _AT["left_shoulder"]] - points[:, _AT["right_shoulder"]]
+    arms = np.concatenate([bones["left upper arm"], bones["right upper arm"]])
+    shoulders = points[:, [_AT["left_shoulder"], _AT["right_shoulder"]]].mean(axis=1)
+    hips = points[:, [_AT["left_hip"], _AT["right_hip"]]].mean(axis=1)
+    pairs = [
+        (subject.upper_arm_length, arms),
+        (subject.shoulder_width, np.linalg.norm(width, axis=1)),
+        (subject.torso_length, np.linalg.norm(shoulders - hips, axis=1)),
+    ]
+    factors = [
+        stated / float(np.nanmedian(shown))
+        for stated, shown in pairs
+        if stated is not None and np.isfinite(shown).any()
+    ]
+    if not factors:
+        return
+    factor = float(np.median(factors))
+    if abs(np.log(factor)) < np.log(1 + _LEAST_SIZE):
+        return
+    size = "large" if factor > 1 else "small"
+    yield Finding(
+        "error" if abs(np.log(factor)) > np.log(1 + _WRONG_SIZE) else "warning",
+        "subject.toml",
+        f"its lengths are too {size} by {100 * abs(factor - 1):.0f} %, compared with the "
+        "reference (upper arms, shoulders and trunk)",
+        f"Measure the person again, or multiply the lengths by {1 / factor:.3f}.",
+    )
