@@ -276,18 +276,18 @@ def _by_start(sources: Sequence[Source], fps: float) -> tuple[Lead, ...]:
 
 
 def _start_of(source: Source) -> float:
-    """Seconds of the first frame, by a timestamps.csv beside the source, else by its metadata."""
+    """Seconds of the first frame that is used, by a timestamps.csv beside it, else by metadata."""
     for folder in (source.path.parent, source.path.parent.parent):
         found = _stamped(folder / TIMESTAMPS, source.name)
         if found is not None:
-            return found
+            return found + source.begin
     if source.start is None:
         raise InputError(
             "the file does not state its start time with fractions of a second",
             where=str(source.path),
             remedy=f"Use another method, or add a {TIMESTAMPS} with frame, view and seconds.",
         )
-    return source.start
+    return source.start + source.begin
 
 
 def _stamped(path: Path, name: str) -> float | None:
