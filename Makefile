@@ -57,7 +57,8 @@ docs: ready
 
 pictures: ready
 	$(PY) tools/write_pictures.py demo docs
-	$(PY) tools/shrink_pictures.py docs/workbench.png docs/comparison.png docs/review.png docs/report.png
+	$(PY) tools/shrink_pictures.py docs/workbench.png docs/comparison.png docs/review.png docs/report.png \
+	    docs/import-sources.png docs/import-timing.png
 
 texts: ready
 	@$(PY) tools/texts.py

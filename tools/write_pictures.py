@@ -43,6 +43,7 @@ def main(demo: Path, docs: Path) -> int:
         _picture(places.recording, runs[::-1], "review", docs / "review.png", "failures") and done
     )
     done = _calibration(places.recording, demo / "boards", docs) and done
+    done = _import(places.recording, docs) and done
     done = _report_page(places.recording, runs[0], docs / "report.png") and done
     return 0 if done else 1
 
@@ -102,6 +103,36 @@ def _calibration(recording: Path, boards: Path, docs: Path) -> bool:
         if calibration.state.step == "lenses":
             write_picture(docs / "calibrate-lenses.png", program.window.grab())
     return program.picture(docs / "calibrate-world.png", say, SIZE)
+
+
+def _import(recording: Path, docs: Path) -> bool:
+    """The first two steps of the wizard on the videos of a recording."""
+    from PySide6.QtCore import QEventLoop, QTimer
+
+    from app.features.project.importing.looking import look
+    from app.features.project.importing.wizard import ImportWizard
+    from app.program import WindowProgram
+    from app.shell.dialogs import write_picture
+    from app.widgets.style.theme import apply_theme
+    from stereotrack_core.recording.folder import open_recording
+
+    views = open_recording(recording).views
+    files = [one.frames for view in views for one in (view.left, view.image) if one is not None]
+    program = WindowProgram()
+    apply_theme(program.app, "dark")
+    looked = look([recording / file for file in files])
+    wizard = ImportWizard(looked, program.context.tasks, program.window)
+    wizard.show()
+    write_picture(docs / "import-sources.png", wizard.grab())
+    wizard.next()
+    wizard.timing.preview.slider.setValue(FRAME)
+    while not wizard.timing.preview.settled():
+        loop = QEventLoop()
+        QTimer.singleShot(200, loop.quit)
+        loop.exec()
+    write_picture(docs / "import-timing.png", wizard.grab())
+    wizard.reject()
+    return True
 
 
 def _render_boards(recording: Recording, folder: Path) -> None:

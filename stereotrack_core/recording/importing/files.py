@@ -83,7 +83,7 @@ def _files_of(use: Use, uses: Sequence[Use], folder: Path) -> Iterator[StreamFil
         for half, camera in enumerate(cameras):
             part = camera.removeprefix(f"{use.view}_")
             yield StreamFiles(
-                use, camera, part, _new_name(use, camera, *size_of(use)), "convert", half
+                use, camera, part, _new_name(use, camera, size_of(use), folder), "convert", half
             )
         return
     camera = cameras[0]
@@ -102,7 +102,7 @@ def _whole(use: Use, camera: str, part: str, name: str, folder: Path) -> StreamF
         use.mirrored or source.rate is not None or (part != "depth" and source.kind == "depth")
     )
     if written or not _as_it_is(source):
-        return StreamFiles(use, camera, part, _new_name(use, name, *source.size), "convert")
+        return StreamFiles(use, camera, part, _new_name(use, name, source.size, folder), "convert")
     inside = _inside(source.path, folder)
     if inside and "%" not in inside:
         frames = (PurePosixPath(inside).parent / (source.pattern or source.path.name)).as_posix()
@@ -117,10 +117,15 @@ def _as_it_is(source: Source) -> bool:
     return not source.topic and not (source.images and not source.pattern)
 
 
-def _new_name(use: Use, name: str, width: int, height: int) -> str:
-    """A video where one can be written, else numbered images, which hold any size and depth."""
+def _new_name(use: Use, name: str, size: tuple[int, int], folder: Path) -> str:
+    """A video where one can be written, else numbered images, which hold any size and depth.
+
+    Beside a source of that name it gets another one.
+    """
     moving = use.source.kind == "video" or (use.source.topic and use.source.kind == "images")
-    as_video = moving and width % 2 == 0 and height % 2 == 0
+    as_video = moving and size[0] % 2 == 0 and size[1] % 2 == 0
+    taken = (folder / (f"{name}.mp4" if as_video else name)).exists()
+    name = f"{name}_converted" if taken else name
     return f"{name}.mp4" if as_video else f"{name}/%06d.png"
 
 

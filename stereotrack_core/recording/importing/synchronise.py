@@ -38,8 +38,8 @@ METHODS: Mapping[Method, str] = {
 
 TIMESTAMPS = "timestamps.csv"
 _LEAST_CORRELATION = 0.45
-_LEAST_SCORE = 3.5
-"""Standard deviations of a correlation by chance; unrelated motion reaches it in 1 of 100 tries."""
+_LEAST_SCORE = 3.2
+"""Standard deviations from chance, of which unrelated motion reaches so many in 1 of 25 tries."""
 _MOST_MEMORY = 40  # frames or milliseconds over which a signal is like itself
 _MOST_ELSEWHERE = 0.75
 """Correlation of the second best place over that of the best, from which neither is certain."""
@@ -141,8 +141,8 @@ def leads_of(
     rate = SOUND_RATE if method == "clap" else fps
     for source, signal in zip(sources[1:], signals[1:], strict=True):
         lag, best, second = best_lag(first.values, signal.values)
-        score = best * np.sqrt(independent_values(first.values, signal.values, round(lag)))
-        _check_evidence(source, sources[0], (best, second, float(score)))
+        score = score_of(first.values, signal.values, lag, best)
+        _check_evidence(source, sources[0], (best, second, score))
         if method == "flash":
             lag = _lag_of_flash(first.values, signal.values, round(lag))
         seconds = lag / rate + signal.begin - first.begin
@@ -222,6 +222,12 @@ def _check_event(values: FloatArray, source: Source, method: Method) -> None:
         )
 
 
+def score_of(one: FloatArray, other: FloatArray, lag: float, correlation: float) -> float:
+    """Standard deviations by which signals agree better than by chance (Fisher's z)."""
+    count = independent_values(one, other, round(lag))
+    return float(np.arctanh(min(correlation, 0.999)) * np.sqrt(max(count - 3.0, 0.0)))
+
+
 def independent_values(one: FloatArray, other: FloatArray, lag: int) -> float:
     """How many independent values two signals share at a lag (Bartlett's formula).
 
@@ -270,18 +276,18 @@ def _by_start(sources: Sequence[Source], fps: float) -> tuple[Lead, ...]:
 
 
 def _start_of(source: Source) -> float:
-    """Seconds of the first frame, by a timestamps.csv beside the source, else by its metadata."""
+    """Seconds of the first frame that is used, by a timestamps.csv beside it, else by metadata."""
     for folder in (source.path.parent, source.path.parent.parent):
         found = _stamped(folder / TIMESTAMPS, source.name)
         if found is not None:
-            return found
+            return found + source.begin
     if source.start is None:
         raise InputError(
             "the file does not state its start time with fractions of a second",
             where=str(source.path),
             remedy=f"Use another method, or add a {TIMESTAMPS} with frame, view and seconds.",
         )
-    return source.start
+    return source.start + source.begin
 
 
 def _stamped(path: Path, name: str) -> float | None:

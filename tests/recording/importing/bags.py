@@ -23,6 +23,7 @@ class Bag:
     """Writes messages of one bag; use as a context manager."""
 
     def __init__(self, path: Path, kind: str) -> None:
+        path.parent.mkdir(exist_ok=True)
         self.one = kind == "rosbag1"
         self.store = get_typestore(Stores.ROS1_NOETIC if self.one else Stores.ROS2_HUMBLE)
         if self.one:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+
 import numpy as np
 import pytest
 
@@ -113,3 +115,17 @@ def test_a_bag_that_was_cut_off_is_refused_in_a_sentence(tmp_path):
         path.write_bytes(whole[: int(share * len(whole))])
         with pytest.raises(InputError, match="the bag cannot be read"):
             look_at([path])
+
+
+def test_bags_in_a_folder_are_found(tmp_path):
+    depth_bag(tmp_path / "session" / "walk")
+    found = look_at([tmp_path / "session"])
+    assert [one.name for one in found.sources] == ["camera_color", "camera_depth"]
+    assert is_unmade(tmp_path / "session")
+
+
+def test_without_the_library_it_is_said_what_to_install(tmp_path, monkeypatch):
+    path = stereo_bag(tmp_path / "walk.bag")
+    monkeypatch.setitem(sys.modules, "rosbags.highlevel", None)
+    with pytest.raises(InputError, match=r"pip install 'stereotrack\[ros\]'"):
+        look_at([path])

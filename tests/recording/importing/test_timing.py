@@ -71,6 +71,14 @@ def test_an_uneven_video_and_one_of_another_rate_are_brought_to_one(tmp_path):
     assert "from even" in words
 
 
+def test_what_is_resampled_where_it_lies_gets_another_name(tmp_path):
+    clip(tmp_path / "A.mp4")
+    before = clip(tmp_path / "B.mp4", fps=50.0).read_bytes()
+    recording = make_recording(at_one_rate(propose(look_at([tmp_path]))), tmp_path)
+    assert [view.image.frames for view in recording.views] == ["A.mp4", "B_converted.mp4"]
+    assert (tmp_path / "B.mp4").read_bytes() == before
+
+
 def test_frames_are_kept_where_that_is_asked_for(tmp_path):
     clip(tmp_path / "A.mp4")
     clip(tmp_path / "B.mp4", fps=30.0)

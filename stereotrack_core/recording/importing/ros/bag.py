@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.recording.images import DamagedFrame, Keep, PictureKind
+from stereotrack_core.recording.importing.image_groups import entries_of
 from stereotrack_core.recording.importing.ros.cameras import (
     INFO,
     TRANSFORMS,
@@ -87,8 +88,12 @@ class _Seen:
 
 
 def bags_in(paths: Sequence[Path]) -> tuple[Path, ...]:
-    """The paths that are bags: files, or the folders of ROS 2."""
-    return tuple(path for path in paths if _is_bag(path))
+    """The bags among paths, and in folders among them: files, or the folders of ROS 2."""
+    bags: list[Path] = []
+    for path in paths:
+        inside = entries_of(path) if path.is_dir() and not _is_bag(path) else [path]
+        bags += [one for one in inside if _is_bag(one)]
+    return tuple(bags)
 
 
 def is_bag_file(path: Path) -> bool:
