@@ -276,10 +276,12 @@ def _check_gaze(recording: Recording, *, upright: bool) -> Generator[Finding, No
     """
     cameras = view_cameras(recording)
     turns = {view.name: view.display_rotation for view in recording.views if upright}
+    likely = up_of_cameras(recording)
+    world = Upright(likely.axis if likely.sure else UP_AXES[0])
     if len(cameras) < _LEAST_VIEWS:
-        yield from _check_upright(cameras, turns)
+        yield from _check_upright(cameras, turns, world)
         return False
-    misfits, likely = _misfits(cameras, turns), up_of_cameras(recording)
+    misfits = _misfits(cameras, turns)
     if len(misfits) > len(cameras) // 2 or at_one_place(cameras):
         for way, change in _WAYS.items():
             changed = {name: change(camera) for name, camera in cameras.items()}
@@ -291,7 +293,6 @@ def _check_gaze(recording: Recording, *, upright: bool) -> Generator[Finding, No
                     "They must map the world to the camera: x_camera = R x_world + t.",
                 )
                 return True
-    world = Upright(likely.axis if likely.sure else UP_AXES[0])
     misfits = _misfits(cameras, turns, world)
     for name, what in misfits.items():
         camera = cameras[name]
@@ -310,18 +311,21 @@ def _check_gaze(recording: Recording, *, upright: bool) -> Generator[Finding, No
     return False
 
 
-def _check_upright(cameras: Mapping[str, Camera], turns: Mapping[str, int]) -> Iterator[Finding]:
+def _check_upright(
+    cameras: Mapping[str, Camera], turns: Mapping[str, int], world: Upright
+) -> Iterator[Finding]:
     """Of few views, those that are upright only if they are changed in a way that is seen often."""
     for name, turn in turns.items():
         camera = cameras.get(name)
-        if camera is None or _is_upright(camera, turn):
+        if camera is None or _is_upright(camera, turn, world):
             continue
-        fits = [way for way, change in _WAYS.items() if _is_upright(change(camera), turn)]
+        fits = [way for way, change in _WAYS.items() if _is_upright(change(camera), turn, world)]
         if fits:
             yield Finding(
                 "warning",
                 f"{CALIBRATION}, camera {camera.name}, rotation",
-                f"view {name} is not upright: the world's z does not point up in its image",
+                f"view {name} is not upright: the world's {world.axis} does not point up in its "
+                "image",
                 f"It would be if it were {fits[0]}: x_camera = R x_world + t. Check its "
                 "display_rotation, too.",
             )
