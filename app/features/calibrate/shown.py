@@ -75,6 +75,7 @@ _DOING: dict[StepName, str] = {
     "lenses": "Calculating the lenses …",
     "pairs": "Placing the pairs …",
     "world": "Placing all cameras …",
+    "axes": "Looking for the floor …",
     "save": "Comparing with the recording …",
 }
 _COLOURS = {"good": "good", "doubtful": "warning", "bad": "error"}
