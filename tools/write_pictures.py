@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 FRAME = 60
 PRESETS = ("thesis", "accurate")
-SIZE = (1400, 840)
+SIZE, SMALL = (1400, 840), (1240, 740)
 BOARD, POSITIONS = ("9x6", 0.09), 40
 """The board that is calibrated with, and in how many places it is rendered."""
 REPORT_PAGE = 1
@@ -90,7 +90,7 @@ def _calibration(recording: Path, boards: Path, docs: Path) -> bool:
         _render_boards(open_recording(recording), boards)
     program = WindowProgram()
     apply_theme(program.app, "dark")
-    program.window.resize(*SIZE)
+    program.window.resize(*SMALL)
     program.window.show()
     calibration = program.features.calibrate.calibration
     program.context.docks.show_workspace("calibrate")
@@ -104,7 +104,7 @@ def _calibration(recording: Path, boards: Path, docs: Path) -> bool:
             loop.exec()
         if calibration.state.step == "lenses":
             write_picture(docs / "calibrate-lenses.png", program.window.grab())
-    return program.picture(docs / "calibrate-world.png", say, SIZE)
+    return program.picture(docs / "calibrate-world.png", say, SMALL)
 
 
 def _import(recording: Path, docs: Path) -> bool:
