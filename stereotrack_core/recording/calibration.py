@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -218,3 +219,22 @@ def write_calibration(path: Path, cameras: Mapping[str, Camera], *, guessed: boo
         content[f"cam_{i}"] = section
     content["metadata"] = {"units": "m"} | ({"guess": True} if guessed else {})
     write_file(path, tomli_w.dumps(content))
+
+
+def keep_calibration(path: Path) -> Path:
+    """Copy a calibration that is about to be replaced to a free name beside it, and return that.
+
+    Such as ``calibration-before-1.toml``. Raises InputError where it cannot be read or written.
+    """
+    try:
+        content = path.read_bytes()
+    except OSError as error:
+        raise InputError(
+            f"the calibration cannot be read ({error.strerror})",
+            where=str(path),
+            remedy="Check the permissions of the recording's folder.",
+        ) from error
+    names = (path.with_name(f"{path.stem}-before-{k}{path.suffix}") for k in count(1))
+    kept = next(one for one in names if not one.exists())
+    write_file(kept, content)
+    return kept
