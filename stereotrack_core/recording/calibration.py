@@ -16,6 +16,7 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.rotation import rotation_from_vector, vector_from_rotation
 from stereotrack_core.geometry.transform import RigidTransform
+from stereotrack_core.reading import SETTINGS_BYTES, read_bytes
 from stereotrack_core.recording.toml_table import LARGEST, Table, load_toml
 
 _DISTORTION_COUNTS = (4, 5, 8, 12, 14)
@@ -226,14 +227,7 @@ def keep_calibration(path: Path) -> Path:
 
     Such as ``calibration-before-1.toml``. Raises InputError where it cannot be read or written.
     """
-    try:
-        content = path.read_bytes()
-    except OSError as error:
-        raise InputError(
-            f"the calibration cannot be read ({error.strerror})",
-            where=str(path),
-            remedy="Check the permissions of the recording's folder.",
-        ) from error
+    content = read_bytes(path, SETTINGS_BYTES)
     names = (path.with_name(f"{path.stem}-before-{k}{path.suffix}") for k in count(1))
     kept = next(one for one in names if not one.exists())
     write_file(kept, content)
