@@ -162,5 +162,5 @@ def test_a_calibration_that_is_replaced_is_kept_beside_it(tmp_path):
     path.write_bytes(b"second")
     kept = keep_calibration(path)
     assert (kept.name, kept.read_bytes()) == ("calibration-before-2.toml", b"second")
-    with pytest.raises(InputError, match="nothing.toml"):
+    with pytest.raises(InputError, match=r"nothing\.toml"):
         keep_calibration(tmp_path / "nothing.toml")
