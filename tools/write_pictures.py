@@ -11,16 +11,18 @@ import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from stereotrack_core.calibrate.board import chessboard
+from stereotrack_core.calibrate.board import Board, chessboard
 
 if TYPE_CHECKING:
     from app.program import WindowProgram
+    from stereotrack_core.geometry.camera import Camera
+    from stereotrack_core.geometry.transform import RigidTransform
     from stereotrack_core.recording.description import Recording
 
 FRAME = 60
 PRESETS = ("thesis", "accurate")
-SIZE = (1400, 840)
-BOARD, POSITIONS = ("9x6", 0.09), 48
+SIZE, SMALL = (1400, 840), (1240, 740)
+BOARD, POSITIONS = ("9x6", 0.09), 40
 """The board that is calibrated with, and in how many places it is rendered."""
 REPORT_PAGE = 1
 """The one with the curves; the first one is 0."""
@@ -88,7 +90,7 @@ def _calibration(recording: Path, boards: Path, docs: Path) -> bool:
         _render_boards(open_recording(recording), boards)
     program = WindowProgram()
     apply_theme(program.app, "dark")
-    program.window.resize(*SIZE)
+    program.window.resize(*SMALL)
     program.window.show()
     calibration = program.features.calibrate.calibration
     program.context.docks.show_workspace("calibrate")
@@ -102,7 +104,7 @@ def _calibration(recording: Path, boards: Path, docs: Path) -> bool:
             loop.exec()
         if calibration.state.step == "lenses":
             write_picture(docs / "calibrate-lenses.png", program.window.grab())
-    return program.picture(docs / "calibrate-world.png", say, SIZE)
+    return program.picture(docs / "calibrate-world.png", say, SMALL)
 
 
 def _import(recording: Path, docs: Path) -> bool:
@@ -146,8 +148,11 @@ def _render_boards(recording: Recording, folder: Path) -> None:
 
     rng, board = np.random.default_rng(1), chessboard(*BOARD)
     cameras = [one for name, one in recording.cameras.items() if name[0] in "NO"]
-    distances = (1.0, 2.4)
-    places = [board_in_view(cameras[k % 4], board, rng, distances) for k in range(POSITIONS)]
+    places: list[RigidTransform] = []
+    while len(places) < POSITIONS:
+        place = board_in_view(cameras[len(places) % 4], board, rng, (1.0, 2.6))
+        if len(places) % 2 or all(_sees(camera, place, board) for camera in cameras):
+            places.append(place)
     away = RigidTransform(np.eye(3), np.array([0.0, 0.0, 50.0]))
     for number, camera in enumerate(cameras):
         (folder / camera.name).mkdir(parents=True)
@@ -157,6 +162,13 @@ def _render_boards(recording: Recording, folder: Path) -> None:
             seen = (camera.camera_from_world @ place).rotation[2, 2] > 0.0
             shown = place if seen else away @ place  # the back of a board shows no squares
             write_png(folder / camera.name / f"{k:03d}.png", renderer.picture(shown, k))
+
+
+def _sees(camera: Camera, place: RigidTransform, board: Board) -> bool:
+    """Whether a camera sees the front of the whole board."""
+    pixels = camera.project(place.apply(board.corners))
+    inside = ((pixels > 8.0) & (pixels < (camera.width - 9.0, camera.height - 9.0))).all()
+    return bool(inside and (camera.camera_from_world @ place).rotation[2, 2] > 0.4)
 
 
 def _report_page(recording: Path, run: Path, picture: Path) -> bool:

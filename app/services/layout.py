@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QDockWidget, QMainWindow, QTabBar
 
 from .stored import stored_bytes, stored_text
 
-_VERSION = 8
+_VERSION = 9
 LEAST_WIDTH, LEAST_HEIGHT = 0.45, 0.35
 """Shares of the window that are left to the pictures, however large the panels were."""
 

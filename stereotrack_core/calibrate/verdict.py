@@ -101,12 +101,19 @@ def of_pairs(pairs: Sequence[PairFit]) -> Verdict:
         for one in placed
         if one.row_error_px > _GOOD_ROWS_PX
     ]
+    remarks += [
+        f"{one.first} and {one.second}: their boards contradict each other by {one.rms_px:.1f} px. "
+        "Check that picture k of both shows the same instant, and film again with more positions "
+        f"that both see than {one.shared}."
+        for one in placed
+        if one.rms_px > _POOR_PX
+    ]
     worst = max(placed, key=lambda one: one.rms_px)
     many = (
         f"{counted(len(placed), 'pair')} placed, the worst ({worst.first} and {worst.second}) to "
         f"{worst.rms_px:.2f} px"
     )
-    if remarks or worst.rms_px > _POOR_PX:
+    if remarks:
         return Verdict("doubtful", f"Usable, with doubts: {many}.", tuple(remarks))
     return Verdict("good", f"Good: {many}.")
 

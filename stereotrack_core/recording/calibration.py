@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.rotation import rotation_from_vector, vector_from_rotation
 from stereotrack_core.geometry.transform import RigidTransform
+from stereotrack_core.reading import SETTINGS_BYTES, read_bytes
 from stereotrack_core.recording.toml_table import LARGEST, Table, load_toml
 
 _DISTORTION_COUNTS = (4, 5, 8, 12, 14)
@@ -218,3 +220,15 @@ def write_calibration(path: Path, cameras: Mapping[str, Camera], *, guessed: boo
         content[f"cam_{i}"] = section
     content["metadata"] = {"units": "m"} | ({"guess": True} if guessed else {})
     write_file(path, tomli_w.dumps(content))
+
+
+def keep_calibration(path: Path) -> Path:
+    """Copy a calibration that is about to be replaced to a free name beside it, and return that.
+
+    Such as ``calibration-before-1.toml``. Raises InputError where it cannot be read or written.
+    """
+    content = read_bytes(path, SETTINGS_BYTES)
+    names = (path.with_name(f"{path.stem}-before-{k}{path.suffix}") for k in count(1))
+    kept = next(one for one in names if not one.exists())
+    write_file(kept, content)
+    return kept

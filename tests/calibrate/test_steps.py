@@ -79,6 +79,8 @@ def test_pairs_need_not_all_be_placed_where_a_chain_connects_them():
     far = PairFit("a", "c", 1, problem="too few", remedy="Film again.")
     assert verdict.of_pairs([*chain, far]).grade == "good"
     assert verdict.of_pairs([chain[0], far]).grade == "doubtful"
+    odd = PairFit("a", "c", 5, rms_px=7.9)
+    assert "contradict each other by 7.9 px" in verdict.of_pairs([*chain, odd]).sentences()
 
 
 def test_lenses_that_fail_do_not_keep_the_others_from_their_results(scene):

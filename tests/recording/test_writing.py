@@ -12,6 +12,7 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.rotation import rotation_from_vector
 from stereotrack_core.geometry.transform import RigidTransform
+from stereotrack_core.recording.calibration import keep_calibration
 from stereotrack_core.recording.description import Recording, Segment, Stream, Subject, View
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
@@ -152,3 +153,14 @@ def test_a_video_of_odd_size_is_refused(tmp_path):
 @given(hnp.arrays(np.uint16, (3, 4)), st.sampled_from([0.001, 0.0005, 0.0001, 1 / 3000]))
 def test_depth_counts_come_back(counts, unit):
     assert np.array_equal(counts_of(metres_of(counts, unit), unit), counts)
+
+
+def test_a_calibration_that_is_replaced_is_kept_beside_it(tmp_path):
+    path = tmp_path / "calibration.toml"
+    path.write_bytes(b"first")
+    assert keep_calibration(path).name == "calibration-before-1.toml"
+    path.write_bytes(b"second")
+    kept = keep_calibration(path)
+    assert (kept.name, kept.read_bytes()) == ("calibration-before-2.toml", b"second")
+    with pytest.raises(InputError, match=r"nothing\.toml"):
+        keep_calibration(tmp_path / "nothing.toml")

@@ -14,6 +14,7 @@ from stereotrack_core.calibrate.board import Board
 from stereotrack_core.calibrate.pairs import stereo_names
 from stereotrack_core.calibrate.pictures import Looked
 from stereotrack_core.calibrate.work import LookedAt, Progress, Source
+from stereotrack_core.depth.floor import FindFloor
 from stereotrack_core.errors import InputError
 
 from ...context import Context
@@ -28,6 +29,7 @@ _TITLES: dict[StepName, str] = {
     "lenses": "Calculating the lenses",
     "pairs": "Placing the pairs",
     "world": "Placing all cameras",
+    "axes": "Looking for the floor",
     "save": "Comparing with the recording",
 }
 
@@ -133,7 +135,19 @@ class CalibrationController(QObject):
 
     def set_axes(self, way: AxesWay, frame: int) -> None:
         """Choose how the world is turned, and the pictures in which the board is on the floor."""
-        self._set(axes=way, floor_frame=frame, saved="")
+        self._set(axes=way, floor_frame=frame, saved="", saved_into=None)
+        if way == "floor" and self.state.floor is None:
+            self._find_floor()
+
+    def _find_floor(self) -> None:
+        """Look for the floor in the frame of the recording that is shown."""
+        state, session = self.state, self._context.session
+        if state.recording is None or state.world is None:
+            return
+        cameras = {one.name: one for one in state.world.result.cameras}
+        depth, frame = session.track.settings.depth, session.document.frame
+        todo = FindFloor(state.recording.folder, cameras, depth, frame)
+        self._begin("axes", todo, lambda found: self._set(floor=found))
 
     def _begin_anew(self, **chosen: object) -> None:
         self.cancel()
@@ -322,7 +336,7 @@ class CalibrationController(QObject):
     def _on_world(self, made: Made[Any]) -> None:
         frames = made.result.boards
         frame = self.state.floor_frame if self.state.floor_frame in frames else max(frames)
-        self._set(world=made, floor_frame=frame, saved="")
+        self._set(world=made, floor_frame=frame, floor=None, saved="", saved_into=None)
         self._compare()
 
     def _compare(self) -> None:
@@ -354,7 +368,8 @@ class CalibrationController(QObject):
 
         def write() -> None:
             kept = saving.save_into(state, recording)
-            self._set(saved=f"Saved into {recording.name}. The calibration before is {kept.name}.")
+            words = f"Saved into {recording.name}. The calibration before is {kept.name}."
+            self._set(saved=words, saved_into=recording.folder)
             self._context.session.opening.open(recording.folder, workspace="calibrate")
 
         self._context.notifier.attempt(write)
@@ -373,9 +388,13 @@ class CalibrationController(QObject):
             stereo = tuple(
                 (view.left.camera, view.image.camera) for view in recording.views if view.left
             )
-            known = Recorded(recording.folder, recording.name, recording.cameras, stereo)
-        way: AxesWay = "first" if self.state.axes == "recording" else self.state.axes
-        self._set(recording=known, changes=(), axes=way)
+            depth = any(view.kind != "mono" for view in recording.views)
+            known = Recorded(recording.folder, recording.name, recording.cameras, stereo, depth)
+        if known is None or known.folder == self.state.saved_into:
+            self._set(recording=known)  # what it was before can still be seen
+            return
+        way: AxesWay = self.state.axes if self.state.axes in ("first", "board") else "first"
+        self._set(recording=known, changes=(), axes=way, floor=None, saved_into=None)
         if self.state.busy is None:
             self._compare()
 

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Sequence
 from pathlib import Path
 
-from stereotrack_core.atomic import write_files
 from stereotrack_core.calibrate.changes import change_table
 from stereotrack_core.calibrate.report import left_out_table, lens_table, world_tables
 from stereotrack_core.errors import InputError
-from stereotrack_core.recording.calibration import write_calibration
+from stereotrack_core.recording.calibration import keep_calibration, write_calibration
 from stereotrack_core.recording.folder import DESCRIPTION
+from stereotrack_core.recording.toml_table import load_toml
 from stereotrack_core.report.calibration import write_calibration_page
 from stereotrack_core.tables import Table
 
@@ -77,30 +76,14 @@ def save_into(state: Calibration, recording: Recorded) -> Path:
     """
     _check(state)
     target = calibration_file(recording.folder)
-    kept = _free(target)
-    try:
-        before = target.read_bytes()
-    except OSError as error:
-        raise InputError(
-            f"it cannot be read ({error.strerror})",
-            where=str(target),
-            remedy="Check the permissions of the recording's folder.",
-        ) from error
-    write_files({kept: before})
+    kept = keep_calibration(target)
     write_to(state, target)
     return kept
 
 
 def calibration_file(folder: Path) -> Path:
     """The calibration that a recording's description names."""
-    text = (folder / DESCRIPTION).read_text(encoding="utf-8")
-    return folder / str(tomllib.loads(text).get("calibration", "calibration.toml"))
-
-
-def _free(target: Path) -> Path:
-    """A name beside a file that is not taken: ``calibration-before-1.toml``."""
-    names = (target.with_name(f"{target.stem}-before-{k}{target.suffix}") for k in range(1, 10_000))
-    return next(one for one in names if not one.exists())
+    return folder / str(load_toml(folder / DESCRIPTION).get("calibration", "calibration.toml"))
 
 
 def _check(state: Calibration) -> None:

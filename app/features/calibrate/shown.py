@@ -27,8 +27,8 @@ _MOST_EMPTY = 200
 """Pictures without a board that are listed for a camera; of long videos only those with one are."""
 _LIVE = 200
 """Pictures that are listed while the search goes on."""
-_BAD = 2.0
-"""Times the usual error from which a picture is marked."""
+_BAD, _BAD_PX = 2.0, 0.3
+"""Times the usual error, and pixels, from which a picture is marked."""
 _MOST_BOARDS = 150
 
 
@@ -75,6 +75,7 @@ _DOING: dict[StepName, str] = {
     "lenses": "Calculating the lenses …",
     "pairs": "Placing the pairs …",
     "world": "Placing all cameras …",
+    "axes": "Looking for the floor …",
     "save": "Comparing with the recording …",
 }
 _COLOURS = {"good": "good", "doubtful": "warning", "bad": "error"}
@@ -152,7 +153,7 @@ def _rows_of(state: Calibration, seen: Sightings) -> CameraRows:
             str(corners[frame]),
             number(errors.get(frame, np.nan), 2) if shown else "",
             _remark(state, seen.camera, frame),
-            "warning" if errors.get(frame, 0.0) > _BAD * usual else "",
+            "warning" if errors.get(frame, 0.0) > max(_BAD * usual, _BAD_PX) else "",
         )
         for frame, name in names.items()
     ]

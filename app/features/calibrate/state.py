@@ -38,7 +38,7 @@ STEPS: dict[StepName, str] = {
 
 Shot: TypeAlias = tuple[str, int]
 """A picture: the name of its camera and its number."""
-AxesWay: TypeAlias = Literal["first", "board", "recording"]
+AxesWay: TypeAlias = Literal["first", "board", "floor", "recording"]
 
 _USUAL = Board(9, 6, 0.025)
 _R = TypeVar("_R")
@@ -62,6 +62,8 @@ class Recorded:
     cameras: Mapping[str, Camera] = field(compare=False)
     stereo: tuple[tuple[str, str], ...] = ()
     """Left and right cameras of its stereo views."""
+    has_depth: bool = False
+    """Whether a view measures depth, in which the floor may be seen."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,8 +88,12 @@ class Calibration:
     axes: AxesWay = "first"
     floor_frame: int = -1
     """Number of the pictures in which the board lies on the floor."""
+    floor: Alignment | None = None
+    """That of the floor in the depth of the open recording."""
     changes: tuple[CameraChange, ...] = ()
-    """Against the open recording."""
+    """Against the open recording, as it was before the calibration was saved into it."""
+    saved_into: Path | None = None
+    """Folder of the recording that has this calibration."""
     saved: str = ""
     """What was saved, as a sentence."""
     problem: tuple[StepName, InputError] | None = None
@@ -155,6 +161,8 @@ class Calibration:
         try:
             if self.axes == "recording":
                 return self._as_recorded(world)
+            if self.axes == "floor":
+                return self._to_floor()
             return self._on_floor(world)
         except InputError as error:
             return error
@@ -168,6 +176,15 @@ class Calibration:
                 remedy="Choose it in the list.",
             )
         return from_board(board, world.board.corners)
+
+    def _to_floor(self) -> Alignment:
+        if self.floor is None:
+            raise InputError(
+                "no floor is found in the depth of the recording",
+                where="axes",
+                remedy="Choose another way, or a frame in which much of the floor is seen.",
+            )
+        return self.floor
 
     def _as_recorded(self, world: World) -> Alignment:
         if self.recording is None:

@@ -46,7 +46,7 @@ class BoardPicture(QWidget):
         super().__init__(parent)
         self.shot = _NOTHING
         self._image = QImage()
-        self.setMinimumSize(200, 150)
+        self.setMinimumSize(200, 100)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         self.setAccessibleName("Picture of the board")
         self.setToolTip(

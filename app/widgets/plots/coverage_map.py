@@ -34,7 +34,7 @@ class CoverageMap(QWidget):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.shown: CoverageShown | None = None
-        self.setMinimumSize(140, 120)
+        self.setMinimumSize(140, 80)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         self.setAccessibleName("Coverage of the image")
         self.setToolTip(

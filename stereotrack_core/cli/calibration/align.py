@@ -19,7 +19,6 @@ from stereotrack_core.calibrate.align import (
     Alignment,
     aligned,
     from_board,
-    from_floor,
     from_person,
     from_points,
     triangulated,
@@ -29,14 +28,12 @@ from stereotrack_core.calibrate.seen_board import seen_board
 from stereotrack_core.cli.arguments import FRAMES, JSON, check_output, check_suffix, flag, option
 from stereotrack_core.cli.calibration.boards import BOARD, board_of, found_board
 from stereotrack_core.cli.output import OK, put_result, say
-from stereotrack_core.depth.scene import scene_points
+from stereotrack_core.depth.floor import alignment_to_floor
 from stereotrack_core.errors import InputError, did_you_mean
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.interop.run_file import read_trajectory
 from stereotrack_core.recording.calibration import read_calibration, write_calibration
-from stereotrack_core.recording.folder import open_recording
-from stereotrack_core.recording.reader import FrameReader
-from stereotrack_core.recording.selection import frames_within, usable_views
+from stereotrack_core.recording.selection import frames_within
 from stereotrack_core.tables import Table, finite_number, number, read_rows
 from stereotrack_core.tracking.presets import preset
 
@@ -115,23 +112,10 @@ def run(args: Namespace) -> int:
 
 
 def _of_floor(args: Namespace, cameras: Mapping[str, Camera]) -> Alignment:
-    recording = open_recording(args.floor)
-    unknown = [name for name in recording.cameras if name not in cameras]
-    used = {s.camera for view in recording.views for s in view.streams().values() if s.camera}
-    if missing := sorted(used & set(unknown)):
-        raise InputError(
-            f"the calibration does not contain the camera {missing[0]!r}",
-            where=str(args.calibration),
-            remedy="Use the calibration of this recording's cameras.",
-        )
-    recording = replace(recording, cameras=cameras)
-    views = usable_views(recording, None)
-    with FrameReader(recording, views=views, read_ahead=0) as reader:
-        frame_set = reader.frame_set(args.frame)
-    points = scene_points(recording, frame_set, preset("accurate", []).depth, views)
-    seeing = [recording.reference_camera(recording.view(name)) for name in views]
-    north = _camera(args.north, cameras) if args.north else seeing[0]
-    return from_floor(points, seeing, north)
+    north = _camera(args.north, cameras).name if args.north else ""
+    parameters = preset("accurate", []).depth
+    where = str(args.calibration)
+    return alignment_to_floor(args.floor, cameras, parameters, args.frame, north, where)
 
 
 def _camera(name: str, cameras: Mapping[str, Camera]) -> Camera:

@@ -88,14 +88,16 @@ class BoardPage(QWidget):
         )  # fmt: skip
         self.remove_button = push_button("&Remove", self._remove, "Leave the chosen camera out")
         self.every = QSpinBox(minimum=1, maximum=1000, value=1)
-        self.every.setAccessibleName("Use every Nth picture")
-        self.every.setToolTip("1 uses all pictures. A larger number makes long videos quick.")
+        self.every.setAccessibleName("Pictures that are used")
+        self.every.setToolTip("One of so many pictures is used, which makes long videos quick")
+        self.every.setSpecialValueText("all pictures")
+        self.every.setPrefix("one of ")
+        self.every.setSuffix(" pictures")
         self.every.setKeyboardTracking(False)
         self.every.valueChanged.connect(self._calibration.set_every)
         first = hbox(self.folder_button, self.images_button, self.video_button, None, spacing=6)
         second = hbox(
-            self.recording_button, self.remove_button, None,
-            label("Use every", wraps=False), self.every, label("picture", wraps=False), spacing=6,
+            self.recording_button, self.remove_button, None, self.every, spacing=6
         )  # fmt: skip
         box.setLayout(vbox((self.sources, 1), first, second, margins=(9, 9, 9, 9)))
         return box

@@ -21,12 +21,17 @@ _WAYS: dict[AxesWay, tuple[str, str]] = {
     "first": (
         "The &first camera",
         "It is taken as level and looking south, and the origin is in it. The command stereotrack "
-        "calibrate align can turn the calibration later, by a floor, three points or a person.",
+        "calibrate align can turn the calibration later, also by three points or a person.",
     ),
     "board": (
         "The &board on the floor",
         "In one position the board lies on the floor, seen from above. Its middle is the origin, "
         "and its upper side points north.",
+    ),
+    "floor": (
+        "The &floor in the depth of the recording",
+        "The largest plane below the cameras in the frame that is shown. The camera of the first "
+        "view is in the north.",
     ),
     "recording": (
         "The world of the open &recording",
@@ -65,10 +70,13 @@ class AxesPage(QWidget):
         there = state.recording is not None and any(
             name in state.recording.cameras for name in state.cameras
         )
-        self.ways["recording"].setEnabled(there)
-        self.ways["recording"].setToolTip(
-            "" if there else "Unavailable: open the recording of these cameras."
-        )
+        deep = there and state.recording is not None and state.recording.has_depth
+        for way, can, needed in (
+            ("recording", there, "the recording of these cameras"),
+            ("floor", deep, "a recording of these cameras with stereo or depth views"),
+        ):
+            self.ways[way].setEnabled(can)
+            self.ways[way].setToolTip("" if can else f"Unavailable: open {needed}.")
         boards = {} if state.world is None else state.world.result.boards
         with QSignalBlocker(self.frame):
             if [self.frame.itemData(k) for k in range(self.frame.count())] != list(boards):
@@ -90,17 +98,22 @@ class AxesPage(QWidget):
 
 def _about(state: Calibration) -> str:
     """By how much the world is turned, and where the cameras come to stand."""
-    said = []
+    said, turned = [], isinstance(state.alignment, Alignment)
     if isinstance(state.alignment, Alignment):
         said.append(f"The upward axis was turned by {state.alignment.tilt_deg:.1f} degrees.")
         if state.axes == "recording":
             apart = 1000.0 * state.alignment.spread_m
             said.append(f"The cameras lie {apart:.1f} mm beside those of the recording.")
-    if state.axes == "board" and state.cameras:
+    if state.axes == "floor" and state.floor is not None:
+        spread = 1000.0 * state.floor.spread_m
+        said.append(f"{state.floor.points} points lie on the floor, within {spread:.0f} mm.")
+    if state.axes in ("board", "floor") and turned and state.cameras:
         low = min(camera.position_world[2] for camera in state.cameras.values())
-        said.append(f"The lowest camera stands {low:.2f} m above the floor.")
-        if low < 0.0:
-            said.append("It is below the floor: choose another position of the board.")
+        said.append(
+            f"The lowest camera stands {low:.2f} m above the floor."
+            if low > 0.0
+            else "A camera stands below the floor. Choose another position of the board."
+        )
     return " ".join(said)
 
 

@@ -15,11 +15,11 @@ from ....widgets.forms.step_list import StepList
 from ....widgets.forms.verdict_box import VerdictBox
 from ....widgets.plots.coverage_map import CoverageMap
 from ....widgets.scene.scene_view import SceneView
-from ....widgets.style.building import ElidedLabel, hbox, label, thin_progress, vbox
+from ....widgets.style.building import ElidedLabel, hbox, label, scrolled, thin_progress, vbox
 from ..controller import CalibrationController
 from ..reading import ReadPicture
 from ..shown import coverage_shown, scene_shown, shot_shown, steps_shown, verdict_shown
-from ..state import Calibration, StepName
+from ..state import STEPS, Calibration, StepName
 from .board import BoardPage
 from .ending import AxesPage, SavePage
 from .results import LensesPage, PairsPage, PicturesPage, WorldPage
@@ -39,6 +39,10 @@ _NEXT: dict[StepName, str] = {
     "axes": "Next: axes and floor",
     "save": "Next: save",
 }
+
+
+_SCROLLED: frozenset[StepName] = frozenset({"board", "pairs", "axes", "save"})
+"""Steps with more than a small window has room for; the others have lists that scroll."""
 
 
 class StepPage(Protocol):
@@ -78,8 +82,14 @@ class CalibrationPage(QWidget):
 
     def _lay_out(self) -> None:
         self.middle, self.side = QStackedWidget(), QStackedWidget()
-        for page in self.pages.values():
-            self.middle.addWidget(page)
+        self._places: dict[StepName, QWidget] = {
+            name: scrolled(page, f"{STEPS[name]}, step of the calibration")
+            if name in _SCROLLED
+            else page
+            for name, page in self.pages.items()
+        }
+        for place in self._places.values():
+            self.middle.addWidget(place)
         self._pictures = QSplitter(Qt.Orientation.Vertical)
         for part, stretch in ((self.picture, 3), (self.coverage, 2)):
             self._pictures.addWidget(part)
@@ -123,7 +133,7 @@ class CalibrationPage(QWidget):
         self.verdict.show_verdict(*verdict_shown(state))
         page = self.pages[state.step]
         page.show_state(state)
-        self.middle.setCurrentWidget(page)
+        self.middle.setCurrentWidget(self._places[state.step])
         self._show_side(state)
         self.close_button.setVisible(state.recording is None)
         do, again = _DO.get(state.step, ("", ""))

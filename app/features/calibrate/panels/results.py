@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from PySide6.QtCore import QSignalBlocker
-from PySide6.QtWidgets import QWidget
+from PySide6.QtWidgets import QTabWidget, QWidget
 
 from stereotrack_core.calibrate.lens import LENS_MODELS
 from stereotrack_core.calibrate.report import world_tables
 
-from ....widgets.style.building import choice, hbox, label, vbox
+from ....widgets.style.building import choice, hbox, label, scrolled, vbox
 from ....widgets.tables.picture_tree import PictureTree
 from ....widgets.tables.plain import PlainTable
 from ..controller import CalibrationController
@@ -102,9 +102,15 @@ class WorldPage(QWidget):
 
     def __init__(self, calibration: CalibrationController) -> None:
         super().__init__()
-        self.cameras, self.whole = PlainTable("Cameras"), PlainTable("All together", most=5)
+        self.cameras, self.whole = PlainTable("Cameras"), PlainTable("All together")
         self.tree = _Pictures(calibration)
-        self.setLayout(vbox(self.cameras, self.whole, (self.tree, 1)))
+        errors = QWidget()
+        errors.setLayout(vbox(self.cameras, self.whole, None, margins=(0, 6, 0, 0)))
+        self.tabs = QTabWidget()
+        self.tabs.setDocumentMode(True)
+        self.tabs.addTab(scrolled(errors, "Errors of the cameras"), "Cameras")
+        self.tabs.addTab(self.tree, "Pictures")
+        self.setLayout(vbox((self.tabs, 1)))
 
     def show_state(self, state: Calibration) -> None:
         """Show the errors of every camera."""
