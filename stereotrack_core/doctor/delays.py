@@ -85,9 +85,8 @@ def delay_of(instants: Instants, places: Places, view: str, step: int = 1) -> De
         return None
     distance = np.sqrt(squares / count)
     at = int(np.argmin(distance))
-    return Delay(
-        longest - at - _beside(distance, at), float(distance[longest]), float(distance[at])
-    )
+    frames = step * (longest - at - _beside(distance, at))
+    return Delay(frames, float(distance[longest]), float(distance[at]))
 
 
 def _beside(values: FloatArray, at: int) -> float:
