@@ -9,7 +9,7 @@ has no depth, and a view that is late would seem to stand elsewhere.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -31,6 +31,7 @@ from stereotrack_core.doctor.views import (
 from stereotrack_core.errors import Finding, InputError
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.reader import FrameReader
+from stereotrack_core.worker_processes import Asker
 
 _VIEW = re.compile(r"^views? (.+?)(?:, (?:left|right|background))?$")
 _GLANCED = 2
@@ -39,24 +40,34 @@ _GLANCED = 2
 _CACHE_BYTES = 128 * 1024 * 1024
 
 
-def diagnose(recording: Recording) -> tuple[Finding, ...]:
+def diagnose(
+    recording: Recording, tell: Callable[[str], None] = lambda _words: None
+) -> tuple[Finding, ...]:
     """Findings by measuring a recording; none where its cameras are guessed.
 
-    Reads up to 600 frames and measures depth in some of them. Raises InputError where a stream
-    cannot be opened.
+    Reads up to 600 frames and measures depth in some of them; `tell` is told what is looked at.
+    Raises InputError where a stream cannot be opened.
     """
     if recording.guessed:
         return ()
     with FrameReader(recording, colour=False, cache_bytes=_CACHE_BYTES) as reader:
         if not reader.frame_count:
             return ()
+        tell("images and pairs")
         found = [*check_pictures(recording, reader), *check_pairs(recording, reader)]
+        tell("clocks")
         signals = motion_signals(reader)
         found += check_clocks(recording, signals)
+        tell("depths of the views")
         stretch = stretch_of(list(signals.values()), reader.frame_count)
         found += _measured(recording, reader, found, stretch[::STEP])
         found += check_clouds(recording, reader, _views_of(found))
     return tuple(found)
+
+
+def diagnose_elsewhere(recording: Recording, asker: Asker) -> tuple[Finding, ...]:
+    """The same in a process that works for a window."""
+    return diagnose(recording, asker.tell)
 
 
 def glance(recording: Recording, views: Sequence[str] | None = None) -> tuple[Finding, ...]:
