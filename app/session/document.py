@@ -10,10 +10,12 @@ from typing import TypeAlias
 
 from PySide6.QtCore import QElapsedTimer, QObject, QTimer, Signal, Slot
 
+from stereotrack_core.doctor.before_tracking import hindrances
+from stereotrack_core.doctor.diagnose import glance
 from stereotrack_core.errors import Cancelled, InputError
 from stereotrack_core.project.setups import Corrections
 from stereotrack_core.recording.description import Recording
-from stereotrack_core.recording.findings import Finding, examine
+from stereotrack_core.recording.findings import Finding, by_severity, examine
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.reader import FrameReader, FrameSet
 
@@ -57,6 +59,15 @@ def read_folder(folder: Path, corrections: Corrections | None = None) -> Opened:
     except InputError as error:
         return replace(_with_first_frame(recording), refused=error)
     return replace(opened, corrections=corrections)
+
+
+def _looked_at(recording: Recording) -> tuple[Finding, ...]:
+    """What the files of a recording, and a glance at its images, say."""
+    found = examine(recording.folder, compare=True)
+    try:
+        return (*found, *glance(recording))
+    except InputError as error:
+        return (*found, Finding.of(error))
 
 
 def _with_first_frame(recording: Recording) -> Opened:
@@ -103,6 +114,8 @@ class DocumentPresenter(QObject):
         self._start_frame = 0
         self.corrections_finder: Callable[[], FindCorrections] = lambda: lambda _folder: None
         self.findings: tuple[Finding, ...] | None = None
+        self._examined: tuple[Finding, ...] = ()
+        self._measured: tuple[Finding, ...] | None = None
         self._play_timer = QTimer(self)
         self._play_timer.timeout.connect(self._on_play)
         self._clock = QElapsedTimer()
@@ -179,6 +192,7 @@ class DocumentPresenter(QObject):
             self._reading = None
         reader, self._opened, self.reader = self.reader, None, None
         self._frame_set, self.frame, self.frame_count, self.findings = None, 0, 0, None
+        self._examined, self._measured = (), None
         self.loop = None
         if reader is not None:
             reader.close()
@@ -280,7 +294,7 @@ class DocumentPresenter(QObject):
         self.go_to(self._start_frame)
         self._tasks.begin(
             "checking the recording",
-            lambda _task: (opened, examine(opened.recording.folder, compare=True)),
+            lambda _task: (opened, _looked_at(opened.recording)),
             self._on_examined,
         )
 
@@ -293,8 +307,23 @@ class DocumentPresenter(QObject):
     def _on_examined(self, result: tuple[Opened, Sequence[Finding]]) -> None:
         opened, findings = result
         if opened is self._opened:
-            self.findings = tuple(findings)
-            self.findings_changed.emit()
+            self._examined = tuple(findings)
+            self._tell_findings(self._measured)
+
+    def take_measured(self, findings: Sequence[Finding]) -> None:
+        """Add what was measured of the recording's images to what its files say."""
+        self._tell_findings(tuple(findings))
+
+    def _tell_findings(self, measured: tuple[Finding, ...] | None) -> None:
+        self._measured = measured
+        told = [*self._examined, *(measured or ())]
+        self.findings = by_severity(dict.fromkeys(told))
+        self.findings_changed.emit()
+
+    def hindrances(self) -> tuple[Finding, ...]:
+        """Errors because of which the recording would not be tracked correctly, as far as known."""
+        recording = self.recording
+        return () if recording is None else hindrances(self.findings or (), recording)
 
     @Slot(object, object)
     def _on_frame_read(self, frame: int, frame_set: FrameSet) -> None:

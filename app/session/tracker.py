@@ -6,11 +6,13 @@ from PySide6.QtCore import QObject, Slot
 
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.parameters import value_text
+from stereotrack_core.recording.description import Recording
 from stereotrack_core.tracking.frame import TrackedFrame
 from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.run_spec import FirstPose
 from stereotrack_core.tracking.tuning.stages import changed_names
 
+from ..widgets.forms.message import Message
 from .document import DocumentPresenter
 from .edits import EditStack, WindowEdit
 from .runs import RunEntry, RunList
@@ -39,6 +41,7 @@ class TrackControl(QObject):
         super().__init__(parent)
         self._edits = edits
         self._document, self._runs, self._track = document, runs, track
+        self._despite_errors: Recording | None = None
         self._view_state = view_state
         self.first_pose: FirstPose = "auto"
         """Where the first pose comes from when no run has one: a key of :data:`FIRST_POSES`, or a
@@ -146,6 +149,8 @@ class TrackControl(QObject):
         recording = self._document.recording
         if recording is None or not len(frames):
             return None
+        if self._told_of(recording, frames, allowed, pose):
+            return None
         start = pose if pose is not None else self._known_pose(frames.start)
         self._document.pause()
         return self._track.begin(
@@ -154,6 +159,26 @@ class TrackControl(QObject):
             start if start is not None else self.first_pose,
             allowed=allowed,
         )
+
+    def _told_of(
+        self, recording: Recording, frames: range, allowed: float, pose: Pose | None
+    ) -> bool:
+        """Say once why a recording should not be tracked; whether that was done now."""
+        found = self._document.hindrances()
+        if not found or self._despite_errors is recording:
+            return False
+
+        def nevertheless() -> None:
+            self._despite_errors = recording
+            if self._document.recording is recording:
+                self._begin(frames, allowed, pose)
+
+        first = found[0]
+        what = f"it would not be tracked correctly: {first.what}"
+        self._document.message.emit(
+            Message("error", what, first.where, first.remedy, "Track nevertheless", nevertheless)
+        )
+        return True
 
     def _known_pose(self, frame: int) -> Pose | None:
         """Pose of the active run just before a frame, or at it; the first frame starts anew."""

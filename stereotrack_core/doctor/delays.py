@@ -17,8 +17,8 @@ from stereotrack_core.doctor.clocks import span
 from stereotrack_core.doctor.views import Instants, Places
 from stereotrack_core.errors import Finding
 
-STRETCH = 44
-"""Frames in a row that are measured."""
+STRETCH, STEP = 44, 2
+"""Frames in a row that are looked at, and the step in which they are measured."""
 
 _LONGEST = 12
 """Frames by which a view may be late."""
@@ -29,7 +29,7 @@ _FARTHEST = 0.25
 _APART, _LEAST_MOTION = 6, 0.1
 """Frames within which points move by so many metres."""
 
-_FEWEST, _MOST_POINTS = 150, 150
+_FEWEST, _MOST_POINTS = 100, 150
 """Points without which nothing is said, and those of a frame that are asked."""
 
 _LEAST, _WRONG = 0.75, 2.0
@@ -61,17 +61,21 @@ class Delay:
         return abs(self.frames) >= _LEAST
 
 
-def delay_of(instants: Instants, places: Places, view: str) -> Delay | None:
-    """Delay of a view against the others, over frames in a row; None where little moves."""
+def delay_of(instants: Instants, places: Places, view: str, step: int = 1) -> Delay | None:
+    """Delay of a view against the others; None where little moves.
+
+    The instants are `step` frames apart.
+    """
+    longest = _LONGEST // step
     clouds = [{n: o.placed(places[n]) for n, o in seen.items() if n in places} for seen in instants]
     own = [one.get(view) for one in clouds]
     rest = [_rest(one, view) for one in clouds]
-    squares = np.zeros(2 * _LONGEST + 1)
+    squares = np.zeros(2 * longest + 1)
     count = 0
-    for k in range(_LONGEST, len(clouds) - _LONGEST):
-        near = rest[k - _LONGEST : k + _LONGEST + 1]
+    for k in range(longest, len(clouds) - longest):
+        near = rest[k - longest : k + longest + 1]
         trees = [tree for tree in near if tree is not None]
-        moving = _moving(own, k)
+        moving = _moving(own, k, _APART // step)
         if moving is None or len(trees) < len(near):
             continue
         far = [np.minimum(tree.query(moving)[0], _FARTHEST) for tree in trees]
@@ -81,9 +85,8 @@ def delay_of(instants: Instants, places: Places, view: str) -> Delay | None:
         return None
     distance = np.sqrt(squares / count)
     at = int(np.argmin(distance))
-    return Delay(
-        _LONGEST - at - _beside(distance, at), float(distance[_LONGEST]), float(distance[at])
-    )
+    frames = step * (longest - at - _beside(distance, at))
+    return Delay(frames, float(distance[longest]), float(distance[at]))
 
 
 def _beside(values: FloatArray, at: int) -> float:
@@ -100,9 +103,9 @@ def _rest(cloud: Mapping[str, FloatArray], view: str) -> scipy.spatial.cKDTree |
     return scipy.spatial.cKDTree(np.concatenate(others)) if others else None
 
 
-def _moving(own: Sequence[FloatArray | None], k: int) -> FloatArray | None:
+def _moving(own: Sequence[FloatArray | None], k: int, apart: int) -> FloatArray | None:
     """Points of frame k that were, or will be, elsewhere; None where there are none."""
-    now, before, after = own[k], own[k - _APART], own[k + _APART]
+    now, before, after = own[k], own[k - apart], own[k + apart]
     if now is None or before is None or after is None:
         return None
     points = now[:: max(1, len(now) // (4 * _MOST_POINTS))]
@@ -111,13 +114,19 @@ def _moving(own: Sequence[FloatArray | None], k: int) -> FloatArray | None:
     return some[:: max(1, len(some) // _MOST_POINTS)] if len(some) else None
 
 
-def check_delays(instants: Instants, places: Places, fps: float) -> Iterator[Finding]:
-    """The view that shows everything earlier or later than the others, over frames in a row."""
-    found = {name: one for name in places if (one := delay_of(instants, places, name)) is not None}
+def check_delays(
+    instants: Instants, places: Places, fps: float, step: int = 1
+) -> Iterator[Finding]:
+    """The view that shows everything earlier or later than the others.
+
+    The instants are `step` frames apart.
+    """
+    known = {name: delay_of(instants, places, name, step) for name in places}
+    found = {name: one for name, one in known.items() if one is not None}
     late = {name: one for name, one in found.items() if one.clear and one.worth_telling}
     if not late:
         return
-    name = max(late, key=lambda one: late[one].before - late[one].after)
+    name = max(late, key=lambda one: late[one].before / max(late[one].after, 1e-6))
     delay = late[name]
     alone = len(places) > 2
     other = next(one for one in places if one != name)

@@ -9,13 +9,14 @@ has no depth, and a view that is late would seem to stand elsewhere.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 
-from stereotrack_core.arrays import FloatArray
+import numpy as np
+
 from stereotrack_core.doctor.clocks import check_clocks, motion_signals
 from stereotrack_core.doctor.clouds import check_clouds
-from stereotrack_core.doctor.delays import check_delays, stretch_of
+from stereotrack_core.doctor.delays import STEP, check_delays, stretch_of
 from stereotrack_core.doctor.pairs import check_pairs
 from stereotrack_core.doctor.pictures import check_pictures
 from stereotrack_core.doctor.reference import bodies, check_reference
@@ -30,6 +31,7 @@ from stereotrack_core.doctor.views import (
 from stereotrack_core.errors import Finding, InputError
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.reader import FrameReader
+from stereotrack_core.worker_processes import Asker
 
 _VIEW = re.compile(r"^views? (.+?)(?:, (?:left|right|background))?$")
 _GLANCED = 2
@@ -38,24 +40,34 @@ _GLANCED = 2
 _CACHE_BYTES = 128 * 1024 * 1024
 
 
-def diagnose(recording: Recording) -> tuple[Finding, ...]:
+def diagnose(
+    recording: Recording, tell: Callable[[str], None] = lambda _words: None
+) -> tuple[Finding, ...]:
     """Findings by measuring a recording; none where its cameras are guessed.
 
-    Reads up to 600 frames and measures depth in some of them. Raises InputError where a stream
-    cannot be opened.
+    Reads up to 600 frames and measures depth in some of them; `tell` is told what is looked at.
+    Raises InputError where a stream cannot be opened.
     """
     if recording.guessed:
         return ()
     with FrameReader(recording, colour=False, cache_bytes=_CACHE_BYTES) as reader:
         if not reader.frame_count:
             return ()
+        tell("images and pairs")
         found = [*check_pictures(recording, reader), *check_pairs(recording, reader)]
+        tell("clocks")
         signals = motion_signals(reader)
         found += check_clocks(recording, signals)
-        found += _delays(recording, reader, found, list(signals.values()))
-        found += _measured(recording, reader, found)
+        tell("depths of the views")
+        stretch = stretch_of(list(signals.values()), reader.frame_count)
+        found += _measured(recording, reader, found, stretch[::STEP])
         found += check_clouds(recording, reader, _views_of(found))
     return tuple(found)
+
+
+def diagnose_elsewhere(recording: Recording, asker: Asker) -> tuple[Finding, ...]:
+    """The same in a process that works for a window."""
+    return diagnose(recording, asker.tell)
 
 
 def glance(recording: Recording, views: Sequence[str] | None = None) -> tuple[Finding, ...]:
@@ -78,43 +90,33 @@ def glance(recording: Recording, views: Sequence[str] | None = None) -> tuple[Fi
         )
 
 
-def _delays(
-    recording: Recording,
-    reader: FrameReader,
-    before: Sequence[Finding],
-    motion: Sequence[FloatArray],
-) -> Iterator[Finding]:
-    """Findings by the points of the person in frames in a row."""
-    views = measurable(recording, _views_of(before))
-    if len(views) < 2 or not motion:
-        return
-    stretch = stretch_of(motion, reader.frame_count)
-    try:
-        instants, places = measured_views(recording, reader, views, frames=stretch)
-    except InputError:
-        return  # told by the next check
-    yield from check_delays(instants, places, recording.fps)
-
-
 def _measured(
-    recording: Recording, reader: FrameReader, before: Sequence[Finding]
+    recording: Recording, reader: FrameReader, before: Sequence[Finding], stretch: range
 ) -> Iterator[Finding]:
     """Findings by the points of the person, of views about which nothing was found before."""
     views = measurable(recording, _views_of(before))
+    frames = measured_frames(reader)
+    every = np.union1d(frames, stretch) if len(views) > 1 else frames
     instants: Instants = []
     places: Places = {}
     if views and (len(views) > 1 or recording.reference is not None):
         try:
-            instants, places = measured_views(recording, reader, views)
+            instants, places = measured_views(recording, reader, views, frames=every)
         except InputError as error:
             yield Finding.of(error)
             return
-    found = list(check_views(recording, reader, instants, places))
+    at = dict(zip(every.tolist(), instants, strict=False))
+    late = []
+    if len(places) > 1:
+        in_a_row = [at[k] for k in stretch]
+        late = list(check_delays(in_a_row, places, recording.fps, STEP))
+    yield from late
+    in_step = {name: one for name, one in places.items() if name not in _views_of(late)}
+    spread = [at[k] for k in frames.tolist()] if in_step else []
+    found = list(check_views(recording, reader, spread, in_step))
     yield from found
-    sound = {name: one for name, one in places.items() if name not in _views_of(found)}
-    wholly = not any(one.where.startswith("views ") for one in found)
-    measured = bodies(instants, sound, measured_frames(reader)) if sound and wholly else ()
-    yield from check_reference(recording, measured)
+    sound = {name: one for name, one in in_step.items() if name not in _views_of(found)}
+    yield from check_reference(recording, bodies(spread, sound, frames) if sound else ())
 
 
 def _views_of(findings: Iterable[Finding]) -> tuple[str, ...]:

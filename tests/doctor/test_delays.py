@@ -60,6 +60,11 @@ def test_the_view_that_is_late_is_named_and_measured(late):
     assert "tested" in finding.remedy
 
 
+def test_every_other_frame_will_do():
+    delay = delay_of(instants({"O": 8}, length=60)[::2], places("NOS"), "O", 2)
+    assert delay.frames == pytest.approx(8, abs=0.5)
+
+
 def test_of_two_views_both_are_named():
     [finding] = check_delays(instants({"O": 6}, "NO"), places("NO"), 10.0)
     assert finding.where == "views N, O"

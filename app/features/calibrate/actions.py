@@ -9,12 +9,16 @@ from ...services.actions import Command, Menu
 from .controller import CalibrationController
 from .panels.page import CalibrationPage
 from .saving import why_not_into
+from .thorough import ThoroughCheck
 
 _MENU = "&File/&Calibration"
 
 
 def commands(
-    context: Context, calibration: CalibrationController, page: CalibrationPage
+    context: Context,
+    calibration: CalibrationController,
+    page: CalibrationPage,
+    thorough: ThoroughCheck,
 ) -> list[Command]:
     """Commands of the menu File, Calibration."""
 
@@ -39,6 +43,9 @@ def commands(
         command("calibrate", "Calibrate cameras", "Calibrate cameras with pictures of a board, "
                 "with or without a recording.", partial(context.docks.show_named, "calibrate"),
                 icon="calibrate"),
+        command("check_thoroughly", "Check thoroughly", "Measure whether images, clocks, cameras "
+                "and reference of the open recording fit each other; takes some seconds to "
+                "minutes.", thorough.start, why_not=thorough.why_not),
         command("calibrate_step", "Calculate this step", "Calculate the step of the calibration "
                 "that is shown.", calibration.calculate, why_not=why_not_calculate, section=True),
         command("calibrate_next", "Next step", "Show the next step of the calibration, and "

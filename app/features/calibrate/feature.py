@@ -19,6 +19,7 @@ from ...widgets.tables.trees import RigPanel
 from .actions import commands
 from .controller import CalibrationController
 from .panels.page import CalibrationPage
+from .thorough import ThoroughCheck
 
 _FINDINGS = "Recording checks"
 
@@ -31,6 +32,7 @@ class CalibrateController(QObject):
         self._context, self._session = context, context.session
         self.rig, self.findings = RigPanel(), FindingsPanel()
         self.calibration = CalibrationController(context)
+        self.thorough = ThoroughCheck(context)
         self.page = CalibrationPage(self.calibration)
         context.docks.add_page("calibration", self.page)
         self._dock = context.docks.add("findings", _FINDINGS, self.findings)
@@ -136,5 +138,8 @@ def register(context: Context) -> CalibrateController:
             no_panels=context.session.no_recording,
         )
     )
-    context.actions.add(commands(context, calibrate.calibration, calibrate.page))
+    context.actions.add(
+        commands(context, calibrate.calibration, calibrate.page, calibrate.thorough)
+    )
+    calibrate.findings.add_action_button(context.actions.action("check_thoroughly"))
     return calibrate

@@ -216,7 +216,12 @@ class FindingsPanel(QWidget):
         dress_list(self.tree, "Recording checks", (110, None))
         self.tree.setUniformRowHeights(False)
         self.tree.setWordWrap(True)
-        self.setLayout(vbox(self.verdict, (self.tree, 1), spacing=0))
+        self._top = hbox((self.verdict, 1), margins=(0, 0, 6, 0))
+        self.setLayout(vbox(self._top, (self.tree, 1), spacing=0))
+
+    def add_action_button(self, action: QAction) -> None:
+        """Offer a command beside the verdict."""
+        self._top.addWidget(action_button(action))
 
     def show_findings(self, findings: Sequence[Finding] | None) -> None:
         """Show what was found; None while it is still being looked for."""
