@@ -35,7 +35,7 @@ class DepthParameters(ParameterGroup):
     match_wide: str = parameter(
         "coarse_to_fine", _MATCH, choices=("full", "coarse_to_fine"), thesis="full"
     )(
-        "How 128 and more disparities are searched: all of them everywhere, or only those that "
+        "How 192 and more disparities are searched: all of them everywhere, or only those that "
         "reduced images show around each part of the image, which is several times as fast."
     )
     disparity_from_volume: bool = parameter(True, _MATCH, thesis=False)(
