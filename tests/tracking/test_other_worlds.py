@@ -10,14 +10,16 @@ from stereotrack_core.body.pose import t_pose
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.calibrate.align import aligned
 from stereotrack_core.depth.points import Volume
+from stereotrack_core.evaluation.joint_angles.series import angles_of_run
 from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.geometry.upright import Upright
 from stereotrack_core.tracking.initialise.people import share_at_sides
 from stereotrack_core.tracking.initialise.seeds import seeds_in, t_pose_in_cloud
 from stereotrack_core.tracking.presets import preset
-from stereotrack_core.tracking.run import Pipeline
+from stereotrack_core.tracking.run import Pipeline, track
 from stereotrack_core.tracking.run_spec import RunSpec
 from stereotrack_core.tracking.shape_fit import upright
+from stereotrack_core.tracking.stored import upright_run
 from tests.tracking.recordings import write_depth_recording
 from tests.tracking.scenes import pose_with_arms
 
@@ -80,3 +82,19 @@ def test_sides_of_the_volume_and_upright_trunks_are_those_of_the_world():
     (found,) = upright(standing.turned(world.rotation.T), 4, world)
     assert np.allclose(found.across @ world.rotation.T, usual.across)
     assert upright(standing, 4, world) == ()
+
+
+def test_a_run_of_another_world_is_turned_upright_for_what_counts_on_that(recording):
+    (usual, _), runs = landmarks_in(recording, "z", "tpose"), {}
+    for axis in ("z", "y"):
+        world = RigidTransform(Upright(axis).rotation.T, np.zeros(3))
+        turned = dataclasses.replace(recording, cameras=aligned(recording.cameras, world))
+        runs[axis] = track(turned, RunSpec(SETTINGS, init="tpose"))
+    assert upright_run(runs["z"]) is runs["z"]
+    found = upright_run(runs["y"])
+    assert np.abs(found.landmarks - usual).max() < 1e-3
+    assert np.abs(found.x - runs["z"].x).max() < 1e-2
+    assert np.allclose(found.P, runs["z"].P, atol=1e-6)
+    angles = {axis: angles_of_run(run) for axis, run in runs.items()}
+    assert np.allclose(angles["y"].angle, angles["z"].angle, atol=0.02, equal_nan=True)
+    assert np.allclose(angles["y"].sigma, angles["z"].sigma, atol=0.02, equal_nan=True)
