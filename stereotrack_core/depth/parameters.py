@@ -46,7 +46,8 @@ class DepthParameters(ParameterGroup):
     )
     least_focal: float = parameter(400.0, _MATCH, (0.0, 4000.0), unit="px", thesis=0.0, fast=0.0)(
         "Images of clearly wider lenses are upsampled to this focal length before matching, at "
-        "most to twice their size, because the matching window is too coarse for arms otherwise."
+        "most to twice their size, because the matching window is too coarse for arms otherwise. "
+        "Stated for people at 3 m; the default grows with the distance of people beyond 4 m."
     )
     low_pass: float = parameter(0.0, _MATCH, (0.0, 5.0), unit="px", thesis=0.8)(
         "Standard deviation of the low-pass filter before rectification; 0 disables it."
