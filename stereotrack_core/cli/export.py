@@ -46,6 +46,7 @@ from stereotrack_core.project.project import Project
 from stereotrack_core.project.setups import load_reference
 from stereotrack_core.project.whereabouts import SUFFIX
 from stereotrack_core.tables import Table
+from stereotrack_core.tracking.stored import upright_run
 
 DESCRIPTION = (
     "Write clicks (csv, coco, slp, dlc), keypoints (csv, coco), a trajectory (csv, trc, c3d, "
@@ -218,6 +219,8 @@ def _trajectory(args: Namespace) -> dict[str, Any]:
         run = read_run(args.source)
         say_if_unfinished(args.source, run)
         residual = run.residual
+        if args.format != "csv":
+            trajectory = upright_run(run).trajectory()
     write_trajectory(args.output, trajectory, fps if args.fps is None else args.fps, residual)
     return {"files": {args.output: f"{len(trajectory.frame)} frames"}}
 

@@ -17,7 +17,7 @@ from stereotrack_core.arrays import ImageArray
 from stereotrack_core.depth.match import STEPS, DisparityArray, DisparityRange, Matcher, Region
 from stereotrack_core.depth.parameters import DepthParameters
 
-WIDE = 128
+WIDE = 192
 """Disparities from which it pays; fewer are searched at once."""
 
 _VERY_WIDE = 256

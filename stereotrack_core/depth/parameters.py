@@ -35,7 +35,7 @@ class DepthParameters(ParameterGroup):
     match_wide: str = parameter(
         "coarse_to_fine", _MATCH, choices=("full", "coarse_to_fine"), thesis="full"
     )(
-        "How 128 and more disparities are searched: all of them everywhere, or only those that "
+        "How 192 and more disparities are searched: all of them everywhere, or only those that "
         "reduced images show around each part of the image, which is several times as fast."
     )
     disparity_from_volume: bool = parameter(True, _MATCH, thesis=False)(
@@ -46,7 +46,8 @@ class DepthParameters(ParameterGroup):
     )
     least_focal: float = parameter(400.0, _MATCH, (0.0, 4000.0), unit="px", thesis=0.0, fast=0.0)(
         "Images of clearly wider lenses are upsampled to this focal length before matching, at "
-        "most to twice their size, because the matching window is too coarse for arms otherwise."
+        "most to twice their size, because the matching window is too coarse for arms otherwise. "
+        "Stated for people at 3 m; the default grows with the distance of people beyond 4 m."
     )
     low_pass: float = parameter(0.0, _MATCH, (0.0, 5.0), unit="px", thesis=0.8)(
         "Standard deviation of the low-pass filter before rectification; 0 disables it."

@@ -56,6 +56,9 @@ _MARGIN = 0.6
 _ARM = 0.9
 """Metres that a person in the middle of the volume reaches towards a camera."""
 
+_USUAL_DISTANCE, _FAR = 3.0, 4.0
+"""Metres from the camera for which ``least_focal`` is stated, and from which more is asked for."""
+
 _SEEN_NEARER = 0.8
 """Share of the least range at which the person is seen that is searched as well."""
 
@@ -161,11 +164,13 @@ def _settled(
     given = any(getattr(parameters, name) != getattr(usual, name) for name in _PLACE)
     if given or not parameters.volume_from_recording:
         return parameters, _GIVEN
-    geometry = [rectification_of(recording, recording.view(n), parameters).geometry for n in views]
+    geometry = _geometry(recording, parameters, views)
     if _stand_around(volume, geometry, parameters.upright.up):
         middle = volume.corners().mean(axis=0)
-        nearest = [float(view.project(middle[None])[2][0]) - _ARM for view in geometry]
-        return _searched(parameters, geometry, nearest), _AROUND
+        away = [float(view.project(middle[None])[2][0]) for view in geometry]
+        parameters = _enlarged(parameters, geometry, away)
+        geometry = _geometry(recording, parameters, views)
+        return _searched(parameters, geometry, [z - _ARM for z in away]), _AROUND
     seen = [np.concatenate([np.zeros((0, 3)), *frames]) for frames in person.seen]
     points, why = np.concatenate(seen), _ABOUT_ORIGIN
     if len(points) < _FEW_POINTS and parameters.background_standing:
@@ -175,11 +180,31 @@ def _settled(
         return parameters, _NOBODY
     if volume.contains(points).mean() < _MOSTLY:
         parameters, why = _placed(parameters, points), _ABOUT_PERSON
-    nearest = [
-        _SEEN_NEARER * float(np.percentile(view.project(own)[2], 5)) if len(own) else np.inf
-        for view, own in zip(geometry, seen, strict=True)
-    ]
-    return _searched(parameters, geometry, nearest), why
+    known = [name for name, own in zip(views, seen, strict=True) if len(own)]
+    ranges = [view.project(own)[2] for view, own in zip(geometry, seen, strict=True) if len(own)]
+    away = [float(np.median(z)) for z in ranges]
+    parameters = _enlarged(parameters, _geometry(recording, parameters, known), away)
+    nearest = [_SEEN_NEARER * float(np.percentile(z, 5)) for z in ranges]
+    return _searched(parameters, _geometry(recording, parameters, known), nearest), why
+
+
+def _geometry(
+    recording: Recording, parameters: DepthParameters, views: Sequence[str]
+) -> list[DepthGeometry]:
+    return [rectification_of(recording, recording.view(n), parameters).geometry for n in views]
+
+
+def _enlarged(
+    parameters: DepthParameters, geometry: Sequence[DepthGeometry], away: Sequence[float]
+) -> DepthParameters:
+    """Images of people who are far away, in metres, enlarged as those of wide lenses are."""
+    row = next(row for row in parameters.rows() if row.name == "least_focal")
+    pairs = [z for view, z in zip(geometry, away, strict=True) if view.baseline > 0.0]
+    farthest = max(pairs, default=0.0)
+    if parameters.least_focal != row.default or farthest < _FAR:
+        return parameters
+    needed = float(round(parameters.least_focal * farthest / _USUAL_DISTANCE))
+    return parameters.replaced(least_focal=min(needed, float(row.maximum or needed)))
 
 
 def _upright(

@@ -23,7 +23,7 @@ from stereotrack_core.interop.trc import read_trc, write_trc
 from stereotrack_core.reading import check_file
 from stereotrack_core.recording.landmarks import LandmarkTrajectory, read_landmarks, write_landmarks
 from stereotrack_core.tracking.frame import Run
-from stereotrack_core.tracking.stored import fps_of_run
+from stereotrack_core.tracking.stored import fps_of_run, upright_run
 
 Timed: TypeAlias = tuple[LandmarkTrajectory, float | None]
 """A trajectory, with frames per second where the file states them."""
@@ -76,6 +76,8 @@ def run_suffix(path: Path) -> str:
 def write_run(path: Path, run: Run) -> None:
     """Write a run completely (.npz) or its landmarks (.csv, .trc, .c3d, .bvh).
 
+    The last three state which axis points up, and get one that does.
+
     Raises InputError for an unknown suffix, a place that cannot be written to, or where the format
     needs a frame rate that the run's ``meta["fps"]`` does not state.
 
@@ -88,8 +90,10 @@ def write_run(path: Path, run: Run) -> None:
     if run_suffix(path) == ".npz":
         write_npz(path, run)
     else:
-        fps = None if path.suffix.lower() == ".csv" else fps_of_run(run)
-        write_trajectory(path, run.trajectory(), fps, run.residual)
+        own_world = path.suffix.lower() == ".csv"
+        fps = None if own_world else fps_of_run(run)
+        trajectory = (run if own_world else upright_run(run)).trajectory()
+        write_trajectory(path, trajectory, fps, run.residual)
 
 
 def write_trajectory(

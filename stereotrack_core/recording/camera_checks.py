@@ -265,7 +265,7 @@ def _assumed(recording: Recording, likely: LikelyUp) -> str:
     seen = "" if likely.sure else ", unless the person's shape speaks for z"
     return (
         f"Tracking takes {likely.axis} as up{seen} (parameter up_axis); results stay in this "
-        f"world. Some joint angles and exported files count on z up: for such a world, run {align}."
+        f"world. The 3-D view, fits to clicks and references count on z up: for that, run {align}."
     )
 
 

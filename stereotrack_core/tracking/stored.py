@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from types import MappingProxyType
 from typing import Any
 
-from stereotrack_core.body.angles import pose_of_state
+import numpy as np
+
+from stereotrack_core.body.angles import pose_of_state, state_of_pose
 from stereotrack_core.body.model import BodyModel, body_of_subject
 from stereotrack_core.body.parameters import BodyShape
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.errors import InputError
+from stereotrack_core.geometry.upright import UP_AXES, Z_UP, Upright
 from stereotrack_core.plain_data import Kind, check_kind
 from stereotrack_core.recording.description import LENGTHS, Subject, subject_in
 from stereotrack_core.tracking.frame import Run, joints_named
@@ -84,6 +88,25 @@ def pose_of_run(run: Run, i: int) -> Pose | None:
     if not run.tracked[i]:
         return None
     return pose_of_state(run.x[i], _joints_of(run.state_names))
+
+
+def upright_run(run: Run) -> Run:
+    """The run in a world whose z points up, as joint angles and many formats presume.
+
+    The same run where its world's z does.
+    """
+    stated = run.meta.get("from_recording", {}).get("up_axis")
+    axis = stated or run.meta.get("parameters", {}).get("up_axis", "auto")
+    if axis in ("auto", Z_UP.axis) or axis not in UP_AXES:
+        return run
+    upright = Upright(axis)
+    x, P, joints = run.x, run.P, joints_named(run.state_names)
+    if joints is not None:
+        x = state_of_pose(pose_of_state(run.x, joints).turned(upright.rotation), joints)
+        turn = np.eye(P.shape[-1])
+        turn[:3, :3] = turn[3:6, 3:6] = upright.rotation
+        P = turn @ P @ turn.T
+    return replace(run, landmarks=upright.points(run.landmarks), x=x, P=P)
 
 
 def fps_of_run(run: Run) -> float:

@@ -166,3 +166,17 @@ def test_the_working_space_is_told():
         low, high = told.disparities_px[name]
         assert low == 1
         assert told.nearest_m[name] == pytest.approx(400 * 0.12 / high, rel=0.02)
+
+
+def test_far_people_are_matched_in_larger_images():
+    recording = stereo_recording()
+    back = RigidTransform(np.eye(3), np.array([0.0, 0.0, 2.4]))
+    moved = {
+        name: replace(one, camera_from_world=back @ one.camera_from_world)
+        for name, one in recording.cameras.items()
+    }
+    far = replace(recording, cameras=moved)
+    reader = passing(far)
+    assert 600.0 < settled(far, USUAL, reader, names(far)).least_focal < 800.0
+    given = USUAL.replaced(least_focal=0.0)
+    assert settled(far, given, reader, names(far)).least_focal == 0.0

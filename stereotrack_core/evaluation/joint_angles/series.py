@@ -23,7 +23,7 @@ from stereotrack_core.evaluation.joint_angles.definitions import (
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 from stereotrack_core.tracking.estimate import OVERCONFIDENCE
 from stereotrack_core.tracking.frame import Run, joints_named
-from stereotrack_core.tracking.stored import body_of_run
+from stereotrack_core.tracking.stored import body_of_run, upright_run
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,8 +55,10 @@ def angles_of_trajectory(
 def angles_of_run(run: Run) -> JointAngles:
     """Angles of a run, uncertain as its covariances say; see :func:`sigma_of_run`.
 
-    The head's are not known where the run does not track it.
+    Against the vertical of the run's world, whichever of its axes that is. The head's are not known
+    where the run does not track it.
     """
+    run = upright_run(run)
     found = angles_of_trajectory(run.trajectory(), sigma_of_run(run))
     if f"{PARTS[HEAD]}_alpha" in run.state_names:
         return found

@@ -1,0 +1,46 @@
+"""Rigs that users build are tracked without settings: lenses, distances, people and worlds."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import pytest
+
+from stereotrack_core.evaluation.errors import errors_against
+from stereotrack_core.evaluation.summary import summarise
+from stereotrack_core.recording.folder import open_recording
+from stereotrack_core.tracking.presets import preset
+from stereotrack_core.tracking.run import track
+from stereotrack_core.tracking.run_spec import RunSpec
+from tests.end_to_end.rigs import RIGS, make_rig
+
+FRAMES = 22
+
+MOST_LOST = 0.25
+"""Of the arm segments; the arms of people near a camera reach out of its image."""
+
+MOST_TILTED = 18.0
+"""Degrees of the torso's long axis, mean over all frames; untracked ones count 90."""
+
+UPWARDS = {"floor": "z", "away": "z", "y-up": "y", "camera": "-y", "camera-y-up": "y"}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["accurate", "fast"])
+@pytest.mark.parametrize("rig", RIGS, ids=lambda rig: rig.name)
+def test_a_rig_is_tracked_without_settings(rig, name, tmp_path):
+    folder = tmp_path / rig.name
+    make_rig(folder, rig, FRAMES)
+    recording = open_recording(folder)
+    unknown = dataclasses.replace(recording, reference=None)
+    run = track(unknown, RunSpec(preset(name), preset=name))
+    found = summarise(errors_against(run.trajectory(), recording.reference))
+    mean = {one.name: one.statistics.mean for one in found.measures}
+    print(  # noqa: T201 - the table that `pytest -s` shows
+        f"{rig.name:15s} {name:9s} tracked {run.tracked.mean():.2f} lost {100 * found.lost:.1f} %, "
+        + ", ".join(f"{measure} {value:.1f}" for measure, value in list(mean.items())[:5])
+    )
+    assert run.meta["from_recording"].get("up_axis", "z") == UPWARDS[rig.world]
+    assert run.tracked.mean() >= 0.8
+    assert found.lost <= MOST_LOST
+    assert mean["torso_long"] < MOST_TILTED

@@ -1,0 +1,100 @@
+"""In worlds whose z does not point up a person is tracked as in others, and stays in that world."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from stereotrack_core.body.model import body_model
+from stereotrack_core.body.pose import t_pose
+from stereotrack_core.body.proportions import AVERAGE
+from stereotrack_core.calibrate.align import aligned
+from stereotrack_core.depth.points import Volume
+from stereotrack_core.evaluation.joint_angles.series import angles_of_run
+from stereotrack_core.geometry.transform import RigidTransform
+from stereotrack_core.geometry.upright import Upright
+from stereotrack_core.tracking.initialise.people import share_at_sides
+from stereotrack_core.tracking.initialise.seeds import seeds_in, t_pose_in_cloud
+from stereotrack_core.tracking.presets import preset
+from stereotrack_core.tracking.run import Pipeline, track
+from stereotrack_core.tracking.run_spec import RunSpec
+from stereotrack_core.tracking.shape_fit import upright
+from stereotrack_core.tracking.stored import upright_run
+from tests.tracking.recordings import write_depth_recording
+from tests.tracking.scenes import pose_with_arms
+
+SETTINGS = preset("fast").replaced(pixel_step=1, speckle_size=0, search_arms=False, data_points=400)
+BODY = body_model(AVERAGE, SETTINGS.body)
+POSE = pose_with_arms([1, 0, 0], [1, 0, 0], [-1, 0, 0], [-1, 0, 0], place=(0, 0, 0.95))
+
+
+@pytest.fixture(scope="module")
+def recording(tmp_path_factory):
+    """Two frames of four depth views with masks."""
+    folder = tmp_path_factory.mktemp("worlds") / "cones"
+    return write_depth_recording(folder, BODY, [POSE] * 2)
+
+
+def landmarks_in(recording, axis, init):
+    world = RigidTransform(Upright(axis).rotation.T, np.zeros(3))
+    turned = dataclasses.replace(recording, cameras=aligned(recording.cameras, world))
+    with Pipeline(turned, RunSpec(SETTINGS, init=init)) as pipeline:
+        frames = list(pipeline.frames(range(2)))
+        meta = pipeline.origin().meta()
+    assert all(frame.tracked for frame in frames)
+    return np.array([world.inverse().apply(frame.landmarks) for frame in frames]), meta
+
+
+def test_the_same_person_is_tracked_in_its_own_world(recording):
+    usual, meta = landmarks_in(recording, "z", "tpose")
+    assert meta["from_recording"] == {}
+    for axis in ("y", "-y"):
+        found, meta = landmarks_in(recording, axis, "tpose")
+        assert meta["from_recording"] == {"up_axis": axis}
+        assert np.abs(found - usual).max() < 1e-3
+    looked_for, _ = landmarks_in(recording, "y", "auto")
+    assert np.abs(looked_for - usual).max() < 0.08
+
+
+@pytest.mark.parametrize("axis", ["y", "-y", "x"])
+def test_first_poses_stand_upright_where_the_points_are(axis):
+    world = Upright(axis)
+    points = np.random.default_rng(0).normal((0.4, 0.2, 1.2), (0.1, 0.1, 0.3), (500, 3))
+    usual = t_pose_in_cloud(BODY, points)
+    there = t_pose_in_cloud(BODY, points @ world.rotation, world)
+    assert np.allclose(there.torso, world.rotation.T @ usual.torso)
+    assert np.allclose(there.position, usual.position @ world.rotation)
+    seeds = zip(seeds_in(BODY, points), seeds_in(BODY, points @ world.rotation, world), strict=True)
+    for one, other in seeds:
+        assert np.allclose(other.turned(world.rotation).torso, one.torso)
+        assert np.allclose(other.turned(world.rotation).position, one.position)
+
+
+def test_sides_of_the_volume_and_upright_trunks_are_those_of_the_world():
+    world, low, high = Upright("y"), np.full(3, -1.0), np.full(3, 1.0)
+    at_side = np.array([[0.99, 0.0, 0.0], [0.0, 0.0, -0.99]])
+    above = np.array([[0.0, 0.99, 0.0], [0.0, -0.99, 0.0]])
+    volume = Volume(low, high)
+    assert share_at_sides(at_side, volume, world) == 1.0
+    assert share_at_sides(above, volume, world) == 0.0
+    standing = t_pose(np.zeros(3))
+    (usual,) = upright(standing, 4)
+    (found,) = upright(standing.turned(world.rotation.T), 4, world)
+    assert np.allclose(found.across @ world.rotation.T, usual.across)
+    assert upright(standing, 4, world) == ()
+
+
+def test_a_run_of_another_world_is_turned_upright_for_what_counts_on_that(recording):
+    (usual, _), runs = landmarks_in(recording, "z", "tpose"), {}
+    for axis in ("z", "y"):
+        world = RigidTransform(Upright(axis).rotation.T, np.zeros(3))
+        turned = dataclasses.replace(recording, cameras=aligned(recording.cameras, world))
+        runs[axis] = track(turned, RunSpec(SETTINGS, init="tpose"))
+    assert upright_run(runs["z"]) is runs["z"]
+    found = upright_run(runs["y"])
+    assert np.abs(found.landmarks - usual).max() < 1e-3
+    assert np.abs(found.x - runs["z"].x).max() < 1e-2
+    assert np.allclose(found.P, runs["z"].P, atol=1e-6)
+    angles = {axis: angles_of_run(run) for axis, run in runs.items()}
+    assert np.allclose(angles["y"].angle, angles["z"].angle, atol=0.02, equal_nan=True)
+    assert np.allclose(angles["y"].sigma, angles["z"].sigma, atol=0.02, equal_nan=True)
