@@ -228,15 +228,17 @@ def _not_registered(uses: Sequence[Use], where: str) -> Iterator[InputError]:
     """A depth map that a bag states to be of another place or lens than its image."""
     by_role = {use.role: use.source for use in uses}
     depth, image = by_role.get("depth"), by_role.get("image")
-    a, b = (None if one is None else one.camera for one in (depth, image))
-    if a is None or b is None or depth is None or image is None:
+    if depth is None or image is None or depth.focal is None or image.focal is None:
         return
-    apart = float(np.linalg.norm(a.position_world - b.position_world))
-    if apart > _SAME_PLACE_M or abs(a.focal / b.focal - 1.0) > _SAME_FOCAL:
+    a, b = depth.camera, image.camera
+    apart = 0.0
+    if a is not None and b is not None:
+        apart = float(np.linalg.norm(a.position_world - b.position_world))
+    if apart > _SAME_PLACE_M or abs(depth.focal / image.focal - 1.0) > _SAME_FOCAL:
         yield InputError(
             f"{depth.name} is not registered to {image.name}: their cameras are "
-            f"{1000 * apart:.0f} mm apart, with focal lengths of {a.focal:.0f} and {b.focal:.0f} "
-            "pixels",
+            f"{1000 * apart:.0f} mm apart, with focal lengths of {depth.focal:.0f} and "
+            f"{image.focal:.0f} pixels",
             where=where,
             remedy="Use depth that is aligned to the image, or do without the image.",
         )

@@ -107,6 +107,8 @@ class Source:
     """Where each frame lies in a ROS bag, in nanoseconds."""
     camera: Camera | None = None
     """The camera as a ROS bag states it."""
+    focal: float | None = None
+    """Focal length in pixels, where a ROS bag states it."""
     rate: float | None = None
     """Frames per second at which frames are picked by their times; None: all are taken."""
     begin: float = 0.0
@@ -284,6 +286,7 @@ def _of_topic(topic: Topic, bag: Path) -> Source:
         width=topic.width, height=topic.height, frames=len(topic.times), fps=rate,
         start=topic.times[0], times=topic.times, uneven=uneven, pause=pause, unit=topic.unit,
         topic=topic.name, places=topic.places, camera=topic.camera,
+        focal=topic.focal,
     )  # fmt: skip
 
 
