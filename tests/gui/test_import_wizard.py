@@ -243,7 +243,9 @@ def test_every_field_has_a_name_and_an_explanation(videos, wizard_of):
             assert field.accessibleName()
             assert field.toolTip()
     timing, place = wizard.timing, wizard.place
-    for field in (timing.fps, timing.unit, timing.method, place.name, place.folder):
+    calibration, slider = wizard.calibration, timing.preview.slider
+    fields = (timing.fps, timing.unit, timing.method, slider, place.name, place.folder)
+    for field in (*fields, calibration.unit, calibration.convention, calibration.readings):
         assert field.accessibleName()
         assert field.toolTip()
 

@@ -15,12 +15,20 @@ from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.recording.importing.sources import Source
 
 Role: TypeAlias = Literal[
-    "mono", "left", "right", "side by side", "side by side, swapped", "depth", "image", "unused"
+    "mono",
+    "left",
+    "right",
+    "side by side",
+    "side by side, swapped",
+    "depth",
+    "image",
+    "mask",
+    "unused",
 ]
 """What a source shows of its view.
 
 ``side by side`` holds the left and the right image of a stereo camera in its left and right half,
-``swapped`` the other way round; ``image`` belongs to the depth source of the same view.
+``swapped`` the other way round; ``image`` and ``mask`` belong to the depth source of the same view.
 """
 
 ROLES: Mapping[Role, str] = {
@@ -31,6 +39,7 @@ ROLES: Mapping[Role, str] = {
     "side by side, swapped": "both images of a stereo camera, right | left",
     "depth": "depth map",
     "image": "image of a depth camera",
+    "mask": "mask of the person for a depth camera",
     "unused": "not used",
 }
 """Every role in words."""
@@ -79,11 +88,16 @@ class Choices:
         return tuple(use for use in self.uses if use.role != "unused")
 
     def stated(self) -> bool:
-        """Whether every source states its camera, as those of a ROS bag may."""
-        return all(
-            use.source.camera is not None and not use.role.startswith("side") and not use.mirrored
+        """Whether every view states its cameras, as those of a ROS bag may."""
+        pictured = {use.view for use in self.used() if use.role == "image"}
+        shown = [
+            use
             for use in self.used()
-            if use.role != "depth" or all(o.view != use.view or o is use for o in self.used())
+            if use.role != "mask" and not (use.role == "depth" and use.view in pictured)
+        ]
+        return bool(shown) and all(
+            use.source.camera is not None and not use.role.startswith("side") and not use.mirrored
+            for use in shown
         )
 
     def guessed(self) -> bool:
@@ -107,7 +121,7 @@ def cameras_of(use: Use) -> tuple[str, ...]:
 
 def view_for(use: Use, role: Role) -> str:
     """The view that a source belongs to when it gets another role, unless another is named."""
-    return use.view if role in ("left", "right", "depth", "image") else use.source.name
+    return use.view if role in ("left", "right", "depth", "image", "mask") else use.source.name
 
 
 def size_of(use: Use) -> tuple[int, int]:
@@ -153,9 +167,13 @@ _TOGETHER: Mapping[frozenset[str], str] = {
     frozenset({"side by side, swapped"}): "",
     frozenset({"depth"}): "",
     frozenset({"depth", "image"}): "",
+    frozenset({"depth", "mask"}): "",
+    frozenset({"depth", "image", "mask"}): "",
     frozenset({"left"}): "the right image is missing",
     frozenset({"right"}): "the left image is missing",
     frozenset({"image"}): "the depth map is missing",
+    frozenset({"mask"}): "the depth map is missing",
+    frozenset({"image", "mask"}): "the depth map is missing",
 }
 """Roles that make a view, or what they lack."""
 
@@ -210,15 +228,17 @@ def _not_registered(uses: Sequence[Use], where: str) -> Iterator[InputError]:
     """A depth map that a bag states to be of another place or lens than its image."""
     by_role = {use.role: use.source for use in uses}
     depth, image = by_role.get("depth"), by_role.get("image")
-    a, b = (None if one is None else one.camera for one in (depth, image))
-    if a is None or b is None or depth is None or image is None:
+    if depth is None or image is None or depth.focal is None or image.focal is None:
         return
-    apart = float(np.linalg.norm(a.position_world - b.position_world))
-    if apart > _SAME_PLACE_M or abs(a.focal / b.focal - 1.0) > _SAME_FOCAL:
+    a, b = depth.camera, image.camera
+    apart = 0.0
+    if a is not None and b is not None:
+        apart = float(np.linalg.norm(a.position_world - b.position_world))
+    if apart > _SAME_PLACE_M or abs(depth.focal / image.focal - 1.0) > _SAME_FOCAL:
         yield InputError(
             f"{depth.name} is not registered to {image.name}: their cameras are "
-            f"{1000 * apart:.0f} mm apart, with focal lengths of {a.focal:.0f} and {b.focal:.0f} "
-            "pixels",
+            f"{1000 * apart:.0f} mm apart, with focal lengths of {depth.focal:.0f} and "
+            f"{image.focal:.0f} pixels",
             where=where,
             remedy="Use depth that is aligned to the image, or do without the image.",
         )

@@ -87,6 +87,9 @@ def _files_of(use: Use, uses: Sequence[Use], folder: Path) -> Iterator[StreamFil
             )
         return
     camera = cameras[0]
+    if use.role == "mask":
+        yield _whole(use, "", "mask", f"{camera}_mask", folder)
+        return
     if use.role != "depth":
         yield _whole(use, camera, "image" if use.role == "mono" else use.role, camera, folder)
         return

@@ -213,7 +213,7 @@ def _views(choices: Choices, files: Sequence[StreamFiles]) -> tuple[View, ...]:
         unit = next((one for one in units if one is not None), choices.depth_unit)
         view = View(
             name, kind, streams["right" if kind == "stereo" else "image"], streams.get("left"),
-            streams.get("depth"), unit, display_rotation=turned,
+            streams.get("depth"), unit, streams.get("mask"), display_rotation=turned,
         )  # fmt: skip
         views.append(view)
     return tuple(views)

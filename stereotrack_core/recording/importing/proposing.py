@@ -27,7 +27,7 @@ _IMAGE_WORDS = frozenset(
 )
 _INFRARED = frozenset({"ir", "infrared"})  # 16 bits of brightness
 _EMPTY = frozenset({"background", "backgrounds", "bg", "empty", "hintergrund", "leer"})
-_NO_STREAM = frozenset({"mask", "masks"}) | _EMPTY
+_MASK_WORDS = frozenset({"mask", "masks"})
 _PAIR = re.compile(r"(.*?)(cam|camera)[_-]?([01])", re.IGNORECASE)
 
 _UNITS = (0.001, 0.00025, 0.0002, 0.0001)
@@ -113,8 +113,10 @@ def _by_itself(source: Source) -> Use:
         at_end = place in (0, len(words) - 1)
         if side is not None and at_end and (len(word) > 1 or rest):
             return Use(source, side, rest or "stereo")
-        if word.lower() in _NO_STREAM:
+        if word.lower() in _EMPTY:
             return Use(source, "unused", source.name)
+        if word.lower() in _MASK_WORDS:
+            return Use(source, "mask", rest or "depth")
         if word.lower() in _DEPTH_WORDS and source.kind == "depth":
             return Use(source, "depth", rest or "depth")
         grey = word.lower() in _INFRARED or source.kind != "depth"
@@ -145,14 +147,17 @@ def _pair_by_number(uses: list[Use]) -> None:
 
 def _without_partner(use: Use, uses: Sequence[Use]) -> Use:
     """A single camera where what its name promises has no partner of the same size."""
-    partner: Mapping[Role, Role] = {"left": "right", "right": "left", "image": "depth"}
+    partner: Mapping[Role, Role] = {
+        "left": "right", "right": "left", "image": "depth", "mask": "depth",
+    }  # fmt: skip
     wanted = partner.get(use.role)
     if wanted is None:
         return use
     for other in uses:
         if other.role == wanted and other.view == use.view and other.source.size == use.source.size:
             return use
-    return replace(use, role="mono", view=use.source.name)
+    role: Role = "unused" if use.role == "mask" else "mono"
+    return replace(use, role=role, view=use.source.name)
 
 
 def _renamed(uses: Sequence[Use]) -> Iterator[Use]:
@@ -174,12 +179,12 @@ def with_background(use: Use, uses: Sequence[Use], found: Found) -> Use:
     names = {use.source.name.casefold()}
     if use.role in ("left", "right"):
         names.add(f"{use.view}_{use.role}".casefold())
-    elif use.role != "depth":
+    elif use.role not in ("depth", "mask"):
         names.add(use.view.casefold())
-    streams = [one for one in uses if one.role not in ("depth", "unused")]
+    streams = [one for one in uses if one.role not in ("depth", "mask", "unused")]
     if len(streams) == 1:
         names.add("")
-    if use.role in ("depth", "unused"):
+    if use.role in ("depth", "mask", "unused"):
         return use
     videos = [one.source.path for one in uses if one.role == "unused" and not one.source.images]
     for path in (*found.backgrounds, *videos):

@@ -86,7 +86,7 @@ def times_of(source: Source) -> FloatArray:
         raise InputError(
             "the times of its frames are missing or repeat",
             where=str(source.path),
-            remedy="Convert it to MP4 with a constant frame rate first.",
+            remedy="Convert it to MP4 with a constant frame rate, or keep its frames as they come.",
         )
     return np.asarray((stamps - stamps[0]) * tick)
 

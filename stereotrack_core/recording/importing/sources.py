@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from datetime import datetime
-from itertools import pairwise
 from pathlib import Path
 from typing import Any, Literal, Protocol, TypeAlias
 
@@ -48,6 +47,8 @@ _MOST_SOURCES = 100
 _MOST_PACKETS = 5000  # of a video without an index, to see whether its frame rate is constant
 _USUAL_RATES = (5, 6, 10, 12, 12.5, 15, 20, 24, 25, 29.97, 30, 48, 50, 59.94, 60, 90, 100, 120)
 _AS_USUAL = 0.01  # of a rate
+MOST_UNEVEN = 0.75
+"""Frames by which a stream may be uneven without being resampled."""
 
 
 class Pictures(Protocol):
@@ -106,6 +107,8 @@ class Source:
     """Where each frame lies in a ROS bag, in nanoseconds."""
     camera: Camera | None = None
     """The camera as a ROS bag states it."""
+    focal: float | None = None
+    """Focal length in pixels, where a ROS bag states it."""
     rate: float | None = None
     """Frames per second at which frames are picked by their times; None: all are taken."""
     begin: float = 0.0
@@ -283,6 +286,7 @@ def _of_topic(topic: Topic, bag: Path) -> Source:
         width=topic.width, height=topic.height, frames=len(topic.times), fps=rate,
         start=topic.times[0], times=topic.times, uneven=uneven, pause=pause, unit=topic.unit,
         topic=topic.name, places=topic.places, camera=topic.camera,
+        focal=topic.focal,
     )  # fmt: skip
 
 
@@ -299,7 +303,7 @@ def _video(path: Path) -> Source:
             fps = None if not rate else float(rate)
             counted = stream.frames or round((seconds or 0.0) * (fps or 0.0))
             start, sound = _start(container, stream), bool(container.streams.audio)
-            uneven, pause = _steadiness(path, stream, fps)
+            fps, uneven, pause = _steadiness(path, stream, fps)
             return Source(
                 name=path.stem, path=path, kind="depth" if depth else "video",
                 width=int(context.width), height=int(context.height), frames=int(counted),
@@ -309,10 +313,11 @@ def _video(path: Path) -> Source:
         raise no_video(path, error) from None
 
 
-def _steadiness(path: Path, stream: Any, fps: float | None) -> tuple[float, float]:
-    """How far from even the frames are, in frames, and the longest pause in seconds.
+def _steadiness(path: Path, stream: Any, fps: float | None) -> tuple[float | None, float, float]:
+    """Frames per second, how far from even they are in frames, and the longest pause in seconds.
 
-    By the container's index, else by its first packets.
+    By the container's index, else by its first packets. The rate of an uneven video is that of its
+    usual step, not the average that the container states.
     """
     stamps = [e.timestamp for e in getattr(stream, "index_entries", ()) if not e.is_discard]
     if not 2 < stream.frames == len(stamps):
@@ -322,9 +327,11 @@ def _steadiness(path: Path, stream: Any, fps: float | None) -> tuple[float, floa
             stamps = [one.pts for one in some if one.pts is not None and not one.is_discard]
     times = np.sort(np.array(stamps, dtype=np.float64)) * float(stream.time_base or 0)
     if fps is None or len(times) < 3 or times[-1] <= times[0]:
-        return 0.0, 0.0
-    longest = max(b - a for a, b in pairwise(times))
-    return unevenness(times, fps), float(longest)
+        return fps, 0.0, 0.0
+    uneven = unevenness(times, fps)
+    if uneven > MOST_UNEVEN:
+        return rate_of(times)
+    return fps, uneven, float(np.diff(times).max())
 
 
 def _start(container: Any, stream: Any) -> float | None:

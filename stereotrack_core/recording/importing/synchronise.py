@@ -81,7 +81,7 @@ def synchronised(
 ) -> tuple[Choices, tuple[Lead, ...]]:
     """Choices whose sources begin at the same instant, and the evidence; see :func:`leads_of`.
 
-    A depth map is taken to be of the same instants as the image of its view.
+    A depth map and a mask are taken to be of the same instants as the image of their view.
     """
     if choices.fps is None:
         raise InputError(
@@ -89,7 +89,8 @@ def synchronised(
         )
     used = choices.used()
     pictured = {use.view for use in used if use.role == "image"}
-    asked = [use for use in used if use.role != "depth" or use.view not in pictured]
+    follow = [u for u in used if u.role == "mask" or (u.role == "depth" and u.view in pictured)]
+    asked = [use for use in used if use not in follow]
     sources = [use.source for use in asked]
     leads = leads_of(sources, method, choices.fps, on_progress=on_progress, cancelled=cancelled)
     found = {lead.source: lead.frames for lead in leads}

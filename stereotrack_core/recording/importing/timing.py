@@ -6,10 +6,9 @@ from dataclasses import replace
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.recording.importing.choices import Choices
-from stereotrack_core.recording.importing.sources import Source
+from stereotrack_core.recording.importing.sources import MOST_UNEVEN, Source
 
 _MOST_DRIFT = 0.5  # frames over the length of a source
-_MOST_UNEVEN = 0.75  # frames
 _SAME_START = 0.25  # frames
 
 
@@ -45,7 +44,7 @@ def _resampled(source: Source, rate: float, begin: float | None) -> Source:
         return replace(source, rate=rate, begin=begin - source.times[0])
     if source.fps is None:
         return source
-    needed = source.uneven > _MOST_UNEVEN or _drift(source, rate) > _MOST_DRIFT
+    needed = source.uneven > MOST_UNEVEN or _drift(source, rate) > _MOST_DRIFT
     return replace(source, rate=rate) if needed else source
 
 
@@ -59,7 +58,7 @@ def _common_begin(sources: list[Source], rate: float) -> float | None:
     if not all(one.times for one in sources):
         return None
     begins = [one.times[0] for one in sources]
-    even = all(one.uneven <= _MOST_UNEVEN and _drift(one, rate) <= _MOST_DRIFT for one in sources)
+    even = all(one.uneven <= MOST_UNEVEN and _drift(one, rate) <= _MOST_DRIFT for one in sources)
     if even and (max(begins) - min(begins)) * rate <= _SAME_START:
         return None
     last = min(sources, key=lambda one: one.times[-1])

@@ -101,3 +101,19 @@ def test_depth_in_metres_as_floating_point_numbers(tmp_path, suffix):
         shown = reader.frame_set(2).views["O"].depth
     assert np.allclose(shown[:, 8:], 2.7, atol=0.0003)
     assert np.isnan(shown[:, :8]).all()
+
+
+def test_a_mask_goes_with_its_depth_map(tmp_path):
+    for name in ("O_depth", "O_mask", "P_mask"):
+        images(tmp_path / "in" / name, depth=name == "O_depth")
+    for path in (tmp_path / "in" / "O_mask").iterdir():
+        write_png(path, EMPTY > 20)
+    choices = chosen(tmp_path / "in", fps=10.0)
+    assert [(use.role, use.view) for use in choices.uses] == [
+        ("depth", "O"),
+        ("mask", "O"),
+        ("unused", "P_mask"),
+    ]
+    recording = make_recording(choices, tmp_path / "out")
+    with FrameReader(recording, colour=False, read_ahead=0) as reader:
+        assert np.array_equal(reader.frame_set(3).views["O"].mask, EMPTY > 20)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -78,6 +79,27 @@ def test_depth_of_another_camera_than_the_image_is_refused(tmp_path):
             bag.image("/camera/depth/image_rect_raw", counts, "16UC1", at, "depth_optical")
     (problem,) = problems_of(propose(look_at([tmp_path / "walk"])))
     assert "is not registered to camera_color: their cameras are 15 mm apart" in problem.what
+
+
+def test_topics_of_the_viewer_of_a_realsense_camera(tmp_path):
+    with Bag(tmp_path / "walk.bag", "rosbag1") as bag:
+        for name, focal in (("Depth_0", 42.0), ("Color_0", 61.0)):
+            bag.info(f"/device_0/sensor_0/{name}/info/camera_info", "0", focal=focal)
+        for k in range(3):
+            at = BEGIN + k * 33_333_333
+            counts = np.full((HEIGHT, WIDTH), 2000, np.uint16)
+            bag.image("/device_0/sensor_0/Depth_0/image/data", counts, "mono16", at, "0")
+            colour = np.repeat(numbered(k)[..., None], 3, axis=2)
+            bag.image("/device_0/sensor_0/Color_0/image/data", colour, "rgb8", at, "0")
+    choices = propose(look_at([tmp_path / "walk.bag"]))
+    assert {use.source.name: (use.role, use.view) for use in choices.uses} == {
+        "depth": ("depth", "depth"),
+        "color": ("image", "depth"),
+    }
+    assert "focal lengths of 42 and 61 pixels" in problems_of(choices)[0].what
+    alone = [replace(use, role="unused") if use.role == "image" else use for use in choices.uses]
+    recording = make_recording(replace(choices, uses=tuple(alone)), tmp_path / "out")
+    assert recording.cameras["depth"].matrix[0, 0] == 42.0
 
 
 def test_what_is_missing_is_said(tmp_path):

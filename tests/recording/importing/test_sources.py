@@ -79,7 +79,7 @@ def test_depth_is_proposed_with_its_image(tmp_path):
     assert roles(tmp_path) == {
         "O_depth": ("depth", "O"),
         "O_rgb": ("image", "O"),
-        "O_mask": ("unused", "O_mask"),
+        "O_mask": ("mask", "O"),
     }
 
 

@@ -71,6 +71,16 @@ def test_an_uneven_video_and_one_of_another_rate_are_brought_to_one(tmp_path):
     assert "from even" in words
 
 
+def test_the_rate_of_an_uneven_video_is_that_of_its_usual_step(tmp_path):
+    uneven_clip(tmp_path / "A.mp4", [k / 30 for k in range(40)] + [2.0 + k / 30 for k in range(20)])
+    (source,) = look_at([tmp_path]).sources
+    assert source.fps == 30.0
+    assert source.uneven > 10
+    choices = at_one_rate(propose(look_at([tmp_path])))
+    assert choices.fps == choices.uses[0].source.rate == 30.0
+    assert "has no frame for up to 0.70 s" in " ".join(doubts_about(choices))
+
+
 def test_what_is_resampled_where_it_lies_gets_another_name(tmp_path):
     clip(tmp_path / "A.mp4")
     before = clip(tmp_path / "B.mp4", fps=50.0).read_bytes()

@@ -21,6 +21,7 @@ from .looking import thumbnail
 
 _WIDTH, _HEIGHT = 200, 150
 _MOST = 8  # sources that are shown
+_IN_A_ROW = 4
 
 Question: TypeAlias = tuple[tuple[Use, ...], int]
 """The sources that are used, and the frame of the recording."""
@@ -80,13 +81,14 @@ class SyncPreview(QWidget):
             if widget is not None:
                 widget.deleteLater()
         self._pictures = {}
-        for column, use in enumerate(uses):
+        for place, use in enumerate(uses):
+            row, column = divmod(place, _IN_A_ROW)
             picture = QLabel()
             picture.setMinimumSize(_WIDTH, _HEIGHT)
             picture.setAccessibleName(f"Preview of {use.source.name}")
             self._pictures[use.source.name] = picture
-            self._grid.addWidget(picture, 0, column)
-            self._grid.addWidget(label(use.source.name, "muted", wraps=False), 1, column)
+            self._grid.addWidget(picture, 2 * row, column)
+            self._grid.addWidget(label(use.source.name, "muted", wraps=False), 2 * row + 1, column)
 
     @Slot()
     def _ask(self) -> None:

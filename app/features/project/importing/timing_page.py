@@ -70,7 +70,7 @@ class TimingPage(QWizardPage):
             form.addRow("&Depth unit", self.unit)
             form.addRow("", self.distance)
         self.preview = SyncPreview()
-        self.setLayout(vbox(label(_WORDS, "muted"), form, (self.preview, 1), self.words, None))
+        self.setLayout(vbox(label(_WORDS, "muted"), form, (self.preview, 20), self.words, None))
         self.fps.valueChanged.connect(self._forget)
         self.method.currentIndexChanged.connect(self._forget)
 

@@ -6,6 +6,7 @@ which it was recorded. Depth is 16 bits in millimetres, or 32-bit floats in metr
 
 from __future__ import annotations
 
+import re
 import struct
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
@@ -25,6 +26,7 @@ from stereotrack_core.recording.importing.ros.cameras import (
     TRANSFORMS,
     Info,
     cameras_of,
+    focal_of,
     info_of,
     links_of,
 )
@@ -45,6 +47,9 @@ _LAST_PARTS = frozenset(
 _DAMAGE = (
     *(OSError, ValueError, KeyError, IndexError, AssertionError, struct.error, DamagedFrame),
 )
+_OF_VIEWER = re.compile(r"/device_\d+/sensor_\d+/(\w+)/image/data")
+"""Topics of the bags that RealSense's viewer writes: Depth_0, Color_0, Infrared_1."""
+
 _FEWEST = 2  # images of a topic that are a stream
 
 Size: TypeAlias = tuple[int, int]
@@ -67,6 +72,8 @@ class Topic:
     unit: float | None
     """Metres per count, where it is depth that states it."""
     camera: Camera | None = None
+    focal: float | None = None
+    """Focal length in pixels, even of a camera whose place is not known."""
 
 
 @dataclass(frozen=True)
@@ -150,7 +157,9 @@ def read_topics(path: Path) -> Bag:
         )
     frames = {name: one.frame for name, one in seen.items()}
     cameras, notes = cameras_of({one.name: frames[one.name] for one in topics}, infos, links)
-    return Bag(tuple(replace(one, camera=cameras.get(one.name)) for one in topics), notes)
+    focals = {one.name: focal_of(one.name, infos) for one in topics}
+    stated = (replace(one, camera=cameras.get(one.name), focal=focals[one.name]) for one in topics)
+    return Bag(tuple(stated), notes)
 
 
 def _note(seen: _Seen, reader: Any, connection: Any, at: int, raw: bytes) -> None:
@@ -163,7 +172,7 @@ def _note(seen: _Seen, reader: Any, connection: Any, at: int, raw: bytes) -> Non
         unit = None
         if depth and "32FC1" in (getattr(message, "encoding", ""), *_format_of(message)):
             unit = METRIC_UNIT
-        elif depth:
+        elif depth and getattr(message, "encoding", "16UC1") == "16UC1":
             unit = 0.001 if "depth" in connection.topic.lower() else None
         seen.first = (depth, (picture.shape[1], picture.shape[0]), unit)
     seen.stamps.append((_stamp_of(raw, two=reader.is2) or at, at))
@@ -204,6 +213,9 @@ def _raw_of(topic: str) -> str:
 
 def _short(topic: str) -> str:
     parts = [part for part in topic.split("/") if part]
+    viewer = _OF_VIEWER.fullmatch(topic)
+    if viewer is not None:
+        return viewer[1].lower().replace("infrared_", "infra").removesuffix("_0")
     kept = list(parts)
     while len(kept) > 1 and kept[-1] in _LAST_PARTS:
         kept.pop()

@@ -124,11 +124,18 @@ def cameras_of(
 def _info_for(topic: str, infos: Mapping[str, Info]) -> Info | None:
     """The message beside the images, in the same namespace."""
     parts = topic.split("/")
-    for length in (len(parts) - 1, len(parts) - 2):
-        found = infos.get("/".join([*parts[:length], "camera_info"]))
+    above, beyond = parts[:-1], parts[:-2]
+    for places in (above, beyond, [*beyond, "info"]):
+        found = infos.get("/".join([*places, "camera_info"]))
         if found is not None:
             return found
     return None
+
+
+def focal_of(topic: str, infos: Mapping[str, Info]) -> float | None:
+    """Focal length in pixels of a topic's images; None where it is not stated."""
+    found = _info_for(topic, infos)
+    return None if found is None or not _usable(found) else float(found.matrix[0, 0])
 
 
 def _usable(one: Info) -> bool:
