@@ -265,10 +265,9 @@ class Pipeline:
         p = self.settings.tracking
         follows = p if self._follows_data else TrackingParameters()
         settings = dataclasses.replace(self.settings, tracking=follows)
-        subject = EstimatedLengths(expected).subject()
         settings, seed = settings.replaced(proportions="individual"), self.spec.seed
         with Pipeline(
-            dataclasses.replace(self.recording, subject=subject),
+            dataclasses.replace(self.recording, subject=EstimatedLengths(expected).subject()),
             RunSpec(settings, views=self.views, seed=seed, init=self._init),
             reader=self.reader,
         ) as first:
