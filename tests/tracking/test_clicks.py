@@ -14,6 +14,7 @@ from stereotrack_core.body.model import body_model, body_of_subject, landmarks
 from stereotrack_core.body.offsets import offsets_by_landmark
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.depth.cloud import Cloud
+from stereotrack_core.errors import InputError
 from stereotrack_core.recording.description import Subject
 from stereotrack_core.recording.detections import Detection, Detections
 from stereotrack_core.recording.landmarks import LANDMARKS
@@ -21,6 +22,7 @@ from stereotrack_core.tracking.correspondences import DataToModel
 from stereotrack_core.tracking.iekf import IteratedEstimator, PoseFilter
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.repair import repaired, with_repaired
+from stereotrack_core.tracking.repeating import StoredSpec
 from stereotrack_core.tracking.residuals.clicks import (
     ClickObservation,
     contradicted,
@@ -186,3 +188,11 @@ def test_the_run_says_what_was_repaired():
     assert with_repaired(Bare({"a": 1}), [3, 4]).meta == {"a": 1, "repaired": [3, 4]}
     run = Bare({})
     assert with_repaired(run, []) is run
+
+
+def test_who_cannot_read_the_clicks_again_is_refused():
+    spec = StoredSpec(RunSpec(SETTINGS), 3, None, None)
+    spec.check_without_clicks()
+    used = dataclasses.replace(spec, clicks={"source": "my.csv", "count": 9})
+    with pytest.raises(InputError, match=r"clicks of my.csv.*--like"):
+        used.check_without_clicks()
