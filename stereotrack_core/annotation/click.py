@@ -8,6 +8,12 @@ from enum import IntEnum
 from math import isfinite
 from typing import NamedTuple
 
+import numpy as np
+
+from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.recording.detections import Detection, Detections
+from stereotrack_core.recording.landmarks import LANDMARKS
+
 UNCERTAIN = "uncertain"
 """Flag of a click that its author doubts."""
 
@@ -117,6 +123,32 @@ def measurements(
         replace(click, sigma=sigma_of(click, default_sigma))
         for click in clicks
         if not click.deleted and click.position is not None and click.landmark in names
+    )
+
+
+def click_detections(
+    clicks: Iterable[Click],
+    cameras: Mapping[str, Camera],
+    default_sigma: Mapping[str, float] | float = USUAL_SIGMA,
+    source: str = "",
+) -> Detections:
+    """Clicks of the nine landmarks as measurements of the tracker, which knows no annotators.
+
+    `source` is the file that they come from.
+    """
+    made = measurements(clicks, LANDMARKS, default_sigma)
+    return Detections(
+        (
+            Detection(
+                float(one.frame),
+                one.landmark,
+                np.array(one.position, dtype=np.float64),
+                sigma_of(one),
+                camera=cameras[one.camera],
+            )
+            for one in sorted(made, key=lambda one: one.key)
+        ),
+        source,
     )
 
 

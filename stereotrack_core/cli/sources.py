@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from stereotrack_core.annotation.click import click_detections
 from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.atomic import write_file
 from stereotrack_core.cli.output import say
@@ -26,6 +27,7 @@ from stereotrack_core.evaluation.joint_angles.series import (
     angles_of_trajectory,
 )
 from stereotrack_core.interop.label_source import stated_names
+from stereotrack_core.interop.labels import read_clicks
 from stereotrack_core.interop.landmark_file import Stated, world_from_axes
 from stereotrack_core.interop.reference_npz import fps_of_reference, is_reference, read_reference
 from stereotrack_core.interop.run_file import (
@@ -35,7 +37,9 @@ from stereotrack_core.interop.run_file import (
     read_trajectory,
 )
 from stereotrack_core.project.project import Project
+from stereotrack_core.project.whereabouts import SUFFIX
 from stereotrack_core.recording.description import Recording, Segment, read_segments
+from stereotrack_core.recording.detections import Detections
 from stereotrack_core.recording.findings import check_size
 from stereotrack_core.recording.folder import describe, fingerprint, open_recording
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
@@ -143,6 +147,28 @@ def say_if_unfinished(path: Path, run: Run) -> None:
             f"{path}: this run was stopped and is incomplete: it has {len(run.frame)} of "
             f"{counted(end - first, 'frame')}."
         )
+
+
+def clicks_for_tracking(path: Path, recording: Recording, frames: int) -> Detections:
+    """Clicks of a project, or of a file of clicks, as measurements of the tracker.
+
+    Raises InputError where they cannot be read, or none is of the nine landmarks.
+    """
+    source = str(path.resolve())
+    if path.suffix == SUFFIX:
+        with open_project(path) as project:
+            sigma, clicks = project.click_sigmas(), project.clicks.all()
+            found = click_detections(clicks, recording.cameras, sigma, source)
+    else:
+        clicks = read_clicks(path, recording, frames=frames).checked()
+        found = click_detections(clicks, recording.cameras, source=source)
+    if not len(found):
+        raise InputError(
+            "there is no click on any of the nine landmarks",
+            where=str(path),
+            remedy="Click landmarks in frames in which the tracker is wrong.",
+        )
+    return found
 
 
 def open_project(path: Path, *, read_only: bool = True) -> Project:

@@ -69,6 +69,8 @@ def track_table(job: TrackedRun, title: str) -> Table:
         *_from_recording(job.run),
         ("frames per second", number(facts["frames_per_second"] or math.nan)),
     ]
+    if facts["repaired"]:
+        rows.append(("frames repaired before clicks", str(len(facts["repaired"]))))
     if facts["smoothed"]:
         rows.append(("frames bridged by smoothing", str(len(facts["bridged"]))))
     rows += [(f"not tracked {gap.first}:{gap.end}", gap.reason) for gap in job.gaps]
@@ -128,6 +130,12 @@ OPTIONS = (
         "--keypoints PROJECT|FILE",
         "keypoints of a 2-D detector, used as measurements: those of a project (.stereotrack), or "
         "a detector's file or folder; mono views are tracked by them alone",
+        type=Path,
+    ),
+    option(
+        "--clicks PROJECT|CSV",
+        "clicked landmarks, used as measurements: a project, or a clicks file. Around a clicked "
+        "frame in which the tracker was wrong, it is repaired forwards and backwards",
         type=Path,
     ),
     option(

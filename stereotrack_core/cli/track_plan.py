@@ -5,14 +5,16 @@ from __future__ import annotations
 import dataclasses
 import shlex
 from argparse import Namespace
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from stereotrack_core.cli.keypoint_source import stated_keypoints
 from stereotrack_core.cli.output import say
 from stereotrack_core.cli.progress import progress, stoppable
+from stereotrack_core.cli.sources import clicks_for_tracking
 from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
 from stereotrack_core.experiments.tracked_run import TrackedRun, steps, track_recording
@@ -171,6 +173,7 @@ def _plan(args: Namespace, recording: Recording) -> TrackPlan:
         smooth=bool(args.smooth),
         detections=_detections(args.detections, recording),
         keypoints=keypoints,
+        clicks=_clicks(args.clicks, recording, settings),
     )
     return TrackPlan(recording, spec, len(frames))
 
@@ -208,6 +211,7 @@ def _plan_like(args: Namespace, recording: Recording) -> TrackPlan:
         smooth=stored.spec.smooth if args.smooth is None else args.smooth,
         detections=_detections_like(args, stored, recording),
         keypoints=keypoints,
+        clicks=_clicks(args.clicks, recording, settings, run.meta.get("clicks")),
     )
     tracked = dataclasses.replace(recording, subject=stored.subject)
     count = stored.count if args.frames is None else len(frames)
@@ -243,6 +247,7 @@ def _plan_resumed(args: Namespace, recording: Recording, output: UnfinishedOutpu
         smooth=wish.smooth if args.smooth is None else args.smooth,
         detections=detections,
         keypoints=keypoints,
+        clicks=_clicks(args.clicks, recording, stored.spec.settings, run.meta.get("clicks")),
     )
     tracked = dataclasses.replace(recording, subject=stored.subject)
     return TrackPlan(tracked, spec, wish.count or len(begun.asked), begun=begun)
@@ -260,6 +265,7 @@ def _refuse_otherwise(args: Namespace, stored: StoredSpec, recording: Recording)
         "--init": args.init in (None, stored.spec.init),
         "--detections": args.detections is None,
         "--like": args.like is None,
+        "--clicks": args.clicks is None,
     }
     for option, agrees in same.items():
         if not agrees:
@@ -294,6 +300,7 @@ def _said(args: Namespace) -> list[str]:
         "--init": args.init,
         "--detections": args.detections,
         "--keypoints": args.keypoints,
+        "--clicks": args.clicks,
     }
     said = [f"{name} {value}" for name, value in options.items() if value is not None]
     if args.smooth is not None:
@@ -322,6 +329,32 @@ def _detections_like(
 def _detections(path: Path | None, recording: Recording) -> Detections | None:
     """What ``--detections`` names, or the recording's own file; None where there is none."""
     return own_detections(recording) if path is None else read_detections(path, recording)
+
+
+def _clicks(
+    path: Path | None,
+    recording: Recording,
+    settings: Settings,
+    used: Mapping[str, Any] | None = None,
+) -> Detections | None:
+    """What ``--clicks`` names, or the clicks that a run `used`; None where there are none."""
+    place = path or (Path(str(used["source"])) if used else None)
+    if place is None:
+        return None
+    if settings.tracking.matching == "model_to_data":
+        raise InputError(
+            "this preset does not use clicks",
+            where="--clicks",
+            remedy="Choose --preset accurate or fast, or omit --clicks.",
+        )
+    found = clicks_for_tracking(place, recording, _count(recording, None))
+    if path is None and used and found.fingerprint() != used.get("fingerprint"):
+        raise InputError(
+            "these are not the clicks that the run used",
+            where=str(place),
+            remedy="Name the clicks to use with --clicks, and track to another output.",
+        )
+    return found
 
 
 def _count(recording: Recording, views: Sequence[str] | None) -> int:

@@ -143,6 +143,8 @@ class Cloud:
     """What came since the frame before, up to this one's instant."""
     keypoints: SightedKeypoints | None = None
     """What a 2-D detector has predicted of this instant; None where nothing is known of any."""
+    clicks: tuple[Detection, ...] = ()
+    """Landmarks that a person clicked in this frame's pictures."""
     counts: Mapping[str, PointCounts] = field(default_factory=dict)
     """By view name. Where each view's points went; views without images
     are absent."""

@@ -18,6 +18,7 @@ from stereotrack_core.interop.run_journal import RunJournal, Wish
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.tracking.frame import Run, TrackedFrame
 from stereotrack_core.tracking.lengths_fit import ESTIMATING_LENGTHS, LENGTH_FRAMES
+from stereotrack_core.tracking.repair import REPAIRED
 from stereotrack_core.tracking.run import track
 from stereotrack_core.tracking.run_checks import Blindness, Gap, Untracked, ViewProblems, gaps_of
 from stereotrack_core.tracking.run_spec import RunSpec
@@ -63,6 +64,7 @@ class TrackedRun:
             "points": self.untracked.counts,
             "smoothed": bool(run.meta.get("smoothed", False)),
             "bridged": list(run.meta.get("bridged", [])),
+            "repaired": list(run.meta.get(REPAIRED, [])),
             "stopped": self.stopped,
             "resumed_at": list(run.meta.get("resumed_at", [])),
             "changed": list(self.changed),
@@ -174,7 +176,7 @@ def steps(spec: RunSpec, count: int, begun: UnfinishedRun | None = None) -> int:
 
 
 def _tracked(run: Run, course: _Course, seconds: float, wanted: int) -> TrackedRun:
-    bridged = set(run.meta["bridged"])
+    bridged = {*run.meta["bridged"], *run.meta.get(REPAIRED, ())}
     reasons = [(frame, reason) for frame, reason in course.reasons if frame not in bridged]
     blind = course.problems.stretches()
     meta = {

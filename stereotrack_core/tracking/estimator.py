@@ -21,6 +21,7 @@ from stereotrack_core.tracking.correction import (
 from stereotrack_core.tracking.correspondences import DataToModel
 from stereotrack_core.tracking.estimate import Memory
 from stereotrack_core.tracking.parameters import TrackingParameters
+from stereotrack_core.tracking.residuals.clicks import ClickObservation
 from stereotrack_core.tracking.residuals.keypoints import DetectionObservation
 from stereotrack_core.tracking.residuals.limits import limit_residuals
 from stereotrack_core.tracking.residuals.reprojection import KeypointObservation
@@ -97,6 +98,7 @@ def sensors_for(p: TrackingParameters) -> tuple[Sensor, ...]:
         )
     ]
     sensors.append(lambda cloud: KeypointObservation(cloud.keypoints, p.keypoint_sigma))
+    sensors.append(lambda cloud: ClickObservation(cloud.clicks))
     if p.measure_silhouettes:
         sensors.append(lambda cloud: SilhouetteObservation(edge_maps(cloud), p.silhouette_sigma))
     return tuple(sensors)

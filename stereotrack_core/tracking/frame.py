@@ -180,6 +180,7 @@ class Origin:
             "frames": None if spec.frames is None else [spec.frames.start, spec.frames.stop],
             "detections": _detection_facts(spec.detections),
             "keypoints": _keypoint_facts(spec.keypoints),
+            "clicks": _detection_facts(spec.clicks),
             "colour": bool(spec.colour),
             "calibration": calibration_fingerprint(self.recording),
             "versions": versions(),

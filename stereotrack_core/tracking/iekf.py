@@ -223,7 +223,8 @@ class IteratedEstimator(Estimator):
         if prior is not predicted:
             _, found = self.follow(measured, prior, found)
         carried = np.ones(len(prior.P), dtype=np.bool_)
-        if self.setup.parameters.search_arms and len(measured.data):
+        searched = self.setup.parameters.search_arms and not measured.cloud.clicks
+        if searched and len(measured.data):
             followed, found = found, self._with_best_arms(measured, prior, found)
             carried[self._arms] = found is followed
         return Posterior(found.pose, found.P, found.surface, innovation, prior.P, carried)

@@ -69,9 +69,10 @@ class EstimatedLengths:
     frames: int = 0
     """That they were fitted to; 0 where nothing but the height is known."""
 
-    def subject(self) -> Subject:
-        """Who has these lengths."""
-        return Subject(name=ESTIMATED, **dataclasses.asdict(self.proportions))
+    def subject(self, own: Subject | None = None) -> Subject:
+        """Who has these lengths; where the bones lie is taken from the recording's own subject."""
+        found = Subject(name=ESTIMATED, **dataclasses.asdict(self.proportions))
+        return found if own is None else dataclasses.replace(found, offsets=own.offsets)
 
 
 @dataclass(frozen=True, eq=False)

@@ -50,6 +50,8 @@ class StoredSpec:
     """Source, fingerprint and count of what a detector has said; None where nothing."""
     keypoints: Mapping[str, Any] | None = None
     """The same of a 2-D detector's keypoints, which are kept elsewhere."""
+    clicks: Mapping[str, Any] | None = None
+    """The same of clicks; `spec` is without them."""
 
     @property
     def states_first_pose(self) -> bool:
@@ -75,6 +77,18 @@ class StoredSpec:
             )
         same = given.fingerprint() == self.keypoints.get("fingerprint")
         return "" if same else "The keypoints are not those that the run used."
+
+    def check_without_clicks(self) -> None:
+        """Refuse where clicks would have to be read again.
+
+        Raises InputError where the run used any.
+        """
+        if self.clicks is not None:
+            raise InputError(
+                f"the run used clicks of {self.clicks.get('source', '')}",
+                where="--clicks",
+                remedy="Reproduce it with `stereotrack track --like`, which reads them again.",
+            )
 
     def detections_in(self, recording: Recording) -> tuple[Detections | None, str]:
         """What a detector has said, read again, and a sentence where it is not the same.
@@ -118,7 +132,7 @@ def stored_spec(run: Run) -> StoredSpec:
         smooth=bool(meta.get("smoothed", False)),
         colour=meta.get("colour"),
     )
-    used = meta.get("detections"), meta.get("keypoints")
+    used = meta.get("detections"), meta.get("keypoints"), meta.get("clicks")
     return StoredSpec(spec, len(run.frame), subject_of_meta(meta), *used)
 
 

@@ -42,6 +42,7 @@ from stereotrack_core.tracking.lengths_fit import (
     lengths_by_height,
 )
 from stereotrack_core.tracking.parameters import TrackingParameters
+from stereotrack_core.tracking.repair import repaired, with_repaired
 from stereotrack_core.tracking.run_checks import with_warnings
 from stereotrack_core.tracking.run_spec import RunSpec
 from stereotrack_core.tracking.shared_clouds import CloudSource, read_cloud
@@ -159,13 +160,14 @@ class Pipeline:
         with ThreadPoolExecutor(1, thread_name_prefix="cloud") as ahead:
             waiting: deque[Future[tuple[Cloud, float]]] = deque()
             for frame in frames:
-                waiting.append(ahead.submit(self._cloud, frame))
+                waiting.append(ahead.submit(self.cloud, frame))
                 if len(waiting) > _AHEAD:
                     yield waiting.popleft().result()
             while waiting:
                 yield waiting.popleft().result()
 
-    def _cloud(self, frame: int) -> tuple[Cloud, float]:
+    def cloud(self, frame: int) -> tuple[Cloud, float]:
+        """Cloud of any frame, with keypoints and clicks, and the seconds that reading took."""
         if frame in self._made:
             return self._made.pop(frame)
         if self._shared is not None:
@@ -173,7 +175,8 @@ class Pipeline:
         else:
             cloud, read = read_cloud(self.chain, self.reader, frame)
         seen = None if self._keypoints is None else self._keypoints.at(frame)
-        return dataclasses.replace(cloud, keypoints=seen), read
+        clicks = self.spec.clicks.until(frame) if self.spec.clicks else ()
+        return dataclasses.replace(cloud, keypoints=seen, clicks=clicks), read
 
     def _tracked(self, cloud: Cloud, read: float) -> TrackedFrame:
         if len(self._detections):
@@ -229,7 +232,7 @@ class Pipeline:
         done = frames[: frames.index(checkpoint.frame) + 1]
         for place, frame in enumerate(done):
             if self._made.pop(frame, None) is None and self.chain.learns:
-                self._cloud(frame)
+                self.cloud(frame)
             self.on_preparing("going on after the frames that are done", place, len(done))
 
     def go_on_from(
@@ -262,14 +265,10 @@ class Pipeline:
         p = self.settings.tracking
         follows = p if self._follows_data else TrackingParameters()
         settings = dataclasses.replace(self.settings, tracking=follows)
+        settings, seed = settings.replaced(proportions="individual"), self.spec.seed
         with Pipeline(
             dataclasses.replace(self.recording, subject=EstimatedLengths(expected).subject()),
-            RunSpec(
-                settings.replaced(proportions="individual"),
-                views=self.views,
-                seed=self.spec.seed,
-                init=self._init,
-            ),
+            RunSpec(settings, views=self.views, seed=seed, init=self._init),
             reader=self.reader,
         ) as first:
             first.before_step = self.before_step
@@ -285,8 +284,7 @@ class Pipeline:
 
     def go_on_with(self, lengths: EstimatedLengths) -> None:
         """Track a body of these lengths."""
-        own, found = self.recording.subject, lengths.subject()
-        known = found if own is None else dataclasses.replace(found, offsets=own.offsets)
+        known = lengths.subject(self.recording.subject)
         self.recording = dataclasses.replace(self.recording, subject=known)
         self._track(body_of_subject(known, self.settings.body))
 
@@ -306,7 +304,7 @@ class Pipeline:
         for frame in frames[: _LOOK_AHEAD * FIT_FRAMES]:
             self.on_preparing("measuring the first frames", len(found), FIT_FRAMES)
             if frame not in self._made:
-                self._made[frame] = self._cloud(frame)
+                self._made[frame] = self.cloud(frame)
             cloud, _ = self._made[frame]
             if len(cloud.points) >= p.least_points:
                 found.append(cloud)
@@ -395,8 +393,7 @@ class Pipeline:
         """Where the track begins in the first cloud that shows somebody."""
         if isinstance(self._init, Pose):
             return self._init
-        looked_for = self._init == "auto"
-        found = self._found or self._look_for_pose([cloud]) if looked_for else None
+        found = self._found or self._look_for_pose([cloud]) if self._init == "auto" else None
         return found or t_pose_in_cloud(self.body, cloud.points, self.settings.depth.upright)
 
 
@@ -448,5 +445,6 @@ def track(
                 on_frame(tracked)
             if cancelled is not None and cancelled():
                 break
+        found, mended = repaired(pipeline, found, cancelled)
         run = pipeline.smoothed_run(found) if spec.smooth else run_of(found, pipeline.origin())
-        return with_warnings(run, found, spec.settings)
+        return with_warnings(with_repaired(run, mended), found, spec.settings)

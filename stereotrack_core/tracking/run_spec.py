@@ -42,6 +42,8 @@ class RunSpec:
     """Head and hands that a detector has seen."""
     keypoints: Keypoints | None = None
     """Of one person, as a 2-D detector has predicted them."""
+    clicks: Detections | None = None
+    """Landmarks that a person clicked, whose kinds are the nine landmarks."""
     colour: bool | None = None
     """Whether pictures are read in colour; None: as the parameters need it."""
 

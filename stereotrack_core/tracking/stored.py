@@ -38,6 +38,8 @@ _META_KINDS: Mapping[str, Kind] = MappingProxyType(
         "frames": [int, int],
         "keypoints": {"sources": [str], "fingerprint": str, "count": int},
         "detections": {"source": str, "fingerprint": str, "count": int},
+        "clicks": {"source": str, "fingerprint": str, "count": int},
+        "repaired": [int],
         "blind": [{"view": str, "first": int, "end": int, "reason": str}],
         "versions": {str: str},
         "resumed_at": [int],
@@ -49,7 +51,7 @@ _META_KINDS: Mapping[str, Kind] = MappingProxyType(
 """What :meth:`Origin.meta` and whoever adds to it state; other keys may hold anything."""
 
 _MAY_BE_NULL = frozenset(
-    {"subject", "first_pose", "detections", "keypoints", "frames", "wall_seconds"}
+    {"subject", "first_pose", "detections", "keypoints", "clicks", "frames", "wall_seconds"}
 )
 """Keys of these that are stated although nothing is known."""
 

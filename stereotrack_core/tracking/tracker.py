@@ -13,6 +13,7 @@ from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.angles import state_names
 from stereotrack_core.body.model import BodyModel, body_model
 from stereotrack_core.body.pose import Pose
+from stereotrack_core.body.posing import TRUNK
 from stereotrack_core.body.proportions import proportions_of
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.depth.points import Volume
@@ -35,6 +36,7 @@ from stereotrack_core.tracking.initialise.seeds import upright_pose
 from stereotrack_core.tracking.initialise.trunk import turned_round
 from stereotrack_core.tracking.keypoint_tracker import KeypointTracker
 from stereotrack_core.tracking.parameters import Settings, TrackingParameters
+from stereotrack_core.tracking.residuals.clicks import contradicted, pose_by_clicks
 from stereotrack_core.tracking.state import Setup, elapsed
 from stereotrack_core.tracking.step_recorder import StepRecorder
 from stereotrack_core.tracking.ukf import ThesisTracker
@@ -75,6 +77,12 @@ _DOUBT = 0.2
 _CONFIRMED_BY = 3
 """Successive frames that show enough of a body which was partly out of sight before it is stated,
 as tracks of many objects are begun (doi:10.1109/ICIP.2016.7533003)."""
+
+_ENOUGH_TRUNK = 3
+"""Clicked landmarks of a trunk that show where somebody is who was not there."""
+
+_TOLD = 11
+"""Frames from one in which a trunk is clicked on in which little of a body is enough to follow."""
 
 _FASTEST = 3.0
 """Metres per second beyond which hips have not moved: another pose has been taken."""
@@ -126,7 +134,7 @@ class PersonTracker:
         self._age, self._unchanged = 0, _SETTLED
         self._cost = self._doubt = 0.0
         self._rivals: list[Candidate] = []
-        self._unconfirmed = 0
+        self._unconfirmed = self._told = 0
 
     def reinitialise(self) -> None:
         """Know nothing: the next cloud that shows somebody is searched."""
@@ -135,6 +143,8 @@ class PersonTracker:
 
     def step(self, cloud: Cloud, trace: StepRecorder | None = None) -> Estimate:
         """Follow to the next cloud; look for the person first where nobody was followed."""
+        if cloud.clicks:
+            self._heed(cloud)
         before = self.leader.state
         if len(cloud.points) >= self.setup.parameters.least_points:
             if not self._present:
@@ -146,8 +156,8 @@ class PersonTracker:
         if estimate.tracked:
             compared = self._on_trial if self._unchanged < _SETTLED else self._settled
             estimate = compared(cloud, estimate, trace)
-        partial = self._unconfirmed > 0
-        if estimate.tracked and (reason := self._why_partial(cloud)):
+        partial, self._told = self._unconfirmed > 0, max(0, self._told - 1)
+        if estimate.tracked and not self._told and (reason := self._why_partial(cloud)):
             estimate, partial = self.leader.lost(before, cloud, reason), True
         if not estimate.tracked:
             self.reinitialise()
@@ -163,7 +173,7 @@ class PersonTracker:
 
     def memory(self) -> Memory:
         """All that the next step depends on, the rivals on trial too."""
-        counts = (self._unconfirmed, self._age, self._unchanged)
+        counts = (self._unconfirmed, self._age, self._unchanged, self._told)
         trial = [self._present, *counts, self._cost, self._doubt]
         kept = {**self.leader.memory(), "trial": np.array(trial, float)}
         for k, rival in enumerate(self._rivals):
@@ -176,7 +186,8 @@ class PersonTracker:
         self.leader.recall(memory)
         present, *counts, self._cost, self._doubt = memory["trial"].tolist()
         self._present = bool(present)
-        self._unconfirmed, self._age, self._unchanged = map(int, counts)
+        self._unconfirmed, self._age, self._unchanged, *told = map(int, counts)
+        self._told = told[0] if told else 0  # runs of older versions know nothing of clicks
         self._rivals = []
         for k in range(sum(name.endswith(".cost") for name in memory)):
             first = f"{_RIVAL}{k}."
@@ -184,6 +195,18 @@ class PersonTracker:
             follower = self.finder.follower(self.pose)
             follower.recall(own)
             self._rivals.append(Candidate(follower, float(own["cost"])))
+
+    def _heed(self, cloud: Cloud) -> None:
+        """Begin where clicks put the body, if that is elsewhere than it was followed to."""
+        trunk = {click.kind for click in cloud.clicks} & set(TRUNK)
+        if len(trunk) >= _ENOUGH_TRUNK:
+            self._told = _TOLD
+        elif not self._present:
+            return
+        found = pose_by_clicks(self.setup, self.pose, cloud.clicks)
+        if not self._present or contradicted(self.setup.body, self.pose, found):
+            self.start(found, cloud.frame)
+            self._told = _TOLD if len(trunk) >= _ENOUGH_TRUNK else 0
 
     def _initialise(self, cloud: Cloud, trace: StepRecorder | None) -> None:
         """Start from the pose that explains somebody in the cloud best; keep its rivals."""

@@ -11,6 +11,7 @@ from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.evaluation.errors import errors_against
 from stereotrack_core.interop.labels import write_clicks
 from stereotrack_core.interop.reference_npz import read_reference
+from stereotrack_core.interop.run_file import read_run
 from stereotrack_core.interop.trc import read_trc
 from stereotrack_core.recording.description import Recording, Stream, View, read_subject
 from stereotrack_core.recording.folder import open_recording
@@ -179,12 +180,13 @@ def test_the_benchmark_fits_simulated_clicks(run, recording):
     assert "--ablation cannot be combined with it" in ended.err
 
 
-def test_a_few_clicked_frames_make_a_subject_file(run, recording, clicks, tmp_path):
-    written, tracked = tmp_path / "subject.toml", tmp_path / "run.npz"
-    assert run("track", recording, "-o", tracked, "--frames", "0:4").status == 0
+def test_a_few_clicked_frames_make_a_subject_file(run, recording, tracked, clicks, tmp_path):
+    written = tmp_path / "subject.toml"
     ended = fit(run, recording, clicks, written, "--personalise", "--run", tracked, "--json")
     assert ended.status == 0
-    assert ended.json["frames"] == [0, 3]
+    frames = ended.json["frames"]
+    assert frames
+    assert set(frames) <= {0, 3, 6, 9}
     assert set(ended.json["offsets_m"]) == set(LANDMARKS)
     sigma = np.array(list(ended.json["sigma_m"].values()))
     assert (sigma > 0.0).all()
@@ -195,7 +197,27 @@ def test_a_few_clicked_frames_make_a_subject_file(run, recording, clicks, tmp_pa
     for name, offset in subject.offsets.items():
         assert offset == pytest.approx(tuple(ended.json["offsets_m"][name]), abs=1e-5)
     told = fit(run, recording, clicks, written, "--personalise", "--run", tracked)
-    assert "offsets from 2 clicked frames, mm" in told.out
+    assert f"offsets from {len(frames)} clicked frames, mm" in told.out
     refused = fit(run, recording, clicks, tmp_path / "subject.csv", "--personalise")
     assert refused.status != 0
     assert ".toml" in refused.err
+
+
+def test_clicks_are_measurements_of_a_run(run, recording, clicks, tmp_path):
+    settings = ("--preset", "fast", "--frames", "0:4", "--clicks", clicks, "--json")
+    ended = run("track", recording, "-o", tmp_path / "run.npz", *settings)
+    assert ended.status == 0
+    assert ended.json["repaired"] == []
+    meta = read_run(tmp_path / "run.npz").meta
+    assert meta["clicks"]["count"] == 72
+    again = run("track", recording, "-o", tmp_path / "b.npz", "--like", tmp_path / "run.npz")
+    assert again.status == 0
+    assert read_run(tmp_path / "b.npz").meta["clicks"] == meta["clicks"]
+    np.testing.assert_array_equal(
+        read_run(tmp_path / "b.npz").landmarks, read_run(tmp_path / "run.npz").landmarks
+    )
+    refused = run(
+        "track", recording, "-o", tmp_path / "c.npz", "--clicks", clicks, "--preset", "thesis"
+    )
+    assert refused.status != 0
+    assert "does not use clicks" in refused.err

@@ -354,6 +354,7 @@ def _repeated(
 ) -> tuple[Run, tuple[str, ...]]:
     """The run once more, and why it may have come out otherwise."""
     stored.check_keypoints(None)
+    stored.check_without_clicks()
     detections, otherwise = stored.detections_in(recording)
     differs = (*what_differs(run, recording), *([otherwise] if otherwise else []))
     begun, done = time.perf_counter(), 0

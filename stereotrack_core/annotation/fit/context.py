@@ -26,27 +26,15 @@ from stereotrack_core.annotation.landmark_set import NINE, LandmarkSet
 from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.body.model import BodyModel, body_model
 from stereotrack_core.body.parameters import BodyShape
-from stereotrack_core.body.pose import Pose, hanging_pose, rotation_towards
+from stereotrack_core.body.pose import Pose, hanging_pose
+from stereotrack_core.body.posing import pose_showing
 from stereotrack_core.body.proportions import Proportions
-from stereotrack_core.body.skeleton import FOREARMS, HEAD, PARENTS, TORSO, UPPER_ARMS
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.rotation import rotation_from_vector
 from stereotrack_core.geometry.triangulation import Sightings, point_of_sightings
 from stereotrack_core.tracking.parameters import TrackingParameters
 from stereotrack_core.tracking.shape_fit import SeenPose, fitted_shape
-
-TRUNK = ("left_shoulder", "right_shoulder", "head", "left_hip", "right_hip")
-"""Landmarks that tell where the trunk is."""
-
-_CHAINS = {
-    UPPER_ARMS[0]: "left_elbow",
-    UPPER_ARMS[1]: "right_elbow",
-    FOREARMS[0]: "left_hand",
-    FOREARMS[1]: "right_hand",
-    HEAD: "head",
-}
-"""The landmark at the far end of a part."""
 
 _LEAST_SIGMA = 3.0  # pixels; calibrations are no better than that
 _DISTANCE = 3.0  # metres in front of a lone camera at which somebody is looked for
@@ -105,39 +93,7 @@ def pose_at(points: FloatArray, body: BodyModel, landmark_set: LandmarkSet, usua
         for name, point in zip(landmark_set.names, points, strict=True)
         if name in NINE.names and np.isfinite(point).all()
     }
-    pose = _trunk_at(known, body, usual)
-    for part, name in _CHAINS.items():
-        if name in known:
-            frames = body.frames(pose)
-            away = known[name] - frames.origins[part]
-            length = float(np.linalg.norm(away))
-            if length > 1e-3:
-                local = frames.rotations[PARENTS[part]].T @ (away / length)
-                rotations = pose.rotations.copy()
-                rotations[part] = rotation_towards(usual.rotations[part], local)
-                pose = Pose(pose.position, rotations)
-    return pose
-
-
-def _trunk_at(known: Mapping[str, FloatArray], body: BodyModel, usual: Pose) -> Pose:
-    names = [name for name in TRUNK if name in known]
-    if not names:
-        ends = [point for name, point in known.items() if name not in TRUNK]
-        if not ends:
-            return usual
-        middle = 0.5 * body.skeleton.proportions.torso_length * usual.torso[:, 2]
-        return Pose(np.mean(ends, axis=0) - middle, usual.rotations)
-    rest = NINE.places(body, body.frames(usual))
-    own = np.array([rest[NINE.names.index(name)] for name in names])
-    seen = np.array([known[name] for name in names])
-    turn = np.eye(3)
-    if len(names) > 2:  # Kabsch
-        u, _, vt = np.linalg.svd((seen - seen.mean(axis=0)).T @ (own - own.mean(axis=0)))
-        turn = u @ np.diag([1.0, 1.0, np.linalg.det(u @ vt)]) @ vt
-    rotations = usual.rotations.copy()
-    rotations[TORSO] = turn @ usual.torso
-    shift = seen.mean(axis=0) - turn @ (own.mean(axis=0) - usual.position)
-    return Pose(shift, rotations)
+    return pose_showing(known, body, usual)
 
 
 _FRAMES, _FEWEST = 12, 3

@@ -19,7 +19,6 @@ import scipy
 
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.annotation.fit.context import (
-    TRUNK,
     FitContext,
     pose_at,
     standing,
@@ -41,6 +40,7 @@ from stereotrack_core.annotation.fit.state import FitState, Freedom, pose_sigmas
 from stereotrack_core.annotation.fit.stretch import Fitted, FrameData, MeasuredDepth, depth_cost
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.pose import PartFrames, Pose
+from stereotrack_core.body.posing import TRUNK
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.filtering.linearisation import information
 from stereotrack_core.tracking.parameters import TrackingParameters

@@ -100,8 +100,18 @@ def _residual_of(
     detection: Detection, part: int, body: BodyModel, frames: PartFrames
 ) -> DetectionResidual:
     """Residual of a detection at the end of a part, weighed at one pose."""
-    measured, sigma = _undistorted(detection)
-    point = _end_of(body, part)
+    return residual_at(detection, part, _end_of(body, part), frames)
+
+
+def residual_at(
+    detection: Detection, part: int, point: FloatArray, frames: PartFrames, widened: float = 0.0
+) -> DetectionResidual:
+    """Residual of a detection of a point (3,) in the frame of a part, weighed at one pose.
+
+    `widened` is added to its standard deviation in quadrature, in the detection's unit.
+    """
+    measured, own = _undistorted(detection)
+    sigma = float(np.hypot(own, widened))
     plain = DetectionResidual(part, point, measured, np.empty(0), detection.camera)
     off = measured - plain.predicted(frames)
     squared = (_SURE * sigma) ** 2

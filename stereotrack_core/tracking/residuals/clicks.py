@@ -1,0 +1,129 @@
+"""Landmarks that a person clicked, as measurements of the pose.
+
+A click is the projection of a landmark of the skeleton, which moves rigidly with its part. Clicks
+also tell where a body is that the tracker has lost: :func:`pose_by_clicks` needs no cloud.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from stereotrack_core.arrays import FloatArray
+from stereotrack_core.body.model import BodyModel, landmarks_of_frames
+from stereotrack_core.body.pose import PartFrames, Pose, orthonormal
+from stereotrack_core.body.posing import pose_showing
+from stereotrack_core.body.skeleton import FOREARMS, HEAD, TORSO, UPPER_ARMS
+from stereotrack_core.geometry.rotation import angle_between, vector_from_rotation
+from stereotrack_core.geometry.triangulation import nearest_to_rays
+from stereotrack_core.recording.detections import Detection
+from stereotrack_core.recording.landmarks import LANDMARKS
+from stereotrack_core.tracking.correction import gathered, solved
+from stereotrack_core.tracking.initialise.trunk import turned_round
+from stereotrack_core.tracking.residuals.keypoints import DetectionResidual, residual_at
+from stereotrack_core.tracking.residuals.limits import limit_residuals
+from stereotrack_core.tracking.state import Belief, Setup
+
+_PARTS = (*UPPER_ARMS, *FOREARMS, *FOREARMS, HEAD, TORSO, TORSO)
+"""Part that each of the nine landmarks moves with, in their order."""
+
+_OFF = 0.012
+"""Metres by which a landmark may lie beside its place on the body: people differ."""
+
+_WIDENED = (60.0, 30.0, 15.0, 8.0, 4.0, 0.0, 0.0, 0.0)
+"""Pixels that are added to the clicks' standard deviations, step by step, from a pose far off."""
+
+_FROM = np.radians(60.0)
+_AWAY = 0.5
+"""Radians of every joint, and metres, by which a lost body may be elsewhere."""
+
+_LIMB, _TURN, _PLACE = np.radians(25.0), np.radians(20.0), 0.12
+"""Radians of a limb and of the trunk, and metres, from which clicks contradict a pose."""
+
+
+@dataclass(frozen=True)
+class ClickObservation:
+    """Clicks of one frame; `widened` pixels are added to their standard deviations."""
+
+    clicks: tuple[Detection, ...]
+    widened: float = 0.0
+
+    def residuals(self, body: BodyModel, pose: Pose) -> tuple[DetectionResidual, ...]:
+        """One residual for each click; far from the landmark, it loses its weight."""
+        if not self.clicks:
+            return ()
+        frames = body.frames(pose)
+        places = landmarks_of_frames(body, frames)
+        return tuple(self._residual(click, places, frames) for click in self.clicks)
+
+    def _residual(
+        self, click: Detection, places: FloatArray, frames: PartFrames
+    ) -> DetectionResidual:
+        k = LANDMARKS.index(click.kind)
+        part, place = _PARTS[k], places[k]
+        assert click.camera is not None  # noqa: S101 - clicks are made in pictures
+        depth = max(float(click.camera.camera_from_world.apply(place)[2]), _OFF)
+        off = _OFF * float(click.camera.matrix[0, 0]) / depth
+        local = frames.rotations[part].T @ (place - frames.origins[part])
+        return residual_at(click, part, local, frames, float(np.hypot(self.widened, off)))
+
+
+def pose_by_clicks(setup: Setup, near: Pose, clicks: tuple[Detection, ...]) -> Pose:
+    """Pose that shows the clicks of a frame, and is as near to another as they allow.
+
+    A lost body may be anywhere and face the other way: the descent also begins at the landmarks
+    that two pictures show.
+    """
+    shown = pose_showing(_triangulated(clicks), setup.body, near)
+    starts = (near, turned_round(near), shown)
+    found = [_fitted(setup, start, clicks) for start in starts]
+    return min(found, key=lambda pose: _missed(setup.body, pose, clicks))
+
+
+def _triangulated(clicks: Sequence[Detection]) -> dict[str, FloatArray]:
+    """Points (3,), world, of landmarks that two pictures show, by name."""
+    origins: dict[str, list[FloatArray]] = {}
+    rays: dict[str, list[FloatArray]] = {}
+    for click in clicks:
+        assert click.camera is not None  # noqa: S101 - clicks are made in pictures
+        origins.setdefault(click.kind, []).append(click.camera.position_world)
+        rays.setdefault(click.kind, []).append(click.camera.rays_world(click.position))
+    points = {name: nearest_to_rays(np.array(origins[name]), np.array(rays[name])) for name in rays}
+    return {name: point for name, point in points.items() if np.isfinite(point).all()}
+
+
+def _fitted(setup: Setup, start: Pose, clicks: tuple[Detection, ...]) -> Pose:
+    sigma = np.full(setup.columns.n, _FROM)
+    sigma[:3] = _AWAY
+    at = prior = Belief(start, np.diag(sigma**2))
+    for widened in _WIDENED:
+        pose = orthonormal(at.pose)
+        rows = ClickObservation(clicks, widened).residuals(setup.body, pose)
+        limits = limit_residuals(setup.body, pose, setup.parameters, setup.joints)
+        told = gathered((*rows, *limits), setup.body, pose, setup.columns)
+        at, _ = solved(setup.joints, prior, pose, told)
+    return orthonormal(at.pose)
+
+
+def _missed(body: BodyModel, pose: Pose, clicks: Sequence[Detection]) -> float:
+    """Sum of the distances in pixels, each at most those of a click that means something else."""
+    frames = body.frames(pose)
+    places = landmarks_of_frames(body, frames)
+    total = 0.0
+    for click in clicks:
+        assert click.camera is not None  # noqa: S101 - clicks are made in pictures
+        pixel = click.camera.project(places[LANDMARKS.index(click.kind)])
+        off = float(np.linalg.norm(pixel - click.position))
+        total += min(off, _WIDENED[0]) if np.isfinite(off) else _WIDENED[0]
+    return total
+
+
+def contradicted(body: BodyModel, pose: Pose, clicked: Pose) -> bool:
+    """Whether clicks put the body elsewhere than a pose has it, by more than following mends."""
+    turn = float(np.linalg.norm(vector_from_rotation(clicked.torso @ pose.torso.T)))
+    away = float(np.linalg.norm(clicked.position - pose.position))
+    limbs = [*UPPER_ARMS, *FOREARMS]
+    one, other = (body.frames(each).rotations[limbs, :, 2] for each in (pose, clicked))
+    return turn > _TURN or away > _PLACE or float(angle_between(one, other).max()) > _LIMB

@@ -1,0 +1,198 @@
+"""Clicks as measurements of the tracker, and what they mend."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+from stereotrack_core.body.angles import ALL_JOINTS
+from stereotrack_core.body.manifold import columns_of, displaced
+from stereotrack_core.body.model import body_model, body_of_subject, landmarks
+from stereotrack_core.body.offsets import offsets_by_landmark
+from stereotrack_core.body.proportions import AVERAGE
+from stereotrack_core.depth.cloud import Cloud
+from stereotrack_core.errors import InputError
+from stereotrack_core.recording.description import Subject
+from stereotrack_core.recording.detections import Detection, Detections
+from stereotrack_core.recording.landmarks import LANDMARKS
+from stereotrack_core.tracking.correspondences import DataToModel
+from stereotrack_core.tracking.iekf import IteratedEstimator, PoseFilter
+from stereotrack_core.tracking.presets import preset
+from stereotrack_core.tracking.repair import repaired, with_repaired
+from stereotrack_core.tracking.repeating import StoredSpec
+from stereotrack_core.tracking.residuals.clicks import (
+    ClickObservation,
+    contradicted,
+    pose_by_clicks,
+)
+from stereotrack_core.tracking.run_spec import RunSpec
+from stereotrack_core.tracking.state import Setup
+from stereotrack_core.tracking.tracker import PersonTracker
+from tests.annotation.scenes import cameras
+from tests.tracking.keypoints.cases import BODY
+from tests.tracking.scenes import CAMERAS, POSES, angle_errors, cloud_of, surface_points, turned
+from tests.tracking.test_smoothing import _followed, _pose
+
+RIG = cameras("barrel")
+SETTINGS = preset("accurate").replaced(
+    search_arms=False, data_points=400, iterations=4, measure_silhouettes=False
+)
+
+
+def clicks_on(body, pose, frame=0, *, sigma=2.0, names=LANDMARKS, views=RIG, seed=0):
+    """Clicks on landmarks in some views, as the tracker is given them."""
+    places, rng = landmarks(body, pose), np.random.default_rng(seed)
+    return tuple(
+        Detection(
+            float(frame),
+            name,
+            RIG[view].project(places[LANDMARKS.index(name)]) + rng.normal(0.0, sigma, 2),
+            max(sigma, 1.0),
+            camera=RIG[view],
+        )
+        for view in views
+        for name in names
+    )
+
+
+def setup_of(body):
+    return Setup(body, SETTINGS.tracking, CAMERAS, 10.0, 0)
+
+
+def test_derivatives_agree_with_differences():
+    offsets = offsets_by_landmark(np.random.default_rng(0).normal(0.0, 0.01, (9, 3)))
+    subject = Subject("P", **vars(AVERAGE), offsets={**offsets, "left_elbow": (0.01, 0.0, 0.0)})
+    body, columns, pose = body_of_subject(subject), columns_of(ALL_JOINTS), POSES["pointing"]
+    rows = ClickObservation(clicks_on(body, pose, sigma=0.0)).residuals(body, pose)
+    assert len(rows) == len(RIG) * len(LANDMARKS)
+    for row in rows:
+        steps = 1e-6 * np.concatenate([np.eye(columns.n), -np.eye(columns.n)])
+        moved = row.predicted(body.frames(displaced(pose, steps, ALL_JOINTS)))
+        numerical = (moved[: columns.n] - moved[columns.n :]).T / 2e-6
+        np.testing.assert_allclose(
+            row.jacobian(body.frames(pose), columns), numerical, rtol=1e-4, atol=1e-4
+        )
+        off = row.measured - moved[: columns.n].mean(axis=0)
+        assert np.abs(off).max() < 0.1
+
+
+def test_without_clicks_there_is_nothing_to_measure():
+    assert ClickObservation(()).residuals(BODY, POSES["t"]) == ()
+
+
+@pytest.mark.parametrize("start", [turned(POSES["t"], 170.0, (0.8, 0.3, 0.0)), POSES["reaching"]])
+def test_clicks_show_where_a_lost_body_is(start):
+    true = POSES["pointing"]
+    found = pose_by_clicks(setup_of(BODY), start, clicks_on(BODY, true))
+    assert np.linalg.norm(found.position - true.position) < 0.03
+    assert angle_errors(BODY, found, true).max() < 8.0
+    assert contradicted(BODY, start, found)
+    assert not contradicted(BODY, true, found)
+
+
+def test_clicks_on_one_arm_leave_the_rest():
+    true, arm = POSES["pointing"], ("right_shoulder", "right_elbow", "right_hand")
+    lost = dataclasses.replace(true, rotations=true.rotations.copy())
+    lost.rotations[[3, 5]] = POSES["t"].rotations[[3, 5]]
+    found = pose_by_clicks(setup_of(BODY), lost, clicks_on(BODY, true, names=arm))
+    assert angle_errors(BODY, lost, true).max() > 30.0
+    assert angle_errors(BODY, found, true).max() < 10.0
+
+
+def test_one_wrong_click_does_not_lead_astray():
+    true, clicks = POSES["pointing"], list(clicks_on(BODY, POSES["pointing"]))
+    k = next(i for i, one in enumerate(clicks) if one.kind == "right_hand")
+    clicks[k] = dataclasses.replace(clicks[k], position=clicks[k].position + 150.0)
+    found = pose_by_clicks(setup_of(BODY), true, tuple(clicks))
+    assert angle_errors(BODY, found, true).max() < 8.0
+
+
+@pytest.fixture
+def tracker():
+    """A tracker of a whole person."""
+    setup = setup_of(body_model(AVERAGE, SETTINGS.body))
+    follower = PoseFilter(setup, IteratedEstimator(setup), DataToModel(setup))
+    return PersonTracker(follower)
+
+
+def test_a_clicked_frame_brings_a_lost_body_back(tracker, rng):
+    true = POSES["pointing"]
+    tracker.start(turned(POSES["t"], 120.0, (0.3, 0.2, 0.0)))
+    body = tracker.setup.body
+    cloud = cloud_of(surface_points(body, true, 600, rng, 0.005))
+    clicked = dataclasses.replace(cloud, clicks=clicks_on(body, true))
+    estimate = tracker.step(clicked)
+    assert estimate.tracked
+    assert estimate.prior is None  # nothing of what came before is carried over
+    assert angle_errors(body, estimate.pose, true).max() < 8.0
+    again = tracker.step(dataclasses.replace(cloud, frame=1))
+    assert again.prior is not None
+
+
+def test_clicks_that_agree_do_not_interrupt(tracker, rng):
+    true, body = POSES["pointing"], tracker.setup.body
+    tracker.start(true)
+    for frame in range(3):
+        cloud = cloud_of(surface_points(body, true, 600, rng, 0.005), frame)
+        clicks = clicks_on(body, true, frame) if frame == 2 else ()
+        estimate = tracker.step(dataclasses.replace(cloud, clicks=clicks))
+    assert estimate.prior is not None
+
+
+@dataclass
+class Course:
+    """What :func:`repaired` is given, with clouds made again from the truth."""
+
+    tracker: PersonTracker
+    spec: RunSpec
+
+    def cloud(self, frame) -> tuple[Cloud, float]:
+        body, rng = self.tracker.setup.body, np.random.default_rng(frame)
+        return cloud_of(surface_points(body, _pose(frame), 600, rng, 0.01), frame), 0.0
+
+
+@pytest.mark.parametrize("smooth", [False, True])
+def test_a_stretch_before_a_clicked_frame_is_repaired(tracker, rng, smooth):
+    body = tracker.setup.body
+    frames = _followed(tracker.leader, rng, frames=10, points=600, noise=0.01)
+    for k in range(3, 8):
+        estimate = frames[k].estimate
+        delta = np.zeros(len(estimate.P))
+        delta[6:8] = 1.2, 0.4  # an arm somewhere else
+        lost = displaced(estimate.pose, delta, tracker.setup.joints)
+        wrong = dataclasses.replace(estimate, pose=lost)
+        frames[k] = dataclasses.replace(frames[k], estimate=wrong, landmarks=landmarks(body, lost))
+    frames[8] = dataclasses.replace(
+        frames[8], estimate=dataclasses.replace(frames[8].estimate, prior=None)
+    )
+    spec = RunSpec(SETTINGS, clicks=Detections(clicks_on(body, _pose(8), 8)), smooth=smooth)
+    found, mended = repaired(Course(tracker, spec), frames)
+    assert set(range(3, 8)) <= set(mended) <= set(range(8))
+    for frame in found:
+        assert angle_errors(body, frame.pose, _pose(frame.frame)).max() < 12.0
+        np.testing.assert_allclose(frame.landmarks, landmarks(body, frame.pose), atol=1e-9)
+        assert frame.frame not in mended or frame.estimate.prior is None
+    untouched, none = repaired(Course(tracker, RunSpec(SETTINGS)), frames)
+    assert none == []
+    assert untouched == frames
+
+
+def test_the_run_says_what_was_repaired():
+    @dataclasses.dataclass(frozen=True)
+    class Bare:
+        meta: dict
+
+    assert with_repaired(Bare({"a": 1}), [3, 4]).meta == {"a": 1, "repaired": [3, 4]}
+    run = Bare({})
+    assert with_repaired(run, []) is run
+
+
+def test_who_cannot_read_the_clicks_again_is_refused():
+    spec = StoredSpec(RunSpec(SETTINGS), 3, None, None)
+    spec.check_without_clicks()
+    used = dataclasses.replace(spec, clicks={"source": "my.csv", "count": 9})
+    with pytest.raises(InputError, match=r"clicks of my.csv.*--like"):
+        used.check_without_clicks()
