@@ -88,7 +88,7 @@ def recording(tmp_path) -> Recording:
     for v, name in enumerate(cameras):
         (folder / name).mkdir(parents=True)
         for k in range(3):
-            moved = [(x + 4 * k, y - 2 * v) for x, y in PLACES]
+            moved = [(x + 2 * k, y - 2 * v) for x, y in PLACES]
             write_png(folder / name / f"{k}.png", picture(moved))
     views = tuple(View(name, "mono", Stream(name, f"{name}/%d.png")) for name in cameras)
     write_recording_description(Recording(folder, "squares", 10.0, views, cameras))
@@ -103,7 +103,7 @@ def test_a_recording_is_gone_through(recording, tmp_path):
     for frame in range(3):
         own = found.of_frame(frame)
         green = own.place[(own.camera == "O") & (own.keypoint == COCO_17[1])]
-        assert np.linalg.norm(green[0] - [75 + 4 * frame, 58]) < 5.0
+        assert np.linalg.norm(green[0] - [75 + 2 * frame, 58]) < 5.0
 
 
 def test_the_command_writes_a_table(recording, tmp_path, capsys):
