@@ -2,51 +2,22 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
-from stereotrack_core.body.manifold import displaced
-from stereotrack_core.body.model import body_model, landmarks
-from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.errors import InputError
-from stereotrack_core.recording.description import Recording, Stream, View
-from stereotrack_core.recording.folder import open_recording
-from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
-from stereotrack_core.recording.writing import write_png, write_recording_description
+from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.simulation.keypoints import KeypointErrors, simulated_keypoints
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run import Pipeline, track
 from stereotrack_core.tracking.run_spec import RunSpec
-from tests.tracking.recordings import camera_towards_the_middle
-from tests.tracking.scenes import CAMERAS, POSES
-
-BODY = body_model(AVERAGE)
-FRAMES = 8
+from tests.tracking.keypoints.mono import mono_recording, truth
 
 
 @pytest.fixture(scope="module")
 def mono(tmp_path_factory) -> Recording:
-    """Four mono views of a person who lifts an arm; the pictures are black."""
-    folder: Path = tmp_path_factory.mktemp("mono")
-    cameras = {n: camera_towards_the_middle(n, at) for n, at in zip("NOSW", CAMERAS, strict=True)}
-    for name, camera in cameras.items():
-        (folder / name).mkdir()
-        for k in range(FRAMES):
-            black = np.zeros((camera.height, camera.width), np.uint8)
-            write_png(folder / name / f"{k}.png", black)
-    views = tuple(View(name, "mono", Stream(name, f"{name}/%d.png")) for name in cameras)
-    write_recording_description(Recording(folder, "mono", 10.0, views, cameras))
-    return open_recording(folder)
-
-
-def truth() -> LandmarkTrajectory:
-    turn = np.zeros((FRAMES, 14))
-    turn[:, 2] = 0.02 * np.arange(FRAMES)
-    turn[:, 8] = np.radians(6.0) * np.arange(FRAMES)
-    poses = displaced(POSES["pointing"], turn, (2, 3, 4, 5))
-    return LandmarkTrajectory(np.arange(FRAMES), landmarks(BODY, poses))
+    return mono_recording(tmp_path_factory.mktemp("mono"))
 
 
 def apart(run) -> np.ndarray:
