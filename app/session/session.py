@@ -168,7 +168,10 @@ class Session(QObject):
         recording = self.document.recording
         if recording is not None and recording.guessed:
             return "The calibration is a guess. Replace it with a calibration of these cameras."
-        none = "No view of this recording provides depth. Tracking needs a stereo or depth view."
+        none = (
+            "No view of this recording provides depth. Tracking needs a stereo or depth view, or "
+            "keypoints of two mono views in the project."
+        )
         return self.no_frames() or ("" if self.clouds.available else none)
 
     def no_run(self) -> str:

@@ -26,6 +26,7 @@ from stereotrack_core.experiments.run_process import (
     Tracked,
 )
 from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.keypoints import Keypoints
 from stereotrack_core.task_process import TaskProcess
 from stereotrack_core.tracking.frame import TrackedFrame
 from stereotrack_core.tracking.inspection import RecordedStep
@@ -160,6 +161,7 @@ class TrackPresenter(QObject):
         self.preset = "accurate"
         self.settings = self.base = preset(self.preset)
         self.place_for_run: Callable[[], Path | None] = lambda: None
+        self.keypoints_for_run: Callable[[], Keypoints | None] = lambda: None
         self._since = QElapsedTimer()
         self._since.start()
         self._timer = QTimer(self, singleShot=True)
@@ -240,7 +242,8 @@ class TrackPresenter(QObject):
         name = self._runs.next_name(self.name_of(self.settings))
         entry = RunEntry(name, self.preset, self.settings, body, frames)
         entry.journal = self.place_for_run()
-        spec = RunSpec(self.settings, preset=self.preset, frames=frames, init=init)
+        seen = self.keypoints_for_run()
+        spec = RunSpec(self.settings, self.preset, frames=frames, init=init, keypoints=seen)
         # the tracker never sees the truth
         unaided = dataclasses.replace(recording, reference=None)
         task = RunTask(unaided, spec, entry.journal, Allow(allowed, 0))

@@ -73,7 +73,7 @@ def _tracker_words(session: Session, recording: Recording) -> str:
     count = session.document.frame_count
     length = f"{count} frame{'' if count == 1 else 's'}, {count / recording.fps:.1f} s"
     deep = any(view.kind != "mono" for view in recording.views)
-    state = "not tracked yet" if deep else "no view provides depth, so it cannot be tracked"
+    state = "not tracked yet" if deep else "no view provides depth"
     return f"{recording.name}: {length}; {state}"
 
 

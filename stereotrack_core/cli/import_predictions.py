@@ -6,6 +6,7 @@ from argparse import Namespace
 from pathlib import Path
 from typing import Any
 
+from stereotrack_core.annotation.keypoint_proposals import landmark_predictions
 from stereotrack_core.cli.arguments import JSON, flag, option
 from stereotrack_core.cli.output import OK, put_result
 from stereotrack_core.cli.sources import open_project, recording_of
@@ -13,6 +14,7 @@ from stereotrack_core.counting import counted
 from stereotrack_core.interop.keypoints.reading import read_keypoints
 from stereotrack_core.interop.keypoints.source import KeypointSource
 from stereotrack_core.interop.label_source import stated_names
+from stereotrack_core.project.project import Project
 from stereotrack_core.recording.keypoint_names import LANDMARK_OF, LAYOUTS
 from stereotrack_core.recording.keypoints import Keypoints, of_one_person
 from stereotrack_core.recording.reader import FrameReader
@@ -48,6 +50,11 @@ OPTIONS = (
         dest="names",
     ),
     option("--detector NAME", "name of the detector (default: name of the file)"),
+    flag(
+        "--propose",
+        "also propose them as clicks: in the workspace Annotate they are shown as predictions, "
+        "which can be accepted",
+    ),
     flag("--all-people", "keep all people (default: the surest person of each picture)"),
     JSON,
 )
@@ -66,12 +73,24 @@ def run(args: Namespace) -> int:
         found = read_keypoints(source, frames)
         kept = found.keypoints if args.all_people else of_one_person(found.keypoints)
         project.keypoints.replace(kept)
+        proposed = _propose(project, of_one_person(kept)) if args.propose else 0
     facts = _facts(kept, dict(found.left_out), len(found.keypoints) - len(kept))
+    facts = {"proposed": proposed, **facts} if args.propose else facts
     rows = [(key.replace("_", " "), str(value)) for key, value in facts.items()]
     rows[-1] = ("left out", _words(facts["left_out"]))
     table = Table(f"{args.file} into {args.into}", ("", ">"), rows)
     put_result(facts, table, as_json=args.json)
     return OK
+
+
+def _propose(project: Project, keypoints: Keypoints) -> int:
+    """Let them be predictions of landmarks; how many."""
+    predictions = landmark_predictions(keypoints, project.landmark_set().names)
+    count = 0
+    for source in sorted({one.source for one in predictions}):
+        own = [one for one in predictions if one.source == source]
+        count += project.predictions.replace(source, own)
+    return count
 
 
 def _facts(kept: Keypoints, left_out: dict[str, int], others: int) -> dict[str, Any]:

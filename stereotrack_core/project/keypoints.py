@@ -20,6 +20,13 @@ class StoredKeypoints:
         rows = self._access.rows(f"SELECT source, count(*) FROM {KEYPOINT} GROUP BY source")  # noqa: S608
         return {str(source): int(count) for source, count in rows}
 
+    def cameras(self) -> tuple[str, ...]:
+        """Cameras that anything is predicted of."""
+        if not self._there():
+            return ()
+        rows = self._access.rows(f"SELECT DISTINCT camera FROM {KEYPOINT} ORDER BY camera")  # noqa: S608
+        return tuple(str(camera) for (camera,) in rows)
+
     def all(self, source: str | None = None) -> Keypoints:
         """All rows, or those of one detector."""
         return self._rows("1" if source is None else "source = ?", source)

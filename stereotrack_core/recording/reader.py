@@ -321,6 +321,8 @@ def has_colours(recording: Recording, views: Sequence[str]) -> bool:
 
     Raises InputError when a stream cannot be opened.
     """
+    if not views:
+        return False
     with FrameReader(recording, views=views, read_ahead=0) as reader:
         known, _ = reader.frame_count_so_far()
         return known > 0 and shows_colours(reader.frame_set(0))

@@ -129,30 +129,32 @@ class KeypointsInViews:
 
     Parameters
     ----------
-    keypoints : Keypoints
+    keypoints : Keypoints, optional
         Of one person; those of other cameras are passed over.
     cameras : mapping from str to Camera
         That are looked with.
     """
 
-    def __init__(self, keypoints: Keypoints, cameras: Mapping[str, Camera]) -> None:
+    def __init__(self, keypoints: Keypoints | None, cameras: Mapping[str, Camera]) -> None:
         self._cameras = {name: cameras[name] for name in sorted(cameras)}
-        self._keypoints = keypoints[np.isin(keypoints.camera, list(self._cameras))]
+        self._keypoints = keypoints
+        if keypoints is not None:
+            self._keypoints = keypoints[np.isin(keypoints.camera, list(self._cameras))]
 
-    def at(self, frame: int) -> SightedKeypoints:
-        """Those of one frame."""
+    def at(self, frame: int) -> SightedKeypoints | None:
+        """Those of one frame; None where nothing is known of any frame."""
+        if self._keypoints is None:
+            return None
         return sighted(self._keypoints.of_frame(frame), self._cameras)
 
 
 def keypoints_in_views(
     recording: Recording, views: Sequence[str], keypoints: Keypoints | None
-) -> KeypointsInViews | None:
+) -> KeypointsInViews:
     """Keypoints of one person in the cameras of these views, both of a stereo camera's."""
-    if keypoints is None:
-        return None
     streams = [one for name in views for one in recording.view(name).streams().values()]
     cameras = {one.camera: recording.cameras[one.camera] for one in streams if one.camera}
-    return KeypointsInViews(of_one_person(keypoints), cameras)
+    return KeypointsInViews(None if keypoints is None else of_one_person(keypoints), cameras)
 
 
 def sighted(keypoints: Keypoints, cameras: Mapping[str, Camera]) -> SightedKeypoints:

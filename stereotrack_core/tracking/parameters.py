@@ -140,7 +140,7 @@ class TrackingParameters(ParameterGroup):
     detection_gate: float = parameter(0.3, "Keypoints", (0.01, 5.0), unit="m")(
         "A keypoint farther than this from every plausible position is rejected."
     )
-    keypoint_sigma: float = parameter(0.03, "Keypoints", (0.001, 1.0), unit="m")(
+    keypoint_sigma: float = parameter(0.04, "Keypoints", (0.001, 1.0), unit="m")(
         "Standard deviation of a sure keypoint of a 2-D detector, at the distance of the person; "
         "the variance is divided by the confidence."
     )

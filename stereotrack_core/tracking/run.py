@@ -118,8 +118,7 @@ class Pipeline:
         self._detections = spec.detections or Detections()
         self._owns_reader = clouds is None and reader is None
         if clouds is None:
-            wanted = bool(deep) and spec.settings.tracking.wants_colour
-            coloured = wanted and has_colours(recording, self.views)
+            coloured = spec.settings.tracking.wants_colour and has_colours(recording, deep)
             self.reader = reader or FrameReader(
                 recording, views=self.views, colour=coloured if spec.colour is None else spec.colour
             )
@@ -174,9 +173,8 @@ class Pipeline:
             cloud, read = self._shared.take(frame)
         else:
             cloud, read = read_cloud(self.chain, self.reader, frame)
-        seen = None if self._keypoints is None else self._keypoints.at(frame)
         clicks = self.spec.clicks.until(frame) if self.spec.clicks else ()
-        return dataclasses.replace(cloud, keypoints=seen, clicks=clicks), read
+        return dataclasses.replace(cloud, keypoints=self._keypoints.at(frame), clicks=clicks), read
 
     def _tracked(self, cloud: Cloud, read: float) -> TrackedFrame:
         if len(self._detections):
@@ -333,8 +331,8 @@ class Pipeline:
     def _track(self, body: BodyModel) -> None:
         """Make the tracker anew, for this body."""
         fps, seed = self.recording.fps, self.spec.seed
-        given = body, self.settings, self._cameras, fps, seed
-        self.tracker: Tracker = tracker_for(*given, clouds=self._has_clouds)
+        given, clouds = (body, self.settings, self._cameras, fps, seed), self._has_clouds
+        self.tracker: Tracker = tracker_for(*given, clouds=clouds)
 
     @property
     def _has_clouds(self) -> bool:

@@ -25,6 +25,7 @@ from stereotrack_core.tracking.residuals.limits import (
     ClearanceResidual,
     DirectionResidual,
 )
+from stereotrack_core.tracking.residuals.projection import ReprojectionResidual
 from stereotrack_core.tracking.residuals.surface import SurfaceResidual
 from stereotrack_core.tracking.state import Belief, Setup
 from stereotrack_core.tracking.thesis_collisions import Jump
@@ -382,4 +383,6 @@ def _kind_of(residual: Residual) -> tuple[str, IntArray, str]:
         case DetectionResidual():
             unit = "m" if residual.camera is None else "px"
             return "detection", np.full(count, residual.part, dtype=np.int64), unit
+        case ReprojectionResidual():
+            return "detection", np.repeat(residual.points.part, 2), "px"
     return "other", np.full(count, -1, dtype=np.int64), "m"

@@ -67,7 +67,7 @@ def declared(*extras: str) -> set[str]:
 
 
 PROGRAM = ("app", "stereotrack_core")
-CHOSEN = ("bench", "cluster", "search", "sleap")
+CHOSEN = ("bench", "cluster", "detect", "search", "sleap")
 
 
 @pytest.mark.parametrize(

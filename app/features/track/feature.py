@@ -11,13 +11,14 @@ from ...session.session import Session
 from ...session.tracker import FIRST_POSES
 from ...session.truth import Against
 from .controller import RunsController
+from .keypoints import RunKeypoints
 
 _MENU = "&Track"
 
 
 def register(context: Context) -> RunsController:
     """Offer the workspace Track, its panels and its commands."""
-    runs = RunsController(context)
+    runs, keypoints = RunsController(context), RunKeypoints(context.session)
     context.docks.add_workspace(
         Workspace(
             "track",
@@ -29,20 +30,20 @@ def register(context: Context) -> RunsController:
             side_share=0.37,
             bottom_shares=(0.15, 0.17),
             side_heights=(2, 1),
-            why_not=context.session.no_depth,
+            why_not=keypoints.why_not_tracked,
         )
     )
-    context.actions.add(_commands(context, runs))
+    context.actions.add(_commands(context, runs, keypoints))
     return runs
 
 
-def _commands(context: Context, runs: RunsController) -> list[Command]:
+def _commands(context: Context, runs: RunsController, keypoints: RunKeypoints) -> list[Command]:
     """Commands of the menu Track."""
     session = context.session
     track, tracker = session.track, session.tracker
 
     def idle() -> str:
-        return session.no_depth() or session.tracker_works()
+        return keypoints.why_not_tracked() or session.tracker_works()
 
     def no_selection() -> str:
         return (
@@ -93,6 +94,12 @@ def _commands(context: Context, runs: RunsController) -> list[Command]:
                 checked=partial(tracker.begins_with, name),
             )
             for name, (title, tip) in FIRST_POSES.items()
+        ),
+        Command(
+            "use_keypoints", _MENU, "Use keypoints",
+            "Track the next run with the keypoints that a detector has predicted, beside the "
+            "point cloud or, in mono views, in its place.", keypoints.toggle,
+            why_not=keypoints.why_none, checked=lambda: keypoints.wanted,
         ),
         Command(
             "follow", _MENU, "Follow tracker", "Show each frame as soon as it is tracked.",

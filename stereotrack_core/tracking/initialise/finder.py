@@ -27,6 +27,7 @@ from stereotrack_core.tracking.initialise.trunk import (
     turned_round,
     unexplained_by_trunk,
 )
+from stereotrack_core.tracking.residuals.reprojection import KeypointObservation
 from stereotrack_core.tracking.residuals.surface import surface_distances, unexplained_fraction
 from stereotrack_core.tracking.state import Setup
 
@@ -52,6 +53,9 @@ _NATURAL_ARMS = 3.0
 TURN_GAIN = 3.0
 """Cost by which a pose must be more natural the other way round to be turned."""
 
+
+_KEYPOINTS = 25.0
+"""Weight of the keypoints' cost, which is 0.5 and more for a pose the other way round."""
 
 by_cost = attrgetter("cost")
 """What speaks against a candidate."""
@@ -129,9 +133,13 @@ class PoseFinder:
         return _ALL_DATA * unexplained + trunk_sight_cost(cloud, body, poses) + facing
 
     def _facing_cost(self, pose: Pose, cloud: Cloud) -> float:
+        """What speaks against the way a pose faces; keypoints tell left from right."""
         upright = self.setup.upright
         points, cameras = upright.points(cloud.points), upright.points(self.setup.cameras)
-        return facing_cost(self.setup.body, upright_pose(pose, upright), points, cameras)
+        cost = facing_cost(self.setup.body, upright_pose(pose, upright), points, cameras)
+        sigma = self.setup.parameters.keypoint_sigma
+        fit = KeypointObservation(cloud.keypoints, sigma).fitted(self.setup.body, pose)
+        return cost if fit is None else cost + _KEYPOINTS * fit.cost()
 
     def _followed(self, pose: Pose, measured: Measurements) -> Pose:
         start = self.setup.first_state(pose)

@@ -76,14 +76,15 @@ def _completed(found: Mapping[str, FloatArray], body: BodyModel, last: Pose | No
     """The landmarks (9, 3), arms that are not known as in the last pose, or hanging."""
     points = np.array([found[name] for name in LANDMARKS])
     before = None if last is None else landmarks(body, last)
-    p = body.skeleton.proportions
+    p, at = body.skeleton.proportions, LANDMARKS.index
     for side in _SIDES:
-        above = LANDMARKS.index(f"{side}_shoulder")
+        below = points[at(f"{side}_hip")] - points[at(f"{side}_shoulder")]
+        above = at(f"{side}_shoulder")
         lengths = (("elbow", p.upper_arm_length), ("hand", p.elbow_to_hand))
         for name, length in lengths:
-            own = LANDMARKS.index(f"{side}_{name}")
+            own = at(f"{side}_{name}")
             if not np.isfinite(points[own]).all():
-                down = np.array([0.0, 0.0, -length])
+                down = length * below / max(float(np.linalg.norm(below)), 1e-9)
                 points[own] = points[above] + (
                     down if before is None else before[own] - before[above]
                 )

@@ -2,51 +2,27 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from stereotrack_core.body.manifold import displaced
-from stereotrack_core.body.model import body_model, landmarks
-from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.errors import InputError
-from stereotrack_core.recording.description import Recording, Stream, View
-from stereotrack_core.recording.folder import open_recording
-from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
-from stereotrack_core.recording.writing import write_png, write_recording_description
+from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.landmarks import LANDMARKS
+from stereotrack_core.recording.sighted_keypoints import KeypointsInViews
 from stereotrack_core.simulation.keypoints import KeypointErrors, simulated_keypoints
+from stereotrack_core.tracking.frame import cloudless
+from stereotrack_core.tracking.inspection import traced_step
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run import Pipeline, track
 from stereotrack_core.tracking.run_spec import RunSpec
-from tests.tracking.recordings import camera_towards_the_middle
-from tests.tracking.scenes import CAMERAS, POSES
-
-BODY = body_model(AVERAGE)
-FRAMES = 8
+from tests.tracking.keypoints.mono import mono_recording, truth
 
 
 @pytest.fixture(scope="module")
 def mono(tmp_path_factory) -> Recording:
-    """Four mono views of a person who lifts an arm; the pictures are black."""
-    folder: Path = tmp_path_factory.mktemp("mono")
-    cameras = {n: camera_towards_the_middle(n, at) for n, at in zip("NOSW", CAMERAS, strict=True)}
-    for name, camera in cameras.items():
-        (folder / name).mkdir()
-        for k in range(FRAMES):
-            black = np.zeros((camera.height, camera.width), np.uint8)
-            write_png(folder / name / f"{k}.png", black)
-    views = tuple(View(name, "mono", Stream(name, f"{name}/%d.png")) for name in cameras)
-    write_recording_description(Recording(folder, "mono", 10.0, views, cameras))
-    return open_recording(folder)
-
-
-def truth() -> LandmarkTrajectory:
-    turn = np.zeros((FRAMES, 14))
-    turn[:, 2] = 0.02 * np.arange(FRAMES)
-    turn[:, 8] = np.radians(6.0) * np.arange(FRAMES)
-    poses = displaced(POSES["pointing"], turn, (2, 3, 4, 5))
-    return LandmarkTrajectory(np.arange(FRAMES), landmarks(BODY, poses))
+    return mono_recording(tmp_path_factory.mktemp("mono"))
 
 
 def apart(run) -> np.ndarray:
@@ -77,6 +53,18 @@ def test_frames_without_keypoints_are_not_tracked_and_it_is_found_again(mono):
         frames = list(pipeline.frames(range(6)))
     assert [frame.tracked for frame in frames] == [True, True, False, False, True, True]
     assert frames[2].reason == "there are only 0 keypoints"
+
+
+def test_a_step_can_be_inspected(mono):
+    keypoints = simulated_keypoints(truth(), mono.cameras)
+    with Pipeline(mono, RunSpec(preset("accurate"), keypoints=keypoints)) as pipeline:
+        [*_, last] = pipeline.frames(range(2))
+        seen = cloudless(2), KeypointsInViews(keypoints, mono.cameras).at(2)
+        trace = traced_step(pipeline.tracker, replace(seen[0], keypoints=seen[1]))
+    assert last.tracked
+    kinds = {rows.kind: rows for rows in trace.corrections[0].rows}
+    assert kinds["detection"].unit == "px"
+    assert len(kinds["detection"].part) == len(kinds["detection"].residual)
 
 
 def test_what_cannot_be_tracked_is_said(mono):

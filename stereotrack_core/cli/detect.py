@@ -1,0 +1,79 @@
+"""``stereotrack detect``: keypoints of the person, by a pose model that the user gives."""
+
+from __future__ import annotations
+
+from argparse import Namespace
+from pathlib import Path
+
+from stereotrack_core.cli.arguments import (
+    FRAMES,
+    JSON,
+    RECORDING,
+    VIEWS,
+    check_output,
+    check_suffix,
+    option,
+)
+from stereotrack_core.cli.output import FAILED, OK, put_result, say
+from stereotrack_core.cli.progress import progress, stoppable
+from stereotrack_core.counting import counted
+from stereotrack_core.interop.keypoints.table import write_table
+from stereotrack_core.interop.pose_model.detect import detect_keypoints
+from stereotrack_core.interop.pose_model.model import PoseModel
+from stereotrack_core.recording.folder import open_recording
+from stereotrack_core.recording.keypoint_names import LAYOUTS
+from stereotrack_core.recording.reader import FrameReader
+from stereotrack_core.recording.selection import frames_within, views_of
+from stereotrack_core.tables import Table
+
+DESCRIPTION = (
+    "Detect keypoints of the person in all pictures with a pose model (ONNX): RTMPose and other "
+    "SimCC models, or models with heat maps. No model comes with the program. The keypoints are "
+    "used with `stereotrack track --keypoints`, or imported with `stereotrack import predictions`."
+)
+
+OPTIONS = (
+    RECORDING,
+    option("--model FILE", "pose model of one person (.onnx)", type=Path, required=True),
+    option("-o --output FILE", "table of keypoints to write (.csv)", type=Path, required=True),
+    option(
+        "--layout",
+        "order of the model's points (default: by their number)",
+        choices=tuple(LAYOUTS),
+    ),
+    FRAMES,
+    VIEWS,
+    JSON,
+)
+
+
+def run(args: Namespace) -> int:
+    """Detect and write."""
+    check_suffix(args.output, ".csv")
+    recording = open_recording(args.recording)
+    check_output(args.output, recording)
+    views = views_of(recording, args.views)
+    with FrameReader(recording, views=views, read_ahead=0) as reader:
+        frames = frames_within(args.frames, reader.frame_count)
+    model = PoseModel(args.model)
+    with progress("Detecting", len(frames)) as show, stoppable() as stopped:
+        keypoints = detect_keypoints(
+            recording, model, frames, views=views, layout=args.layout, on_frame=show,
+            cancelled=stopped,
+        )  # fmt: skip
+        ended = stopped()
+    write_table(args.output, keypoints, recording)
+    done = len(set(keypoints.frame.tolist()))
+    facts = {
+        "keypoints": len(keypoints),
+        "frames": done,
+        "of_frames": len(frames),
+        "cameras": ", ".join(keypoints.cameras),
+        "mean_confidence": round(float(keypoints.confidence.mean()), 3),
+        "file": str(args.output),
+    }
+    rows = [(name.replace("_", " "), str(value)) for name, value in facts.items()]
+    put_result(facts, Table(recording.name, ("", ">"), rows), as_json=args.json)
+    if ended:
+        say(f"Stopped. The keypoints of {counted(done, 'frame')} are in {args.output}.")
+    return FAILED if ended else OK

@@ -1,0 +1,1 @@
+"""Pose models as ONNX files: from a picture of a person to keypoints."""
