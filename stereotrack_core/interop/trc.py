@@ -36,10 +36,12 @@ def write_trc(path: Path, trajectory: LandmarkTrajectory, fps: float) -> None:
 
     Frames between those of the trajectory are written as empty ones.
 
-    InputError where there are no frames, or few in a long stretch.
+    InputError where there are few frames in a long stretch.
     """
     fps = checked_fps(fps)
-    first, points = contiguous(trajectory, str(path))
+    first, points = 0, trajectory.points
+    if len(trajectory.frame):
+        first, points = contiguous(trajectory, str(path))
     rate, count = f"{fps:.10g}", len(points)
     fields = ["DataRate", "CameraRate", "NumFrames", "NumMarkers", "Units"]
     fields += ["OrigDataRate", "OrigDataStartFrame", "OrigNumFrames"]

@@ -223,7 +223,7 @@ def test_numbers_that_linear_algebra_does_not_take_are_refused(samples, tmp_path
         read_reference(path)
 
 
-@pytest.mark.parametrize("suffix", [".c3d", ".bvh"])
+@pytest.mark.parametrize("suffix", [".c3d", ".bvh", ".trc"])
 def test_few_frames_in_a_long_stretch(tmp_path, suffix, samples, little_memory):
     """Formats without gaps would need a row for each of thirty million frames."""
     far = np.array([0, 30_000_000])
@@ -234,7 +234,6 @@ def test_few_frames_in_a_long_stretch(tmp_path, suffix, samples, little_memory):
     ):
         write_trajectory(tmp_path / f"a{suffix}", trajectory, 10.0)
     assert refusal.value.where == str(tmp_path / f"a{suffix}")
-    for other in (".csv", ".trc"):
-        write_trajectory(tmp_path / f"a{other}", trajectory, 10.0)
+    write_trajectory(tmp_path / "a.csv", trajectory, 10.0)
     near = LandmarkTrajectory(np.array([0, 9000]), samples.run.landmarks[:2])
     write_trajectory(tmp_path / f"b{suffix}", near, 10.0)
