@@ -147,7 +147,7 @@ def test_the_world_of_a_camera_is_one_finding(run, recording, tmp_path):
     write_calibration(recording / "calibration.toml", {one.name: one for one in (*own[:2], turned)})
     findings = run("info", recording, "--json").json["findings"]
     assert len(findings) == 2
-    assert "view C does not look towards" in findings[1]["what"]
+    assert "view C does not look towards" in findings[0]["what"]
 
 
 def test_a_foreign_file_named_in_the_recording_says_how_to_import_it(run, recording):
