@@ -80,7 +80,8 @@ def of_lenses(lenses: Mapping[str, Intrinsics | InputError]) -> Verdict:
         return Verdict("bad", f"Film again with {_listed(names)}.", tuple(remarks))
     worst = max(fits, key=lambda one: np.nan_to_num(one.held_out_px, nan=one.rms_px))
     error = worst.held_out_px if np.isfinite(worst.held_out_px) else worst.rms_px
-    lens = "the lens fits" if len(fits) == 1 else f"all {len(fits)} lenses fit"
+    count = len(fits)
+    lens = {1: "the lens fits", 2: "both lenses fit"}.get(count, f"all {count} lenses fit")
     many = f"{lens} the board to {error:.2f} px or better in pictures that were left out"
     return _graded(many, error, [f for one in fits for f in one.findings])
 
@@ -109,10 +110,8 @@ def of_pairs(pairs: Sequence[PairFit]) -> Verdict:
         if one.rms_px > _POOR_PX
     ]
     worst = max(placed, key=lambda one: one.rms_px)
-    many = (
-        f"{counted(len(placed), 'pair')} placed, the worst ({worst.first} and {worst.second}) to "
-        f"{worst.rms_px:.2f} px"
-    )
+    which = f", the worst ({worst.first} and {worst.second})" if len(placed) > 1 else ""
+    many = f"{counted(len(placed), 'pair')} placed{which} to {worst.rms_px:.2f} px"
     if remarks:
         return Verdict("doubtful", f"Usable, with doubts: {many}.", tuple(remarks))
     return Verdict("good", f"Good: {many}.")

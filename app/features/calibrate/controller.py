@@ -16,6 +16,7 @@ from stereotrack_core.calibrate.pictures import Looked
 from stereotrack_core.calibrate.work import LookedAt, Progress, Source
 from stereotrack_core.depth.floor import FindFloor
 from stereotrack_core.errors import InputError
+from stereotrack_core.recording.description import Recording
 
 from ...context import Context
 from ...services.tasks.task import Task
@@ -119,12 +120,12 @@ class CalibrationController(QObject):
 
     def set_model(self, model: str) -> None:
         """Choose a lens model."""
-        self._set(model=model)
+        self._set(model=model, saved="")
 
     def tick(self, shot: Shot, on: bool) -> None:
         """Use a picture, or leave it out."""
         unticked = self.state.unticked - {shot} if on else self.state.unticked | {shot}
-        self._set(unticked=unticked)
+        self._set(unticked=unticked, saved="")
 
     def choose(self, camera: str, frame: int) -> None:
         """Show a picture."""
@@ -383,13 +384,7 @@ class CalibrationController(QObject):
     @Slot()
     def _on_recording(self) -> None:
         recording = self._context.session.document.recording
-        known = None
-        if recording is not None:
-            stereo = tuple(
-                (view.left.camera, view.image.camera) for view in recording.views if view.left
-            )
-            depth = any(view.kind != "mono" for view in recording.views)
-            known = Recorded(recording.folder, recording.name, recording.cameras, stereo, depth)
+        known = None if recording is None else _recorded(recording)
         if known is None or known.folder == self.state.saved_into:
             self._set(recording=known)  # what it was before can still be seen
             return
@@ -402,3 +397,16 @@ class CalibrationController(QObject):
     def _on_closing(self) -> None:
         self.cancel()
         self.reading.close()
+
+
+def _recorded(recording: Recording) -> Recorded:
+    """What matters of a recording: the cameras that its views use."""
+    views = recording.views
+    used = {stream.camera for view in views for stream in view.streams().values() if stream.camera}
+    return Recorded(
+        recording.folder,
+        recording.name,
+        {name: one for name, one in recording.cameras.items() if name in used},
+        tuple((view.left.camera, view.image.camera) for view in views if view.left),
+        any(view.kind != "mono" for view in views),
+    )

@@ -243,7 +243,7 @@ def pair_table(state: Calibration) -> Table | None:
     """Errors of the pairs."""
     if state.pairs is None:
         return None
-    rows = [
+    rows: list[tuple[str, ...]] = [
         (
             f"{one.first} – {one.second}",
             str(one.shared),
@@ -256,10 +256,12 @@ def pair_table(state: Calibration) -> Table | None:
         )
         for one in state.pairs.result
     ]
-    headings = (
+    headings: tuple[str, ...] = (
         "pair", ">shared", ">rms (px)", ">held out (px)", ">rows (px)", ">distance (mm)",
         ">angle (°)", "remark",
     )  # fmt: skip
+    if not any(row[-1] for row in rows):
+        headings, rows = headings[:-1], [row[:-1] for row in rows]
     return Table("Pairs", headings, rows)
 
 
