@@ -20,7 +20,7 @@ _BLACK = 3
 _LEAST_STRIPE = 0.1
 """Share of the image that is black in whole rows or columns from which it is told."""
 
-_KNOWN = 0.2
+_KNOWN = 0.03
 """Share of a row or column that a depth camera has to measure before its blackness is odd."""
 
 _LARGE_STRIPE = 0.3
@@ -69,13 +69,17 @@ def check_stripe(
     brightest = np.max([image.max(axis=2) if image.ndim == 3 else image for image in images], 0)
     dark = brightest <= _BLACK
     known = np.ones_like(dark) if measured is None else measured
-    lines = [(dark | ~known).all(axis=axis) & (known.mean(axis=axis) > _KNOWN) for axis in (0, 1)]
-    share = max(float(line.mean()) for line in lines)
+    share = 0.0
+    for axis in (0, 1):
+        shown = known.mean(axis=axis) > _KNOWN
+        black = (dark | ~known).all(axis=axis) & shown
+        share = max(share, float(black.sum()) / max(int(shown.sum()), 1))
     if _LEAST_STRIPE < share < 1.0:
+        part = "the image" if measured is None else "the image where there is depth"
         yield Finding(
             "error" if share > _LARGE_STRIPE else "warning",
             where,
-            f"{100 * share:.0f} % of the image is black in all frames",
+            f"{100 * share:.0f} % of {part} is black in all frames",
             "Check how the file was made: nothing is measured there.",
         )
 
