@@ -33,7 +33,7 @@ from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.worker_processes import Asker
 
-_VIEW = re.compile(r"^views? (.+?)(?:, (?:left|right|background))?$")
+_VIEW = re.compile(r"^views? (.+?)(?:, (?:left|right|image|background))?$")
 _GLANCED = 2
 """Frames that a glance looks at."""
 

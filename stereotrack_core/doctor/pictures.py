@@ -7,7 +7,7 @@ from itertools import permutations
 
 import numpy as np
 
-from stereotrack_core.arrays import FloatArray, ImageArray
+from stereotrack_core.arrays import BoolArray, FloatArray, ImageArray
 from stereotrack_core.errors import Finding
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.importing.signals import reduced
@@ -20,6 +20,9 @@ _BLACK = 3
 _LEAST_STRIPE = 0.1
 """Share of the image that is black in whole rows or columns from which it is told."""
 
+_KNOWN = 0.03
+"""Share of a row or column that a depth camera has to measure before its blackness is odd."""
+
 _LARGE_STRIPE = 0.3
 """Share from which the image is plainly wrong."""
 
@@ -31,22 +34,22 @@ view has to fit better."""
 def check_pictures(
     recording: Recording, reader: FrameReader, frames: int = _FRAMES
 ) -> Iterator[Finding]:
-    """Findings about stereo views whose images are partly black, or whose background is another's.
-
-    Depth cameras' pictures may be black where nothing was measured.
-    """
+    """Findings about views whose images are partly black, or whose background is another's."""
     count = reader.frame_count
     spread = np.unique(np.linspace(0, count - 1, min(frames, count)).astype(int))
     sets = [reader.frame_set(int(k)) for k in spread]
     shown: dict[str, list[FloatArray]] = {}
     empty: dict[str, FloatArray] = {}
     for view in recording.views:
+        seen = [s.views[view.name] for s in sets if view.name in s.views]
+        depths = [np.isfinite(one.depth) for one in seen if one.depth is not None]
+        measured = np.any(depths, axis=0) if depths else None
+        where = f"view {view.name}, {'image' if view.left is None else 'right'}"
+        yield from check_stripe(where, [one.image for one in seen], measured)
         if view.left is None:
             continue
-        seen = [s.views[view.name] for s in sets if view.name in s.views]
         lefts = [one.left for one in seen if one.left is not None]
         yield from check_stripe(f"view {view.name}, left", lefts)
-        yield from check_stripe(f"view {view.name}, right", [one.image for one in seen])
         background = reader.background(view.name)
         if background is not None and seen:
             shown[view.name] = [reduced(one.image) for one in seen]
@@ -54,18 +57,29 @@ def check_pictures(
     yield from check_backgrounds(shown, empty)
 
 
-def check_stripe(where: str, images: Sequence[ImageArray]) -> Iterator[Finding]:
-    """Whether whole rows or columns of grey images (H, W) are black in all of them."""
+def check_stripe(
+    where: str, images: Sequence[ImageArray], measured: BoolArray | None = None
+) -> Iterator[Finding]:
+    """Whether whole rows or columns of grey images (H, W) are black in all of them.
+
+    Images of depth cameras may be black where nothing was `measured` (H, W).
+    """
     if not images:
         return
     brightest = np.max([image.max(axis=2) if image.ndim == 3 else image for image in images], 0)
     dark = brightest <= _BLACK
-    share = max(float(dark.all(axis=0).mean()), float(dark.all(axis=1).mean()))
+    known = np.ones_like(dark) if measured is None else measured
+    share = 0.0
+    for axis in (0, 1):
+        shown = known.mean(axis=axis) > _KNOWN
+        black = (dark | ~known).all(axis=axis) & shown
+        share = max(share, float(black.sum()) / max(int(shown.sum()), 1))
     if _LEAST_STRIPE < share < 1.0:
+        part = "the image" if measured is None else "the image where there is depth"
         yield Finding(
             "error" if share > _LARGE_STRIPE else "warning",
             where,
-            f"{100 * share:.0f} % of the image is black in all frames",
+            f"{100 * share:.0f} % of {part} is black in all frames",
             "Check how the file was made: nothing is measured there.",
         )
 

@@ -31,6 +31,15 @@ def test_a_stripe_that_is_always_black_is_told(columns, severity):
     assert f"{100 * columns / 80:.0f} % of the image is black" in finding.what
 
 
+def test_a_depth_camera_may_show_nothing_where_it_measures_nothing():
+    image = scene(1).astype(np.uint8)
+    image[:, :40] = 0
+    measured = np.ones(image.shape, dtype=bool)
+    assert list(check_stripe("view O, image", [image], measured))
+    measured[:, :40] = False
+    assert not list(check_stripe("view O, image", [image], measured))
+
+
 def test_own_backgrounds_have_no_findings():
     empty = {"N": scene(1), "O": scene(2)}
     assert not list(check_backgrounds({n: with_person(one) for n, one in empty.items()}, empty))
