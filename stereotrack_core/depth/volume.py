@@ -3,49 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from functools import cached_property
-from typing import Protocol
+from dataclasses import dataclass
 
-import cv2
 import numpy as np
 
-from stereotrack_core.arrays import BoolArray, Float32Array, FloatArray, ImageArray
-from stereotrack_core.depth.background import (
-    BackgroundModel,
-    empty_scene_model,
-    percentile_model,
-)
-from stereotrack_core.depth.chain import Pictures, rectification_of, source_of
+from stereotrack_core.arrays import FloatArray
+from stereotrack_core.depth.chain import rectification_of
 from stereotrack_core.depth.cloud import DepthGeometry
-from stereotrack_core.depth.match import Region
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.points import Volume
-from stereotrack_core.depth.sources import NEAREST_RANGE, DepthSource, NoDepth, disparity_range
-from stereotrack_core.depth.standing import still_person
-from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.depth.seen_person import AllPictures, SeenPerson
+from stereotrack_core.depth.sources import NEAREST_RANGE, disparity_range
 from stereotrack_core.geometry.upright import UP_AXES, Upright
-from stereotrack_core.recording.description import Recording, View
-from stereotrack_core.recording.reader import ViewImages
+from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.upright import LikelyUp, up_of_cameras
-
-_FRAMES = 10
-"""Frames, spread over the recording, in which the person is looked for."""
-
-_COLUMNS = 320
-"""Width that images are reduced to, so that a wide range of disparities costs little."""
 
 _APART = np.cos(np.radians(30.0))
 """Cosine of the angle between optical axes from which cameras stand around what they look at."""
 
-_NEARER = 1.0
-"""Pixels of disparity, in the reduced images, from which something stands in front of what is there
-at other times."""
-
-_USUAL = 20.0
-"""Percentile of a pixel's disparities that is taken for what is there at other times."""
-
-_OPENED = np.ones((3, 3), np.uint8)
 _FEW_POINTS = 100
 _MOSTLY = 0.6
 """Share of the points inside the default volume from which that one is taken."""
@@ -66,17 +41,7 @@ _TALL, _TALLER = 1.0, 1.5
 """Metres that a person extends along z, and how many times as far as along the axis that is up in
 the images, from which it is the cameras that lie on their sides."""
 
-_ANYWHERE = Volume(np.full(3, -np.inf), np.full(3, np.inf))
-
 _PLACE = ("volume_centre_x", "volume_centre_y", "volume_bottom", "volume_x", "volume_y", "volume_z")
-
-
-class AllPictures(Pictures, Protocol):
-    """Where the images of a whole recording come from; see :class:`FrameReader`."""
-
-    @property
-    def frame_count(self) -> int:
-        """Number of frame sets."""
 
 
 def settled(
@@ -158,7 +123,7 @@ def _settled(
     recording: Recording, parameters: DepthParameters, pictures: AllPictures, views: Sequence[str]
 ) -> tuple[DepthParameters, str]:
     """See :func:`settled`; and what the volume rests on."""
-    person = _Person(recording, parameters, pictures, views)
+    person = SeenPerson(recording, parameters, pictures, views)
     parameters = _upright(recording, parameters, person, views)
     volume, usual = Volume.of(parameters), DepthParameters()
     given = any(getattr(parameters, name) != getattr(usual, name) for name in _PLACE)
@@ -208,7 +173,7 @@ def _enlarged(
 
 
 def _upright(
-    recording: Recording, parameters: DepthParameters, person: _Person, views: Sequence[str]
+    recording: Recording, parameters: DepthParameters, person: SeenPerson, views: Sequence[str]
 ) -> DepthParameters:
     """Parameters that say which axis of the world points up."""
     if parameters.up_axis != "auto":
@@ -220,7 +185,7 @@ def _upright(
     return parameters.replaced(up_axis=likely.axis) if likely.axis != usual else parameters
 
 
-def _stands_along_z(person: _Person, other: Upright) -> bool:
+def _stands_along_z(person: SeenPerson, other: Upright) -> bool:
     """Whether the person's points speak for z against the axis that is up in the images."""
     frames = [points for view in person.seen for points in view if len(points) >= _FEW_POINTS]
     if other.axis == "-z":
@@ -281,136 +246,3 @@ def _searched(
     if parameters.disparity_count != row.default or count <= row.default:
         return parameters
     return parameters.replaced(disparity_count=min(count, int(row.maximum or count)))
-
-
-@dataclass(frozen=True, eq=False)
-class _Person:
-    """Where the person is seen over the whole recording; looked for when that is asked."""
-
-    recording: Recording
-    parameters: DepthParameters
-    pictures: AllPictures
-    views: Sequence[str]
-
-    @cached_property
-    def seen(self) -> list[list[FloatArray]]:
-        """Points (N, 3), world, metres, of the person, by view and frame."""
-        return [view.person() for view in self._reduced]
-
-    def still(self, up: FloatArray) -> list[FloatArray]:
-        """Points (N, 3), world, metres, of a person who does not move at all, by view."""
-        return [view.still_person(up) for view in self._reduced]
-
-    @cached_property
-    def _reduced(self) -> list[_ReducedView]:
-        """The views, which have looked at some frames."""
-        p, pictures = self.parameters, self.pictures
-        reduced = [_ReducedView(self.recording, self.recording.view(n), p) for n in self.views]
-        if p.background_empty_scene:
-            for view in reduced:
-                view.look_at_empty_scene(pictures.background(view.name))
-        frames = range(pictures.frame_count)
-        most = min(_FRAMES, len(frames))
-        for place in np.unique(np.linspace(0, len(frames) - 1, most).astype(int)):
-            images = pictures.frame_set(frames[place]).views
-            for view in reduced:
-                if view.name in images:
-                    view.look(images[view.name])
-        return reduced
-
-
-class _ReducedView:
-    """Looks for the person in reduced images of one view."""
-
-    def __init__(self, recording: Recording, view: View, p: DepthParameters) -> None:
-        self.name = view.name
-        self._shrink = max(1, round(recording.reference_camera(view).width / _COLUMNS))
-        cameras = {n: _reduced(camera, self._shrink) for n, camera in recording.cameras.items()}
-        small = replace(recording, cameras=cameras)
-        coarse = p.replaced(
-            matcher="bm", disparity_minimum=0, disparity_from_volume=False, least_focal=0.0
-        )
-        geometry = rectification_of(small, view, coarse).geometry
-        count = int(np.clip(geometry.focal * geometry.baseline / NEAREST_RANGE, 16, 512))
-        self._source = source_of(small, view, coarse.replaced(disparity_count=count))
-        self._empty: Float32Array | None = None
-        self._seen: list[tuple[Float32Array, BoolArray | None]] = []
-
-    def look_at_empty_scene(self, images: tuple[ImageArray | None, ImageArray] | None) -> None:
-        """Measure what is there when nobody is."""
-        if images is not None and images[0] is not None:
-            found = self._measured(ViewImages(image=images[1], left=images[0]))
-            self._empty = None if found is None else found[0]
-
-    def look(self, images: ViewImages) -> None:
-        """Measure one frame."""
-        found = self._measured(images)
-        if found is not None:
-            self._seen.append(found)
-
-    def _measured(self, images: ViewImages) -> tuple[Float32Array, BoolArray | None] | None:
-        """Disparities and mask (h, w); None without depth."""
-        s, geometry = self._shrink, self._source.geometry
-        sampled = slice(s // 2, s * geometry.height, s), slice(s // 2, s * geometry.width, s)
-        small = ViewImages(
-            image=self._small(images.image),
-            left=None if images.left is None else self._small(images.left),
-            depth=None if images.depth is None else images.depth[sampled],
-            mask=None if images.mask is None else images.mask[sampled],
-        )
-        try:
-            frame = self._source.open(small)
-        except NoDepth:
-            return None
-        depth = self._source if isinstance(self._source, DepthSource) else None
-        mask = None if depth is None else depth.person_mask(small)
-        return frame.disparity(Region.whole(geometry.width, geometry.height)), mask
-
-    def _small(self, image: ImageArray) -> ImageArray:
-        geometry, s = self._source.geometry, self._shrink
-        cut = image[: s * geometry.height, : s * geometry.width]
-        size = geometry.width, geometry.height
-        return cv2.resize(cut, size, interpolation=cv2.INTER_AREA).astype(np.uint8, copy=False)
-
-    def person(self) -> list[FloatArray]:
-        """Points (N, 3), world, metres, of what a mask shows or what is nearer than usually.
-
-        Frame by frame.
-        """
-        found: list[FloatArray] = []
-        if not self._seen:
-            return found
-        limit = self._usual().limit(_NEARER)
-        for disparity, mask in self._seen:
-            shown = np.isfinite(limit) & (disparity > limit) if mask is None else mask
-            opened = cv2.morphologyEx(shown.astype(np.uint8), cv2.MORPH_OPEN, _OPENED)
-            found.append(self._points(opened.astype(bool), self._source.ranges(disparity)))
-        return found
-
-    def still_person(self, up: FloatArray) -> FloatArray:
-        """Points (N, 3), world, metres, of a person who does not move at all."""
-        if not self._seen or self._empty is not None:
-            return np.zeros((0, 3))
-        usual = self._usual()
-        known = np.isfinite(usual.limit(_NEARER))
-        ranges = self._source.ranges(np.where(known, usual.disparity, np.float32(np.nan)))
-        return self._points(still_person(self._source.geometry, _ANYWHERE, ranges, up), ranges)
-
-    def _usual(self) -> BackgroundModel:
-        """What is there at other times, or when nobody is."""
-        if self._empty is not None:
-            return empty_scene_model(self._empty)
-        return percentile_model([disparity for disparity, _ in self._seen], _USUAL)
-
-    def _points(self, shown: BoolArray, ranges: Float32Array) -> FloatArray:
-        v, u = np.nonzero(shown & np.isfinite(ranges))
-        return self._source.geometry.points(u, v, ranges[v, u].astype(np.float64))
-
-
-def _reduced(camera: Camera, shrink: int) -> Camera:
-    """The camera as its images are reduced by a whole number."""
-    matrix = camera.matrix.copy()
-    matrix[:2] /= shrink
-    matrix[:2, 2] += 0.5 / shrink - 0.5  # the centre of the first pixel is (0, 0)
-    width, height = camera.width // shrink, camera.height // shrink
-    return replace(camera, matrix=matrix, width=width, height=height)
