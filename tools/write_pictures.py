@@ -34,7 +34,9 @@ def main(demo: Path, docs: Path) -> int:
     from stereotrack_core.cli.demo import made_demo
 
     places = made_demo(demo)
-    runs = [_run_of(places.recording, demo / f"{preset}.npz", preset) for preset in PRESETS]
+    stored = demo / "runs"  # not beside the recording, where the window would offer them
+    stored.mkdir(exist_ok=True)
+    runs = [_run_of(places.recording, stored / f"{preset}.npz", preset) for preset in PRESETS]
     os.environ["QT_QPA_PLATFORM"] = "offscreen"
     prepare(needs_screen=False)
     load_qt()

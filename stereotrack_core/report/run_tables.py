@@ -13,7 +13,7 @@ from stereotrack_core.evaluation.accuracy import Accuracy
 from stereotrack_core.evaluation.failure_segments.segment import CAUSE_WORDS, limbs_words
 from stereotrack_core.evaluation.joint_angles.motion import StretchMotion
 from stereotrack_core.evaluation.summary import CALLED, Summary, root_mean
-from stereotrack_core.recording.description import Recording, View
+from stereotrack_core.recording.description import LENGTHS, Recording, View
 from stereotrack_core.report.reported import Reported
 from stereotrack_core.tables import Table, number
 from stereotrack_core.tracking.frame import Run
@@ -126,7 +126,7 @@ def tables(reported: Reported) -> dict[str, Table | None]:
 def _lengths(run: Run) -> Table:
     """The person's measured lengths."""
     stated = run.meta.get("subject") or {}
-    known = {key.replace("_", " "): value for key, value in stated.items() if key != "name"}
+    known = {name.replace("_", " "): stated[name] for name in LENGTHS if name in stated}
     values = ["average" if value is None else f"{1000.0 * value:.0f}" for value in known.values()]
     columns = ("", *(f">{key.removesuffix(' length')}" for key in known))
     return Table("", columns, [("length [mm]", *values)])
