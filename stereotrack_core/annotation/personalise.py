@@ -17,13 +17,17 @@ from types import MappingProxyType
 import numpy as np
 
 from stereotrack_core.annotation.click import Click
+from stereotrack_core.annotation.click_points import MeasuredLength
 from stereotrack_core.annotation.fit.fit import ClickFit
 from stereotrack_core.arrays import BoolArray, FloatArray
 from stereotrack_core.body.model import BodyModel, landmarks_of_frames
 from stereotrack_core.body.offsets import NO_OFFSETS, TRUNK, offset_axes
+from stereotrack_core.body.parameters import BodyShape
 from stereotrack_core.body.pose import PartFrames, Pose
+from stereotrack_core.body.proportions import AVERAGE, Proportions
 from stereotrack_core.body.skeleton import TORSO
 from stereotrack_core.recording.landmarks import LANDMARKS
+from stereotrack_core.tracking.shape_fit import LENGTH_SIGMAS, FreeBody
 
 _SPREAD: Mapping[str, tuple[tuple[float, float, float], float]] = MappingProxyType(
     {
@@ -56,6 +60,10 @@ _TOGETHER = 2.0
 """Factor on the clicks' variances: landmarks of one trunk are off together, and count as one
 another's witnesses here. What the fit says of them jointly is too sure of their differences: with
 it, ten frames clicked at 10 px made things worse."""
+
+_LENGTH_OFF = 0.02
+"""Metres by which one clicked length is off at least; how far a few of them scatter says little,
+so that all lengths are believed to scatter as much as their median does."""
 
 _ONE_RADIAN = 0.45  # metres of the trunk, over which bending turns it
 _KNOWN = 0.10  # metres of standard deviation beyond which the clicks do not show a landmark
@@ -116,6 +124,38 @@ class PersonalOffsets:
         w = weights.ravel() / torso_length
         slope, variance = float(w @ self.offsets.ravel()), float(w @ self.covariance @ w)
         return float(np.degrees(slope)), float(np.degrees(np.sqrt(variance)))
+
+
+def lengths_by_clicks(measured: Mapping[str, MeasuredLength]) -> Proportions:
+    """Lengths that a few clicked frames tell, held to those of average people.
+
+    People differ in height, which moves all lengths together, and apart from it
+    (:data:`LENGTH_SIGMAS`). Lengths that are clicked roughly or in few frames change little, but
+    those that are clicked well also say how long the others are.
+
+    Parameters
+    ----------
+    measured : mapping from str to MeasuredLength
+        As :func:`measured_lengths` gives them.
+    """
+    free = FreeBody(AVERAGE, BodyShape(), lengths=tuple(LENGTH_SIGMAS), surface=())
+    A, b = free.information, np.zeros(len(free.lengths))
+    every = [one.sigma * np.sqrt(one.count) for one in measured.values()]
+    scatter = max(_LENGTH_OFF, float(np.median(every)) if every else 0.0)
+    for name, one in measured.items():
+        expected = float(getattr(AVERAGE, name))
+        row = np.zeros(len(b))
+        if name == "elbow_to_hand":
+            share = AVERAGE.forearm_length / expected
+            row[free.lengths.index("forearm_length")] = share
+            row[free.lengths.index("hand_length")] = 1.0 - share
+        else:
+            row[free.lengths.index(name)] = 1.0
+        sigma = float(np.hypot(one.sigma, scatter / np.sqrt(one.count))) / expected
+        A = A + np.outer(row, row) / sigma**2
+        b = b + row * np.log(one.length / expected) / sigma**2
+    theta: FloatArray = np.asarray(np.linalg.solve(A, b), dtype=np.float64)
+    return free.parts(theta)[0]
 
 
 def clicked_frame(

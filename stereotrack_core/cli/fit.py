@@ -38,7 +38,7 @@ from stereotrack_core.cli.arguments import (
     option,
 )
 from stereotrack_core.cli.output import OK, put_json, put_table, say
-from stereotrack_core.cli.personal import personalise
+from stereotrack_core.cli.personal import MEASURED, personal_lengths, personalise
 from stereotrack_core.cli.progress import progress, stoppable
 from stereotrack_core.counting import counted, spread_words
 from stereotrack_core.errors import InputError
@@ -112,7 +112,6 @@ OPTIONS = (
 )
 
 
-_MEASURED = "measured"
 _LISTED = 20
 """Probable outliers that are listed one by one."""
 
@@ -133,9 +132,10 @@ def run(args: Namespace) -> int:
     frames = frames_within(args.frames, count)
     gaps = [asked_frames(text, count, "--gap") for text in args.gaps]
     clicks = read_clicks(args.clicks, recording, frames=count).checked()
-    proportions = _proportions(args.subject, recording, clicks)
     if args.personalise:
-        return personalise(args, recording, clicks, proportions, settings, sigma)
+        lengths = personal_lengths(args, recording, clicks)
+        return personalise(args, recording, clicks, lengths, settings, sigma)
+    proportions = _proportions(args.subject, recording, clicks)
     with progress("Reading", len(frames)) as show, stoppable() as stopped:
         fit = fit_reference(
             recording,
@@ -193,7 +193,7 @@ def _sigma(given: float | None) -> float:
 def _proportions(subject: str | None, recording: Recording, clicks: Sequence[Click]) -> Proportions:
     if subject is None:
         return proportions_of(recording.subject)
-    if subject != _MEASURED:
+    if subject != MEASURED:
         return proportions_of(read_subject(Path(subject)))
     lengths = lengths_of_clicks(clicks, recording.cameras, LANDMARKS, "--subject")
     return proportions_of(subject_of(recording.name, lengths))

@@ -11,23 +11,30 @@ from pathlib import Path
 import numpy as np
 
 from stereotrack_core.annotation.click import Click, measurements
+from stereotrack_core.annotation.click_points import click_pixels, measured_lengths
 from stereotrack_core.annotation.fit.fit import ClickFit, clicks_in
 from stereotrack_core.annotation.fit.settings import FitSettings
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.annotation.personalise import (
     PersonalOffsets,
     clicked_frame,
+    lengths_by_clicks,
     personal_offsets,
 )
 from stereotrack_core.body.offsets import offsets_by_landmark
-from stereotrack_core.body.proportions import Proportions
+from stereotrack_core.body.proportions import Proportions, proportions_of
 from stereotrack_core.cli.arguments import check_suffix
 from stereotrack_core.cli.output import OK, put_json, put_table, say
 from stereotrack_core.cli.progress import progress, stoppable
 from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.run_file import read_run
-from stereotrack_core.recording.description import Recording, Subject, write_subject
+from stereotrack_core.recording.description import (
+    Recording,
+    Subject,
+    read_subject,
+    write_subject,
+)
 from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.tables import Table
 from stereotrack_core.tracking.frame import Run
@@ -38,6 +45,19 @@ from stereotrack_core.tracking.run_spec import RunSpec
 from stereotrack_core.tracking.stored import body_of_run, pose_of_run, subject_of_meta
 
 _PRESET = "accurate"
+
+MEASURED = "measured"
+"""What ``--subject`` names instead of a file: lengths measured from the clicks."""
+
+
+def personal_lengths(args: Namespace, recording: Recording, clicks: Sequence[Click]) -> Proportions:
+    """Lengths of a subject file, or those that the clicks tell where there is none."""
+    if args.subject not in (None, MEASURED):
+        return proportions_of(read_subject(Path(args.subject)))
+    if args.subject is None and recording.subject is not None:
+        return proportions_of(recording.subject)
+    used = clicks_in(recording, clicks, args.views)
+    return lengths_by_clicks(measured_lengths(click_pixels(used, recording.cameras, LANDMARKS)))
 
 
 def personalise(

@@ -1,23 +1,26 @@
 """Where the bones lie, estimated from a few clicked frames."""
 
+import dataclasses
 from functools import cache
 
 import numpy as np
 import pytest
 
 from stereotrack_core.annotation.click import Click, measurements
+from stereotrack_core.annotation.click_points import ENDS_OF_LENGTHS, MeasuredLength
 from stereotrack_core.annotation.fit.fit import ClickFit
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.annotation.personalise import (
     ClickedFrame,
     clicked_frame,
+    lengths_by_clicks,
     personal_offsets,
     prior_covariance,
 )
 from stereotrack_core.body.model import body_of_subject, landmarks
 from stereotrack_core.body.offsets import offsets_by_landmark, with_offsets
 from stereotrack_core.body.pose import Pose, hanging_pose
-from stereotrack_core.body.proportions import AVERAGE
+from stereotrack_core.body.proportions import AVERAGE, Proportions
 from stereotrack_core.body.skeleton import FOREARMS, UPPER_ARMS
 from stereotrack_core.geometry.rotation import rotation_from_vector
 from stereotrack_core.recording.description import Subject
@@ -150,3 +153,22 @@ def test_offsets_that_the_tracked_body_had_are_left_out():
     known = body_of_subject(Subject("P", **vars(AVERAGE), offsets=offsets_by_landmark(TRUE)))
     again = clicked_frame(0, [], ClickFit(cameras("plain"), NINE, AVERAGE), known, upright(0))
     np.testing.assert_allclose(again.tracked, one.tracked, atol=1e-12)
+
+
+def measured_of(lengths, sigma, count):
+    """What clicks say of a person's lengths."""
+    values = {**dataclasses.asdict(lengths), "elbow_to_hand": lengths.elbow_to_hand}
+    names = {name for _, name, _ in ENDS_OF_LENGTHS}
+    return {name: MeasuredLength(values[name], sigma, count) for name in names}
+
+
+def test_clicked_lengths_are_held_to_those_of_people():
+    assert lengths_by_clicks({}) == AVERAGE
+    tall = Proportions(**{k: 1.1 * v for k, v in dataclasses.asdict(AVERAGE).items()})
+    well = lengths_by_clicks(measured_of(tall, 0.001, 400))
+    for name, length in dataclasses.asdict(well).items():
+        assert length == pytest.approx(getattr(tall, name), rel=0.01)
+    rough = lengths_by_clicks(measured_of(tall, 0.08, 3))
+    assert AVERAGE.torso_length < rough.torso_length < 1.07 * AVERAGE.torso_length
+    torso = {"torso_length": MeasuredLength(tall.torso_length, 0.002, 40)}
+    assert lengths_by_clicks(torso).forearm_length > 1.03 * AVERAGE.forearm_length
