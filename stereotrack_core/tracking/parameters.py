@@ -142,7 +142,7 @@ class TrackingParameters(ParameterGroup):
     )
     keypoint_sigma: float = parameter(0.04, "Keypoints", (0.001, 1.0), unit="m")(
         "Standard deviation of a sure keypoint of a 2-D detector, at the distance of the person; "
-        "the variance is divided by the confidence."
+        "it is divided by the confidence."
     )
 
     @property

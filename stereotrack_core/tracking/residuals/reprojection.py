@@ -26,12 +26,13 @@ _FLOOR = 2.0
 """Pixels. No detector is more exact."""
 
 _LEAST_SURE = 0.2
-"""Confidence below which a keypoint is as uncertain as with it."""
+"""Confidence below which a keypoint is as uncertain as with it; standard deviations are divided by
+it."""
 
-MEETING_GATE = 0.12
+MEETING_GATE = 0.15
 """Metres by which a ray may miss the point in which others meet."""
 
-_SCALE, _SETTLED_SCALE = 0.15, 0.4
+_SCALE, _SETTLED_SCALE = 0.25, 0.4
 """Metres from the pose at which a keypoint loses three quarters of its weight, and one that enough
 cameras agree on."""
 
@@ -146,7 +147,7 @@ class KeypointFit:
         if not len(k):
             return ()
         sure = np.clip(seen.confidence[k, v], _LEAST_SURE, 1.0)
-        own = (self.sigma**2 / sure + placed.slack[k] ** 2) * self.metre[k, v] ** 2
+        own = (self.sigma**2 / sure**2 + placed.slack[k] ** 2) * self.metre[k, v] ** 2
         variance = (own + _FLOOR**2) / weight[k, v]
         points = PinholePoints(
             placed.part[k], placed.point[k], seen.rotation[v], seen.translation[v], seen.focal[v]
