@@ -24,6 +24,8 @@ PRESETS = ("thesis", "accurate")
 SIZE, SMALL = (1400, 840), (1240, 740)
 BOARD, POSITIONS = ("9x6", 0.09), 40
 """The board that is calibrated with, and in how many places it is rendered."""
+CALM_LOOKS = 3
+"""So often nothing is under way before a picture is taken."""
 REPORT_PAGE = 1
 """The one with the curves; the first one is 0."""
 
@@ -100,10 +102,13 @@ def _calibration(recording: Path, boards: Path, docs: Path) -> bool:
     calibration.set_board(chessboard(*BOARD))
     while calibration.state.step != "world":
         calibration.go_on()
-        while calibration.state.busy is not None or not program.context.tasks.settled():
+        calm = 0
+        while calm < CALM_LOOKS:  # widgets are laid out after what they show has come
             loop = QEventLoop()
             QTimer.singleShot(200, loop.quit)
             loop.exec()
+            busy = calibration.state.busy is not None or not program.context.tasks.settled()
+            calm = 0 if busy else calm + 1
         if calibration.state.step == "lenses":
             write_picture(docs / "calibrate-lenses.png", program.window.grab())
     return program.picture(docs / "calibrate-world.png", say, SMALL)

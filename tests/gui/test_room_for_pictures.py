@@ -219,6 +219,7 @@ def test_tabs_of_panels_that_share_a_place_are_seen(opened):
     for name in ("annotate", "track", "annotate", "review", "tune", "annotate"):
         docks.show_named(name)
         QApplication.processEvents()
-        bars = [bar for bar in opened.findChildren(QTabBar) if bar.count()]
+        direct = Qt.FindChildOption.FindDirectChildrenOnly
+        bars = [bar for bar in opened.findChildren(QTabBar, options=direct) if bar.count()]
         assert bars
         assert all(bar.isVisible() and bar.x() >= 0 for bar in bars), name

@@ -102,7 +102,7 @@ class WorldPage(QWidget):
 
     def __init__(self, calibration: CalibrationController) -> None:
         super().__init__()
-        self.cameras, self.whole = PlainTable("Cameras"), PlainTable("All together")
+        self.cameras, self.whole = PlainTable("Cameras"), PlainTable("All together", most=24)
         self.tree = _Pictures(calibration)
         errors = QWidget()
         errors.setLayout(vbox(self.cameras, self.whole, None, margins=(0, 6, 0, 0)))
