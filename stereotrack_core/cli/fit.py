@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from stereotrack_core.annotation.click import USUAL_SIGMA, Click, ClickKey
+from stereotrack_core.annotation.click import Click, ClickKey
 from stereotrack_core.annotation.click_points import lengths_of_clicks, subject_of
 from stereotrack_core.annotation.doubts import (
     doubtful_camera,
@@ -40,10 +40,10 @@ from stereotrack_core.cli.arguments import (
 from stereotrack_core.cli.output import OK, put_json, put_table, say
 from stereotrack_core.cli.personal import MEASURED, personal_lengths, personalise
 from stereotrack_core.cli.progress import progress, stoppable
+from stereotrack_core.cli.sources import clicks_in_file
 from stereotrack_core.counting import counted, spread_words
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera_agreement import Disagreement
-from stereotrack_core.interop.labels import read_clicks
 from stereotrack_core.interop.reference_npz import check_reference_file, export_reference
 from stereotrack_core.parameters import parsed_settings
 from stereotrack_core.recording.description import Recording, read_subject
@@ -79,7 +79,12 @@ OPTIONS = (
         type=Path,
         dest="tracked",
     ),
-    option("--clicks CSV", "clicks: frame,view,landmark,x,y,visibility", type=Path, required=True),
+    option(
+        "--clicks CSV|PROJECT",
+        "clicks: frame,view,landmark,x,y,visibility; or a project",
+        type=Path,
+        required=True,
+    ),
     option(
         "-o --output REFERENCE",
         "output file: .csv (as reference.csv) or .npz (with covariances); with --personalise a "
@@ -99,7 +104,8 @@ OPTIONS = (
     ),
     option(
         "--sigma PX",
-        "standard deviation of a click on a visible landmark, per axis (default: 3)",
+        "standard deviation of a click on a visible landmark, per axis (default: 3, or what "
+        "the project has measured)",
         type=float,
     ),
     option(
@@ -122,7 +128,7 @@ def run(args: Namespace) -> int:
         check_suffix(args.output, ".toml")
     else:
         check_reference_file(args.output)
-    settings, sigma = _settings(args), _sigma(args.sigma)
+    settings, stated = _settings(args), _sigma(args.sigma)
     recording = open_recording(args.recording)
     check_calibrated(recording)
     check_output(args.output, recording)
@@ -131,7 +137,8 @@ def run(args: Namespace) -> int:
         count = reader.frame_count
     frames = frames_within(args.frames, count)
     gaps = [asked_frames(text, count, "--gap") for text in args.gaps]
-    clicks = read_clicks(args.clicks, recording, frames=count).checked()
+    clicks, usual = clicks_in_file(args.clicks, recording, count)
+    sigma = usual if stated is None else stated
     if args.personalise:
         lengths = personal_lengths(args, recording, clicks)
         return personalise(args, recording, clicks, lengths, settings, sigma)
@@ -178,10 +185,8 @@ def _settings(args: Namespace) -> FitSettings:
     return settings.replaced(use_depth=False) if args.no_depth else settings
 
 
-def _sigma(given: float | None) -> float:
-    if given is None:
-        return USUAL_SIGMA
-    if not (np.isfinite(given) and given > 0.0):
+def _sigma(given: float | None) -> float | None:
+    if given is not None and not (np.isfinite(given) and given > 0.0):
         raise InputError(
             f"{given:g} px is not a standard deviation",
             where="--sigma",

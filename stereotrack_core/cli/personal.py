@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from argparse import Namespace
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -66,7 +66,7 @@ def personalise(
     clicks: Sequence[Click],
     proportions: Proportions,
     settings: FitSettings,
-    sigma: float,
+    sigma: Mapping[str, float] | float,
 ) -> int:
     """Estimate, print, and write the subject file."""
     check_suffix(args.output, ".toml")

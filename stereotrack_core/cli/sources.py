@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from stereotrack_core.annotation.click import click_detections
+from stereotrack_core.annotation.click import USUAL_SIGMA, Click, click_detections
 from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.atomic import write_file
 from stereotrack_core.cli.output import say
@@ -149,19 +149,28 @@ def say_if_unfinished(path: Path, run: Run) -> None:
         )
 
 
+def clicks_in_file(
+    path: Path, recording: Recording, frames: int
+) -> tuple[Sequence[Click], Mapping[str, float] | float]:
+    """Clicks of a project or of a file of clicks, and their usual standard deviation in pixels.
+
+    A project knows that of each landmark. Clicks in cameras that the recording does not have are
+    left out. Raises InputError where they cannot be read.
+    """
+    if path.suffix != SUFFIX:
+        return read_clicks(path, recording, frames=frames).checked(), USUAL_SIGMA
+    with open_project(path) as project:
+        every, sigma = project.clicks.all(), project.click_sigmas()
+    return [one for one in every if one.camera in recording.cameras], sigma
+
+
 def clicks_for_tracking(path: Path, recording: Recording, frames: int) -> Detections:
     """Clicks of a project, or of a file of clicks, as measurements of the tracker.
 
     Raises InputError where they cannot be read, or none is of the nine landmarks.
     """
-    source = str(path.resolve())
-    if path.suffix == SUFFIX:
-        with open_project(path) as project:
-            sigma, clicks = project.click_sigmas(), project.clicks.all()
-            found = click_detections(clicks, recording.cameras, sigma, source)
-    else:
-        clicks = read_clicks(path, recording, frames=frames).checked()
-        found = click_detections(clicks, recording.cameras, source=source)
+    clicks, sigma = clicks_in_file(path, recording, frames)
+    found = click_detections(clicks, recording.cameras, sigma, str(path.resolve()))
     if not len(found):
         raise InputError(
             "there is no click on any of the nine landmarks",

@@ -9,10 +9,12 @@ import pytest
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.evaluation.errors import errors_against
-from stereotrack_core.interop.labels import write_clicks
+from stereotrack_core.interop.labels import read_clicks, write_clicks
 from stereotrack_core.interop.reference_npz import read_reference
 from stereotrack_core.interop.run_file import read_run
 from stereotrack_core.interop.trc import read_trc
+from stereotrack_core.project.clicks import PlaceClicks
+from stereotrack_core.project.project import Project
 from stereotrack_core.recording.description import Recording, Stream, View, read_subject
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.landmarks import LANDMARKS, read_landmarks
@@ -221,3 +223,14 @@ def test_clicks_are_measurements_of_a_run(run, recording, clicks, tmp_path):
     )
     assert refused.status != 0
     assert "does not use clicks" in refused.err
+
+
+def test_clicks_of_a_project_are_taken_like_those_of_a_file(run, recording, clicks, tmp_path):
+    opened, project = open_recording(recording), tmp_path / "my.stereotrack"
+    with Project.create(project, recording, who="A") as made:
+        made.apply(PlaceClicks(read_clicks(clicks, opened).checked()))
+    for source, name in ((clicks, "a.csv"), (project, "b.csv")):
+        options = ("--clicks", source, "-o", tmp_path / name, "--no-depth")
+        assert run("fit", recording, *options).status == 0
+    one, other = (read_landmarks(tmp_path / name).points for name in ("a.csv", "b.csv"))
+    np.testing.assert_allclose(one, other, atol=1e-9)
