@@ -38,7 +38,7 @@ def write_cloud(
     header = [
         "ply",
         "format binary_little_endian 1.0",
-        "comment unit: metre, world frame, z up, y north",
+        "comment unit: metre, world frame of the recording",
         f"comment frame: {frame}",
         *(f"comment view {k}: {name}" for k, name in enumerate(view_names)),
         f"element vertex {len(vertices)}",
