@@ -29,7 +29,7 @@ _FARTHEST = 0.25
 _APART, _LEAST_MOTION = 6, 0.1
 """Frames within which points move by so many metres."""
 
-_FEWEST, _MOST_POINTS = 100, 150
+_FEWEST, _MOST_POINTS = 40, 150
 """Points without which nothing is said, and those of a frame that are asked."""
 
 _LEAST, _WRONG = 0.75, 2.0

@@ -46,8 +46,6 @@ def check_pictures(
         measured = np.any(depths, axis=0) if depths else None
         where = f"view {view.name}, {'image' if view.left is None else 'right'}"
         yield from check_stripe(where, [one.image for one in seen], measured)
-        if view.left is None:
-            continue
         lefts = [one.left for one in seen if one.left is not None]
         yield from check_stripe(f"view {view.name}, left", lefts)
         background = reader.background(view.name)
