@@ -13,15 +13,24 @@ from stereotrack_core.interop.keypoints.source import KeypointSource
 from stereotrack_core.project.whereabouts import SUFFIX
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.keypoints import Keypoints
+from stereotrack_core.tracking.parameters import Settings
 
 
-def stated_keypoints(path: Path | None, recording: Recording) -> Keypoints | None:
+def stated_keypoints(
+    path: Path | None, recording: Recording, settings: Settings
+) -> Keypoints | None:
     """What is in a project or in a detector's file; None where none is named.
 
-    Raises InputError where there are none.
+    Raises InputError where there are none, or the settings' tracker does not use them.
     """
     if path is None:
         return None
+    if settings.tracking.matching == "model_to_data":
+        raise InputError(
+            "this preset does not use keypoints",
+            where="--keypoints",
+            remedy="Choose --preset accurate or fast, or omit --keypoints.",
+        )
     if path.suffix.lower() != SUFFIX:
         found = read_keypoints(KeypointSource(path, recording))
         if found.left_out:

@@ -160,7 +160,7 @@ def plan_of(args: Namespace, recording: Recording, output: UnfinishedOutput) -> 
 def _plan(args: Namespace, recording: Recording) -> TrackPlan:
     name = args.preset or USUAL_PRESET
     settings = preset(name, args.changes)
-    keypoints = stated_keypoints(args.keypoints, recording)
+    keypoints = stated_keypoints(args.keypoints, recording, settings)
     views = tracked_views(recording, views_of(recording, args.views), keypoints)
     frames = frames_within(args.frames, _count(recording, views))
     spec = RunSpec(
@@ -187,7 +187,8 @@ def _plan_like(args: Namespace, recording: Recording) -> TrackPlan:
         say(f"{args.like}: {sentence}")
     if said:
         say(f"Taken from the command line instead of the run: {', '.join(said)}.")
-    keypoints = stated_keypoints(args.keypoints, recording)
+    preset_name, settings = _settings(args, stored)
+    keypoints = stated_keypoints(args.keypoints, recording, settings)
     if otherwise := stored.check_keypoints(keypoints):
         say(otherwise)
     asked = views_of(recording, args.views) or stored.spec.views
@@ -199,7 +200,6 @@ def _plan_like(args: Namespace, recording: Recording) -> TrackPlan:
             where=str(args.like),
             remedy="Set the initial pose with --init.",
         )
-    preset_name, settings = _settings(args, stored)
     spec = dataclasses.replace(
         stored.spec,
         settings=settings,
@@ -224,7 +224,7 @@ def _plan_resumed(args: Namespace, recording: Recording, output: UnfinishedOutpu
     run = begun.run()
     check_run(output.part, run)
     stored = stored_spec(run)
-    keypoints = stated_keypoints(args.keypoints, recording)
+    keypoints = stated_keypoints(args.keypoints, recording, stored.spec.settings)
     views = tracked_views(recording, stored.spec.views, keypoints)
     detections, heard_else = stored.detections_in(recording)
     heard = heard_else, stored.check_keypoints(keypoints)

@@ -6,8 +6,8 @@ They are a program's predictions, never clicks. Places are pixels of the raw pic
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, fields
 from typing import TypeAlias
 
 import numpy as np
@@ -76,10 +76,10 @@ Row: TypeAlias = tuple[int, str, str, float, float, float, str, int]
 def keypoints_of(rows: Iterable[Row]) -> Keypoints:
     """Table of these rows; those without a finite place are left out.
 
-    The order within a frame stays; a confidence outside of 0 to 1 becomes the nearer of them, one
-    that is not known 1.
+    They are sorted by frame, camera, source, person and keypoint. A confidence outside of 0 to 1
+    becomes the nearer of them, one that is not known 1.
     """
-    kept = sorted((row for row in rows if np.isfinite(row[3:5]).all()), key=lambda row: row[0])
+    kept = sorted((row for row in rows if np.isfinite(row[3:5]).all()), key=_place_in_table)
     frame, camera, keypoint, x, y, confidence, source, person = (
         zip(*kept, strict=True) if kept else ((),) * 8
     )
@@ -95,6 +95,10 @@ def keypoints_of(rows: Iterable[Row]) -> Keypoints:
     )
 
 
+def _place_in_table(row: Row) -> tuple[int, str, str, int, str]:
+    return row[0], row[1], row[6], row[7], row[2]
+
+
 def rows_of(keypoints: Keypoints) -> Iterator[Row]:
     """The rows as plain values."""
     columns = [
@@ -104,22 +108,6 @@ def rows_of(keypoints: Keypoints) -> Iterator[Row]:
         zip(*columns, strict=True), keypoints.place.tolist(), strict=True
     ):
         yield frame, camera, keypoint, x, y, sure, source, person
-
-
-def joined(tables: Sequence[Keypoints]) -> Keypoints:
-    """All rows of several tables, in the order of their frames."""
-    if not tables:
-        return keypoints_of(())
-    whole = Keypoints(
-        *(np.concatenate([getattr(t, one.name) for t in tables]) for one in fields(Keypoints))
-    )
-    return whole[np.argsort(whole.frame, kind="stable")]
-
-
-def renamed(keypoints: Keypoints, names: Mapping[str, str]) -> Keypoints:
-    """With keypoints called otherwise; those that are not named stay."""
-    own = [names.get(name, name) for name in keypoints.keypoint.tolist()]
-    return replace(keypoints, keypoint=np.array(own, dtype=np.str_))
 
 
 def of_one_person(keypoints: Keypoints) -> Keypoints:

@@ -142,7 +142,7 @@ def usable_views(recording: Recording, views: Sequence[str] | None) -> tuple[str
             "no view provides depth, so there is nothing to track",
             where=str(recording.folder / "recording.toml"),
             remedy="Tracking needs a view of kind stereo or depth, or keypoints of a 2-D detector "
-            "in at least two mono views (--keypoints).",
+            "in at least two mono views (`stereotrack track --keypoints`).",
         )
     if views is None:
         return deep

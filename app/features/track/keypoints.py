@@ -28,7 +28,8 @@ class RunKeypoints(QObject):
     def for_run(self) -> Keypoints | None:
         """What the next run is tracked with; None where that is nothing."""
         project = self._session.project.project
-        if project is None or not self.wanted or not self._cameras():
+        used = self._session.track.settings.tracking.matching == "data_to_model"
+        if project is None or not (used and self.wanted and self._cameras()):
             return None
         return project.keypoints.all()
 

@@ -159,8 +159,8 @@ def test_a_wide_table_with_shares_of_the_image(recording, tmp_path):
     found = read(path, recording)
     assert plain(found) == [
         (4, "cam1", "left_wrist", 319.5, 119.5, 0.75),
-        (5, "cam1", "left_wrist", 319.5, 239.5, 0.5),
         (5, "cam1", "left_elbow", 159.5, 239.5, 1.0),
+        (5, "cam1", "left_wrist", 319.5, 239.5, 0.5),
     ]
     assert found.left_out == {"without a place": 1}
 
