@@ -22,6 +22,16 @@ _SAME_SHARE, _SAME_M = 0.1, 0.03
 
 _MOST_CANDIDATES = 400
 
+_NEARLY = 0.7
+"""Share of the most votes from which a place is compared by the pictures, too: with few frames, of
+which each allows several places, votes alone say little."""
+
+_COMPARED, _FRAMES_COMPARED = 12, 12
+"""Places, and frames in which they are compared."""
+
+_FAR_PX = 50.0
+"""Median error of a picture that says no more than that the place does not fit it."""
+
 
 @dataclass(frozen=True, eq=False)
 class Connected:
@@ -44,19 +54,19 @@ def connected(sightings: Sequence[Sightings], lenses: Sequence[Lens], board: Boa
 
     Raises InputError, which names the groups, where cameras are not connected.
     """
-    poses = [_poses(one, lens, board) for one, lens in zip(sightings, lenses, strict=True)]
+    seen = [_Seen(one, lens, board) for one, lens in zip(sightings, lenses, strict=True)]
     count = len(sightings)
     shared, agreeing = np.zeros((count, count), dtype=np.int64), np.zeros((count, count), dtype=int)
     relative: dict[tuple[int, int], RigidTransform] = {}
     for a, b in combinations(range(count), 2):
-        common = sorted(set(poses[a]) & set(poses[b]))
+        common = sorted(seen[a].poses.keys() & seen[b].poses.keys())
         shared[a, b] = shared[b, a] = len(common)
         if common:
-            one, votes = _most_agreed(poses[a], poses[b], common)
+            one, votes = _most_agreed(seen[a], seen[b], common)
             relative[a, b], relative[b, a] = one, one.inverse()
             agreeing[a, b] = agreeing[b, a] = votes
     cameras = _spanned(agreeing, relative, [one.camera for one in sightings])
-    boards = _boards(poses, sightings, lenses, cameras, board)
+    boards = _boards(seen, cameras)
     placed = [_placed(one, boards) for one in sightings]
     numbered = tuple(
         _renumbered(one, lens, pose, boards, board) if board.ambiguous else one
@@ -65,16 +75,30 @@ def connected(sightings: Sequence[Sightings], lenses: Sequence[Lens], board: Boa
     return Connected(tuple(cameras), boards, numbered, shared)
 
 
-def _poses(sightings: Sightings, lens: Lens, board: Board) -> dict[int, list[RigidTransform]]:
-    """Possible poses camera_from_board by frame."""
-    found = {}
-    for frame, pixels in zip(sightings.frames.tolist(), sightings.pixels, strict=True):
-        own = board_poses(lens, board.corners, pixels)
-        if board.ambiguous:
-            own += [pose @ _half_turn(board) for pose in own]
-        if own:
-            found[frame] = own
-    return found
+class _Seen:
+    """The boards that one camera saw, and where they may be."""
+
+    def __init__(self, sightings: Sightings, lens: Lens, board: Board) -> None:
+        self._lens, self._board = lens, board
+        self._pixels = dict(zip(sightings.frames.tolist(), sightings.pixels, strict=True))
+        self.poses: dict[int, list[RigidTransform]] = {}
+        """Possible poses camera_from_board by frame."""
+        for frame, pixels in self._pixels.items():
+            own = board_poses(lens, board.corners, pixels)
+            if board.ambiguous:
+                own += [pose @ _half_turn(board) for pose in own]
+            if own:
+                self.poses[frame] = own
+
+    def off(self, camera_from_board: RigidTransform, frame: int) -> float:
+        """Median error of the frame's corners in pixels, for a pose of the board."""
+        pixels = self._pixels[frame]
+        return float(
+            np.nanmedian(corner_errors(self._lens, camera_from_board, pixels, self._board))
+        )
+
+    def __contains__(self, frame: int) -> bool:
+        return frame in self._pixels
 
 
 def _placed(sightings: Sightings, boards: dict[int, RigidTransform]) -> Sightings:
@@ -88,15 +112,16 @@ def _half_turn(board: Board) -> RigidTransform:
     return RigidTransform(np.diag([-1.0, -1.0, 1.0]), 2 * middle)
 
 
-def _most_agreed(
-    of_a: dict[int, list[RigidTransform]], of_b: dict[int, list[RigidTransform]], common: list[int]
-) -> tuple[RigidTransform, int]:
-    """The pose a_from_b that most common frames agree on, and how many these are."""
+def _most_agreed(a: _Seen, b: _Seen, common: list[int]) -> tuple[RigidTransform, int]:
+    """The pose a_from_b that most common frames agree on, and how many these are.
+
+    Of poses that nearly as many agree on, the one that fits the pictures best.
+    """
     step = max(1, 4 * len(common) // _MOST_CANDIDATES)
     candidates, owner = [], []
     for frame in common[::step]:
-        for one in of_a[frame]:
-            for other in of_b[frame]:
+        for one in a.poses[frame]:
+            for other in b.poses[frame]:
                 candidates.append(one @ other.inverse())
                 owner.append(frame)
     turns = np.array([one.rotation for one in candidates])
@@ -112,8 +137,27 @@ def _most_agreed(
     total = votes.sum(axis=1)
     # Of equally many votes the one in the middle of those that agree.
     spread = np.where(same, apart, 0.0).sum(axis=1) / np.maximum(same.sum(axis=1), 1)
-    best = int(np.lexsort((spread, -total))[0])
+    leading: list[int] = []
+    for i in np.lexsort((spread, -total)).tolist():
+        if total[i] >= _NEARLY * total.max() and not same[i, leading].any():
+            leading.append(i)
+    asked = common[:: -(-len(common) // _FRAMES_COMPARED)]
+    off = [
+        sum(_misfit(a, b, candidates[i], frame) for frame in asked) if len(leading) > 1 else 0.0
+        for i in leading[:_COMPARED]
+    ]
+    best = leading[int(np.argmin(off))]
     return candidates[best], int(total[best]) * step
+
+
+def _misfit(a: _Seen, b: _Seen, a_from_b: RigidTransform, frame: int) -> float:
+    """Pixels by which both pictures of a frame miss one board, at the best."""
+    in_a = [*a.poses[frame], *(a_from_b @ pose for pose in b.poses[frame])]
+    b_from_a = a_from_b.inverse()
+    return min(
+        min(a.off(pose, frame), _FAR_PX) + min(b.off(b_from_a @ pose, frame), _FAR_PX)
+        for pose in in_a
+    )
 
 
 def _spanned(
@@ -137,34 +181,21 @@ def _spanned(
     return [placed[i] for i in range(len(names))]
 
 
-def _boards(
-    poses: Sequence[dict[int, list[RigidTransform]]],
-    sightings: Sequence[Sightings],
-    lenses: Sequence[Lens],
-    cameras: Sequence[RigidTransform],
-    board: Board,
-) -> dict[int, RigidTransform]:
+def _boards(seen: Sequence[_Seen], cameras: Sequence[RigidTransform]) -> dict[int, RigidTransform]:
     """first_from_board of every frame: the possible pose that fits all cameras best."""
     found = {}
-    rows = [{int(f): i for i, f in enumerate(one.frames)} for one in sightings]
-    for frame in sorted(set().union(*poses)):
-        seeing = [c for c in range(len(cameras)) if frame in rows[c]]
+    for frame in sorted(set().union(*(one.poses for one in seen))):
+        seeing = [(one, pose) for one, pose in zip(seen, cameras, strict=True) if frame in one]
         candidates = [
-            cameras[c].inverse() @ pose for c in seeing for pose in poses[c].get(frame, [])
+            first_from_camera @ pose
+            for one, first_from_camera in ((one, pose.inverse()) for one, pose in seeing)
+            for pose in one.poses.get(frame, [])
         ]
-        if len(seeing) == 1:
-            found[frame] = candidates[0]
-            continue
-        costs = []
-        for candidate in candidates:
-            off = [
-                corner_errors(
-                    lenses[c], cameras[c] @ candidate, sightings[c].pixels[rows[c][frame]], board
-                )
-                for c in seeing
-            ]
-            costs.append(sum(float(np.nanmedian(one)) for one in off))
-        found[frame] = candidates[int(np.argmin(costs))]
+        costs = [
+            sum(one.off(camera @ candidate, frame) for one, camera in seeing)
+            for candidate in candidates
+        ]
+        found[frame] = candidates[int(np.argmin(costs)) if len(seeing) > 1 else 0]
     return found
 
 
