@@ -148,7 +148,9 @@ def test_a_trial_draws_its_curves_and_its_model_and_no_lanes(tuning, qtbot, monk
     judging.judged.disconnect(note)
     taken = drawings.taken()
     assert len(seen[-1].frame) == 8
-    assert taken == {"curves": len(seen), "pictures": 1}, "in the frame that is shown"
+    assert taken.pop("pictures") == 1, "in the frame that is shown"
+    assert 1 <= taken.pop("curves") <= len(seen), "once for all that is judged in the meantime"
+    assert not taken
 
 
 def test_a_growing_run_is_judged_off_the_window_s_thread(opened, qtbot, monkeypatch):
