@@ -63,6 +63,9 @@ _FITS = 0.85
 _WORTH = 0.2
 """Share of that rise for which more freedom is worth it."""
 
+_ALIKE = 0.05
+"""Share of the points by which two explanations may differ and still cannot be told apart."""
+
 _LEAST_SHIFT, _WRONG_SHIFT = 0.03, 0.06
 """Metres by which points have to move where a view is doubtful, and plainly wrong."""
 
@@ -326,9 +329,9 @@ def _check_fits(
         fits[off[0]].gain > _CLEAR_GAIN * one.gain for name, one in fits.items() if name != off[0]
     )
     if clear and len(places) > 2:
-        fit = _simplest(surfaces, places, off[0], fits[off[0]])
-        if _is_off(fit):
-            yield _displaced(recording, off[0], fit)
+        explained = _simplest(surfaces, places, off[0], fits[off[0]])
+        if _is_off(explained[0]):
+            yield _displaced(recording, off[0], *explained)
     elif off:
         shift = max(fits[name].shift for name in off)
         off = off if len(places) > 2 else list(places)
@@ -391,19 +394,21 @@ def fit_view(surfaces: Surfaces, places: Places, view: str, way: Way = "any") ->
     return fit_clouds(own, rest, Eye(place.translation, place.rotation[:, 2]), way)
 
 
-def _simplest(surfaces: Surfaces, places: Places, view: str, free: CloudFit) -> CloudFit:
-    """The fit with the least freedom that explains about as much as a free movement."""
+def _simplest(surfaces: Surfaces, places: Places, view: str, free: CloudFit) -> list[CloudFit]:
+    """Fits of the least freedom that explain about as much as a free movement, the best first.
+
+    A small turn of a camera and a small displacement look alike on one person.
+    """
     tried = [fit_view(surfaces, places, view, way) for way in WAYS if way != "any"]
     known = [one for one in tried if one is not None]
     for ways in (("range", "depth"), ("turn", "shift")):
-        some = [one for one in known if one.way in ways]
-        best = max(some, key=lambda one: one.after, default=free)
-        if best.way in ways and best.after > free.after - _WORTH * free.gain:
-            return best
-    return free
+        some = sorted((one for one in known if one.way in ways), key=lambda one: -one.after)
+        if some and some[0].after > free.after - _WORTH * free.gain:
+            return [one for one in some if one.after > some[0].after - _ALIKE]
+    return [free]
 
 
-def _displaced(recording: Recording, view: str, fit: CloudFit) -> Finding:
+def _displaced(recording: Recording, view: str, fit: CloudFit, *others: CloudFit) -> Finding:
     stereo = recording.view(view).kind == "stereo"
     if fit.way == "range":
         percent = abs(100 * (1 / fit.amount - 1))
@@ -417,6 +422,13 @@ def _displaced(recording: Recording, view: str, fit: CloudFit) -> Finding:
         what = f"its ranges along the optical axis are too {size} by {percent:.0f} %"
         part = "focal length or base line" if stereo else "depth_unit or focal length"
         remedy = f"Its {part} is probably wrong by this factor: multiply it by {fit.amount:.3f}."
+    elif others:
+        turn = max((fit, *others), key=lambda one: one.way == "turn")
+        what = (
+            f"it is turned by {np.degrees(turn.amount):.1f} degrees or displaced by "
+            f"{100 * fit.shift:.0f} cm against the other views, which cannot be told apart"
+        )
+        remedy = "Calibrate its place again, and check that it is synchronised."
     elif fit.way == "turn":
         what = f"it is turned by {np.degrees(fit.amount):.1f} degrees against the other views"
         remedy = "Its camera was probably moved. Calibrate its place again."
