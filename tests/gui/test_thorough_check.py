@@ -50,8 +50,9 @@ def test_what_is_plainly_wrong_is_tracked_only_if_it_is_wanted(wrong, qtbot):
     assert "would not be tracked correctly" in message.what
     assert "swap the files of left and right" in message.remedy
     assert wrong.messages.do_button.text() == "Track nevertheless"
-    assert wrong.messages.do_button.isVisible()
-    wrong.messages.do_button.click()
+    button = wrong.messages.do_button
+    qtbot.waitUntil(lambda: not button.visibleRegion().isEmpty())
+    QTest.mouseClick(button, Qt.MouseButton.LeftButton)
     assert session.track.entry is not None
 
 
