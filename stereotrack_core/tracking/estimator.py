@@ -22,7 +22,7 @@ from stereotrack_core.tracking.correspondences import DataToModel
 from stereotrack_core.tracking.estimate import Memory
 from stereotrack_core.tracking.parameters import TrackingParameters
 from stereotrack_core.tracking.residuals.clicks import ClickObservation
-from stereotrack_core.tracking.residuals.keypoints import DetectionObservation
+from stereotrack_core.tracking.residuals.detections import DetectionObservation
 from stereotrack_core.tracking.residuals.limits import limit_residuals
 from stereotrack_core.tracking.residuals.reprojection import KeypointObservation
 from stereotrack_core.tracking.residuals.silhouette import SilhouetteObservation, edge_maps

@@ -30,7 +30,7 @@ from stereotrack_core.tracking.estimator import (
     sensors_for,
 )
 from stereotrack_core.tracking.failure.features import judged
-from stereotrack_core.tracking.residuals.keypoints import predicted_by_detections
+from stereotrack_core.tracking.residuals.detections import predicted_by_detections
 from stereotrack_core.tracking.residuals.surface import SurfaceResidual
 from stereotrack_core.tracking.state import Belief, Setup, State, elapsed, time_array, time_in
 from stereotrack_core.tracking.step_recorder import StepRecorder

@@ -19,7 +19,7 @@ from stereotrack_core.filtering.sigma_points import sigma_deviations
 from stereotrack_core.tracking.arm_search.arms import Arms
 from stereotrack_core.tracking.correction import Line, Residual
 from stereotrack_core.tracking.estimate import Correspondences, Estimate
-from stereotrack_core.tracking.residuals.keypoints import DetectionResidual
+from stereotrack_core.tracking.residuals.detections import DetectionResidual
 from stereotrack_core.tracking.residuals.limits import (
     ApartResidual,
     ClearanceResidual,

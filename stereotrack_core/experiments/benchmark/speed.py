@@ -160,7 +160,7 @@ def _timed(recording: Recording, settings: Settings, views: Sequence[str], frame
         for _ in pipeline.frames(range(begun)):
             pass
         seconds = seconds_of(lambda: found.extend(pipeline.frames(timed)))
-    return _Pass(seconds, preparation, found)
+    return _Pass(seconds, preparation, [frame.without_cloud() for frame in found])
 
 
 def _stage_ms(frames: Sequence[TrackedFrame]) -> dict[str, float]:

@@ -22,7 +22,7 @@ from stereotrack_core.recording.detections import Detection
 from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.tracking.correction import gathered, solved
 from stereotrack_core.tracking.initialise.trunk import turned_round
-from stereotrack_core.tracking.residuals.keypoints import DetectionResidual, residual_at
+from stereotrack_core.tracking.residuals.detections import DetectionResidual, residual_at
 from stereotrack_core.tracking.residuals.limits import limit_residuals
 from stereotrack_core.tracking.state import Belief, Setup
 

@@ -10,7 +10,7 @@ from stereotrack_core.body.manifold import columns_of, displaced
 from stereotrack_core.body.pose import PartFrames
 from stereotrack_core.body.skeleton import HEAD, LEFT_FOREARM, RIGHT_FOREARM
 from stereotrack_core.recording.detections import Detections
-from stereotrack_core.tracking.residuals.keypoints import DetectionObservation
+from stereotrack_core.tracking.residuals.detections import DetectionObservation
 from tests.tracking.keypoints.cases import BENT_CAMERA, BODY, PLAIN_CAMERA, seen
 from tests.tracking.scenes import POSES, disturbed
 

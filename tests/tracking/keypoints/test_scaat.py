@@ -13,7 +13,7 @@ from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.tracking.correspondences import DataToModel
 from stereotrack_core.tracking.iekf import IteratedEstimator, PoseFilter
 from stereotrack_core.tracking.presets import preset
-from stereotrack_core.tracking.residuals.keypoints import corrected_by
+from stereotrack_core.tracking.residuals.detections import corrected_by
 from stereotrack_core.tracking.state import Belief, Setup
 from tests.tracking.keypoints.cases import BENT_CAMERA, BODY, PLAIN_CAMERA, seen
 from tests.tracking.scenes import CAMERAS, POSES, cloud_of, disturbed, surface_points
