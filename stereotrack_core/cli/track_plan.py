@@ -11,20 +11,23 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from stereotrack_core.cli.keypoint_source import stated_keypoints
 from stereotrack_core.cli.output import say
 from stereotrack_core.cli.progress import progress, stoppable
-from stereotrack_core.cli.sources import clicks_for_tracking
+from stereotrack_core.cli.sources import clicks_for_tracking, open_project
 from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
 from stereotrack_core.experiments.tracked_run import TrackedRun, steps, track_recording
 from stereotrack_core.interop.first_pose import first_pose
+from stereotrack_core.interop.keypoints.reading import read_keypoints
+from stereotrack_core.interop.keypoints.source import KeypointSource
 from stereotrack_core.interop.run_file import read_run, write_run
 from stereotrack_core.interop.run_journal import Wish, has_frames, part_of, read_unfinished
 from stereotrack_core.interop.run_npz import check_run
 from stereotrack_core.parameters import parsed_settings
+from stereotrack_core.project.whereabouts import SUFFIX
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.detections import Detections, own_detections, read_detections
+from stereotrack_core.recording.keypoints import Keypoints
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.recording.selection import frames_within, tracked_views, views_of
 from stereotrack_core.tracking.frame import Run
@@ -160,7 +163,7 @@ def plan_of(args: Namespace, recording: Recording, output: UnfinishedOutput) -> 
 def _plan(args: Namespace, recording: Recording) -> TrackPlan:
     name = args.preset or USUAL_PRESET
     settings = preset(name, args.changes)
-    keypoints = stated_keypoints(args.keypoints, recording, settings)
+    keypoints = _keypoints(args.keypoints, recording, settings)
     views = tracked_views(recording, views_of(recording, args.views), keypoints)
     frames = frames_within(args.frames, _count(recording, views))
     spec = RunSpec(
@@ -188,7 +191,7 @@ def _plan_like(args: Namespace, recording: Recording) -> TrackPlan:
     if said:
         say(f"Taken from the command line instead of the run: {', '.join(said)}.")
     preset_name, settings = _settings(args, stored)
-    keypoints = stated_keypoints(args.keypoints, recording, settings)
+    keypoints = _keypoints(args.keypoints, recording, settings)
     if otherwise := stored.check_keypoints(keypoints):
         say(otherwise)
     asked = views_of(recording, args.views) or stored.spec.views
@@ -224,7 +227,7 @@ def _plan_resumed(args: Namespace, recording: Recording, output: UnfinishedOutpu
     run = begun.run()
     check_run(output.part, run)
     stored = stored_spec(run)
-    keypoints = stated_keypoints(args.keypoints, recording, stored.spec.settings)
+    keypoints = _keypoints(args.keypoints, recording, stored.spec.settings)
     views = tracked_views(recording, stored.spec.views, keypoints)
     detections, heard_else = stored.detections_in(recording)
     heard = heard_else, stored.check_keypoints(keypoints)
@@ -341,12 +344,7 @@ def _clicks(
     place = path or (Path(str(used["source"])) if used else None)
     if place is None:
         return None
-    if settings.tracking.matching == "model_to_data":
-        raise InputError(
-            "this preset does not use clicks",
-            where="--clicks",
-            remedy="Choose --preset accurate or fast, or omit --clicks.",
-        )
+    _check_used("clicks", settings)
     found = clicks_for_tracking(place, recording, _count(recording, None))
     if path is None and used and found.fingerprint() != used.get("fingerprint"):
         raise InputError(
@@ -355,6 +353,41 @@ def _clicks(
             remedy="Name the clicks to use with --clicks, and track to another output.",
         )
     return found
+
+
+def _keypoints(path: Path | None, recording: Recording, settings: Settings) -> Keypoints | None:
+    """What ``--keypoints`` names, of a project or a detector's file; None where none is named.
+
+    Raises InputError where there are none, or the settings' tracker does not use them.
+    """
+    if path is None:
+        return None
+    _check_used("keypoints", settings)
+    if path.suffix.lower() != SUFFIX:
+        found = read_keypoints(KeypointSource(path, recording))
+        if found.left_out:
+            say(f"{path}: left out: {found.summary()}")
+        return found.keypoints
+    with open_project(path) as project:
+        keypoints = project.keypoints.all()
+    if not len(keypoints):
+        raise InputError(
+            "the project has no keypoints",
+            where=str(path),
+            remedy="Import them with `stereotrack import predictions`.",
+        )
+    say(f"{path}: {counted(len(keypoints), 'keypoint')} of {len(keypoints.cameras)} cameras")
+    return keypoints
+
+
+def _check_used(what: str, settings: Settings) -> None:
+    """Refuse clicks or keypoints where the settings' tracker does not use them."""
+    if settings.tracking.matching == "model_to_data":
+        raise InputError(
+            f"this preset does not use {what}",
+            where=f"--{what}",
+            remedy=f"Choose --preset accurate or fast, or omit --{what}.",
+        )
 
 
 def _count(recording: Recording, views: Sequence[str] | None) -> int:

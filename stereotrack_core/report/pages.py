@@ -18,6 +18,7 @@ from markupsafe import Markup
 
 from stereotrack_core.atomic import write_file
 from stereotrack_core.body.limbs import LIMBS
+from stereotrack_core.calibrate.verdict import Verdict
 from stereotrack_core.errors import Finding, InputError
 from stereotrack_core.evaluation.accuracy import Accuracy, stated_means
 from stereotrack_core.evaluation.failure_segments.segment import FOUND_WORDS, limbs_words
@@ -27,6 +28,7 @@ from stereotrack_core.recording.description import Recording
 from stereotrack_core.report import run_tables
 from stereotrack_core.report.drawing import Kind, limb_curves
 from stereotrack_core.report.reported import Reported, ShownFailure
+from stereotrack_core.tables import Table
 from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.presets import PRESETS
 
@@ -210,6 +212,17 @@ _PDF_SECONDS = 300.0
 def write_page(path: Path, reported: Reported) -> None:
     """Write a report as HTML."""
     write_file(path, run_page(reported))
+
+
+def write_calibration_page(
+    path: Path, name: str, verdict: Verdict, tables: Sequence[Table]
+) -> None:
+    """Write the page about a calibration: verdict, errors of cameras and pairs, what was left out.
+
+    Raises InputError where it cannot be written.
+    """
+    title = f"Calibration {name}"
+    write_file(path, page("calibration.html", title, verdict=verdict, tables=list(tables)))
 
 
 def write_pdf(path: Path, reported: Reported, window_package: str | None) -> None:

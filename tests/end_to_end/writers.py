@@ -53,7 +53,7 @@ from stereotrack_core.recording.importing.sources import look_at
 from stereotrack_core.recording.keypoints import Keypoints, keypoints_of
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory, write_landmarks
 from stereotrack_core.recording.writing import VideoWriter, write_png, write_recording_description
-from stereotrack_core.report.calibration import write_calibration_page
+from stereotrack_core.report.pages import write_calibration_page
 from stereotrack_core.simulation.make import simulate
 from stereotrack_core.simulation.rig import SceneOptions
 from stereotrack_core.tracking.frame import Run

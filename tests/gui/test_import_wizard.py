@@ -245,7 +245,7 @@ def test_every_field_has_a_name_and_an_explanation(videos, wizard_of):
     timing, place = wizard.timing, wizard.place
     calibration, slider = wizard.calibration, timing.preview.slider
     fields = (timing.fps, timing.unit, timing.method, slider, place.name, place.folder)
-    for field in (*fields, calibration.unit, calibration.convention, calibration.readings):
+    for field in (*fields, calibration.unit, calibration.convention, calibration.readings.view):
         assert field.accessibleName()
         assert field.toolTip()
 
@@ -296,7 +296,7 @@ def test_a_calibration_of_another_tool_asks_for_its_unit(window, qtbot, tmp_path
     QTest.keyClicks(page.path, str(path))
     assert "Choose the unit or the convention" in page.words.text()
     assert page.readings.isVisible()
-    assert page.readings.item(2, 0).text() == "mm"
+    assert page.readings.model.cell(2, 0).text == "mm"
     assert not wizard.button(BUTTON.NextButton).isEnabled()
     page.unit.setFocus()
     for _ in range(page.unit.findData("mm")):

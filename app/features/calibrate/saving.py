@@ -11,7 +11,7 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.recording.calibration import keep_calibration, write_calibration
 from stereotrack_core.recording.folder import DESCRIPTION
 from stereotrack_core.recording.toml_table import load_toml
-from stereotrack_core.report.calibration import write_calibration_page
+from stereotrack_core.report.pages import write_calibration_page
 from stereotrack_core.tables import Table
 
 from .shown import pair_table

@@ -20,8 +20,8 @@ from stereotrack_core.recording.importing.making import cameras_for
 
 from ....widgets.forms.form_dialog import ask_to_open, line_edit, push_button, say_in
 from ....widgets.style.building import choice, hbox, label, scrolled, vbox
+from ....widgets.tables.plain import PlainTable
 from .looking import Looked
-from .readings_table import ReadingsTable
 
 _FILES = "Calibrations (*.toml *.yml *.yaml *.xml *.json *.mat *.txt);;All files (*)"
 _FROM_BAG = "Cameras &of the ROS bag"
@@ -83,7 +83,8 @@ class CalibrationPage(QWizardPage):
             "Convention", [("", "as the format documents it"), *meanings],
             "How rotation R and translation t of the file map",
         )  # fmt: skip
-        self.readings = ReadingsTable()
+        self.readings = PlainTable("Readings that were tried")
+        self.readings.view.setToolTip("What each unit or convention would mean")
         self.words = label()
         self._cameras: dict[str, QComboBox] = {}
 
