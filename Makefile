@@ -1,6 +1,6 @@
 # make demo and make test do everything that is needed, on a fresh machine too.
 .POSIX:
-.PHONY: help demo test test-slow test-newest test-oldest lint ready docs pictures texts lock clean
+.PHONY: help demo test test-slow test-newest test-oldest lint ready docs docs-site pictures texts lock clean
 
 # Number of processes that run tests.
 WORKERS = 2
@@ -17,6 +17,7 @@ help:
 	@echo 'make test-oldest  the same with the oldest versions that pyproject.toml allows'
 	@echo 'make lint       lint, types and import contract alone'
 	@echo 'make docs       docs/parameters.md from the declared parameters'
+	@echo 'make docs-site  the documentation as a site, in build/docs-site'
 	@echo 'make pictures   the pictures of README and docs, made by the program'
 	@echo 'make texts      every text that a person may read, with its place in the code'
 	@echo 'make lock       requirements.lock from pyproject.toml (make lock UPGRADE=--upgrade: newest)'
@@ -55,6 +56,10 @@ lint: ready
 docs: ready
 	$(PY) tools/write_parameters.py docs/parameters.md
 
+# A warning is an error: a link that leads nowhere, a notebook that fails.
+docs-site: ready
+	$(PY) -m sphinx -q -W --keep-going -c tools/docs_site . build/docs-site
+
 pictures: ready
 	$(PY) tools/write_pictures.py demo docs
 	$(PY) tools/shrink_pictures.py docs/workbench.png docs/comparison.png docs/review.png docs/report.png \
@@ -66,7 +71,7 @@ texts: ready
 lock: ready
 	$(PY) -m venv --clear build/uv
 	build/uv/bin/python -m pip install --quiet uv
-	build/uv/bin/uv pip compile pyproject.toml --extra dev --universal --python-version 3.11 \
+	build/uv/bin/uv pip compile pyproject.toml --extra dev --extra docs --universal --python-version 3.11 \
 	    --no-header --no-emit-index-url --annotation-style line --quiet $(UPGRADE) -o requirements.lock
 	rm -rf build/uv
 
