@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stereotrack_core.arrays import BoolArray, FloatArray
+from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.transform import RigidTransform
@@ -51,6 +52,17 @@ class Alignment:
         """Angle between the old z axis and the new one."""
         cosine = self.new_from_old.rotation[2, 2]
         return float(np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0))))
+
+    @property
+    def heading_deg(self) -> float:
+        """Angle about the new z axis from the old y axis to the new one, -180 to 180."""
+        across, along = self.new_from_old.rotation[0, 1], self.new_from_old.rotation[1, 1]
+        return float(np.degrees(np.arctan2(across, along)))
+
+    @property
+    def moved_m(self) -> float:
+        """Distance from the old origin to the new one."""
+        return float(np.linalg.norm(self.new_from_old.translation))
 
 
 def aligned(cameras: Mapping[str, Camera], new_from_old: RigidTransform) -> dict[str, Camera]:
@@ -101,7 +113,7 @@ def from_floor(points: FloatArray, cameras: Sequence[Camera], north: Camera) -> 
             "no floor was found in the depth images",
             where="--floor",
             remedy="Use a frame in which much of the floor is seen, and has texture; or lay the "
-            "board on it and use --board-on-floor.",
+            "board on it.",
         )
     up, height, on_floor = plane
     spread = float(np.std(known[on_floor] @ up - height))
@@ -221,6 +233,18 @@ def from_points(
     return Alignment(world_of_axes(up, along, origin), "points", 3, float("nan"))
 
 
+def from_clicks(
+    cameras: Mapping[str, Camera], clicks: Mapping[str, Mapping[str, FloatArray]]
+) -> Alignment:
+    """Three points of the floor, clicked in two cameras or more: pixels (2,) by point and camera.
+
+    Raises InputError for a point that is not placed by its clicks, and for points on a line.
+    """
+    points = triangulated(cameras, clicks)
+    above = np.mean([camera.position_world for camera in cameras.values()], axis=0)
+    return from_points(points[ORIGIN], points[NORTH], points[FLOOR], above)
+
+
 def triangulated(
     cameras: Mapping[str, Camera], clicks: Mapping[str, Mapping[str, FloatArray]]
 ) -> dict[str, FloatArray]:
@@ -233,7 +257,7 @@ def triangulated(
         seen = clicks.get(name, {})
         if len(seen) < 2:
             raise InputError(
-                f"the point {name!r} is clicked in {len(seen)} cameras",
+                f"the point {name!r} is clicked in {counted(len(seen), 'camera')}",
                 where="--points",
                 remedy=f"Click {', '.join(POINTS)} in at least two cameras each.",
             )
@@ -278,7 +302,7 @@ def from_person(points: FloatArray, *, walking: bool) -> Alignment:
         raise InputError(
             "the person does not stand upright in these frames",
             where="--person",
-            remedy="Choose frames in which the person stands or walks: --frames A:B.",
+            remedy="Choose frames in which the person stands or walks.",
         )
     path = hips.mean(axis=1)
     up = direction / np.linalg.norm(direction)
@@ -299,7 +323,7 @@ def _of_walk(path: FloatArray, up: FloatArray) -> tuple[FloatArray, FloatArray]:
         raise InputError(
             f"the person moved only {100 * np.linalg.norm(forward):.0f} cm",
             where="--person",
-            remedy="Choose frames in which the person walks a metre or more: --frames A:B.",
+            remedy="Choose frames in which the person walks a metre or more.",
         )
     forward = forward / np.linalg.norm(forward)
     level = up - (up @ forward) * forward

@@ -23,6 +23,7 @@ _ROUNDS = 100
 _STILL = 1e-10  # relative change of the cost that ends the search
 _GIVE_UP = 1e12  # damping at which no step can help
 _BEHIND = 1e-3  # metres in front of the camera from which a corner can be projected
+_ROUNDING = 1e-13  # share of an unknown's information that rounding leaves of it
 _FAR_OFF = 1e3  # pixels that a corner behind the camera counts as an error
 
 
@@ -280,16 +281,21 @@ def _covariance(linear: _Linear, errors: Sequence[FloatArray]) -> FloatArray:
     squares = sum(float(np.nansum(np.square(one))) for one in errors)
     variance = squares / freedom if freedom > 0 else np.inf
     unknowns = linear.of_cameras.shape[0]
-    nothing = np.full((unknowns, unknowns), np.inf)
+    covariance: FloatArray = np.full((unknowns, unknowns), np.inf)
+    if not np.isfinite(variance):
+        return covariance
     try:
         inverse = np.linalg.pinv(linear.of_boards, hermitian=True)
         normal = linear.of_cameras - _summed(linear.mixed @ inverse, linear.mixed)
-        scale = np.sqrt(np.maximum(np.diag(normal), 1e-300))
-        values, vectors = np.linalg.eigh(normal / scale / scale[:, None])
+        # what is left by rounding says nothing of an unknown that the boards can make up for
+        known = np.diag(normal) > _ROUNDING * np.diag(linear.of_cameras)
+        scale = np.sqrt(np.diag(normal)[known])
+        own = normal[np.ix_(known, known)] / scale / scale[:, None]
+        values, vectors = np.linalg.eigh(own)
     except np.linalg.LinAlgError:
-        return nothing
-    if not np.isfinite(variance):
-        return nothing
-    spread = 1.0 / np.maximum(values, 1e-13)
-    covariance: FloatArray = variance * ((vectors * spread) @ vectors.T) / scale / scale[:, None]
+        return covariance
+    spread = 1.0 / np.maximum(values, _ROUNDING)
+    covariance[np.ix_(known, known)] = (
+        variance * ((vectors * spread) @ vectors.T) / scale / scale[:, None]
+    )
     return covariance

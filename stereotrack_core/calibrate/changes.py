@@ -112,3 +112,22 @@ def change_table(found: tuple[CameraChange, ...]) -> Table:
         ">focal length (%)",
     )  # fmt: skip
     return Table("Before and after", headings, rows)
+
+
+def place_table(before: Mapping[str, Camera], after: Mapping[str, Camera]) -> Table:
+    """Where cameras stand in the world before it was turned, and in the new one."""
+    rows = [
+        (name, *(text for world in (before, after) for text in _place(world[name])))
+        for name in after
+        if name in before
+    ]
+    headings = (
+        "camera", ">place before (m)", ">looks down (°)", ">place after (m)", ">looks down (°)",
+    )  # fmt: skip
+    return Table("The world before and after", headings, rows)
+
+
+def _place(camera: Camera) -> tuple[str, str]:
+    down = float(np.degrees(np.arcsin(np.clip(-camera.camera_from_world.rotation[2, 2], -1, 1))))
+    place = np.round(camera.position_world, 2) + 0.0  # no minus before a zero
+    return "  ".join(f"{value:.2f}" for value in place), f"{np.round(down, 1) + 0.0:.1f}"

@@ -16,6 +16,7 @@ from stereotrack_core.geometry.transform import RigidTransform
 _COLUMNS, _ROWS = 8, 6
 _LEAST_SHARE = 0.6
 _LEAST_BAND = 0.35  # share of the cells along a side of the image
+_SMALL, _LARGE = 0.2, 0.4  # share of the image that a board should fill at least, and well
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,6 +30,28 @@ class Coverage:
     tilt_deg: float
     nearest_m: float
     farthest_m: float
+    fills: float = float("nan")
+    """Share of the image's width or height, the larger one, that the board fills in the median."""
+
+    @property
+    def advice(self) -> str:
+        """What to film where the lens is not known well enough.
+
+        The focal length shows by how the sides of a tilted board differ, in proportion to the
+        square of the board's size in the image.
+        """
+        turned = (
+            "tilt the board by 30 to 45 degrees to all sides, and bring it into every corner of "
+            "the image."
+        )
+        if not self.fills < _SMALL:
+            return f"Film again, near and far: {turned}"
+        distance = 0.5 * (self.nearest_m + self.farthest_m) * self.fills / _LARGE
+        return (
+            f"The board is too small in the pictures: it fills {100 * self.fills:.0f} % of the "
+            f"image. Film again with the board about {distance:.1f} m away, where it fills "
+            f"{100 * _LARGE:.0f} %, or with a larger board: {turned}"
+        )
 
     @property
     def share(self) -> float:
@@ -69,4 +92,13 @@ def coverage_of(sightings: Sightings, poses: Sequence[RigidTransform]) -> Covera
     cells[row, column] = True
     distance = [float(np.linalg.norm(pose.translation)) for pose in poses]
     tilt = float(np.degrees(tilts(poses).max())) if len(poses) else 0.0
-    return Coverage(cells, tilt, min(distance, default=np.nan), max(distance, default=np.nan))
+    near, far = min(distance, default=np.nan), max(distance, default=np.nan)
+    return Coverage(cells, tilt, near, far, _filled(sightings))
+
+
+def _filled(sightings: Sightings) -> float:
+    """Median share of the image's width or height, the larger one, between a board's corners."""
+    if not len(sightings):
+        return float("nan")
+    span = np.nanmax(sightings.pixels, axis=1) - np.nanmin(sightings.pixels, axis=1)
+    return float(np.median((span / sightings.size).max(axis=1)))

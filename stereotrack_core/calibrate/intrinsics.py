@@ -280,7 +280,9 @@ def check_known(
             "most), so that the focal length is not determined",
         )
     raise _undetermined(
-        sightings, f"the focal length is only known to {100 * min(share, 1.0):.0f} %"
+        sightings,
+        f"the focal length is only known to {100 * min(share, 1.0):.0f} %",
+        coverage.advice,
     )
 
 
@@ -292,8 +294,8 @@ def _focal_uncertainty(rms: float, sigma: FloatArray, lens: Lens) -> float:
     return share if np.isfinite(share) else float("inf")
 
 
-def _undetermined(sightings: Sightings, what: str) -> InputError:
-    return InputError(what, where=f"camera {sightings.camera}", remedy=_REFILM)
+def _undetermined(sightings: Sightings, what: str, remedy: str = _REFILM) -> InputError:
+    return InputError(what, where=f"camera {sightings.camera}", remedy=remedy)
 
 
 def _findings(
@@ -313,6 +315,6 @@ def _findings(
     share = _focal_uncertainty(fit.bundle.rms, sigma, fit.lens)
     if share > _VAGUE_FOCAL:
         what = f"the focal length is only known to {100 * share:.1f} %"
-        found.append(Finding("warning", where, what, _REFILM))
+        found.append(Finding("warning", where, what, coverage.advice))
     found += [replace(one, where=where) for one in coverage.findings()]
     return found

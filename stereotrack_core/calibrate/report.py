@@ -112,7 +112,7 @@ def world_tables(world: World) -> list[Table]:
             str(int(world.shared[i].max(initial=0))),
             number(world.rms_by_camera[i], 3),
             number(world.held_out_by_camera[i], 3),
-            " ".join(f"{value:.3f}" for value in camera.position_world),
+            " ".join(f"{value:.3f}" for value in np.round(camera.position_world, 3) + 0.0),
             f"{1000 * world.position_sigma_m[i]:.1f}",
             f"{np.degrees(world.rotation_sigma_rad[i]):.3f}",
         )

@@ -8,17 +8,20 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
+from stereotrack_core.calibrate.align import Alignment
 from stereotrack_core.calibrate.intrinsics import Intrinsics
 from stereotrack_core.calibrate.pairs import PairFit
 from stereotrack_core.calibrate.search import Search
 from stereotrack_core.calibrate.world import World
 from stereotrack_core.counting import counted
 from stereotrack_core.errors import Finding, InputError
+from stereotrack_core.geometry.camera import Camera
 
 Grade: TypeAlias = Literal["good", "doubtful", "bad"]
 
 _GOOD_PX, _POOR_PX = 0.4, 1.0  # held-out error of sharp pictures; of pictures that are not
 _GOOD_ROWS_PX = 0.5  # rows by which a matcher finds what belongs together
+_UNEVEN_M = 0.015  # standard deviation of what an alignment rests on
 _FEW_FOUND = 0.5  # share of the pictures in which the board should be found
 
 
@@ -41,6 +44,43 @@ def of_error(error: InputError) -> Verdict:
     films = "film" in error.remedy.lower()
     begin = "Film again" if films else "Cannot be calibrated"
     return Verdict("bad", f"{begin}: {where}{error.what}.", (error.remedy,))
+
+
+def of_alignment(found: Alignment, cameras: Mapping[str, Camera]) -> Verdict:
+    """Whether a world can be turned so; `cameras` as they stand in the new one."""
+    many = (
+        f"up is tilted by {found.tilt_deg:.1f} degrees, north turned by "
+        f"{abs(found.heading_deg):.1f} degrees, and the origin moved by {found.moved_m:.2f} m"
+    )
+    remarks = []
+    low = min(cameras.values(), key=lambda one: one.position_world[2])
+    height = float(low.position_world[2])
+    if height < 0.0 and found.source != "cameras":
+        remarks.append(
+            f"{low.name} stands {-height:.2f} m below the floor: what shows the floor is wrong."
+        )
+    if found.source in ("floor", "cameras") and found.spread_m > _UNEVEN_M:
+        remarks.append(
+            f"What it rests on is off by {1000 * found.spread_m:.0f} mm in the mean. Another frame "
+            "may show it better."
+        )
+    if remarks:
+        return Verdict("doubtful", f"Usable, with doubts: {many}.", tuple(remarks))
+    exact = _EXACT.get(found.source)
+    return Verdict("good", f"Good: {many}.", (exact,) if exact else ())
+
+
+_EXACT = {
+    "person": "Up is as exact as the person is upright, and the floor's height to about 5 cm.",
+    "points": "Three points leave no check. Compare the heights of the cameras with a tape "
+    "measure.",
+}
+"""How exact what an alignment rests on is."""
+
+
+def of_no_alignment(error: InputError) -> Verdict:
+    """Why a world cannot be turned yet."""
+    return Verdict("doubtful", f"Not turned yet: {error.what}.", (error.remedy,))
 
 
 def of_search(search: Search, apart: InputError | None) -> Verdict:

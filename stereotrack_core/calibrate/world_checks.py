@@ -53,6 +53,10 @@ def place_sigmas(bundle: Bundle) -> tuple[tuple[float, ...], tuple[float, ...]]:
             rotations.append(0.0)
             continue
         own = bundle.covariance_of(i)[-6:, -6:]
+        if not np.isfinite(own).all():
+            positions.append(float("inf"))
+            rotations.append(float("inf"))
+            continue
         pose = camera.camera_from_world
         change = -pose.rotation.T @ np.hstack([skew(pose.translation), np.eye(3)])
         place = change @ own @ change.T
@@ -62,8 +66,6 @@ def place_sigmas(bundle: Bundle) -> tuple[tuple[float, ...], tuple[float, ...]]:
 
 
 def _widest(covariance: FloatArray) -> float:
-    if not np.isfinite(covariance).all():
-        return float("inf")
     return float(np.sqrt(max(np.linalg.eigvalsh(covariance)[-1], 0.0)))
 
 

@@ -70,7 +70,10 @@ class FindFloor:
     cameras: Mapping[str, Camera]
     parameters: DepthParameters
     frame: int
+    north: str = ""
 
     def __call__(self, _asker: Asker) -> Alignment:
         """Do it in the process."""
-        return alignment_to_floor(self.folder, self.cameras, self.parameters, self.frame)
+        return alignment_to_floor(
+            self.folder, self.cameras, self.parameters, self.frame, self.north
+        )

@@ -1,11 +1,14 @@
 """Bundle adjustment: truth from disturbed beginnings, and the same as scipy's least squares."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
 from stereotrack_core.calibrate.bundle import BundleCamera, adjusted
 from stereotrack_core.calibrate.lens import BROWN, Lens, projected
+from stereotrack_core.calibrate.world_checks import place_sigmas
 from stereotrack_core.errors import Cancelled
 from stereotrack_core.geometry.rotation import rotation_from_vector
 from stereotrack_core.geometry.transform import RigidTransform
@@ -114,3 +117,15 @@ def test_it_can_be_stopped(scene):
     cameras, boards, _ = scene
     with pytest.raises(Cancelled):
         adjusted(cameras, boards, BOARD.corners, cancelled=lambda: True)
+
+
+@pytest.mark.filterwarnings("error")
+def test_what_is_not_determined_is_infinite_without_a_word_of_numpy(scene):
+    cameras, boards, _ = scene
+    few = [np.where(np.arange(54)[:, None] < 3, one.pixels[:1], np.nan) for one in cameras]
+    seen = [
+        replace(one, boards=np.array([0]), pixels=pixels)
+        for one, pixels in zip(cameras, few, strict=True)
+    ]  # three corners of one board, and two lenses to estimate
+    found = adjusted(seen, boards[:1], BOARD.corners)
+    assert place_sigmas(found) == ((0.0, np.inf), (0.0, np.inf))

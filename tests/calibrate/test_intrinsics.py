@@ -140,3 +140,16 @@ def test_noise_in_the_values_is_as_large_as_stated():
         found = calibrate_intrinsics(sightings, BOARD, model="radial")
         scaled.append((found.lens.values[:4] - lens.values[:4]) / found.sigma)
     assert 0.5 < np.sqrt(np.mean(np.square(scaled))) < 1.6
+
+
+def test_a_board_that_is_small_in_the_image_has_to_come_nearer():
+    far, near = (
+        calibrate_intrinsics(seen_by(ROUND, 25, distances=distances)[0], BOARD, model="fisheye")
+        for distances in ((1.5, 3.0), (0.4, 1.0))
+    )
+    (vague,) = [one for one in far.findings if "only known to" in one.what]
+    assert abs(far.lens.focal / ROUND.focal - 1.0) < 3.0 * far.sigma.max() / ROUND.focal
+    assert vague.remedy.startswith("The board is too small in the pictures: it fills ")
+    assert "about 0." in vague.remedy
+    assert abs(near.lens.focal / ROUND.focal - 1.0) < 0.002
+    assert not [one for one in near.findings if "only known to" in one.what]

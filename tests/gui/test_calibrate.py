@@ -155,8 +155,37 @@ def test_from_pictures_to_a_file(window, qtbot, monkeypatch, tmp_path, lenses):
     assert saved["N_left"].focal == pytest.approx(300.5, rel=0.01)
     report = target.with_name("calibration-report.html").read_text(encoding="utf-8")
     assert "N_left – N_right" in report
+    lenses_are_kept(page, qtbot, window, monkeypatch, target)
     press(page.close_button)
     assert window.context.docks.middle.currentWidget() is window.welcome
+
+
+def lenses_are_kept(page, qtbot, window, monkeypatch, file):
+    """Only the places are calculated with the lenses of a file."""
+    press(page.steps.buttons["lenses"])
+    assert page.steps.buttons["world"].text().startswith("✓")
+    monkeypatch.setattr(QFileDialog, "getOpenFileName", lambda *_, **__: (str(file), ""))
+    pick(page.lenses.origin, "another file")
+    assert page.lenses.kept.text() == "Kept as they are: N_left, N_right."
+    assert not page.lenses.model.isEnabled()
+    assert page.steps.buttons["world"].text().startswith("↻")
+    press(page.steps.buttons["world"])
+    press(page.do_button)
+    state = done(qtbot, window)
+    assert state.world.result.lenses == (None, None)
+    saved = read_calibration(file)
+    for camera in state.world.result.cameras:
+        assert np.array_equal(camera.matrix, saved[camera.name].matrix)
+
+
+def pick(box, key):
+    """Choose from a list with the keys."""
+    box.setFocus()
+    place = box.findData(key)
+    QTest.keyClick(box, Qt.Key.Key_Home)
+    for _ in range(place):
+        QTest.keyClick(box, Qt.Key.Key_Down)
+    box.activated.emit(place)
 
 
 def test_what_cannot_work_says_what_to_film_again(window, qtbot, monkeypatch, tmp_path):
@@ -186,6 +215,59 @@ def test_a_search_can_be_stopped(window, qtbot, monkeypatch, board_pictures):
     page.board.sources.setCurrentItem(page.board.sources.topLevelItem(1))
     press(page.board.remove_button)
     assert [one.camera for one in page._calibration.state.sources] == ["N_left"]
+
+
+def test_the_world_of_a_recording_is_turned(newly_opened, qtbot, monkeypatch, tmp_path):
+    window = newly_opened
+    calibrate = window.features.calibrate
+    page, recording = calibrate.page, window.context.session.document.recording
+    window.context.docks.show_workspace("calibrate")
+    press(page.steps.buttons["axes"])
+    assert page.axes.ways["first"].text() == "The world as &it is"
+    assert page.steps.buttons["save"].isEnabled() is False
+    QTest.mouseClick(page.axes.ways["points"], LEFT, pos=QPoint(8, 8))
+    # the corner of a floor that is turned by 90 degrees and half a metre in the south
+    points = {"origin": (0.0, -0.5, 0.0), "north": (-0.8, -0.5, 0.0), "floor": (0.1, 0.3, 0.0)}
+    for camera in ("N_right", "S_right"):
+        clicked(page, qtbot, recording.cameras, camera, points)
+    state = calibrate.calibration.state
+    assert state.axes.clicked_in("floor") == ("N_right", "S_right")
+    place = state.cameras["N_right"].position_world
+    before = recording.cameras["N_right"].position_world
+    expected = [before[1] + 0.5, -before[0], before[2]]
+    assert np.allclose(place, expected, atol=0.02)
+    # the last click is taken back, and placed again
+    control, shift = Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.ShiftModifier
+    QTest.keyClick(window, Qt.Key.Key_Z, control)
+    assert calibrate.calibration.state.axes.clicked_in("floor") == ("N_right",)
+    assert page.verdict.words.text().startswith("Not turned yet: the point 'floor' is clicked in 1")
+    assert not page.next_button.isEnabled()
+    QTest.keyClick(window, Qt.Key.Key_Z, control | shift)
+    press(page.next_button)
+    target = tmp_path / "turned.toml"
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_, **__: (str(target), ""))
+    press(page.save.file_button)
+    assert np.allclose(read_calibration(target)["N_right"].position_world, place, atol=1e-6)
+    # a person of whom a reference is known stands facing north already
+    press(page.steps.buttons["axes"])
+    QTest.mouseClick(page.axes.ways["person"], LEFT, pos=QPoint(8, 8))
+    assert page.verdict.words.text() == "Not turned yet: no person is chosen."
+    pick(page.axes.person, "reference")
+    assert calibrate.calibration.state.alignment.tilt_deg < 10.0
+    assert page.verdict.words.text().startswith("Good: up is tilted by")
+
+
+def clicked(page, qtbot, cameras, camera, points):
+    """Click points (metres) in the picture of a camera."""
+    panel = page.points
+    names = [panel.tabs.tabData(k) for k in range(panel.tabs.count())]
+    middle = panel.tabs.tabRect(names.index(camera)).center()
+    QTest.mouseClick(panel.tabs, LEFT, pos=middle)
+    shown = panel.view
+    qtbot.waitUntil(lambda: shown.picture.camera == camera and shown.picture.pixels is not None)
+    for point in points.values():
+        x, y = cameras[camera].project(np.array(point))
+        QTest.mouseClick(shown, LEFT, pos=shown.place_of(x, y).toPoint())
 
 
 @pytest.mark.slow

@@ -14,15 +14,16 @@ from stereotrack_core.calibrate.board import Board
 from stereotrack_core.calibrate.pairs import stereo_names
 from stereotrack_core.calibrate.pictures import Looked
 from stereotrack_core.calibrate.work import LookedAt, Progress, Source
-from stereotrack_core.depth.floor import FindFloor
 from stereotrack_core.errors import InputError
+from stereotrack_core.recording.calibration import read_calibration
 from stereotrack_core.recording.description import Recording
 
 from ...context import Context
 from ...services.tasks.task import Task
 from . import saving
+from .axes import Axes
 from .reading import PictureReading
-from .state import STEPS, AxesWay, Calibration, Made, Recorded, Shot, StepName
+from .state import STEPS, Calibration, KeptLenses, Made, Recorded, Shot, StepName
 
 _TITLES: dict[StepName, str] = {
     "board": "Recognising the board",
@@ -66,7 +67,7 @@ class CalibrationController(QObject):
     def show(self, step: str) -> None:
         """Show a step."""
         if step in STEPS and not self.state.why_not(step):
-            self._set(step=step)
+            self.change(step=step)
 
     def add_folder(self, folder: Path) -> None:
         """Add all cameras of a folder, or of a recording; those of the same name are replaced."""
@@ -120,41 +121,45 @@ class CalibrationController(QObject):
 
     def set_model(self, model: str) -> None:
         """Choose a lens model."""
-        self._set(model=model, saved="")
+        self.change(model=model, saved="")
 
     def tick(self, shot: Shot, on: bool) -> None:
         """Use a picture, or leave it out."""
         unticked = self.state.unticked - {shot} if on else self.state.unticked | {shot}
-        self._set(unticked=unticked, saved="")
+        self.change(unticked=unticked, saved="")
 
     def choose(self, camera: str, frame: int) -> None:
         """Show a picture."""
         source = next((one for one in self.state.sources if one.camera == camera), None)
         if source is not None:
             self.reading.ask(source, frame)
-            self._set(shot=(camera, frame))
+            self.change(shot=(camera, frame))
 
-    def set_axes(self, way: AxesWay, frame: int) -> None:
-        """Choose how the world is turned, and the pictures in which the board is on the floor."""
-        self._set(axes=way, floor_frame=frame, saved="", saved_into=None)
-        if way == "floor" and self.state.floor is None:
-            self._find_floor()
+    def keep_lenses(self, file: Path | None) -> None:
+        """Keep the lenses of a calibration file, or calculate all of them."""
+        if file is None:
+            self.change(kept=None, saved="")
+        else:
+            self._context.notifier.attempt(lambda: self._keep(file))
 
-    def _find_floor(self) -> None:
-        """Look for the floor in the frame of the recording that is shown."""
-        state, session = self.state, self._context.session
-        if state.recording is None or state.world is None:
-            return
-        cameras = {one.name: one for one in state.world.result.cameras}
-        depth, frame = session.track.settings.depth, session.document.frame
-        todo = FindFloor(state.recording.folder, cameras, depth, frame)
-        self._begin("axes", todo, lambda found: self._set(floor=found))
+    def _keep(self, file: Path) -> None:
+        kept = KeptLenses(file, read_calibration(file))
+        names = [one.camera for one in self.state.sources]
+        if not kept.cameras.keys() & set(names):
+            raise InputError(
+                f"it has none of the cameras {', '.join(names)}",
+                where=str(file),
+                remedy="Name the cameras as in the file: double-click a name in step 1. The file "
+                f"has {', '.join(kept.cameras)}.",
+            )
+        self.change(kept=kept, saved="")
 
     def _begin_anew(self, **chosen: object) -> None:
         self.cancel()
         self._put(self.state.with_input(**chosen))
 
-    def _set(self, **changed: Any) -> None:
+    def change(self, **changed: Any) -> None:
+        """Change fields of the state."""
         self._put(replace(self.state, **changed))
 
     def _put(self, state: Calibration) -> None:
@@ -170,6 +175,9 @@ class CalibrationController(QObject):
             return "A calculation is running. Stop it first."
         if self.state.step in ("axes", "save"):
             return "Nothing is to be calculated in this step."
+        given, sources = self.state.given, self.state.sources
+        if self.state.step == "lenses" and given and len(given) == len(sources):
+            return "All lenses are kept as they are."
         return self.state.why_not(self.state.step) or (
             self.state.why_not("pictures") if self.state.step == "board" else ""
         )
@@ -203,24 +211,24 @@ class CalibrationController(QObject):
         step = self.state.next_step()
         if step is None or self.state.busy is not None:
             return
-        self._set(step=step)
+        self.change(step=step)
         if not self.state.is_done(step) and not self.why_not_calculate():
             self.calculate()
 
     def recognise(self) -> None:
         """Tell the board from the first pictures of the cameras."""
         todo = work.RecogniseBoard(self.state.sources, self.state.board)
-        self._begin("board", todo, self._on_recognised)
+        self.begin("board", todo, self._on_recognised)
 
     def find(self) -> None:
         """Look for the board in all pictures."""
         state = self._changed_input()
         todo = work.FindBoard(state.sources, state.board, state.every)
-        self._begin("pictures", todo, self._on_found)
+        self.begin("pictures", todo, self._on_found)
 
     def _on_found(self, found: work.Found) -> None:
         first = next((one for one in found.search.sightings if len(one)), None)
-        self._set(found=found, looked=())
+        self.change(found=found, looked=())
         if first is not None:
             self.choose(first.camera, int(first.frames[0]))
 
@@ -230,24 +238,24 @@ class CalibrationController(QObject):
 
     def _fit_lenses(self) -> None:
         state = self.state
-        sightings = tuple(one for one in state.sightings)
+        sightings = tuple(one for one in state.sightings if one.camera not in state.given)
         todo = work.FitLenses(sightings, self._found_board(), state.model)
-        self._begin("lenses", todo, lambda result: self._set(lenses=self._made(result, state)))
+        self.begin("lenses", todo, lambda result: self.change(lenses=self._made(result, state)))
 
     def _fit_pairs(self) -> None:
         state = self.state
-        cameras = {name: one.camera for name, one in state.fits.items()}
+        cameras = state.lens_cameras
         names = [one.camera for one in state.sources]
         recorded = state.recording.stereo if state.recording is not None else ()
         stereo = tuple(dict.fromkeys(
             (*stereo_names(names), *(p for p in recorded if set(p) <= set(names)))))  # fmt: skip
         todo = work.FitPairs(state.sightings, cameras, self._found_board(), stereo)
-        self._begin("pairs", todo, lambda result: self._set(pairs=self._made(result, state)))
+        self.begin("pairs", todo, lambda result: self.change(pairs=self._made(result, state)))
 
     def _fit_world(self) -> None:
         state = self.state
-        todo = work.FitWorld(state.sightings, self._found_board(), state.model)
-        self._begin("world", todo, lambda result: self._on_world(self._made(result, state)))
+        todo = work.FitWorld(state.sightings, self._found_board(), state.model, state.given)
+        self.begin("world", todo, lambda result: self._on_world(self._made(result, state)))
 
     def _found_board(self) -> Board:
         found = self.state.found
@@ -255,9 +263,10 @@ class CalibrationController(QObject):
 
     @staticmethod
     def _made(result: Any, state: Calibration) -> Made[Any]:
-        return Made(result, state.model, state.unticked)
+        return Made(result, state.model, state.unticked, state.kept)
 
-    def _begin(self, step: StepName, todo: work.Step, done: Callable[[Any], None]) -> None:
+    def begin(self, step: StepName, todo: work.Step, done: Callable[[Any], None]) -> None:
+        """Have a task done for a step, instead of what is being calculated."""
         self.cancel()
         process = self._context.session.processes.calibration
         task = Task(_TITLES[step], lambda own: process(todo, own.tell, own.token.cancelled))
@@ -272,7 +281,7 @@ class CalibrationController(QObject):
                 return
             self._end()
             if isinstance(error, InputError):
-                self._set(problem=(step, error))
+                self.change(problem=(step, error))
             else:
                 self._context.notifier.error(error)
 
@@ -282,13 +291,13 @@ class CalibrationController(QObject):
         task.told.connect(lambda words: self._hear(task, words))
         self._task = task
         problem = self.state.problem
-        self._set(busy=step, problem=None if problem and problem[0] == step else problem)
+        self.change(busy=step, problem=None if problem and problem[0] == step else problem)
         self.progressed.emit(0.0, _TITLES[step])
         self._context.tasks.start(task)
 
     def _end(self) -> None:
         self._task = None
-        self._set(busy=None)
+        self.change(busy=None)
 
     def why_not_stop(self) -> str:
         """Why nothing can be stopped."""
@@ -301,7 +310,7 @@ class CalibrationController(QObject):
         if self._task is not None:
             task, self._task = self._task, None
             task.cancel()
-            self._set(busy=None, looked=())
+            self.change(busy=None, looked=())
 
     def _hear(self, task: Task, words: list[Any]) -> None:
         if task is not self._task:
@@ -325,7 +334,7 @@ class CalibrationController(QObject):
         every = (*self.state.looked, *looked)
         shown = next((one for one in reversed(every) if one.image is not None), None)
         kept = (one if one is shown else replace(one, image=None) for one in every)
-        self._set(looked=tuple(kept))
+        self.change(looked=tuple(kept))
 
     def _on_recognised(self, found: Any) -> None:
         words = f"{found.board.words[:1].upper()}{found.board.words[1:]}"
@@ -336,8 +345,10 @@ class CalibrationController(QObject):
 
     def _on_world(self, made: Made[Any]) -> None:
         frames = made.result.boards
-        frame = self.state.floor_frame if self.state.floor_frame in frames else max(frames)
-        self._set(world=made, floor_frame=frame, floor=None, saved="", saved_into=None)
+        before = self.state.axes
+        frame = before.board_frame if before.board_frame in frames else max(frames)
+        axes = replace(before, board_frame=frame, floor=None)
+        self.change(world=made, axes=axes, saved="", saved_into=None)
         self._compare()
 
     def _compare(self) -> None:
@@ -348,7 +359,7 @@ class CalibrationController(QObject):
         if not {one.name for one in state.world.result.cameras} & state.recording.cameras.keys():
             return
         todo = work.Compare(state.world.result, dict(state.recording.cameras))
-        self._begin("save", todo, lambda found: self._set(changes=found))
+        self.begin("save", todo, lambda found: self.change(changes=found))
 
     def save(self, path: Path) -> None:
         """Write the calibration and its report."""
@@ -356,7 +367,7 @@ class CalibrationController(QObject):
 
         def write() -> None:
             report = saving.write_to(self.state, path)
-            self._set(saved=f"Saved: {path.name}, with the report {report.name} beside it.")
+            self.change(saved=f"Saved: {path.name}, with the report {report.name} beside it.")
 
         notifier.attempt(write)
 
@@ -370,7 +381,7 @@ class CalibrationController(QObject):
         def write() -> None:
             kept = saving.save_into(state, recording)
             words = f"Saved into {recording.name}. The calibration before is {kept.name}."
-            self._set(saved=words, saved_into=recording.folder)
+            self.change(saved=words, saved_into=recording.folder)
             self._context.session.opening.open(recording.folder, workspace="calibrate")
 
         self._context.notifier.attempt(write)
@@ -384,12 +395,15 @@ class CalibrationController(QObject):
     @Slot()
     def _on_recording(self) -> None:
         recording = self._context.session.document.recording
-        known = None if recording is None else _recorded(recording)
+        corrected = self._context.session.document.corrections is not None
+        known = None if recording is None else _recorded(recording, corrected=corrected)
+        before = self.state.axes
         if known is None or known.folder == self.state.saved_into:
-            self._set(recording=known)  # what it was before can still be seen
+            axes = Axes() if self.state.world is None else before  # it is turned already
+            self.change(recording=known, axes=axes)  # what it was before can still be seen
             return
-        way: AxesWay = self.state.axes if self.state.axes in ("first", "board") else "first"
-        self._set(recording=known, changes=(), axes=way, floor=None, saved_into=None)
+        axes = before if before.way == "board" and self.state.world is not None else Axes()
+        self.change(recording=known, changes=(), axes=axes, saved_into=None)
         if self.state.busy is None:
             self._compare()
 
@@ -399,7 +413,7 @@ class CalibrationController(QObject):
         self.reading.close()
 
 
-def _recorded(recording: Recording) -> Recorded:
+def _recorded(recording: Recording, *, corrected: bool) -> Recorded:
     """What matters of a recording: the cameras that its views use."""
     views = recording.views
     used = {stream.camera for view in views for stream in view.streams().values() if stream.camera}
@@ -409,4 +423,6 @@ def _recorded(recording: Recording) -> Recorded:
         {name: one for name, one in recording.cameras.items() if name in used},
         tuple((view.left.camera, view.image.camera) for view in views if view.left),
         any(view.kind != "mono" for view in views),
+        recording.guessed,
+        corrected,
     )

@@ -17,6 +17,7 @@ from ...widgets.forms.message import Message
 from ...widgets.tables.panels import FindingsPanel
 from ...widgets.tables.trees import RigPanel
 from .actions import commands
+from .aligning import AligningController
 from .controller import CalibrationController
 from .panels.page import CalibrationPage
 from .thorough import ThoroughCheck
@@ -33,7 +34,8 @@ class CalibrateController(QObject):
         self.rig, self.findings = RigPanel(), FindingsPanel()
         self.calibration = CalibrationController(context)
         self.thorough = ThoroughCheck(context)
-        self.page = CalibrationPage(self.calibration)
+        self.aligning = AligningController(context, self.calibration)
+        self.page = CalibrationPage(self.calibration, self.aligning)
         context.docks.add_page("calibration", self.page)
         self._dock = context.docks.add("findings", _FINDINGS, self.findings)
         context.docks.add("rig", "Rig", self.rig)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from stereotrack_core.calibrate.changes import change_table
+from stereotrack_core.calibrate.changes import change_table, place_table
 from stereotrack_core.calibrate.report import left_out_table, lens_table, world_tables
 from stereotrack_core.errors import InputError
 from stereotrack_core.recording.calibration import keep_calibration, write_calibration
@@ -15,7 +15,7 @@ from stereotrack_core.report.pages import write_calibration_page
 from stereotrack_core.tables import Table
 
 from .shown import pair_table
-from .state import Calibration, Recorded
+from .state import Calibration, Recorded, StepName
 
 
 def write_to(state: Calibration, path: Path) -> Path:
@@ -27,7 +27,8 @@ def write_to(state: Calibration, path: Path) -> Path:
     _check(state)
     write_calibration(path, state.cameras)
     report = path.with_name(f"{path.stem}-report.html")
-    verdict = state.verdict("world" if state.world is not None else "lenses")
+    step: StepName = "save" if state.of_recording else "lenses"
+    verdict = state.verdict("world" if state.world is not None else step)
     assert verdict is not None  # noqa: S101 - there are cameras
     write_calibration_page(report, path.stem, verdict, report_tables(state))
     return report
@@ -35,15 +36,18 @@ def write_to(state: Calibration, path: Path) -> Path:
 
 def report_tables(state: Calibration) -> Sequence[Table]:
     """Everything that is known about the result."""
-    if state.world is None:
+    turned = place_table(state.base, state.cameras) if state.alignment is not None else None
+    if state.of_recording:
+        tables: list[Table | None] = [turned]
+    elif state.world is None:
         fits = list(state.fits.values())
         left_out = left_out_table([out for one in fits for out in one.sightings.left_out])
-        tables: list[Table | None] = [lens_table(fits), left_out]
+        tables = [lens_table(fits), left_out]
     else:
         world = state.world.result
         changed = change_table(state.changes) if state.changes else None
         left_out = left_out_table([out for one in world.sightings for out in one.left_out])
-        tables = [*world_tables(world), pair_table(state), changed, left_out]
+        tables = [*world_tables(world), pair_table(state), turned, changed, left_out]
     return [one for one in tables if one is not None]
 
 
@@ -51,8 +55,12 @@ def why_not_into(state: Calibration) -> str:
     """Why the calibration cannot replace that of the open recording."""
     if state.recording is None:
         return "No recording is open."
-    if state.world is None:
-        return "Place all cameras first."
+    if state.recording.guessed:
+        return "The cameras of the recording are guessed, so that there is nothing to replace."
+    if state.of_recording and state.recording.corrected:
+        return "The project corrects the cameras of this recording. Save the calibration to a file."
+    if state.world is None and not (state.of_recording and state.cameras):
+        return "Place all cameras first, or choose what the world is turned by."
     missing = [name for name in state.recording.cameras if name not in state.cameras]
     if missing:
         return (

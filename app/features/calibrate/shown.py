@@ -11,7 +11,6 @@ from stereotrack_core.calibrate.bundle import rms_of
 from stereotrack_core.calibrate.pictures import Looked
 from stereotrack_core.calibrate.report import lens_table
 from stereotrack_core.calibrate.sightings import Sightings
-from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.tables import Table, number
 
@@ -90,12 +89,17 @@ def verdict_shown(state: Calibration) -> tuple[str, Sequence[str], str]:
     if state.step == "board" and state.recognised:
         return state.recognised, (), "good"
     found = state.verdict(state.step)
+    if found is None and state.step == "lenses" and state.kept is not None:
+        left = [one.camera for one in state.sources if one.camera not in state.given]
+        words = f"The lenses of {state.kept.file.name} are kept as they are."
+        more = (f"Those of {', '.join(left)} are to be calculated.",) if left else ()
+        return words, more, "muted" if left else "good"
     if found is None:
         return *_HINTS[state.step], "muted"
     remarks = list(found.remarks)
     if state.is_stale(state.step):
-        remarks.insert(0, "Other pictures are ticked now, or another lens model is chosen: "
-                       "calculate again.")  # fmt: skip
+        remarks.insert(0, "Other pictures are ticked now, or other lenses are chosen: calculate "
+                       "again.")  # fmt: skip
     return found.words, remarks, _COLOURS[found.grade]
 
 
@@ -267,28 +271,25 @@ def pair_table(state: Calibration) -> Table | None:
 
 def scene_shown(state: Calibration) -> SceneContent:
     """Cameras and boards in the chosen world; on the last step also the cameras as they were."""
-    if state.world is None:
+    if not state.base:
         return SceneContent()
     outline = _outline(state)
     boards = state.boards[:: max(1, len(state.boards) // _MOST_BOARDS)]
-    if state.step == "axes" and state.axes == "board":
+    if state.step == "axes" and state.axes.way == "board":
         boards = state.boards
-    before: tuple[Camera, ...] = ()
-    if state.step == "save" and state.recording is not None and state.axes == "recording":
-        before = tuple(
-            one for name, one in state.recording.cameras.items() if name in state.cameras
-        )
+    recorded = {} if state.recording is None else state.recording.cameras
+    same_world = state.of_recording or (state.step == "save" and state.axes.way == "recording")
+    before = tuple(one for name, one in recorded.items() if name in state.cameras)
     return SceneContent(
-        cameras=tuple(state.cameras.values()),
-        cameras_before=before,
+        cameras=tuple((state.cameras or state.base).values()),
+        cameras_before=before if same_world else (),
         boards=tuple(_placed(one, outline) for one in boards),
     )
 
 
 def _outline(state: Calibration) -> FloatArray:
     """Corners (4, 3) of the outer squares, metres, board frame, from the upper left."""
-    assert state.world is not None  # noqa: S101 - there are no boards without
-    board = state.world.result.board
+    board = state.board if state.world is None else state.world.result.board
     right, low = board.columns * board.square, board.rows * board.square
     start = -board.square
     return np.array([[start, start, 0], [right, start, 0], [right, low, 0], [start, low, 0]])

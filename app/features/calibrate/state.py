@@ -10,7 +10,7 @@ from typing import Any, Generic, Literal, TypeAlias, TypeVar
 
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.calibrate import verdict
-from stereotrack_core.calibrate.align import Alignment, aligned, from_board, from_cameras
+from stereotrack_core.calibrate.align import Alignment, aligned, from_cameras
 from stereotrack_core.calibrate.board import Board
 from stereotrack_core.calibrate.changes import CameraChange
 from stereotrack_core.calibrate.intrinsics import Intrinsics
@@ -23,6 +23,14 @@ from stereotrack_core.calibrate.world import World
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.transform import RigidTransform
+
+from .axes import (
+    Axes,
+    alignment_by_board,
+    alignment_by_clicks,
+    alignment_by_floor,
+    alignment_by_person,
+)
 
 StepName: TypeAlias = Literal["board", "pictures", "lenses", "pairs", "world", "axes", "save"]
 STEPS: dict[StepName, str] = {
@@ -38,19 +46,27 @@ STEPS: dict[StepName, str] = {
 
 Shot: TypeAlias = tuple[str, int]
 """A picture: the name of its camera and its number."""
-AxesWay: TypeAlias = Literal["first", "board", "floor", "recording"]
 
 _USUAL = Board(9, 6, 0.025)
 _R = TypeVar("_R")
 
 
 @dataclass(frozen=True, eq=False)
+class KeptLenses:
+    """Lenses that were calibrated before, which stay as they are."""
+
+    file: Path
+    cameras: Mapping[str, Camera]
+
+
+@dataclass(frozen=True, eq=False)
 class Made(Generic[_R]):
-    """A result, with the lens model and the unticked pictures that it was made with."""
+    """A result, with the lenses that were chosen and the pictures unticked when it was made."""
 
     result: _R
     model: str
     unticked: frozenset[Shot]
+    kept: KeptLenses | None = None
 
 
 @dataclass(frozen=True)
@@ -64,6 +80,10 @@ class Recorded:
     """Left and right cameras of its stereo views."""
     has_depth: bool = False
     """Whether a view measures depth, in which the floor may be seen."""
+    guessed: bool = False
+    """Whether the cameras are guessed, so that there is no world to turn."""
+    corrected: bool = False
+    """Whether the project corrects the recording, so that its files are not what is shown."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,16 +100,15 @@ class Calibration:
     """What the pictures showed of the board, as a sentence."""
     every: int = 1
     model: str = "auto"
+    kept: KeptLenses | None = None
+    """Lenses of a calibration file; those that it lacks are calculated."""
     unticked: frozenset[Shot] = frozenset()
     found: Found | None = None
     lenses: Made[Mapping[str, LensResult]] | None = None
     pairs: Made[tuple[PairFit, ...]] | None = None
     world: Made[World] | None = None
-    axes: AxesWay = "first"
-    floor_frame: int = -1
-    """Number of the pictures in which the board lies on the floor."""
-    floor: Alignment | None = None
-    """That of the floor in the depth of the open recording."""
+    axes: Axes = field(default_factory=Axes)
+    """What the world is turned by."""
     changes: tuple[CameraChange, ...] = ()
     """Against the open recording, as it was before the calibration was saved into it."""
     saved_into: Path | None = None
@@ -120,9 +139,24 @@ class Calibration:
 
     @cached_property
     def fits(self) -> dict[str, Intrinsics]:
-        """Lenses that could be calibrated, by camera."""
+        """Lenses that could be calibrated and are not kept, by camera."""
         lenses = {} if self.lenses is None else self.lenses.result
-        return {name: one for name, one in lenses.items() if isinstance(one, Intrinsics)}
+        return {
+            name: one
+            for name, one in lenses.items()
+            if isinstance(one, Intrinsics) and name not in self.given
+        }
+
+    @property
+    def given(self) -> dict[str, Camera]:
+        """Lenses that are kept, by the camera whose pictures are here."""
+        kept = {} if self.kept is None else self.kept.cameras
+        return {one.camera: kept[one.camera] for one in self.sources if one.camera in kept}
+
+    @property
+    def lens_cameras(self) -> dict[str, Camera]:
+        """Cameras whose lens is known, kept or calculated."""
+        return {**{name: one.camera for name, one in self.fits.items()}, **self.given}
 
     @property
     def errors(self) -> dict[Shot, FloatArray]:
@@ -153,45 +187,60 @@ class Calibration:
         return {(out.camera, out.frame): out.reason for one in seen for out in one.left_out}
 
     @cached_property
+    def base(self) -> dict[str, Camera]:
+        """The cameras whose world is turned: those placed here, else those of the recording."""
+        if self.world is not None:
+            return {one.name: one for one in self.world.result.cameras}
+        if self.recording is None or self.recording.guessed or self.lens_cameras:
+            return {}
+        return dict(self.recording.cameras)
+
+    @property
+    def of_recording(self) -> bool:
+        """Whether the world of the open recording is turned, with nothing calculated here."""
+        return self.world is None and bool(self.base)
+
+    @property
+    def board_frames(self) -> tuple[int, ...]:
+        """Pictures in which the board may lie on the floor."""
+        if self.world is not None:
+            return tuple(self.world.result.boards)
+        return tuple(sorted({int(k) for one in self.sightings for k in one.frames}))
+
+    @cached_property
     def alignment(self) -> Alignment | InputError | None:
-        """How the world is turned; None where it stays that of the first camera."""
-        world = self.world.result if self.world is not None else None
-        if world is None or self.axes == "first":
+        """How the world is turned; None where it stays as it is."""
+        if not self.base or self.axes.way == "first":
             return None
         try:
-            if self.axes == "recording":
-                return self._as_recorded(world)
-            if self.axes == "floor":
-                return self._to_floor()
-            return self._on_floor(world)
+            return self._turned()
         except InputError as error:
             return error
 
-    def _on_floor(self, world: World) -> Alignment:
-        board = world.boards.get(self.floor_frame)
-        if board is None:
-            raise InputError(
-                "the picture in which the board lies on the floor is not chosen",
-                where="axes",
-                remedy="Choose it in the list.",
-            )
-        return from_board(board, world.board.corners)
+    def _turned(self) -> Alignment:
+        match self.axes.way:
+            case "floor":
+                return alignment_by_floor(self.axes)
+            case "points":
+                return alignment_by_clicks(self.axes, self.base)
+            case "person":
+                return alignment_by_person(self.axes, self.base, self._recorded_cameras())
+            case "recording":
+                return from_cameras(self.base, self._recorded_cameras())
+            case _:
+                world = self.world.result if self.world is not None else None
+                board = self.board if world is None else world.board
+                if world is None and self.found is not None:
+                    board = self.found.search.board
+                boards = None if world is None else world.boards
+                return alignment_by_board(self.axes, self.base, board, boards, self.sightings)
 
-    def _to_floor(self) -> Alignment:
-        if self.floor is None:
-            raise InputError(
-                "no floor is found in the depth of the recording",
-                where="axes",
-                remedy="Choose another way, or a frame in which much of the floor is seen.",
-            )
-        return self.floor
-
-    def _as_recorded(self, world: World) -> Alignment:
+    def _recorded_cameras(self) -> Mapping[str, Camera]:
         if self.recording is None:
             raise InputError(
                 "no recording is open", where="axes", remedy="Open the recording of these cameras."
             )
-        return from_cameras({one.name: one for one in world.cameras}, self.recording.cameras)
+        return self.recording.cameras
 
     @cached_property
     def new_from_world(self) -> RigidTransform:
@@ -203,9 +252,8 @@ class Calibration:
     @cached_property
     def cameras(self) -> dict[str, Camera]:
         """The calibrated cameras in their chosen world; lenses alone where there is one camera."""
-        if self.world is not None:
-            found = {one.name: one for one in self.world.result.cameras}
-            return aligned(found, self.new_from_world)
+        if self.world is not None or isinstance(self.alignment, Alignment):
+            return aligned(self.base, self.new_from_world)
         return {name: one.camera for name, one in self.fits.items()} if self.alone else {}
 
     @cached_property
@@ -221,7 +269,9 @@ class Calibration:
 
     def is_current(self, made: Made[Any] | None) -> bool:
         """Whether a result is there, and of what is chosen and ticked now."""
-        return made is not None and made.model == self.model and made.unticked == self.unticked
+        return made is not None and (made.model, made.unticked, made.kept) == (
+            self.model, self.unticked, self.kept,
+        )  # fmt: skip
 
     # ---- steps
 
@@ -233,8 +283,10 @@ class Calibration:
             case "pictures":
                 return self.found is not None and any(map(len, self.found.search.sightings))
             case "lenses":
-                all_there = self.lenses is not None and len(self.fits) == len(self.sources)
-                return all_there and self.is_current(self.lenses)
+                wanted = {one.camera for one in self.sources} - self.given.keys()
+                if not wanted:
+                    return self.is_done("pictures")
+                return wanted <= self.fits.keys() and self.is_current(self.lenses)
             case "pairs":
                 placed = self.pairs is not None and any(not p.problem for p in self.pairs.result)
                 return placed and self.is_current(self.pairs)
@@ -242,7 +294,9 @@ class Calibration:
                 return self.is_current(self.world)
             case "axes":
                 turned = isinstance(self.alignment, Alignment)
-                return self.is_done("world") and (turned or self.axes == "first")
+                if self.of_recording:
+                    return turned
+                return self.is_done("world") and (turned or self.axes.way == "first")
             case "save":
                 return bool(self.saved)
 
@@ -253,6 +307,9 @@ class Calibration:
 
     def why_not(self, step: StepName) -> str:
         """Why a step cannot be taken now; empty where it can."""
+        if self.of_recording and step in ("axes", "save"):
+            turned = step == "axes" or bool(self.cameras) or bool(self.saved)
+            return "" if turned else "Nothing is changed that could be saved."
         order = list(STEPS)
         needed: dict[StepName, str] = {
             "board": self.board_problem or "Choose the pictures of a camera first.",
@@ -274,7 +331,7 @@ class Calibration:
             return str(self.found.apart)
         if self.found is not None and self.found.search.mirrored:
             return "Mirrored pictures have no place in a world. Film again without mirroring."
-        if step == "pairs" and not self.fits:
+        if step == "pairs" and not self.lens_cameras:
             return "Calculate the lenses first."
         if step == "axes" and self.world is None:
             return "Place all cameras first."
@@ -292,12 +349,15 @@ class Calibration:
             return verdict.of_error(self.problem[1])
         if step == "pictures" and self.found is not None:
             return verdict.of_search(self.found.search, self.found.apart)
-        if step == "lenses" and self.lenses is not None:
-            return verdict.of_lenses(self.lenses.result)
+        lenses = {} if self.lenses is None else self.lenses.result
+        if step == "lenses" and (own := {k: v for k, v in lenses.items() if k not in self.given}):
+            return verdict.of_lenses(own)
         if step == "pairs" and self.pairs is not None:
             return verdict.of_pairs(self.pairs.result)
-        if step == "axes" and isinstance(self.alignment, InputError):
-            return verdict.of_error(self.alignment)
+        if step in ("axes", "save") and isinstance(self.alignment, InputError):
+            return verdict.of_no_alignment(self.alignment)
+        if isinstance(self.alignment, Alignment) and (step == "axes" or self.of_recording):
+            return verdict.of_alignment(self.alignment, self.cameras)
         if step in ("world", "axes", "save") and self.world is not None:
             return verdict.of_world(self.world.result)
         if step == "save" and self.fits:
@@ -308,7 +368,7 @@ class Calibration:
 
     def with_input(self, **changed: object) -> Calibration:
         """The same with other pictures or another board, of which nothing is known yet."""
-        fresh = Calibration(recording=self.recording, model=self.model)
+        fresh = Calibration(recording=self.recording, model=self.model, kept=self.kept)
         kept = {
             "step": self.step,
             "sources": self.sources,

@@ -12,16 +12,12 @@ import numpy as np
 
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.calibrate.align import (
-    FLOOR,
-    NORTH,
-    ORIGIN,
     POINTS,
     Alignment,
     aligned,
     from_board,
+    from_clicks,
     from_person,
-    from_points,
-    triangulated,
 )
 from stereotrack_core.calibrate.pictures import check_same_length, pictures_of_folder
 from stereotrack_core.calibrate.seen_board import seen_board
@@ -163,9 +159,7 @@ def _of_points(path: Path, cameras: Mapping[str, Camera]) -> Alignment:
                 )
         pixel = [finite_number(cells[axis], path, line, axis) for axis in "xy"]
         clicks.setdefault(cells["point"], {})[cells["camera"]] = np.array(pixel)
-    points = triangulated(cameras, clicks)
-    above = np.mean([camera.position_world for camera in cameras.values()], axis=0)
-    return from_points(points[ORIGIN], points[NORTH], points[FLOOR], above)
+    return from_clicks(cameras, clicks)
 
 
 def _of_person(args: Namespace) -> Alignment:

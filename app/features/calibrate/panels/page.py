@@ -16,12 +16,15 @@ from ....widgets.forms.verdict_box import VerdictBox
 from ....widgets.plots.coverage_map import CoverageMap
 from ....widgets.scene.scene_view import SceneView
 from ....widgets.style.building import ElidedLabel, hbox, label, scrolled, thin_progress, vbox
+from ..aligning import AligningController
 from ..controller import CalibrationController
 from ..reading import ReadPicture
 from ..shown import coverage_shown, scene_shown, shot_shown, steps_shown, verdict_shown
 from ..state import STEPS, Calibration, StepName
+from .axes import AxesPage
 from .board import BoardPage
-from .ending import AxesPage, SavePage
+from .ending import SavePage
+from .points import PointsPanel
 from .results import LensesPage, PairsPage, PicturesPage, WorldPage
 
 _DO: dict[StepName, tuple[str, str]] = {
@@ -55,7 +58,7 @@ class StepPage(Protocol):
 class CalibrationPage(QWidget):
     """Shows the state of the calibration, and hands on what a person wants."""
 
-    def __init__(self, calibration: CalibrationController) -> None:
+    def __init__(self, calibration: CalibrationController, aligning: AligningController) -> None:
         super().__init__()
         self._calibration = calibration
         self._read: ReadPicture | None = None
@@ -66,8 +69,9 @@ class CalibrationPage(QWidget):
         self.board, self.pictures = BoardPage(calibration), PicturesPage(calibration)
         self.lenses, self.pairs = LensesPage(calibration), PairsPage(calibration)
         self.world, self.axes, self.save = (
-            WorldPage(calibration), AxesPage(calibration), SavePage(calibration),
+            WorldPage(calibration), AxesPage(calibration, aligning), SavePage(calibration),
         )  # fmt: skip
+        self.points = PointsPanel(aligning)
         self.pages: dict[StepName, BoardPage | PicturesPage | LensesPage | PairsPage | WorldPage
                          | AxesPage | SavePage] = {
             "board": self.board, "pictures": self.pictures, "lenses": self.lenses,
@@ -96,6 +100,7 @@ class CalibrationPage(QWidget):
             self._pictures.setStretchFactor(self._pictures.indexOf(part), stretch)
         self.side.addWidget(self._pictures)
         self.side.addWidget(self.scene)
+        self.side.addWidget(self.points)
         both = QSplitter(Qt.Orientation.Horizontal)
         for stack in (self.middle, self.side):
             both.addWidget(stack)
@@ -152,22 +157,30 @@ class CalibrationPage(QWidget):
             widget.setVisible(busy)
 
     def _show_side(self, state: Calibration) -> None:
-        in_space = state.step in ("world", "axes", "save") and state.world is not None
+        in_space = state.step in ("world", "axes", "save") and bool(state.base)
+        if in_space and state.step == "axes" and state.axes.way == "points":
+            self.side.setCurrentWidget(self.points)
+            self.points.show_state(state)
+            return
         self.side.setCurrentWidget(self.scene if in_space else self._pictures)
         self.coverage.setVisible(state.step == "lenses")
         if in_space:
-            upright = isinstance(state.alignment, Alignment)
-            if self.scene.layer_visible("floor") != upright:
-                self.scene.set_layer_visible("floor", upright)
-            self.scene.show_scene(scene_shown(state))
-            place = state.world, state.axes, state.floor_frame
-            if place != self._world:
-                self._world = place
-                self.scene.set_view("home")
+            self._show_world(state)
             return
         if state.step == "lenses":
             self.coverage.show_coverage(coverage_shown(state))
         self.picture.show_shot(shot_shown(state, self._read))
+
+    def _show_world(self, state: Calibration) -> None:
+        upright = isinstance(state.alignment, Alignment) or state.of_recording
+        if self.scene.layer_visible("floor") != upright:
+            self.scene.set_layer_visible("floor", upright)
+        self.scene.show_scene(scene_shown(state))
+        axes = state.axes
+        place = state.world, state.recording, axes.way, axes.board_frame, axes.floor, axes.person
+        if place != self._world:
+            self._world = place
+            self.scene.set_view("home")
 
     @Slot(object)
     def _on_read(self, read: ReadPicture) -> None:

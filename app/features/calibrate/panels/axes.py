@@ -1,0 +1,268 @@
+"""Sixth step: what says where up, north and the origin are."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from PySide6.QtCore import QSignalBlocker, Slot
+from PySide6.QtWidgets import QButtonGroup, QComboBox, QLabel, QRadioButton, QSpinBox, QWidget
+
+from stereotrack_core.calibrate.align import POINTS, Alignment
+from stereotrack_core.calibrate.changes import place_table
+
+from ....widgets.forms.form_dialog import ask_to_open, push_button
+from ....widgets.style.building import Item, choice, hbox, label, label_of, vbox
+from ....widgets.tables.plain import PlainTable
+from ..aligning import FILE, AligningController
+from ..axes import AxesWay
+from ..controller import CalibrationController
+from ..state import Calibration
+
+_WAYS: dict[AxesWay, tuple[str, str]] = {
+    "first": (
+        "The &first camera",
+        "It is taken as level and looking south, and the origin is in it.",
+    ),
+    "board": (
+        "The &board on the floor",
+        "In one position the board lies on the floor, seen from above. Its middle is the origin, "
+        "and its upper side points north.",
+    ),
+    "floor": (
+        "The &floor in the depth of the recording",
+        "The largest plane below the cameras. One camera is in the north.",
+    ),
+    "points": (
+        "Three clicked &points of the floor",
+        "The origin, any point north of it, and a third one beside that line. Click each in two "
+        "cameras or more, in the pictures on the right.",
+    ),
+    "person": (
+        "A &person",
+        "The person of a run, a reference or a file stands facing north, or walks north.",
+    ),
+    "recording": (
+        "The world of the open &recording",
+        "The cameras are laid over those of the recording, so that landmarks and runs stay where "
+        "they are.",
+    ),
+}
+_AS_IT_IS = "The world as &it is", "The cameras of the open recording are not turned."
+_INDENT = (24, 0, 0, 8)
+_MOST_FRAMES = 10_000_000
+
+
+class AxesPage(QWidget):
+    """The ways to turn the world, each with what is to be chosen for it."""
+
+    def __init__(self, calibration: CalibrationController, aligning: AligningController) -> None:
+        super().__init__()
+        self._calibration, self._aligning = calibration, aligning
+        self.ways: dict[AxesWay, QRadioButton] = {}
+        self.about: dict[AxesWay, QLabel] = {}
+        self.fields: dict[AxesWay, QWidget] = {}
+        self._make_fields()
+        self.words, self.places = label("", "muted"), PlainTable("The world before and after")
+        group, column = QButtonGroup(self), vbox(spacing=6)
+        for way, (title, about) in _WAYS.items():
+            button = self.ways[way] = QRadioButton(title)
+            group.addButton(button)
+            button.clicked.connect(self._on_chosen)
+            column.addWidget(button)
+            self.about[way] = label(about, "muted", margins=_INDENT)
+            column.addWidget(self.about[way])
+            if fields := self._fields(way):
+                self.fields[way] = QWidget()
+                self.fields[way].setLayout(vbox(*fields, margins=_INDENT, spacing=6))
+                column.addWidget(self.fields[way])
+        self.setLayout(vbox(column, self.places, self.words, None, spacing=12))
+
+    def _make_fields(self) -> None:
+        aligning = self._aligning
+        self.board_frame = choice("Position of the board on the floor", (), "Position of the board")
+        self.board_frame.activated.connect(
+            lambda: aligning.choose_board(int(self.board_frame.currentData()))
+        )
+        self.floor_frame, self.points_frame = (
+            _frame_box(name, aligning.choose_frame)
+            for name in ("Frame that shows the floor", "Frame for clicking points")
+        )
+        self.north = choice("Camera in the north", (), "The camera that stands in the north")
+        self.north.activated.connect(lambda: aligning.choose_north(str(self.north.currentData())))
+        self.points: dict[str, QRadioButton] = {}
+        group = QButtonGroup(self)
+        for point in POINTS:
+            self.points[point] = button = QRadioButton(point)
+            group.addButton(button)
+            button.clicked.connect(lambda _on=False, one=point: aligning.choose_point(one))
+        self.remove_button = push_button(
+            "Remove click", lambda: aligning.remove(self._calibration.state.axes.point),
+            "Take the click of the chosen point away from the picture that is shown",
+        )  # fmt: skip
+        self.clear_button = push_button("Remove all", aligning.clear, "Take all clicks away")
+        self.person = choice("Whose landmarks", (), "A run, a reference or a file with landmarks")
+        self.person.activated.connect(self._on_person)
+        self.walking = choice(
+            "What the person does", (("", "stands facing north"), ("walking", "walks north"))
+        )
+        self.walking.activated.connect(
+            lambda: aligning.change(walking=bool(self.walking.currentData()))
+        )
+        self.first_frame, self.last_frame = (
+            _frame_box(name, self._on_frames) for name in ("First frame", "Last frame")
+        )
+
+    def _fields(self, way: AxesWay) -> tuple[Item, ...]:
+        match way:
+            case "board":
+                return (hbox(label_of(self.board_frame, "Position"), self.board_frame, None),)
+            case "floor":
+                frame = label_of(self.floor_frame, "Frame"), self.floor_frame
+                return (hbox(*frame, label_of(self.north, "In the north"), self.north, None),)
+            case "points":
+                frame = label_of(self.points_frame, "Frame"), self.points_frame
+                return (
+                    *self.points.values(),
+                    hbox(*frame, self.remove_button, self.clear_button, None, spacing=6),
+                )
+            case "person":
+                frames = self.first_frame, label("to", wraps=False), self.last_frame
+                return (
+                    hbox(self.person, self.walking, None, spacing=6),
+                    hbox(label_of(self.first_frame, "Frames"), *frames, None, spacing=6),
+                )
+            case _:
+                return ()
+
+    # ---- showing
+
+    def show_state(self, state: Calibration) -> None:
+        """Show what is chosen, and what it comes to."""
+        title, about = _AS_IT_IS if state.of_recording else _WAYS["first"]
+        self.ways["first"].setText(title)
+        self.about["first"].setText(about)
+        for way, button in self.ways.items():
+            button.setChecked(way == state.axes.way)
+            why_not = _why_no_way(way, state)
+            button.setEnabled(not why_not)
+            button.setToolTip(f"Unavailable: {why_not}" if why_not else "")
+        for way, fields in self.fields.items():
+            fields.setVisible(way == state.axes.way)
+        self.ways["recording"].setVisible(not state.of_recording)
+        self.about["recording"].setVisible(not state.of_recording)
+        self._show_fields(state)
+        turned = isinstance(state.alignment, Alignment)
+        self.places.show_table(place_table(state.base, state.cameras) if turned else None)
+        self.words.setText(_about(state))
+
+    def _show_fields(self, state: Calibration) -> None:
+        axes, recording = state.axes, state.recording
+        boards = {frame: f"picture {frame}" for frame in state.board_frames}
+        _fill(self.board_frame, boards, axes.board_frame)
+        cameras = {"": "that of the first view"}
+        if recording is not None:
+            cameras |= {name: name for name in recording.cameras}
+        _fill(self.north, cameras, axes.north)
+        for box in (self.floor_frame, self.points_frame):
+            _put(box, axes.frame)
+        for point, button in self.points.items():
+            seen = axes.clicked_in(point)
+            button.setText(f"{point}: {', '.join(seen) or 'not clicked yet'}")
+            button.setChecked(point == axes.point)
+        here = axes.camera in axes.clicked_in(axes.point)
+        self.remove_button.setEnabled(here)
+        self.remove_button.setToolTip(
+            f"Take the click of {axes.point} away from {axes.camera}" if here
+            else f"Unavailable: {axes.point} is not clicked in {axes.camera}."
+        )  # fmt: skip
+        self.clear_button.setEnabled(any(axes.clicks.values()))
+        persons = {"": "choose whose landmarks", **self._aligning.persons()}
+        words = "" if axes.person is None else axes.person.words
+        if words.startswith(FILE):
+            persons[words] = words.removeprefix(FILE).strip()
+        _fill(self.person, persons, words)
+        self.walking.setCurrentIndex(int(axes.walking))
+        first, last = axes.frames or (0, 0)
+        _put(self.first_frame, first)
+        _put(self.last_frame, last)
+
+    # ---- choosing
+
+    @Slot()
+    def _on_chosen(self) -> None:
+        way = next(way for way, button in self.ways.items() if button.isChecked())
+        self._aligning.choose(way)
+
+    @Slot()
+    def _on_person(self) -> None:
+        key = str(self.person.currentData())
+        if key != FILE:
+            self._aligning.choose_person(key)
+            return
+        self._calibration.changed.emit()  # the list shows what is chosen, until a file is read
+        recording = self._calibration.state.recording
+        start = Path.home() if recording is None else recording.folder
+        files = "Runs and landmarks (*.npz *.csv *.trc *.c3d)"
+        ask_to_open(self, "Landmarks of a person", start, files, self._aligning.read_person)
+
+    def _on_frames(self, _frame: int) -> None:
+        self._aligning.change(frames=(self.first_frame.value(), self.last_frame.value()))
+
+
+def _frame_box(name: str, on_changed: Callable[[int], None]) -> QSpinBox:
+    box = QSpinBox(minimum=0, maximum=_MOST_FRAMES)
+    box.setAccessibleName(name)
+    box.setKeyboardTracking(False)
+    box.valueChanged.connect(on_changed)
+    return box
+
+
+def _put(box: QSpinBox, value: int) -> None:
+    with QSignalBlocker(box):
+        box.setValue(value)
+
+
+def _fill(box: QComboBox, options: Mapping[Any, str], chosen: object) -> None:
+    """Offer these, by their keys; the list is made again only where it is another one."""
+    with QSignalBlocker(box):
+        if [(box.itemData(k), box.itemText(k)) for k in range(box.count())] != [*options.items()]:
+            box.clear()
+            for key, text in options.items():
+                box.addItem(text, key)
+        box.setCurrentIndex(box.findData(chosen))
+
+
+def _why_no_way(way: AxesWay, state: Calibration) -> str:
+    """Why the world cannot be turned so; empty where it can."""
+    recorded = {} if state.recording is None else state.recording.cameras
+    there = any(name in recorded for name in state.base)
+    match way:
+        case "recording" if not there:
+            return "Open the recording of these cameras."
+        case "floor" if not there or state.recording is None or not state.recording.has_depth:
+            return "Open a recording of these cameras with stereo or depth views."
+        case "board" if not state.board_frames:
+            return "Choose pictures of the board, and find it in them (steps 1 and 2)."
+        case _:
+            return ""
+
+
+def _about(state: Calibration) -> str:
+    """What the world rests on now, and where the cameras come to stand."""
+    if not isinstance(state.alignment, Alignment):
+        return ""
+    found, said = state.alignment, []
+    if state.axes.way == "recording":
+        said.append(f"The cameras lie {1000 * found.spread_m:.1f} mm beside the recording's.")
+    if state.axes.way == "floor":
+        spread = 1000.0 * found.spread_m
+        said.append(f"{found.points} points lie on the floor, within {spread:.0f} mm.")
+    if state.axes.way == "person":
+        said.append(f"{found.points} frames show the person, whose hips sway by "
+                    f"{1000 * found.spread_m:.0f} mm along the upward axis.")  # fmt: skip
+    if state.axes.way not in ("first", "recording"):
+        low = min(camera.position_world[2] for camera in state.cameras.values())
+        said.append(f"The lowest camera stands {low:.2f} m above the floor.")
+    return " ".join(said)
