@@ -119,7 +119,7 @@ def test_three_clicked_points(cameras):
     with pytest.raises(InputError, match="on a line"):
         from_points(found["origin"], found["north"], found["north"] * 1.01, above)
     del clicks["floor"]["b"], clicks["floor"]["c"]
-    with pytest.raises(InputError, match="'floor' is clicked in 1 cameras"):
+    with pytest.raises(InputError, match="'floor' is clicked in 1 camera"):
         triangulated(cameras, clicks)
 
 
