@@ -77,19 +77,41 @@ def did_you_mean(name: str, known: Iterable[str]) -> str:
 
 Severity: TypeAlias = Literal["error", "warning", "note"]
 
+CorrectionKind: TypeAlias = Literal[
+    "transpose", "invert", "exchange_centre", "undistort", "resize", "scale_translation",
+    "scale_base_line", "exchange_pair", "exchange_sides", "exchange_views", "shift_frames",
+    "shift_left", "scale_depth", "set_fps", "turn_axes", "shift_reference", "exchange_names",
+    "scale_points", "scale_lengths",
+]  # fmt: skip
+"""What is changed: of cameras, of the description, of the reference, of the subject."""
+
+
+@dataclass(frozen=True)
+class Correction:
+    """What has to be changed in one file of a recording, as data that can be stored and tested.
+
+    `names` are cameras, views, or for ``turn_axes`` what is written for x, y, z; `amount` is a
+    factor, a number of frames, or a rate.
+    """
+
+    kind: CorrectionKind
+    names: tuple[str, ...] = ()
+    amount: float = 1.0
+
 
 @dataclass(frozen=True)
 class Finding:
     """Something about a recording that is wrong (error), doubtful (warning) or good to know (note).
 
     `where` is a file and key, a view or camera; `what` a clause without a full stop; `remedy` a
-    sentence.
+    sentence; `correction` what would be changed, where one cause is named and that is mechanical.
     """
 
     severity: Severity
     where: str
     what: str
     remedy: str
+    correction: Correction | None = None
 
     @staticmethod
     def of(error: InputError) -> Finding:

@@ -14,7 +14,7 @@ from typing import TypeAlias
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray
-from stereotrack_core.errors import Finding
+from stereotrack_core.errors import Correction, CorrectionKind, Finding
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.importing.signals import motion_of, reduced
 from stereotrack_core.recording.importing.synchronise import best_lag
@@ -100,6 +100,7 @@ def _check_pair(view: str, lag: Lag, fps: float) -> Iterator[Finding]:
         f"it shows everything {span(lag.frames, fps)} than the right image of its pair "
         f"(correlation of the motion {lag.correlation:.2f})",
         _remedy(lag.frames),
+        _correction("shift_left", view, lag.frames),
     )
 
 
@@ -123,6 +124,7 @@ def check_lags(signals: Mapping[str, FloatArray], fps: float) -> Iterator[Findin
                 f"it shows everything {span(late, fps)} than the other views (correlation of "
                 f"the motion {np.median([lag.correlation for lag in own]):.2f})",
                 _remedy(late),
+                _correction("shift_frames", name, late),
             )
 
 
@@ -130,6 +132,11 @@ def span(frames: float, fps: float) -> str:
     """``2.0 frames (67 ms) later``, for frames by which a stream is late."""
     size = f"{abs(frames):.1f} frames ({1000 * abs(frames) / fps:.0f} ms)"
     return f"{size} {'later' if frames > 0 else 'earlier'}"
+
+
+def _correction(kind: CorrectionKind, view: str, frames: float) -> Correction | None:
+    whole = round(frames)
+    return Correction(kind, (view,), float(whole)) if whole else None
 
 
 def _remedy(frames: float) -> str:

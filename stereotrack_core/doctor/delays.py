@@ -15,7 +15,7 @@ import scipy
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.doctor.clocks import span
 from stereotrack_core.doctor.views import Instants, Places
-from stereotrack_core.errors import Finding
+from stereotrack_core.errors import Correction, Finding
 
 STRETCH, STEP = 44, 2
 """Frames in a row that are looked at, and the step in which they are measured."""
@@ -142,6 +142,7 @@ def check_delays(
         f"Make first_frame of the streams of {streams} larger by "
         f"{max(1, round(abs(delay.frames)))}, or synchronise the cameras (tested: then they lie "
         f"{100 * delay.after:.0f} cm from it).",
+        Correction("shift_frames", (name,), float(round(delay.frames) or np.sign(delay.frames))),
     )
 
 

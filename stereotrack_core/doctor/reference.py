@@ -16,7 +16,7 @@ import scipy
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 from stereotrack_core.depth.cloud import ViewDepth
 from stereotrack_core.doctor.views import Instants, Places
-from stereotrack_core.errors import Finding
+from stereotrack_core.errors import Correction, Finding
 from stereotrack_core.recording.description import Recording, Subject
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 
@@ -63,24 +63,20 @@ _LEAST_SIZE, _WRONG_SIZE = 0.12, 0.2
 _BACKWARD = -0.02
 """Metres that hands and head are before the shoulders, below which sides are exchanged."""
 
-_AXES: Mapping[str, Callable[[FloatArray], FloatArray]] = {
-    "its y axis points up: z must point up. Write x, -z, y for x, y, z": lambda p: _turned(
-        p, (0, 2, 1), (1, -1, 1)
-    ),
-    "its y axis points down: z must point up. Write x, z, -y for x, y, z": lambda p: _turned(
-        p, (0, 2, 1), (1, 1, -1)
-    ),
-    "its x axis points up: z must point up. Write z, y, -x for x, y, z": lambda p: _turned(
-        p, (2, 1, 0), (-1, 1, 1)
-    ),
-    "x and y are exchanged. Write y, x, z for x, y, z": lambda p: _turned(p, (1, 0, 2), (1, 1, 1)),
+_AXES: Mapping[str, tuple[str, str, str]] = {
+    "its y axis points up: z must point up": ("x", "-z", "y"),
+    "its y axis points down: z must point up": ("x", "z", "-y"),
+    "its x axis points up: z must point up": ("z", "y", "-x"),
+    "x and y are exchanged": ("y", "x", "z"),
 }
+"""What may be wrong about its axes, and what has to be written for x, y and z then."""
 
 
-def _turned(
-    points: FloatArray, order: tuple[int, int, int], signs: tuple[int, int, int]
-) -> FloatArray:
-    return points[..., list(order)] * np.array(signs, dtype=np.float64)
+def _turned(points: FloatArray, axes: tuple[str, str, str]) -> FloatArray:
+    """Points (..., 3) with these coordinates, such as ``-z``, for x, y and z."""
+    return np.stack(
+        [points[..., "xyz".index(axis[-1])] * (1 - 2 * axis.startswith("-")) for axis in axes], -1
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -213,12 +209,17 @@ def _check_place(
     if not off > _FITS:  # also where too little is known
         return False
     beside = f"its limbs lie {_cm(given.mean)} from the measured person"
-    for said, change in _AXES.items():
-        changed = limb_fit(measured, limbs_of(change(reference.points)), frame)
+    for axis, axes in _AXES.items():
+        changed = limb_fit(measured, limbs_of(_turned(reference.points, axes)), frame)
         if changed.mean < min(_FITS, _MENDED * given.mean):
-            tested = f"(tested: then they lie {_cm(changed.mean)} from it)"
-            axis, _, remedy = said.partition(". ")
-            yield Finding("error", "reference.csv", f"{axis}; {beside}", f"{remedy} {tested}.")
+            yield Finding(
+                "error",
+                "reference.csv",
+                f"{axis}; {beside}",
+                f"Write {', '.join(axes)} for x, y, z (tested: then they lie {_cm(changed.mean)} "
+                "from it).",
+                Correction("turn_axes", axes),
+            )
             return True
     yield Finding(
         "error" if off > _WRONG else "warning",
@@ -259,6 +260,7 @@ def _late_by(late: int, fps: float, given: LimbFit, then: LimbFit) -> Finding:
         f"{_cm(given.moving_rms)} from the measured person",
         f"Make its frame numbers {sign} by about {abs(late)} (tested: then they lie "
         f"{_cm(then.moving_rms)} from it).",
+        Correction("shift_reference", amount=-float(late)),
     )
 
 
@@ -286,6 +288,7 @@ def check_sides(reference: LandmarkTrajectory) -> Iterator[Finding]:
             "left and right are exchanged: hands and head would be behind the shoulders, by "
             f"{_cm(-sum(means) / len(means))} on average",
             "Exchange the names of left and right (tested: then they are before the shoulders).",
+            Correction("exchange_names"),
         )
 
 
@@ -349,4 +352,5 @@ def check_subject(subject: Subject, reference: LandmarkTrajectory) -> Iterator[F
         f"its lengths are too {size} by {100 * abs(factor - 1):.0f} %, compared with the "
         "reference (upper arms, shoulders and trunk)",
         f"Measure the person again, or multiply the lengths by {1 / factor:.3f}.",
+        Correction("scale_lengths", amount=1 / factor),
     )

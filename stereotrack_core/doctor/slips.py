@@ -8,6 +8,7 @@ from functools import partial
 
 import numpy as np
 
+from stereotrack_core.errors import Correction, CorrectionKind
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.recording.camera_checks import IMAGE_SIZES
@@ -22,6 +23,12 @@ class Slip:
     remedy: str
     undone: Callable[[Camera], Camera]
     """Gives the camera as it was meant."""
+    kind: CorrectionKind
+    amount: float = 1.0
+
+    def of(self, cameras: tuple[str, ...]) -> Correction:
+        """The correction of cameras with these names."""
+        return Correction(self.kind, cameras, self.amount)
 
 
 def resized(camera: Camera, factor: float) -> Camera:
@@ -72,15 +79,28 @@ def from_millimetres(camera: Camera) -> Camera:
 _TO_CAMERA = "Transforms must map the world to the camera: x_camera = R x_world + t."
 
 SLIPS = (
-    Slip("its rotation is transposed", _TO_CAMERA, transposed),
-    Slip("its rotation and translation are inverted", _TO_CAMERA, inverted),
-    Slip("its translation is in millimetres", "Give it in metres.", from_millimetres),
-    Slip("c_x and c_y are exchanged", "Exchange them in its matrix.", centre_exchanged),
+    Slip("its rotation is transposed", _TO_CAMERA, transposed, "transpose"),
+    Slip("its rotation and translation are inverted", _TO_CAMERA, inverted, "invert"),
+    Slip(
+        "its translation is in millimetres",
+        "Give it in metres.",
+        from_millimetres,
+        "scale_translation",
+        0.001,
+    ),
+    Slip(
+        "c_x and c_y are exchanged",
+        "Exchange them in its matrix.",
+        centre_exchanged,
+        "exchange_centre",
+    ),
     *(
         Slip(
             "its matrix belongs to another image size",
             f"Multiply its first two rows by {factor:.3g}.",
             partial(resized, factor=factor),
+            "resize",
+            factor,
         )
         for factor in IMAGE_SIZES
     ),

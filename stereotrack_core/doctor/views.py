@@ -31,7 +31,7 @@ from stereotrack_core.doctor.cloud_fit import (
     surface_of,
 )
 from stereotrack_core.doctor.slips import SLIPS
-from stereotrack_core.errors import Finding, InputError
+from stereotrack_core.errors import Correction, Finding, InputError
 from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.reader import FrameReader
@@ -274,7 +274,8 @@ def _exchanged(instants: Instants, places: Places, given: Misfits) -> Finding | 
     if not left < _LEFT * given.mean():
         return None
     remedy = f"Exchange the files, or the cameras, of the views {a} and {b}."
-    return _slip(f"views {a}, {b}", "they are exchanged", given, left, remedy)
+    change = Correction("exchange_views", (a, b))
+    return _slip(f"views {a}, {b}", "they are exchanged", given, left, remedy, change)
 
 
 def _slip_of_view(
@@ -286,7 +287,7 @@ def _slip_of_view(
     remeasured: Remeasured,
 ) -> Finding | None:
     """The usual slip of one view's cameras without which it hardly contradicts the others."""
-    names = {stream.camera for stream in recording.view(view).streams().values() if stream.camera}
+    names = recording.view(view).cameras()
     best, found = _LEFT * given.mean(), None
     for slip in SLIPS:
         cameras = {n: slip.undone(c) if n in names else c for n, c in recording.cameras.items()}
@@ -301,17 +302,20 @@ def _slip_of_view(
         left = misfits(merged, {**places, **place}).mean()
         if any(again) and left < best:
             best = left
-            found = _slip(f"view {view}", slip.what, given, left, slip.remedy)
+            found = _slip(f"view {view}", slip.what, given, left, slip.remedy, slip.of(names))
     return found
 
 
-def _slip(where: str, what: str, given: Misfits, left: float, remedy: str) -> Finding:
+def _slip(
+    at: str, what: str, given: Misfits, left: float, remedy: str, change: Correction
+) -> Finding:
     return Finding(
         "error",
-        where,
+        at,
         f"{what}: other views see through {100 * given.mean():.0f} % of the points or do not show "
         f"them, and {100 * left:.1f} % with this corrected",
         remedy,
+        change,
     )
 
 
@@ -409,13 +413,14 @@ def _simplest(surfaces: Surfaces, places: Places, view: str, free: CloudFit) -> 
 
 
 def _displaced(recording: Recording, view: str, fit: CloudFit, *others: CloudFit) -> Finding:
-    stereo = recording.view(view).kind == "stereo"
+    stereo, change = recording.view(view).kind == "stereo", None
     if fit.way == "range":
         percent = abs(100 * (1 / fit.amount - 1))
         size = "large" if fit.amount < 1 else "small"
         what = f"its distances are too {size} by {percent:.0f} %"
         part = "The base line or the focal length of the pair" if stereo else "depth_unit"
         remedy = f"{part} is probably wrong by this factor: multiply it by {fit.amount:.3f}."
+        change = Correction("scale_base_line" if stereo else "scale_depth", (view,), fit.amount)
     elif fit.way == "depth":
         percent = abs(100 * (1 / fit.amount - 1))
         size = "large" if fit.amount < 1 else "small"
@@ -441,4 +446,5 @@ def _displaced(recording: Recording, view: str, fit: CloudFit, *others: CloudFit
         f"{what}: {100 * fit.before:.0f} % of its points lie within 2 cm of their surfaces, "
         f"{100 * fit.after:.0f} % with this corrected",
         remedy,
+        change,
     )

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +15,6 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.rotation import rotation_from_vector, vector_from_rotation
 from stereotrack_core.geometry.transform import RigidTransform
-from stereotrack_core.reading import SETTINGS_BYTES, read_bytes
 from stereotrack_core.recording.toml_table import LARGEST, Table, load_toml
 
 _DISTORTION_COUNTS = (4, 5, 8, 12, 14)
@@ -205,30 +203,40 @@ def write_calibration(path: Path, cameras: Mapping[str, Camera], *, guessed: boo
 
     `guessed`: whether to say in it that nobody has measured them.
     """
-    content: dict[str, Any] = {}
-    for i, camera in enumerate(cameras.values()):
-        section: dict[str, Any] = {
-            "name": camera.name,
-            "size": [camera.width, camera.height],
-            "matrix": camera.matrix.tolist(),
-            "distortions": camera.distortions.tolist(),
-            "rotation": vector_from_rotation(camera.camera_from_world.rotation).tolist(),
-            "translation": camera.camera_from_world.translation.tolist(),
-        }
-        if camera.fisheye:
-            section["fisheye"] = True
-        content[f"cam_{i}"] = section
+    content: dict[str, Any] = {
+        f"cam_{i}": _section(camera, 1.0) for i, camera in enumerate(cameras.values())
+    }
     content["metadata"] = {"units": "m"} | ({"guess": True} if guessed else {})
     write_file(path, tomli_w.dumps(content))
 
 
-def keep_calibration(path: Path) -> Path:
-    """Copy a calibration that is about to be replaced to a free name beside it, and return that.
+def _section(camera: Camera, metres: float) -> dict[str, Any]:
+    """What a file says of a camera; `metres` are those of the file's unit."""
+    placed = camera.camera_from_world
+    section: dict[str, Any] = {
+        "name": camera.name,
+        "size": [camera.width, camera.height],
+        "matrix": camera.matrix.tolist(),
+        "distortions": camera.distortions.tolist(),
+        "rotation": vector_from_rotation(placed.rotation).tolist(),
+        "translation": (placed.translation / metres).tolist(),
+    }
+    return section | ({"fisheye": True} if camera.fisheye else {})
 
-    Such as ``calibration-before-1.toml``. Raises InputError where it cannot be read or written.
+
+def edited_calibration(path: Path, cameras: Mapping[str, Camera]) -> str:
+    """The text of a calibration in which these cameras are changed, and whatever else it says.
+
+    Raises InputError where it cannot be read.
     """
-    content = read_bytes(path, SETTINGS_BYTES)
-    names = (path.with_name(f"{path.stem}-before-{k}{path.suffix}") for k in count(1))
-    kept = next(one for one in names if not one.exists())
-    write_file(kept, content)
-    return kept
+    content = load_toml(path)
+    complaints: list[InputError] = []
+    metres = _metres_per_unit(content, path, complaints)
+    if complaints:
+        raise complaints[0]
+    for section in content.values():
+        camera = cameras.get(section.get("name", "")) if isinstance(section, dict) else None
+        if camera is not None:
+            section.pop("fisheye", None)
+            section.update(_section(camera, metres))
+    return tomli_w.dumps(content)

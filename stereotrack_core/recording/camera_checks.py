@@ -9,7 +9,7 @@ from itertools import combinations
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray
-from stereotrack_core.errors import Finding
+from stereotrack_core.errors import Correction, CorrectionKind, Finding
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.geometry.triangulation import nearest_to_rays
@@ -53,6 +53,7 @@ def _check_intrinsics(camera: Camera) -> Iterator[Finding]:
     where = f"{CALIBRATION}, camera {camera.name}, matrix"
     width, height = camera.width, camera.height
     cx, cy = camera.matrix[0, 2], camera.matrix[1, 2]
+    resized, correction = _of_another_size(camera)
     if not (0 <= cx <= width - 1 and 0 <= cy <= height - 1):
         turned = 0 <= cx <= height - 1 and 0 <= cy <= width - 1
         yield Finding(
@@ -62,7 +63,8 @@ def _check_intrinsics(camera: Camera) -> Iterator[Finding]:
             f" {width} x {height} pixels",
             "It fits the image rotated by 90 degrees. Calibrate with the images as they are stored."
             if turned
-            else _of_another_size(camera) or "Use the calibration for this image size.",
+            else resized or "Use the calibration for this image size.",
+            None if turned else correction,
         )
     elif abs(cx - width / 2) > width / 4 or abs(cy - height / 2) > height / 4:
         yield Finding(
@@ -70,8 +72,8 @@ def _check_intrinsics(camera: Camera) -> Iterator[Finding]:
             where,
             f"the principal point ({cx:.1f}, {cy:.1f}) is far from the centre of the image of "
             f"{width} x {height} pixels",
-            _of_another_size(camera)
-            or "This is correct only for cropped images; otherwise calibrate again.",
+            resized or "This is correct only for cropped images; otherwise calibrate again.",
+            correction,
         )
     fx, fy = camera.matrix[0, 0], camera.matrix[1, 1]
     if not 0.8 < fx / fy < 1.25:
@@ -92,7 +94,7 @@ def _check_intrinsics(camera: Camera) -> Iterator[Finding]:
     yield from _check_distortion(camera)
 
 
-def _of_another_size(camera: Camera) -> str:
+def _of_another_size(camera: Camera) -> tuple[str, Correction | None]:
     """What to do where the principal point is the middle of a larger or smaller image."""
     middle = np.array([camera.width, camera.height]) / 2
     for factor in IMAGE_SIZES:
@@ -100,8 +102,8 @@ def _of_another_size(camera: Camera) -> str:
             return (
                 "The matrix belongs to another image size: multiply its first two rows by "
                 f"{factor:.3g}."
-            )
-    return ""
+            ), Correction("resize", (camera.name,), factor)
+    return "", None
 
 
 def _check_distortion(camera: Camera) -> Iterator[Finding]:
@@ -141,6 +143,7 @@ def _check_distances(recording: Recording) -> Iterator[Finding]:
             f"a camera is {farthest:,.0f} m from the world origin, which corresponds to a person "
             f"{1.7 * farthest / _USUAL_DISTANCE_M / 1000:.1f} km tall",
             'If the translations are in millimetres, state units = "mm".',
+            Correction("scale_translation", tuple(cameras_of_views(recording)), 0.001),
         )
     spans = [float(np.linalg.norm(a - b)) for a, b in combinations(places, 2)]
     if spans and max(spans) < _LEAST_SPAN_M:
@@ -150,6 +153,7 @@ def _check_distances(recording: Recording) -> Iterator[Finding]:
             f"all views are within {1000 * max(spans):.1f} mm, which corresponds to a person "
             f"{1700 * max(spans) / _USUAL_DISTANCE_M:.1f} mm tall",
             'If the translations are in metres, state units = "m".',
+            Correction("scale_translation", tuple(cameras_of_views(recording)), 1000.0),
         )
 
 
@@ -179,6 +183,7 @@ def _check_pair(recording: Recording, view: View) -> Iterator[Finding]:
             where,
             f"left and right are swapped: camera {left.name} is to the right of {right.name}",
             "Swap left and right of this view in recording.toml.",
+            Correction("exchange_sides", (view.name,)),
         )
     elif abs(offset[0]) < 0.8 * baseline:
         yield Finding(
@@ -291,6 +296,7 @@ def _check_gaze(recording: Recording, *, upright: bool) -> Generator[Finding, No
                     f"{CALIBRATION}, rotation and translation",
                     f"the cameras only look at a common place, upright, if they are {way}",
                     "They must map the world to the camera: x_camera = R x_world + t.",
+                    Correction(_KINDS[way], tuple(cameras_of_views(recording))),
                 )
                 return True
     misfits = _misfits(cameras, turns, world)
@@ -307,6 +313,7 @@ def _check_gaze(recording: Recording, *, upright: bool) -> Generator[Finding, No
             if fits
             else "Check its rotation and translation (x_camera = R x_world + t) and its"
             " display_rotation.",
+            Correction(_KINDS[fits[0]], recording.view(name).cameras()) if fits else None,
         )
     return False
 
@@ -341,6 +348,11 @@ _WAYS: dict[str, Callable[[Camera], Camera]] = {
     "inverted": lambda one: replace(one, camera_from_world=one.camera_from_world.inverse()),
 }
 """Mistakes of conversion that are seen often."""
+
+_KINDS: dict[str, CorrectionKind] = {
+    "transposed (rotations only)": "transpose",
+    "inverted": "invert",
+}
 
 
 def at_one_place(cameras: Mapping[str, Camera]) -> bool:

@@ -58,6 +58,10 @@ class View:
         }
         return {key: stream for key, stream in named.items() if stream is not None}
 
+    def cameras(self) -> tuple[str, ...]:
+        """Names of its cameras, each once."""
+        return tuple(dict.fromkeys(one.camera for one in self.streams().values() if one.camera))
+
 
 @dataclass(frozen=True)
 class Segment:

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray
-from stereotrack_core.errors import Finding, InputError, Severity
+from stereotrack_core.errors import Correction, Finding, InputError, Severity
 from stereotrack_core.geometry.upright import UP_AXES
 from stereotrack_core.recording.camera_checks import check_cameras
 from stereotrack_core.recording.consistency import check_consistency
@@ -21,7 +21,7 @@ from stereotrack_core.recording.stream_files import open_stream
 from stereotrack_core.recording.upright import up_of_cameras
 from stereotrack_core.recording.video import VideoStream
 
-__all__ = ["Finding", "Severity", "by_severity", "examine"]
+__all__ = ["Finding", "Severity", "by_severity", "examine", "examine_described"]
 
 ORDER: dict[Severity, int] = {"error": 0, "warning": 1, "note": 2}
 
@@ -43,6 +43,12 @@ def examine(folder: Path, deep: bool = False, *, compare: bool = False) -> tuple
             recording, readable=not complaints, paced=paced, deep=deep, compare=deep or compare
         )
     return by_severity(findings)
+
+
+def examine_described(recording: Recording) -> tuple[Finding, ...]:
+    """The same of a recording that was read without complaints, its images not decoded."""
+    checks = _check(recording, readable=True, paced=True, deep=False, compare=True)
+    return by_severity(checks)
 
 
 def by_severity(findings: Iterable[Finding]) -> tuple[Finding, ...]:
@@ -200,6 +206,7 @@ def check_times(where: str, times: FloatArray, fps: float | None) -> Iterator[Fi
             f"the video states {1 / usual:.2f} frames per second, the recording {fps:g}",
             "The value of the recording is used. Write "
             f"fps = {1 / usual:.4g} if the video is right (tested: then its time stamps fit).",
+            Correction("set_fps", amount=float(f"{1 / usual:.4g}")),
         )
     uneven = np.flatnonzero(np.abs(steps - usual) > 0.5 * usual)
     if uneven.size:
@@ -325,9 +332,14 @@ def check_size(reference: LandmarkTrajectory) -> Generator[Finding, None, bool]:
             f"its {key.replace('_', ' ')} is {length:.4g} m, which corresponds to a person "
             f"{size if tall > 0.02 else f'{1000 * tall:.2g} mm'} tall",
             "The reference must be in metres.",
+            next((_in_metres(f) for f in (0.001, 0.01) if low <= f * length <= high), None),
         )
         return True
     return False
+
+
+def _in_metres(factor: float) -> Correction:
+    return Correction("scale_points", amount=factor)
 
 
 def _check_sides(points: Mapping[str, FloatArray], *, has_north: bool) -> Iterator[Finding]:

@@ -159,18 +159,24 @@ def open_recordings(folders: Sequence[Path]) -> list[Recording]:
     ]
 
 
-def describe(folder: Path, complaints: list[InputError]) -> Recording | None:
-    """The recording as far as it is usable; everything wrong is appended to `complaints`."""
+def describe(
+    folder: Path, complaints: list[InputError], content: Mapping[str, Any] | None = None
+) -> Recording | None:
+    """The recording as far as it is usable; everything wrong is appended to `complaints`.
+
+    `content` is taken in place of what ``recording.toml`` says.
+    """
     folder = Path(folder)
     if not folder.is_dir():
         complaints.append(_no_folder(folder))
         return None
     path = folder / DESCRIPTION
     try:
-        table = Table(load_toml(path), str(path), complaints)
+        values = load_toml(path) if content is None else content
     except InputError as error:
         complaints.append(error)
         return None
+    table = Table(values, str(path), complaints)
     _check_format(table)
     name = table.text("name") or folder.resolve().name
     fps = table.number("fps")
@@ -193,6 +199,16 @@ def describe(folder: Path, complaints: list[InputError]) -> Recording | None:
         segments=_optional(folder, table, "segments", read_segments) or (),
         guessed=guessed,
     )
+
+
+def named_file(folder: Path, key: str) -> Path:
+    """The file of cameras, subject, reference or segments that a recording's description names."""
+    name = load_toml(folder / DESCRIPTION).get(key)
+    if not isinstance(name, str):
+        raise InputError(
+            f"it names no {key}", where=str(folder / DESCRIPTION), remedy="Add the file's name."
+        )
+    return inside(folder, name, f"{folder / DESCRIPTION}, {key}")
 
 
 def _no_folder(folder: Path) -> InputError:

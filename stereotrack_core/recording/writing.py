@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import asdict
 from fractions import Fraction
+from itertools import count
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -19,6 +20,7 @@ from numpy.typing import NDArray
 from stereotrack_core.arrays import Float32Array, ImageArray
 from stereotrack_core.atomic import filling, replacing, write_file
 from stereotrack_core.errors import InputError
+from stereotrack_core.reading import TABLE_BYTES, read_bytes
 from stereotrack_core.recording.calibration import write_calibration
 from stereotrack_core.recording.description import (
     Recording,
@@ -30,7 +32,13 @@ from stereotrack_core.recording.description import (
 from stereotrack_core.recording.folder import DESCRIPTION, FORMAT
 from stereotrack_core.recording.landmarks import write_landmarks
 
-__all__ = ["VideoWriter", "counts_of", "write_png", "write_recording_description"]
+__all__ = [
+    "VideoWriter",
+    "counts_of",
+    "keep_beside",
+    "write_png",
+    "write_recording_description",
+]
 
 
 def write_recording_description(recording: Recording, *, with_calibration: bool = True) -> None:
@@ -62,6 +70,18 @@ def write_recording_description(recording: Recording, *, with_calibration: bool 
             write_segments(folder / "segments.csv", recording.segments)
         content["views"] = [_view(view) for view in recording.views]
         write_file(folder / DESCRIPTION, tomli_w.dumps(content))
+
+
+def keep_beside(path: Path) -> Path:
+    """Copy a file that is about to be replaced to a free name beside it, and return that.
+
+    Such as ``calibration-before-1.toml``. Raises InputError where it cannot be read or written.
+    """
+    content = read_bytes(path, TABLE_BYTES)
+    names = (path.with_name(f"{path.stem}-before-{k}{path.suffix}") for k in count(1))
+    kept = next(one for one in names if not one.exists())
+    write_file(kept, content)
+    return kept
 
 
 def _view(view: View) -> dict[str, Any]:

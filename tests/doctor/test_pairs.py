@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from stereotrack_core.depth.rectify import stereo_rectification
-from stereotrack_core.doctor.pairs import Details, check_pair, details_of, row_fit
+from stereotrack_core.doctor.details import Details, details_of, row_fit
+from stereotrack_core.doctor.pairs import check_pair
 from stereotrack_core.doctor.slips import centre_exchanged, focused, resized, transposed
 from stereotrack_core.geometry.rotation import rotation_from_vector
 from stereotrack_core.geometry.transform import RigidTransform

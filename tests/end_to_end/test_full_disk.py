@@ -129,6 +129,7 @@ def test_strips_that_were_there_stay_as_they_were(room, things, tmp_path):
 def test_every_module_that_writes_files_is_tried():
     """Whoever adds a writer adds it to the list, or says here who tries it."""
     elsewhere = {
+        "stereotrack_core.doctor.correcting": "a recording of its own, tests/doctor",
         "stereotrack_core.project.database": "tests/project",
         "stereotrack_core.recording.importing.files": "part of importing.making",
         "stereotrack_core.experiments.sweep.store": "a text of its own, tests/cli/test_sweep.py",

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import shutil
+from types import SimpleNamespace
 
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QToolButton
 
+from stereotrack_core.doctor import correcting
+from stereotrack_core.doctor.before_tracking import glance
+from stereotrack_core.recording.folder import open_recording as open_folder
 from tests.gui.kept_window import open_recording
 
 pytestmark = pytest.mark.window
@@ -54,6 +58,42 @@ def test_what_is_plainly_wrong_is_tracked_only_if_it_is_wanted(wrong, qtbot):
     qtbot.waitUntil(lambda: not button.visibleRegion().isEmpty())
     QTest.mouseClick(button, Qt.MouseButton.LeftButton)
     assert session.track.entry is not None
+
+
+def pressed(qtbot, button):
+    qtbot.waitUntil(lambda: not button.visibleRegion().isEmpty())
+    QTest.mouseClick(button, Qt.MouseButton.LeftButton)
+
+
+def test_the_button_of_a_finding_corrects_its_file(window, qtbot, exchanged, tmp_path, monkeypatch):
+    folder = shutil.copytree(exchanged, tmp_path / "small")
+    open_recording(window, qtbot, folder)
+    qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
+    window.context.docks.show_named("calibrate")
+    window.context.docks.bring_up("findings")
+    calibrate = window.features.calibrate
+    # by this process, and by a glance: how long either takes is not what is asked here
+    monkeypatch.setattr(correcting, "diagnose", lambda recording, _: glance(recording))
+    monkeypatch.setattr(
+        calibrate.corrections,
+        "_process",
+        lambda work, hear, *_, **__: work(SimpleNamespace(tell=hear)),
+    )
+    [button] = [one for one in calibrate.findings.tree.findChildren(QToolButton) if one.text()]
+    assert button.text() == "Correct …"
+    pressed(qtbot, button)
+    message = window.messages.message
+    assert "recording.toml: Exchange the files of left and right in view N" in message.sentence()
+    assert not (folder / "recording-before-1.toml").exists()
+    pressed(qtbot, window.messages.do_button)
+    assert calibrate.corrections.running
+    qtbot.waitUntil(lambda: not calibrate.corrections.running, timeout=60_000)
+    qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
+    assert (folder / "recording-before-1.toml").exists()
+    assert open_folder(folder).view("N").left.frames == "N_right.mp4"
+    assert not errors(window)
+    told = [one.sentence() for one in window.messages._messages]
+    assert any("recording.toml was corrected" in one for one in told)
 
 
 @pytest.mark.slow

@@ -10,11 +10,7 @@ import av
 import numpy as np
 import pytest
 
-from stereotrack_core.geometry.camera import Camera
-from stereotrack_core.geometry.transform import RigidTransform
-from stereotrack_core.recording.description import Recording, Segment, Stream, Subject, View
-from stereotrack_core.recording.landmarks import LandmarkTrajectory
-from stereotrack_core.recording.writing import write_png, write_recording_description
+from tests.recording.small import written_recording
 
 BITS = 10
 STRIPE = 12
@@ -114,68 +110,10 @@ KINDS: dict[str, dict] = {
 """Arguments of `write_video` by file name."""
 
 
-SMALL = 8  # frames of the small recording
-VIEWPOINTS = {"N": 90.0, "O": 0.0, "S": 270.0, "W": 180.0}
-
-
-def looking_at_the_person(azimuth_deg: float, *, aside: float = 0.0) -> RigidTransform:
-    """camera_from_world 3 m away, 1.5 m high; `aside` metres to the camera's own right."""
-    azimuth = np.radians(azimuth_deg)
-    outwards = np.array([np.cos(azimuth), np.sin(azimuth), 0.0])
-    z = -outwards
-    y = np.array([0.0, 0.0, -1.0])
-    x = np.cross(y, z)
-    rotation = np.stack([x, y, z])
-    place = 3 * outwards + [0, 0, 1.2] + aside * x
-    return RigidTransform(rotation, -rotation @ place)
-
-
 @pytest.fixture
 def small_recording(tmp_path):
     """Folder of four stereo views of 48 x 36 pixels as numbered images, all in order."""
-    rng = np.random.default_rng(5)
-    matrix = np.array([[40.0, 0, 23.5], [0, 40, 17.5], [0, 0, 1]])
-    cameras, views = {}, []
-    for name, azimuth in VIEWPOINTS.items():
-        for side, aside in (("left", -0.05), ("right", 0.05)):
-            place = looking_at_the_person(azimuth, aside=aside)
-            camera = Camera(f"{name}_{side}", 48, 36, matrix, np.zeros(5), False, place)
-            cameras[camera.name] = camera
-            (tmp_path / camera.name).mkdir()
-            scene = rng.integers(60, 200, (36, 48))
-            for k in range(SMALL):
-                image = (scene + rng.integers(-20, 20, scene.shape)).astype(np.uint8)
-                write_png(tmp_path / camera.name / f"{k:03d}.png", image)
-        left, right = (
-            Stream(f"{name}_{s}", f"{name}_{s}/%03d.png", background=f"{name}_{s}/000.png")
-            for s in ("left", "right")
-        )
-        views.append(View(name, "stereo", right, left=left))
-    standing = np.array(
-        [
-            [-0.2, 0, 1.4],
-            [0.2, 0, 1.4],
-            [-0.5, 0, 1.4],
-            [0.5, 0, 1.4],
-            [-0.8, 0, 1.4],
-            [0.8, 0, 1.4],
-            [0, 0, 1.6],
-            [-0.15, 0, 0.9],
-            [0.15, 0, 0.9],
-        ]
-    )
-    recording = Recording(
-        tmp_path,
-        "small",
-        10.0,
-        tuple(views),
-        cameras,
-        subject=Subject("P", shoulder_width=0.4, torso_length=0.5),
-        reference=LandmarkTrajectory(np.arange(SMALL), np.tile(standing, (SMALL, 1, 1))),
-        segments=(Segment("t-pose", 0, SMALL),),
-    )
-    write_recording_description(recording)
-    return recording
+    return written_recording(tmp_path)
 
 
 def pytest_generate_tests(metafunc):

@@ -12,7 +12,6 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.rotation import rotation_from_vector
 from stereotrack_core.geometry.transform import RigidTransform
-from stereotrack_core.recording.calibration import keep_calibration
 from stereotrack_core.recording.description import Recording, Segment, Stream, Subject, View
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
@@ -20,6 +19,7 @@ from stereotrack_core.recording.reader import FrameReader, metres_of
 from stereotrack_core.recording.writing import (
     VideoWriter,
     counts_of,
+    keep_beside,
     write_png,
     write_recording_description,
 )
@@ -158,9 +158,9 @@ def test_depth_counts_come_back(counts, unit):
 def test_a_calibration_that_is_replaced_is_kept_beside_it(tmp_path):
     path = tmp_path / "calibration.toml"
     path.write_bytes(b"first")
-    assert keep_calibration(path).name == "calibration-before-1.toml"
+    assert keep_beside(path).name == "calibration-before-1.toml"
     path.write_bytes(b"second")
-    kept = keep_calibration(path)
+    kept = keep_beside(path)
     assert (kept.name, kept.read_bytes()) == ("calibration-before-2.toml", b"second")
     with pytest.raises(InputError, match=r"nothing\.toml"):
-        keep_calibration(tmp_path / "nothing.toml")
+        keep_beside(tmp_path / "nothing.toml")

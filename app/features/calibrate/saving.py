@@ -8,9 +8,9 @@ from pathlib import Path
 from stereotrack_core.calibrate.changes import change_table, place_table
 from stereotrack_core.calibrate.report import left_out_table, lens_table, world_tables
 from stereotrack_core.errors import InputError
-from stereotrack_core.recording.calibration import keep_calibration, write_calibration
-from stereotrack_core.recording.folder import DESCRIPTION
-from stereotrack_core.recording.toml_table import load_toml
+from stereotrack_core.recording.calibration import write_calibration
+from stereotrack_core.recording.folder import named_file
+from stereotrack_core.recording.writing import keep_beside
 from stereotrack_core.report.pages import write_calibration_page
 from stereotrack_core.tables import Table
 
@@ -83,15 +83,10 @@ def save_into(state: Calibration, recording: Recorded) -> Path:
     Raises InputError where it cannot be written.
     """
     _check(state)
-    target = calibration_file(recording.folder)
-    kept = keep_calibration(target)
+    target = named_file(recording.folder, "calibration")
+    kept = keep_beside(target)
     write_to(state, target)
     return kept
-
-
-def calibration_file(folder: Path) -> Path:
-    """The calibration that a recording's description names."""
-    return folder / str(load_toml(folder / DESCRIPTION).get("calibration", "calibration.toml"))
 
 
 def _check(state: Calibration) -> None:

@@ -13,6 +13,7 @@ from PySide6.QtWidgets import (
     QCheckBox,
     QHeaderView,
     QStackedLayout,
+    QToolButton,
     QTreeView,
     QWidget,
 )
@@ -204,16 +205,24 @@ _COLOURS = {"error": "error", "warning": "warning", "note": "muted"}
 
 
 class FindingsPanel(QWidget):
-    """A verdict in words, and below it each finding: where, what, and what to do."""
+    """A verdict in words, and below it each finding: where, what, and what to do.
+
+    Signals
+    -------
+    correction_wanted : Finding
+        Its button was pressed, which findings have that a correction is known of.
+    """
+
+    correction_wanted = Signal(object)
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.verdict = label(margins=(8, 6, 8, 6))
-        columns = (Column("Where", align=TOP), Column("Problem and remedy"))
+        columns = (Column("Where", align=TOP), Column("Problem and remedy"), Column(""))
         self.model = TableModel(columns, _finding_cells)
         self.tree = QTreeView()
         self.tree.setModel(self.model)
-        dress_list(self.tree, "Recording checks", (110, None))
+        dress_list(self.tree, "Recording checks", (110, None, 90))
         self.tree.setUniformRowHeights(False)
         self.tree.setWordWrap(True)
         self._top = hbox((self.verdict, 1), margins=(0, 0, 6, 0))
@@ -225,13 +234,27 @@ class FindingsPanel(QWidget):
 
     def show_findings(self, findings: Sequence[Finding] | None) -> None:
         """Show what was found; None while it is still being looked for."""
-        self.model.show(sorted(findings or (), key=lambda found: _ORDER[found.severity]))
+        rows = sorted(findings or (), key=lambda found: _ORDER[found.severity])
+        self.model.show(rows)
+        for row, finding in enumerate(rows):
+            self.tree.setIndexWidget(self.model.index(row, 2), self._button(finding))
+        self.tree.setColumnHidden(2, not any(finding.correction for finding in rows))
         self.verdict.setText("Checking the recording …" if findings is None else _verdict(findings))
+
+    def _button(self, finding: Finding) -> QWidget:
+        if finding.correction is None:
+            return QWidget()
+        button = QToolButton()
+        button.setText("Correct …")
+        button.setToolTip("Say what would be changed in which file of the recording.")
+        button.setAccessibleName(f"Correct {finding.where}")
+        button.clicked.connect(lambda: self.correction_wanted.emit(finding))
+        return button
 
 
 def _finding_cells(found: Finding) -> Sequence[Cell]:
     words = f"{found.what}\n{found.remedy}" if found.remedy else found.what
-    return Cell(found.where, found.where, _COLOURS[found.severity]), Cell(words, words)
+    return Cell(found.where, found.where, _COLOURS[found.severity]), Cell(words, words), Cell()
 
 
 def _verdict(findings: Sequence[Finding]) -> str:

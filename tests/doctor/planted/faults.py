@@ -76,10 +76,6 @@ def _view(recording: Recording, rng: np.random.Generator) -> View:
     return recording.views[int(rng.integers(len(recording.views)))]
 
 
-def _names(view: View) -> list[str]:
-    return list(dict.fromkeys(s.camera for s in view.streams().values() if s.camera))
-
-
 def _cameras(
     recording: Recording, names: Sequence[str], change: Callable[[Camera], Camera]
 ) -> Recording:
@@ -93,7 +89,7 @@ def _with_view(recording: Recording, view: View) -> Recording:
 
 
 def _of_view(change: Callable[[Camera], Camera]) -> Change:
-    return lambda recording, rng: _cameras(recording, _names(_view(recording, rng)), change)
+    return lambda recording, rng: _cameras(recording, _view(recording, rng).cameras(), change)
 
 
 def _of_all(change: Callable[[Camera], Camera]) -> Change:
@@ -173,7 +169,7 @@ def _turned(recording: Recording, rng: np.random.Generator) -> Recording:
     moved = own.inverse() @ RigidTransform(turn, np.zeros(3)) @ own
     return _cameras(
         recording,
-        _names(view),
+        view.cameras(),
         lambda one: replace(one, camera_from_world=one.camera_from_world @ moved),
     )
 
@@ -196,9 +192,9 @@ def _one_turned(recording: Recording, rng: np.random.Generator) -> Recording | N
 
 def _undistorted(recording: Recording, rng: np.random.Generator) -> Recording | None:
     view = _view(recording, rng)
-    if not any(np.abs(recording.cameras[name].distortions).max() > 0.02 for name in _names(view)):
+    if not any(np.abs(recording.cameras[name].distortions).max() > 0.02 for name in view.cameras()):
         return None
-    return _cameras(recording, _names(view), undistorted)
+    return _cameras(recording, view.cameras(), undistorted)
 
 
 def _rate(recording: Recording, rng: np.random.Generator) -> Recording | None:

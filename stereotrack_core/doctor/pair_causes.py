@@ -1,0 +1,220 @@
+"""What is wrong about a pair whose details do not lie in the same rows, and how it is corrected."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from functools import partial
+from itertools import product
+
+import numpy as np
+import scipy
+
+from stereotrack_core.arrays import FloatArray
+from stereotrack_core.doctor.details import Details, Pair, RowFit, offsets, row_fit
+from stereotrack_core.doctor.slips import (
+    centre_exchanged,
+    focused,
+    inverted,
+    resized,
+    transposed,
+    undistorted,
+)
+from stereotrack_core.errors import Correction, CorrectionKind
+from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.geometry.rotation import rotation_from_vector
+from stereotrack_core.geometry.transform import RigidTransform
+from stereotrack_core.recording.camera_checks import IMAGE_SIZES
+
+MENDED_PX = 0.7
+_MENDED_SHARE = 0.4
+"""Row offset, and share of the one before, below which a correction explains a fault."""
+
+_STRAIGHTENED = 0.6
+"""The same share for distortions, of which one of several coefficients is tried."""
+
+_MENDED_TURN = np.radians(45.0)
+_TIE_PX = 0.1
+_FOCALS = (0.9, 0.92, 0.95, 0.97, 1.03, 1.05, 1.08, 1.1)
+
+
+@dataclass(frozen=True)
+class Remedy:
+    """What to do, as sentences, and the correction where it is a mechanical one."""
+
+    words: str
+    correction: Correction | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class _Try:
+    """Cameras in which a usual slip is undone."""
+
+    words: str
+    cameras: Pair
+    correction: Correction | None
+
+
+def px(pixels: float) -> str:
+    """Pixels as people read them."""
+    return f"{pixels:.1f} px" if np.isfinite(pixels) else "too far"
+
+
+def remedy_of(view: str, cameras: Pair, details: Details, fit: RowFit, scale: float) -> Remedy:
+    """The correction that lays the details into the same rows, or what to do without one."""
+    limit = max(MENDED_PX * scale, _MENDED_SHARE * min(fit.row_px, 2.0 * scale))
+    if fit.wrong_side > 0.5:
+        overturned = _overturned(view, cameras, details, limit)
+        if overturned is not None:
+            return overturned
+    slip = _slip(cameras, details, limit)
+    if slip is None and fit.wrong_side <= 0.5:  # images of cameras that look askew at each other
+        slip = _overturned(view, cameras, details, limit)
+    if slip is not None:
+        return slip
+    for which, turned in (
+        ("left", details.left_turned(cameras[0])),
+        ("right", details.exchanged.left_turned(cameras[1]).exchanged),
+    ):
+        if (upright := row_fit(cameras, turned)).misfit < limit:
+            return Remedy(
+                f"The {which} image is upside down: store it as the camera saw it (tested: then "
+                f"the rows agree within {px(upright.row_px)})."
+            )
+    return Remedy(_measured(cameras, details, fit, limit))
+
+
+def _measured(cameras: Pair, details: Details, fit: RowFit, limit: float) -> str:
+    """What to do where no slip explains it: by the distortion or turn that does."""
+    if not any(np.any(one.distortions) for one in cameras):
+        bent, left = _bent(cameras, details)
+        if left < max(limit, _STRAIGHTENED * fit.row_px):
+            return (
+                "The calibration states no distortions, but the lenses have some, of about k_1 = "
+                f"{bent:.2f} (tested: with it the rows agree within {px(left)}). Write them, or "
+                "calibrate with them."
+            )
+    turn, left = _turn(cameras, details)
+    if left < limit:
+        return (
+            f"One camera is turned by {np.degrees(turn):.1f} degrees against the calibration "
+            f"(tested: with it turned back the rows agree within {px(left)}). Calibrate this pair "
+            "again."
+        )
+    return (
+        "Calibrate this pair again: no usual slip explains it. Check that both images belong to "
+        "this view and its cameras, and that they are stored as they were calibrated."
+    )
+
+
+def _slip(cameras: Pair, details: Details, limit: float) -> Remedy | None:
+    """The usual slip that, undone, lays the details into the same rows."""
+    tried = [(row_fit(one.cameras, details).misfit, one) for one in _undone(cameras)]
+    best = min(misfit for misfit, _ in tried)
+    alike = [(misfit, one) for misfit, one in tried if misfit < best + _TIE_PX]
+    misfit, found = min(alike, key=lambda one: _off_centre(one[1].cameras))
+    if not misfit < limit:
+        return None
+    return Remedy(
+        f"{found.words} (tested: then the rows agree within {px(misfit)}).", found.correction
+    )
+
+
+def _off_centre(cameras: Pair) -> float:
+    """How far principal points are from the middle of their images, pixels."""
+    return sum(
+        float(np.hypot(*(one.matrix[:2, 2] - [one.width / 2, one.height / 2]))) for one in cameras
+    )
+
+
+def _undone(cameras: Pair) -> Iterator[_Try]:
+    """Cameras in which usual slips are undone, of one camera or both."""
+    changes: list[tuple[str, Callable[[Camera], Camera], CorrectionKind | None, float]] = [
+        ("Exchange c_x and c_y in the matrix of {}", centre_exchanged, "exchange_centre", 1.0),
+        ("Transpose the rotation of {}", transposed, "transpose", 1.0),
+        ("Invert rotation and translation of {}", inverted, "invert", 1.0),
+        ("Leave out the distortions of {}", undistorted, "undistort", 1.0),
+    ]
+    for factor in IMAGE_SIZES:
+        said = f"The matrix of {{}} belongs to another image size: multiply it by {factor:.3g}"
+        changes.append((said, partial(resized, factor=factor), "resize", factor))
+    for factor in _FOCALS:
+        said = (
+            "The focal lengths of the two cameras do not fit each other: multiply that of {} by "
+            f"about {factor:.3g}, or divide the other one by it"
+        )
+        changes.append((said, partial(focused, factor=factor), None, factor))
+    left, right = cameras
+    for (said, change, kind, factor), (first, second) in product(
+        changes, ((True, False), (False, True), (True, True))
+    ):
+        names = tuple(c.name for c, chosen in ((left, first), (right, second)) if chosen)
+        changed = change(left) if first else left, change(right) if second else right
+        if np.linalg.norm(changed[0].position_world - changed[1].position_world) > 1e-6:
+            correction = None if kind is None else Correction(kind, names, factor)
+            yield _Try(said.format(" and ".join(names)), changed, correction)
+
+
+def _overturned(view: str, cameras: Pair, details: Details, limit: float) -> Remedy | None:
+    """What lays the details before the cameras: other files, or images that are turned back."""
+    width, height = (np.array([[one.width, one.height] for one in cameras]) - 1.0).T
+    size = np.stack([width, height], axis=1)
+    mirrored = np.array([1.0, 0.0])
+    turned = replace(details, left=size[0] - details.left, image=size[1] - details.image)
+    back = replace(
+        details,
+        left=np.abs(size[0] * mirrored - details.left),
+        image=np.abs(size[1] * mirrored - details.image),
+    )
+    exchange = Correction("exchange_pair", (view,))
+    tried = [
+        (row_fit(cameras, details.exchanged).misfit, exchange,
+         "The left and the right image are exchanged: swap the files of left and right"),
+        (row_fit(cameras, turned).misfit, None, "Both images are upside down: turn them round"),
+        (row_fit(cameras, back).misfit, None,
+         "Both images are mirrored: store them as they were seen"),
+    ]  # fmt: skip
+    best = min(misfit for misfit, _, _ in tried)
+    if not best < limit:
+        return None
+    alike = [one for one in tried if one[0] < best + 2 * _TIE_PX]  # the most frequent one first
+    (best, correction, said), others = alike[0], [other for _, _, other in alike[1:]]
+    or_else = "".join(f" Or else: {other[0].lower()}{other[1:]}." for other in others)
+    words = f"{said} (tested: then the rows agree within {px(best)}).{or_else}"
+    return Remedy(words, correction)  # whether it is this one, the other views tell then
+
+
+def _bent(cameras: Pair, details: Details) -> tuple[float, float]:
+    """First radial coefficient that helps most in both lenses, and the row offset then."""
+
+    def changed(coefficient: float) -> Pair:
+        bent = np.array([coefficient, 0.0, 0.0, 0.0])
+        left, right = (replace(one, distortions=bent, fisheye=False) for one in cameras)
+        return left, right
+
+    def offset(coefficient: float) -> float:
+        return row_fit(changed(coefficient), details).misfit
+
+    solved = scipy.optimize.minimize_scalar(offset, bounds=(-0.5, 0.5), method="bounded")
+    return float(solved.x), float(solved.fun)
+
+
+def _turn(cameras: Pair, details: Details) -> tuple[float, float]:
+    """Angle by which turning the right camera helps most, radians, and the row offset then."""
+    left, right = cameras
+
+    def turned(vector: FloatArray) -> Pair:
+        old = right.camera_from_world
+        turn = rotation_from_vector(vector)
+        # about its centre, which stays where it is
+        moved = RigidTransform(turn @ old.rotation, turn @ old.translation)
+        return left, replace(right, camera_from_world=moved)
+
+    def rows(vector: FloatArray) -> FloatArray:
+        return np.nan_to_num(offsets(turned(vector), details)[0], nan=1e3)
+
+    solved = scipy.optimize.least_squares(rows, np.zeros(3), loss="soft_l1", max_nfev=40)
+    angle = float(np.linalg.norm(solved.x))
+    if angle > _MENDED_TURN:
+        return angle, np.inf
+    return angle, row_fit(turned(solved.x), details).misfit
