@@ -7,11 +7,14 @@ from collections import Counter
 from pathlib import Path
 from typing import Any
 
-from stereotrack_core.cli.arguments import JSON, RECORDING, flag
+from stereotrack_core.cli.arguments import JSON, RECORDING, SETTINGS, flag
 from stereotrack_core.cli.output import OK, WRONG_INPUT, put, put_json, put_table, say
 from stereotrack_core.counting import counted
 from stereotrack_core.depth.parameters import DepthParameters
+from stereotrack_core.depth.reach import check_reach
 from stereotrack_core.depth.volume import WorkingSpace, working_space
+from stereotrack_core.doctor.correcting import correct_all
+from stereotrack_core.doctor.corrections import words_of
 from stereotrack_core.doctor.diagnose import diagnose
 from stereotrack_core.errors import InputError
 from stereotrack_core.recording.description import Recording, View
@@ -21,6 +24,7 @@ from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.recording.selection import usable_views
 from stereotrack_core.tables import Table
+from stereotrack_core.tracking.presets import preset
 
 DESCRIPTION = (
     "Print what a recording contains and all problems found in it, with file, key and remedy. "
@@ -30,6 +34,12 @@ DESCRIPTION = (
 OPTIONS = (
     RECORDING,
     flag("--deep", "also check images, stereo pairs, clocks and depths; takes longer"),
+    flag(
+        "--correct",
+        "with --deep: correct in the recording's files what has one mechanical cause; the file "
+        "before is kept beside, and nothing is changed where the problem would remain",
+    ),
+    *SETTINGS,
     JSON,
 )
 
@@ -43,12 +53,25 @@ def run(args: Namespace) -> int:
             where=str(folder),
             remedy="Give the folder that contains recording.toml.",
         )
-    findings = examine(folder, deep=args.deep)
-    if args.deep:
-        findings = by_severity((*findings, *_measured(folder)))
-    content = _content(folder)
+    if args.correct and not args.deep:
+        raise InputError(
+            "corrections need what is measured", where="--correct", remedy="Add --deep."
+        )
+    depth = preset(args.preset, args.changes).depth
+    measured = _measured(folder) if args.deep else ()
+    corrected = []
+    if args.correct:
+        found = by_severity((*examine(folder, compare=True), *measured))
+        for done in correct_all(folder, found, say):
+            corrected.append(done)
+            measured = done.measured
+    content = _content(folder, depth)
+    space: WorkingSpace | None = None if content is None else content["working_space"]
+    reach = check_reach(space) if space is not None else ()
+    findings = by_severity((*examine(folder, deep=args.deep), *measured, *reach))
     if args.json:
-        put_json({"folder": folder, "content": content, "findings": findings})
+        told = {"corrected": corrected} if args.correct else {}
+        put_json({"folder": folder, "content": content, "findings": findings, **told})
     else:
         _print(content, findings)
     errors = Counter(finding.severity for finding in findings)["error"]
@@ -66,7 +89,7 @@ def _measured(folder: Path) -> tuple[Finding, ...]:
     return diagnose(recording)
 
 
-def _content(folder: Path) -> dict[str, Any] | None:
+def _content(folder: Path, depth: DepthParameters) -> dict[str, Any] | None:
     """What the recording holds; None where it cannot be opened (the findings say why)."""
     try:
         recording = open_recording(folder)
@@ -74,7 +97,7 @@ def _content(folder: Path) -> dict[str, Any] | None:
         with FrameReader(recording, read_ahead=0) as reader:
             frames = reader.frame_count
             counts = reader.stream_counts()
-            space = _working_space(recording, reader)
+            space = _working_space(recording, reader, depth)
     except InputError:
         return None
     return {
@@ -91,13 +114,15 @@ def _content(folder: Path) -> dict[str, Any] | None:
     }
 
 
-def _working_space(recording: Recording, reader: FrameReader) -> WorkingSpace | None:
+def _working_space(
+    recording: Recording, reader: FrameReader, depth: DepthParameters
+) -> WorkingSpace | None:
     """Where the person is looked for; None where no depth can be measured."""
     if recording.guessed or not reader.frame_count:
         return None
     try:
         views = usable_views(recording, None)
-        return working_space(recording, DepthParameters(), reader, views)
+        return working_space(recording, depth, reader, views)
     except InputError:
         return None
 
@@ -131,10 +156,17 @@ def _print(content: dict[str, Any] | None, findings: tuple[Finding, ...]) -> Non
         if content["working_space"] is not None:
             put_table(_space_table(content["working_space"]))
     if findings:
-        rows = [(f.severity, f.where, f.what, f.remedy) for f in findings]
+        rows = [(f.severity, f.where, f.what, _remedy(f)) for f in findings]
         put_table(Table("Recording checks", ("severity", "where", "what", "remedy"), rows))
     else:
         put("No problems found.")
+
+
+def _remedy(finding: Finding) -> str:
+    """What to do, and what ``--correct`` would."""
+    if finding.correction is None:
+        return finding.remedy
+    return f"{finding.remedy} [--correct: {words_of(finding.correction)}]"
 
 
 def _facts(content: dict[str, Any]) -> list[tuple[str, str]]:
@@ -152,7 +184,7 @@ def _facts(content: dict[str, Any]) -> list[tuple[str, str]]:
 
 
 def _space_table(space: WorkingSpace) -> Table:
-    """Where the person is looked for, by default."""
+    """Where the person is looked for, with the settings given."""
     rows = [("up", f"{space.up_axis} of the world"), ("working volume", space.volume)]
     rows += [(f"disparities of {view}", space.searched(view)) for view in space.disparities_px]
     return Table("Where the person is looked for", ("what", "value"), rows)

@@ -177,7 +177,9 @@ def _check(args: Namespace, plan: TrackPlan) -> None:
     """
     views = plan.spec.views
     found = (
-        examine(args.recording) if args.resume else checks_before_tracking(plan.recording, views)
+        examine(args.recording)
+        if args.resume
+        else checks_before_tracking(plan.recording, views, plan.spec.settings.depth)
     )
     say_notes(finding for finding in found if finding.severity != "note")
     if not (args.resume or args.despite_errors):

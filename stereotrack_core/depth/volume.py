@@ -41,6 +41,9 @@ _TALL, _TALLER = 1.0, 1.5
 """Metres that a person extends along z, and how many times as far as along the axis that is up in
 the images, from which it is the cameras that lie on their sides."""
 
+_SAMPLES = 12
+"""Points along each side of the volume by which it is asked what an image shows of it."""
+
 _PLACE = ("volume_centre_x", "volume_centre_y", "volume_bottom", "volume_x", "volume_y", "volume_z")
 
 
@@ -75,8 +78,10 @@ class WorkingSpace:
     """Why it is there, as words that follow a comma."""
     disparities_px: Mapping[str, tuple[int, int]]
     """Lowest and highest parallax searched, by stereo view."""
-    nearest_m: Mapping[str, float]
-    """Range of the highest one, by stereo view."""
+    searched_m: Mapping[str, tuple[float, float]]
+    """Ranges of the highest and the lowest one, by stereo view; the second may be infinite."""
+    needed_m: Mapping[str, tuple[float, float]]
+    """From which range on to which the person is looked for, by stereo view."""
 
     @property
     def volume(self) -> str:
@@ -90,26 +95,48 @@ class WorkingSpace:
     def searched(self, view: str) -> str:
         """Which disparities of a stereo view are searched, in words."""
         low, high = self.disparities_px[view]
-        return f"{low} to {high} px, from {self.nearest_m[view]:.2f} m on"
+        return f"{low} to {high} px, from {self.searched_m[view][0]:.2f} m on"
 
 
 def working_space(
     recording: Recording, parameters: DepthParameters, pictures: AllPictures, views: Sequence[str]
 ) -> WorkingSpace:
     """What :func:`settled` finds for a recording; raises InputError as that does."""
-    found, why = _settled(recording, parameters, pictures, views)
+    found, why, nearest = _settled(recording, parameters, pictures, views)
     volume, pairs = Volume.of(found), dict[str, tuple[int, int]]()
-    nearest = {}
+    reached, needed = dict[str, tuple[float, float]](), dict[str, tuple[float, float]]()
     for view in map(recording.view, views):
         if view.left is None:
             continue
         geometry = rectification_of(recording, view, found).geometry
         searched = disparity_range(geometry, found)
         lowest = round(searched.minimum - geometry.disparity_offset)
-        pairs[view.name] = lowest, lowest + searched.count - 1
-        nearest[view.name] = geometry.focal * geometry.baseline / max(pairs[view.name][1], 1)
+        low_px, high_px = pairs[view.name] = lowest, lowest + searched.count - 1
+        scale = geometry.focal * geometry.baseline
+        reached[view.name] = scale / max(high_px, 1), scale / low_px if low_px > 0 else np.inf
+        if (ranges := _ranges_shown(volume, geometry)) is not None:
+            needed[view.name] = max(nearest.get(view.name, 0.0), ranges[0]), ranges[1]
     low, high = (tuple(np.round(end, 2).tolist()) for end in (volume.low, volume.high))
-    return WorkingSpace(found.upright.axis, low, high, why, pairs, nearest)
+    return WorkingSpace(found.upright.axis, low, high, why, pairs, reached, needed)
+
+
+def _ranges_shown(volume: Volume, geometry: DepthGeometry) -> tuple[float, float] | None:
+    """Ranges between which nearly all of a volume lies that an image shows; None where none does.
+
+    The least part of it, in its nearest corner, may hold a hand now and then.
+    """
+    axes = (
+        np.linspace(low, high, _SAMPLES) for low, high in zip(volume.low, volume.high, strict=True)
+    )
+    points = np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 3)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        u, v, z = geometry.project(points)
+    shown = (z > NEAREST_RANGE) & (u >= 0) & (u < geometry.width)
+    shown &= (v >= 0) & (v < geometry.height)
+    if not shown.any():
+        return None
+    near, far = np.percentile(z[shown], [5, 95])
+    return float(near), float(far)
 
 
 _GIVEN = "as the parameters say"
@@ -121,28 +148,33 @@ _NOBODY = "around the origin, as no person was found"
 
 def _settled(
     recording: Recording, parameters: DepthParameters, pictures: AllPictures, views: Sequence[str]
-) -> tuple[DepthParameters, str]:
-    """See :func:`settled`; and what the volume rests on."""
+) -> tuple[DepthParameters, str, Mapping[str, float]]:
+    """See :func:`settled`; what the volume rests on; the least ranges searched, by view."""
     person = SeenPerson(recording, parameters, pictures, views)
     parameters = _upright(recording, parameters, person, views)
     volume, usual = Volume.of(parameters), DepthParameters()
     given = any(getattr(parameters, name) != getattr(usual, name) for name in _PLACE)
     if given or not parameters.volume_from_recording:
-        return parameters, _GIVEN
+        return parameters, _GIVEN, {}
     geometry = _geometry(recording, parameters, views)
     if _stand_around(volume, geometry, parameters.upright.up):
         middle = volume.corners().mean(axis=0)
         away = [float(view.project(middle[None])[2][0]) for view in geometry]
         parameters = _enlarged(parameters, geometry, away)
         geometry = _geometry(recording, parameters, views)
-        return _searched(parameters, geometry, [z - _ARM for z in away]), _AROUND
+        nearest = [z - _ARM for z in away]
+        return (
+            _searched(parameters, geometry, nearest),
+            _AROUND,
+            dict(zip(views, nearest, strict=True)),
+        )
     seen = [np.concatenate([np.zeros((0, 3)), *frames]) for frames in person.seen]
     points, why = np.concatenate(seen), _ABOUT_ORIGIN
     if len(points) < _FEW_POINTS and parameters.background_standing:
         seen = person.still(parameters.upright.up)
         points = np.concatenate(seen)
     if len(points) < _FEW_POINTS:
-        return parameters, _NOBODY
+        return parameters, _NOBODY, {}
     if volume.contains(points).mean() < _MOSTLY:
         parameters, why = _placed(parameters, points), _ABOUT_PERSON
     known = [name for name, own in zip(views, seen, strict=True) if len(own)]
@@ -150,7 +182,8 @@ def _settled(
     away = [float(np.median(z)) for z in ranges]
     parameters = _enlarged(parameters, _geometry(recording, parameters, known), away)
     nearest = [_SEEN_NEARER * float(np.percentile(z, 5)) for z in ranges]
-    return _searched(parameters, _geometry(recording, parameters, known), nearest), why
+    parameters = _searched(parameters, _geometry(recording, parameters, known), nearest)
+    return parameters, why, dict(zip(known, nearest, strict=True))
 
 
 def _geometry(

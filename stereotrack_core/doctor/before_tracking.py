@@ -6,23 +6,46 @@ import re
 from collections.abc import Iterable, Sequence
 
 from stereotrack_core.counting import counted
+from stereotrack_core.depth.parameters import DepthParameters
+from stereotrack_core.depth.reach import is_changed, reach_of
 from stereotrack_core.doctor.diagnose import glance
 from stereotrack_core.errors import Finding, InputError
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.findings import by_severity, examine
+from stereotrack_core.recording.reader import FrameReader
 
 _NOT_TRACKED = ("reference.csv", "segments.csv")
 """Files that the tracker does not read."""
 
 
 def checks_before_tracking(
-    recording: Recording, views: Sequence[str] | None = None
+    recording: Recording,
+    views: Sequence[str] | None = None,
+    depth: DepthParameters | None = None,
 ) -> tuple[Finding, ...]:
     """Findings of the files, and of a glance at the images of some views, the gravest first.
 
+    And about disparities that somebody has changed, in the parameters that are to be used.
+
     Raises InputError where a stream cannot be opened.
     """
-    return by_severity((*examine(recording.folder), *glance(recording, views)))
+    found = (*examine(recording.folder), *glance(recording, views))
+    return by_severity((*found, *changed_reach(recording, views, depth or DepthParameters())))
+
+
+def changed_reach(
+    recording: Recording, views: Sequence[str] | None, depth: DepthParameters
+) -> tuple[Finding, ...]:
+    """Findings about disparities that somebody has changed and that do not reach the person.
+
+    Reads some frames where they were changed. Raises InputError where a stream cannot be opened.
+    """
+    chosen = [v.name for v in recording.views if v.kind != "mono"]
+    chosen = [name for name in chosen if views is None or name in views]
+    if recording.guessed or not chosen or not is_changed(depth):
+        return ()
+    with FrameReader(recording, views=chosen, colour=False, read_ahead=0) as reader:
+        return reach_of(recording, depth, reader, chosen) if reader.frame_count else ()
 
 
 def hindrances(

@@ -296,7 +296,7 @@ def test_info(run, recording, tmp_path):
     assert not [f for f in facts["findings"] if f["severity"] == "error"]
     space = facts["content"]["working_space"]
     assert (space["up_axis"], space["low_m"]) == ("z", [-1.8, -1.8, 0.0])
-    assert set(space["disparities_px"]) == set(space["nearest_m"]) == {"N", "S"}
+    assert set(space["disparities_px"]) == set(space["searched_m"]) == {"N", "S"}
     assert "x -1.80 to 1.80" in ended.out
     broken = tmp_path / "broken"
     shutil.copytree(recording, broken)

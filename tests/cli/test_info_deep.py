@@ -35,6 +35,20 @@ def test_images_that_are_exchanged_are_an_error(run, exchanged):
     assert "wrong side" in run("info", exchanged, "--deep").out
 
 
+@pytest.mark.slow
+def test_what_has_one_cause_is_corrected_if_it_is_wanted(run, exchanged):
+    before = (exchanged / "recording.toml").read_bytes()
+    assert run("info", exchanged, "--correct").status == 2
+    assert (exchanged / "recording.toml").read_bytes() == before
+    assert "[--correct: Exchange" in run("info", exchanged, "--deep").out
+    ended = run("info", exchanged, "--deep", "--correct", "--json")
+    assert ended.status == 0
+    assert "Corrected. The file before is recording-before-1.toml." in ended.err
+    [done] = ended.json["corrected"]
+    assert done["words"] == "Exchange the files of left and right in view N."
+    assert (exchanged / "recording-before-1.toml").read_bytes() == before
+
+
 def test_what_is_plainly_wrong_is_not_tracked_unless_it_is_wanted(run, exchanged, tmp_path):
     output = tmp_path / "run.npz"
     command = ("track", exchanged, "-o", output, "--preset", "fast", "--frames", "0:2")

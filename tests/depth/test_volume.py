@@ -165,7 +165,7 @@ def test_the_working_space_is_told():
     for name in "AB":
         low, high = told.disparities_px[name]
         assert low == 1
-        assert told.nearest_m[name] == pytest.approx(400 * 0.12 / high, rel=0.02)
+        assert told.searched_m[name][0] == pytest.approx(400 * 0.12 / high, rel=0.02)
 
 
 def test_far_people_are_matched_in_larger_images():

@@ -19,7 +19,9 @@ from ...widgets.tables.trees import RigPanel
 from .actions import commands
 from .aligning import AligningController
 from .controller import CalibrationController
+from .correcting import CorrectionMaker
 from .panels.page import CalibrationPage
+from .reach import ReachCheck
 from .thorough import ThoroughCheck
 
 _FINDINGS = "Recording checks"
@@ -36,6 +38,10 @@ class CalibrateController(QObject):
         self.thorough = ThoroughCheck(context)
         self.aligning = AligningController(context, self.calibration)
         self.page = CalibrationPage(self.calibration, self.aligning)
+        self.corrections = CorrectionMaker(context)
+        self.findings.correction_wanted.connect(self.corrections.ask)
+        self.reach = ReachCheck(context)
+        self.reach.changed.connect(self._show_findings)
         context.docks.add_page("calibration", self.page)
         self._dock = context.docks.add("findings", _FINDINGS, self.findings)
         context.docks.add("rig", "Rig", self.rig)
@@ -83,7 +89,7 @@ class CalibrateController(QObject):
     def _show_findings(self) -> None:
         known = self._session.document.findings
         if known is not None:
-            known = (*known, *self._session.cameras.findings())
+            known = (*known, *self._session.cameras.findings(), *self.reach.findings)
         self.findings.show_findings(known)
         serious = sum(finding.severity != "note" for finding in known or ())
         self._dock.setWindowTitle(f"{_FINDINGS} ({serious})" if serious else _FINDINGS)
