@@ -59,7 +59,7 @@ def reach_of(
 ) -> tuple[Finding, ...]:
     """Findings with these parameters; looks for the person in some frames.
 
-    None where no depth can be measured, which other checks tell.
+    Empty where no depth can be measured, which other checks tell.
     """
     try:
         return tuple(check_reach(working_space(recording, parameters, pictures, views)))
