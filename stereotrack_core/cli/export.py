@@ -13,10 +13,14 @@ from stereotrack_core.cli.arguments import (
     FPS,
     JSON,
     NAMES,
+    OF_RUN,
+    VIEWS,
     check_output,
     check_suffix,
+    flag,
     option,
 )
+from stereotrack_core.cli.export_scene import export_rerun
 from stereotrack_core.cli.output import OK, put_result, say
 from stereotrack_core.cli.sources import (
     angle_source,
@@ -28,12 +32,17 @@ from stereotrack_core.cli.sources import (
 )
 from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
-from stereotrack_core.evaluation.joint_angles.series import angles_of_reference
+from stereotrack_core.evaluation.joint_angles.definitions import NAMES as NAMES_OF_ANGLES
+from stereotrack_core.evaluation.joint_angles.series import JointAngles, angles_of_reference
+from stereotrack_core.evaluation.limb_colours import LIMB_COLOURS
 from stereotrack_core.interop.coco import write_coco
 from stereotrack_core.interop.deeplabcut import write_deeplabcut
 from stereotrack_core.interop.keypoints.coco import write_results
 from stereotrack_core.interop.keypoints.table import write_table
 from stereotrack_core.interop.labels import write_clicks
+from stereotrack_core.interop.motion.gltf import write_glb
+from stereotrack_core.interop.motion.mot import write_mot
+from stereotrack_core.interop.point_tables import POINT_TABLES, write_points
 from stereotrack_core.interop.reference_npz import write_reference
 from stereotrack_core.interop.run_file import (
     holds_run,
@@ -45,22 +54,32 @@ from stereotrack_core.interop.sleap import write_sleap
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.setups import load_reference
 from stereotrack_core.project.whereabouts import SUFFIX
+from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.tables import Table
 from stereotrack_core.tracking.stored import upright_run
 
 DESCRIPTION = (
-    "Write clicks (csv, coco, slp, dlc), keypoints (csv, coco), a trajectory (csv, trc, c3d, "
-    "bvh) or joint angles (angles). Each format stores what it can; only a project file keeps who "
-    "clicked what and when."
+    "Write clicks (csv, coco, slp, dlc, dltdv, argus, xmalab), keypoints (csv, coco), a trajectory "
+    "(csv, trc, c3d, bvh, nc), joint angles (angles, mot), the moving body (glb), or all of a run "
+    "with its images and clouds (rrd). Each format stores what it can; only a project file keeps "
+    "who clicked what and when. Units and axes: csv, nc, rrd m, x east, y north, z up (the "
+    "recording's world); trc m, x north, y up, z east; c3d mm, x east, y north, z up; bvh cm, x "
+    "west, y up, z north; glb m, x east, y up, z south; angles, mot degrees; clicks are pixels of "
+    "the raw image, the centre of the first one (0, 0), in dltdv (1, 1), in argus (0, height) with "
+    "y up. Frames count from 0."
 )
 
 KEYPOINT_FORMATS = ("csv", "coco")
-CLICK_FORMATS = ("csv", "coco", "slp", "dlc")
-TRAJECTORY_FORMATS = ("csv", "trc", "c3d", "bvh")
+CLICK_FORMATS = ("csv", "coco", "slp", "dlc", *POINT_TABLES)
+TRAJECTORY_FORMATS = ("csv", "trc", "c3d", "bvh", "nc")
 REFERENCE_FORMATS = (*TRAJECTORY_FORMATS, "npz")
-ANGLES = "angles"
-FORMATS = (*REFERENCE_FORMATS, ANGLES, "coco", "slp", "dlc")
-_SUFFIX = {"coco": ".json", "dlc": ".csv", ANGLES: ".csv"}
+ANGLE_FORMATS = ("angles", "mot")
+MODEL, SCENE = "glb", "rrd"
+RUN_FORMATS = (*TRAJECTORY_FORMATS, *ANGLE_FORMATS, MODEL, SCENE)
+FORMATS = (*REFERENCE_FORMATS, *ANGLE_FORMATS, MODEL, SCENE, *CLICK_FORMATS[1:])
+_SUFFIX = {"coco": ".json", **dict.fromkeys(("dlc", "angles", *POINT_TABLES), ".csv")}
+_OF_SUFFIX = {_SUFFIX.get(form, f".{form}"): form for form in reversed(FORMATS)}
+"""The format that is meant where only a file's name is given: for ``.csv`` this program's own."""
 
 OPTIONS = (
     option(
@@ -70,10 +89,11 @@ OPTIONS = (
     ),
     option(
         "--format",
-        "clicks of a project: csv, coco, slp, dlc (a file for each camera); trajectories: csv,"
-        " trc, c3d, bvh, angles (joint angles of every frame, .csv), and npz, which keeps the"
-        " uncertainty of a project's reference",
-        required=True,
+        "clicks of a project: csv, coco, slp, dlc (a file for each camera), dltdv, argus, xmalab "
+        "(.csv); trajectories: csv, trc, c3d, bvh, nc (netCDF of the package movement), angles "
+        "(joint angles of every frame, .csv), mot (the same for OpenSim), and npz, which keeps the "
+        "uncertainty of a project's reference; complete runs: glb (the body as a glTF model) and "
+        "rrd (for the Rerun viewer). Without this option the file's name decides, and .csv is csv",
         choices=FORMATS,
     ),
     option("-o --output FILE", "file to write", type=Path, required=True),
@@ -94,14 +114,18 @@ OPTIONS = (
     FPS,
     NAMES,
     AXES,
+    option("--frames A:B", "for rrd: only frames A up to but not including B"),
+    VIEWS,
+    flag("--no-clouds", "for rrd: leave the clouds out, which take most of the time"),
+    OF_RUN,
     JSON,
 )
 
 
 def run(args: Namespace) -> int:
     """Read and write."""
-    suffix = _SUFFIX.get(args.format, f".{args.format}")
-    check_suffix(args.output, suffix)
+    args.format = args.format or _format_of(args.output)
+    check_suffix(args.output, _SUFFIX.get(args.format, f".{args.format}"))
     check_output(args.output)
 
     project = args.source.suffix.lower() == SUFFIX
@@ -110,6 +134,18 @@ def run(args: Namespace) -> int:
     table = Table(f"Exported from {args.source}", ("file", "what"), rows)
     put_result(facts, table, as_json=args.json)
     return OK
+
+
+def _format_of(output: Path) -> str:
+    """The format that a file's name means; InputError where it means none."""
+    form = _OF_SUFFIX.get(output.suffix.lower())
+    if form is None:
+        raise InputError(
+            f"the suffix {output.suffix!r} means no format",
+            where=str(output),
+            remedy=f"Give --format, or a name that ends in one of {', '.join(sorted(_OF_SUFFIX))}.",
+        )
+    return form
 
 
 def _project(args: Namespace) -> dict[str, Any]:
@@ -135,6 +171,11 @@ def _project_clicks(args: Namespace, project: Project) -> dict[str, Any]:
         write = write_coco if args.format == "coco" else write_sleap
         write(args.output, clicks, recording, landmarks)
         return _facts({args.output: len(clicks)})
+    if args.format in POINT_TABLES:
+        with FrameReader(recording, read_ahead=0) as reader:
+            frames = reader.frame_count
+        count = write_points(args.output, clicks, recording, landmarks.names, args.format, frames)
+        return _facts({args.output: count})
     return _facts(write_deeplabcut(args.output, clicks, landmarks.names))
 
 
@@ -162,17 +203,16 @@ def _project_keypoints(args: Namespace, project: Project) -> dict[str, Any]:
 
 
 def _project_reference(args: Namespace, project: Project) -> dict[str, Any]:
-    if args.format not in (*REFERENCE_FORMATS, ANGLES):
-        raise _wrong_kind(args.format, (*REFERENCE_FORMATS, ANGLES))
+    if args.format not in (*REFERENCE_FORMATS, *ANGLE_FORMATS):
+        raise _wrong_kind(args.format, (*REFERENCE_FORMATS, *ANGLE_FORMATS))
     reference = _reference(project, args.reference or None)
     if args.format == "npz":
         write_reference(args.output, reference)
     else:
         fps = recording_of(project).fps if args.fps is None else args.fps
-        if args.format == ANGLES:
-            write_angles(args.output, angles_of_reference(reference), fps, None)
-        else:
-            write_trajectory(args.output, reference.trajectory(), fps)
+        if args.format in ANGLE_FORMATS:
+            return _angles(args, angles_of_reference(reference), fps)
+        write_trajectory(args.output, reference.trajectory(), fps)
     return {"files": {args.output: f"{len(reference.frame)} frames"}}
 
 
@@ -207,12 +247,15 @@ def _trajectory(args: Namespace) -> dict[str, Any]:
                 where=option_name,
                 remedy="Omit this option.",
             )
-    if args.format == ANGLES:
+    if args.format in ANGLE_FORMATS:
         source = angle_source(args.source, args.fps)
-        frames = write_angles(args.output, source.angles, source.fps, None)
-        return {"files": {args.output: f"joint angles of {frames} frames"}}
-    if args.format not in TRAJECTORY_FORMATS:
-        raise _wrong_kind(args.format, (*TRAJECTORY_FORMATS, ANGLES))
+        return _angles(args, source.angles, source.fps)
+    if args.format not in RUN_FORMATS:
+        raise _wrong_kind(args.format, RUN_FORMATS)
+    if args.format == SCENE:
+        return {"files": {args.output: f"{export_rerun(args)} frames"}}
+    if args.format == MODEL:
+        return _model(args)
     trajectory, fps = read_timed_trajectory(args.source, stated_in(args))
     residual = None
     if holds_run(args.source):
@@ -223,6 +266,33 @@ def _trajectory(args: Namespace) -> dict[str, Any]:
             trajectory = upright_run(run).trajectory()
     write_trajectory(args.output, trajectory, fps if args.fps is None else args.fps, residual)
     return {"files": {args.output: f"{len(trajectory.frame)} frames"}}
+
+
+def _angles(args: Namespace, angles: JointAngles, fps: float) -> dict[str, Any]:
+    if args.format == "mot":
+        held = write_mot(args.output, angles.frame, NAMES_OF_ANGLES, angles.angle, fps)
+        if held:
+            say(
+                f"{counted(held, 'value')} not known stay as they were last known, because OpenSim "
+                f"stops reading at a gap. {args.output.name}.json lists them."
+            )
+    else:
+        write_angles(args.output, angles, fps, None)
+    return {"files": {args.output: f"joint angles of {len(angles.frame)} frames"}}
+
+
+def _model(args: Namespace) -> dict[str, Any]:
+    """The moving body of a complete run."""
+    if not holds_run(args.source):
+        raise InputError(
+            "a model of the body is made of a complete run",
+            where=str(args.source),
+            remedy="Use an .npz file written by `stereotrack track`, or export as bvh.",
+        )
+    run = read_run(args.source)
+    say_if_unfinished(args.source, run)
+    write_glb(args.output, run, LIMB_COLOURS)
+    return {"files": {args.output: f"{len(run.frame)} frames"}}
 
 
 def _wrong_kind(given: str, possible: Sequence[str]) -> InputError:

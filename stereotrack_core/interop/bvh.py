@@ -21,7 +21,7 @@ from stereotrack_core.arrays import BoolArray, FloatArray
 from stereotrack_core.atomic import write_files
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.rotation import angle_between, rotation_from_vector
-from stereotrack_core.interop.landmark_file import checked_fps, contiguous
+from stereotrack_core.interop.landmark_file import checked_fps, contiguous, held
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 
 _OUTWARDS = {"left": np.array([1.0, 0.0, 0.0]), "right": np.array([-1.0, 0.0, 0.0])}
@@ -134,7 +134,8 @@ def write_bvh(path: Path, trajectory: LandmarkTrajectory, fps: float) -> None:
     fps = checked_fps(fps)
     first, points = contiguous(trajectory, str(path))
     unknown: BoolArray = np.asarray(np.isnan(points).any(axis=-1))
-    landmarks = _held(points) @ _BVH_FROM_WORLD.T
+    _check_known(unknown, path)
+    landmarks = held(points, unknown) @ _BVH_FROM_WORLD.T
     root, joints = skeleton(landmarks, ~unknown)
     channels = np.concatenate([root, *(_euler_zxy_deg(j.rotation) for j in joints)], axis=1)
     lines = ["HIERARCHY", *_hierarchy(joints, joints[0], 0), "MOTION", f"Frames: {len(points)}"]
@@ -143,6 +144,16 @@ def write_bvh(path: Path, trajectory: LandmarkTrajectory, fps: float) -> None:
     notes = _notes(fps, first, (np.flatnonzero(unknown.any(axis=1)) + first).tolist())
     beside = path.with_name(path.name + ".json")
     write_files({path: "\n".join(lines) + "\n", beside: json.dumps(notes, indent=2) + "\n"})
+
+
+def _check_known(unknown: BoolArray, path: Path) -> None:
+    for k, name in enumerate(LANDMARKS):
+        if unknown[:, k].all():
+            raise InputError(
+                f"the landmark {name} has no position in any frame",
+                where=str(path),
+                remedy="BVH cannot omit landmarks. Export as csv, trc or c3d instead.",
+            )
 
 
 def _notes(fps: float, first: int, held: list[int]) -> dict[str, Any]:
@@ -154,21 +165,6 @@ def _notes(fps: float, first: int, held: list[int]) -> dict[str, Any]:
         "first_frame": first,
         "frames_with_held_landmarks": held,
     }
-
-
-def _held(points: FloatArray) -> FloatArray:
-    """Landmarks (F, 9, 3) in which unknown ones stay where they were last (or first) known."""
-    result = points.copy()
-    for k, name in enumerate(LANDMARKS):
-        known = np.flatnonzero(~np.isnan(points[:, k]).any(axis=-1))
-        if not len(known):
-            raise InputError(
-                f"the landmark {name} has no position in any frame",
-                remedy="BVH cannot omit landmarks. Export as csv, trc or c3d instead.",
-            )
-        last = np.searchsorted(known, np.arange(len(points)), side="right") - 1
-        result[:, k] = points[known[np.maximum(last, 0)], k]
-    return result
 
 
 def _euler_zxy_deg(rotation: FloatArray) -> FloatArray:

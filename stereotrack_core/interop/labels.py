@@ -6,7 +6,7 @@ The clicks file is ``frame,view,landmark,x,y,visibility``, in raw-image pixels.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
@@ -18,6 +18,7 @@ from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.interop.coco import read_coco
 from stereotrack_core.interop.deeplabcut import is_deeplabcut, read_deeplabcut
 from stereotrack_core.interop.label_source import Labels, LabelSource
+from stereotrack_core.interop.point_tables import point_table_of, read_points
 from stereotrack_core.interop.run_journal import PART_SUFFIX
 from stereotrack_core.interop.sleap import read_sleap
 from stereotrack_core.recording.description import Recording
@@ -25,8 +26,8 @@ from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.tables import csv_text, read_cells, read_rows, whole_number
 
 _UNDERSTOOD = (
-    "Supported files: clicks from .csv, DeepLabCut .csv, COCO keypoints .json and SLEAP .slp; "
-    "trajectories from .csv with x, y and z, .trc, .c3d and .npz."
+    "Supported files: clicks from .csv, DeepLabCut .csv, DLTdv, Argus and XMALab .csv, COCO "
+    "keypoints .json and SLEAP .slp; trajectories from .csv with x, y and z, .trc, .c3d and .npz."
 )
 _OTHERS = {
     ".h5": "DeepLabCut writes a .csv beside every .h5; use that file.",
@@ -56,9 +57,10 @@ def read_labels(source: LabelSource, frames: int | None = None) -> Labels:
     InputError where the file cannot be read at all, or is of a kind that is not understood.
     """
     suffix = source.path.suffix.lower()
+    read: Callable[[LabelSource], Labels] | None
     read = {".json": read_coco, ".slp": read_sleap}.get(suffix)
-    if suffix == ".csv" and is_deeplabcut(read_cells(source.path)):
-        read = read_deeplabcut
+    if suffix == ".csv":
+        read = _reader_of_table(read_cells(source.path))
     if read is not None:
         return _checked(read(source), source, frames)
     if suffix != ".csv":
@@ -75,6 +77,13 @@ def read_labels(source: LabelSource, frames: int | None = None) -> Labels:
                 remedy="Omit this option.",
             )
     return read_clicks(source.path, source.recording, landmarks=source.landmarks, frames=frames)
+
+
+def _reader_of_table(lines: list[list[str]]) -> Callable[[LabelSource], Labels] | None:
+    """What reads a table of another program; None for one of ours."""
+    if is_deeplabcut(lines):
+        return read_deeplabcut
+    return read_points if lines and point_table_of(lines[0]) else None
 
 
 def _checked(found: Labels, source: LabelSource, frames: int | None) -> Labels:

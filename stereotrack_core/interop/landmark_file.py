@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from stereotrack_core.arrays import FloatArray
+from stereotrack_core.arrays import BoolArray, FloatArray
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.label_source import map_names
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
@@ -101,6 +101,20 @@ def contiguous(trajectory: LandmarkTrajectory, where: str) -> tuple[int, FloatAr
     points: FloatArray = np.full((last - first + 1, *trajectory.points.shape[1:]), np.nan)
     points[frame - first] = trajectory.points
     return first, points
+
+
+def held(values: FloatArray, unknown: BoolArray) -> FloatArray:
+    """Values (F, K, ...) of which unknown ones (F, K) are as they were last (or first) known.
+
+    For formats that cannot leave a value out. What is never known stays as it is.
+    """
+    result = values.copy()
+    for k in range(unknown.shape[1]):
+        known = np.flatnonzero(~unknown[:, k])
+        if len(known):
+            last = np.searchsorted(known, np.arange(len(values)), side="right") - 1
+            result[:, k] = values[known[np.maximum(last, 0)], k]
+    return result
 
 
 def checked_fps(fps: float) -> float:

@@ -12,6 +12,7 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.interop.bvh import write_bvh
 from stereotrack_core.interop.c3d import read_c3d, write_c3d
 from stereotrack_core.interop.landmark_file import Stated
+from stereotrack_core.interop.motion.netcdf import write_netcdf
 from stereotrack_core.interop.reference_npz import (
     fps_of_reference,
     is_reference,
@@ -58,11 +59,12 @@ _WRITERS: Mapping[str, Callable[[Path, LandmarkTrajectory, float], None]] = {
     ".trc": write_trc,
     ".c3d": write_c3d,
     ".bvh": write_bvh,
+    ".nc": write_netcdf,
 }
 """What landmarks can be written as that states a frame rate."""
 
-RUN_SUFFIXES: tuple[str, ...] = (".npz", ".csv", *_WRITERS)
-"""What a run can be written as; only ``.npz`` keeps all of it."""
+RUN_SUFFIXES: tuple[str, ...] = (".npz", ".csv", ".trc", ".c3d", ".bvh")
+"""What a run can be written as by what everybody has; only ``.npz`` keeps all of it."""
 
 
 def run_suffix(path: Path) -> str:
@@ -102,7 +104,7 @@ def write_trajectory(
     fps: float | None,
     residual: FloatArray | None = None,
 ) -> None:
-    """Write landmarks (.csv, .trc, .c3d, .bvh).
+    """Write landmarks (.csv, .trc, .c3d, .bvh, .nc).
 
     `fps`: frames per second; only ``.csv`` needs none. `residual` (F,), metres, kept by ``.c3d``
     alone.
@@ -110,7 +112,7 @@ def write_trajectory(
     Raises InputError for another suffix, a place that cannot be written to, or a missing frame
     rate.
     """
-    suffix = _suffix(path, RUN_SUFFIXES[1:])
+    suffix = _suffix(path, (".csv", *_WRITERS))
     if suffix == ".csv":
         write_landmarks(path, trajectory)
     elif fps is None:

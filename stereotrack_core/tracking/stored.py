@@ -92,16 +92,21 @@ def pose_of_run(run: Run, i: int) -> Pose | None:
     return pose_of_state(run.x[i], _joints_of(run.state_names))
 
 
+def up_of_run(run: Run) -> Upright:
+    """Which axis of the run's world points up; z where it does not say."""
+    stated = run.meta.get("from_recording", {}).get("up_axis")
+    axis = stated or run.meta.get("parameters", {}).get("up_axis", "auto")
+    return Upright(axis) if axis in UP_AXES else Z_UP
+
+
 def upright_run(run: Run) -> Run:
     """The run in a world whose z points up, as joint angles and many formats presume.
 
     The same run where its world's z does.
     """
-    stated = run.meta.get("from_recording", {}).get("up_axis")
-    axis = stated or run.meta.get("parameters", {}).get("up_axis", "auto")
-    if axis in ("auto", Z_UP.axis) or axis not in UP_AXES:
+    upright = up_of_run(run)
+    if upright == Z_UP:
         return run
-    upright = Upright(axis)
     x, P, joints = run.x, run.P, joints_named(run.state_names)
     if joints is not None:
         x = state_of_pose(pose_of_state(run.x, joints).turned(upright.rotation), joints)

@@ -212,6 +212,40 @@ def test_runs_are_exported(run, tracked, tmp_path):
             assert np.allclose(read_trajectory(path).points, expected, atol=1e-5, equal_nan=True)
 
 
+def test_the_suffix_names_the_format(run, project, tracked, tmp_path):
+    assert run("export", tracked, "-o", tmp_path / "a.glb").status == 0
+    assert (tmp_path / "a.glb").read_bytes()[:4] == b"glTF"
+    facts = run("export", tracked, "-o", tmp_path / "a.mot", "--json").json
+    assert facts["files"][str(tmp_path / "a.mot")] == "joint angles of 10 frames"
+    assert run("export", project, "-o", tmp_path / "a.json").status == 0
+    assert clicks_in(project)
+    ended = run("export", tracked, "-o", tmp_path / "a.xyz")
+    assert (ended.status, "means no format" in ended.err) == (2, True)
+
+
+def test_a_run_goes_to_rerun_with_images_and_clouds(run, tracked, tmp_path):
+    chunk = pytest.importorskip("rerun.chunk")
+    path = tmp_path / "a.rrd"
+    ended = run("export", tracked, "-o", path, "--frames", "2:4", "--views", "N")
+    assert ended.status == 0, ended.err
+    rows = {}
+    for one in chunk.RrdReader(str(path)).stream():
+        rows[one.entity_path] = rows.get(one.entity_path, 0) + one.num_rows
+    assert rows["/world/cloud"] == rows["/world/cameras/N/image"] == rows["/world/landmarks"] == 2
+    ended = run("export", tracked, "-o", path, "--frames", "20:30")
+    assert (ended.status, "It has the frames 0:10" in ended.err) == (2, True)
+
+
+@pytest.mark.parametrize("kind", ["dltdv", "argus", "xmalab"])
+def test_tables_of_points_come_back(run, project, empty, tmp_path, kind):
+    path = tmp_path / "points.csv"
+    assert run("export", project, "--format", kind, "-o", path).status == 0
+    assert len(path.read_text().splitlines()) == 11
+    assert run("import", "labels", path, "--into", empty).status == 0
+    places = {key: place for key, (place, _) in clicks_in(project).items() if place is not None}
+    assert {key: place for key, (place, _) in clicks_in(empty).items()} == places
+
+
 def test_refusals(run, recording, project, tracked, tmp_path):
     csv, json_ = tmp_path / "x.csv", tmp_path / "x.json"
     wrong = (

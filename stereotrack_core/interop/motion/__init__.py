@@ -1,0 +1,1 @@
+"""Movement for other programs: OpenSim, movement, Blender and Rerun."""

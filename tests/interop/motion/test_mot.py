@@ -1,0 +1,52 @@
+"""Motion files, read back by NumPy, and by OpenSim where it is installed."""
+
+import json
+
+import numpy as np
+import pytest
+
+from stereotrack_core.errors import InputError
+from stereotrack_core.interop.motion.mot import write_mot
+
+FRAME = np.array([4, 5, 6, 9])
+NAMES = ("elbow", "never", "torso")
+ANGLE = np.radians(
+    [[10.0, np.nan, -190.5], [20.0, np.nan, np.nan], [np.nan, np.nan, -200.0], [30.0, np.nan, 7.25]]
+)
+HELD = [[10.0, -190.5], [20.0, -190.5], [20.0, -200.0], [30.0, 7.25]]
+
+
+def test_degrees_over_time_with_the_header_of_opensim(tmp_path):
+    path = tmp_path / "my walk.mot"
+    assert write_mot(path, FRAME, NAMES, ANGLE, 10.0) == 2
+    lines = path.read_text().splitlines()
+    header = ["my walk", "version=1", "nRows=4", "nColumns=3", "inDegrees=yes", "endheader"]
+    assert lines[:6] == header
+    assert lines[6] == "time\telbow\ttorso"
+    table = np.genfromtxt(path, skip_header=7)
+    np.testing.assert_allclose(table[:, 0], FRAME / 10.0)
+    np.testing.assert_allclose(table[:, 1:], HELD)
+    notes = json.loads((tmp_path / "my walk.mot.json").read_text())
+    assert notes["angles_never_known"] == ["never"]
+    assert notes["frames_with_held_angles"] == {"elbow": [6], "torso": [5]}
+
+
+def test_opensim_reads_all_rows(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)  # where it keeps its log
+    opensim = pytest.importorskip("opensim")
+    write_mot(tmp_path / "a.mot", FRAME, NAMES, ANGLE, 10.0)
+    table = opensim.TimeSeriesTable(str(tmp_path / "a.mot"))
+    assert table.getTableMetaDataString("inDegrees") == "yes"
+    assert list(table.getColumnLabels()) == ["elbow", "torso"]
+    np.testing.assert_allclose(table.getIndependentColumn(), FRAME / 10.0)
+    rows = [table.getRowAtIndex(k).to_numpy() for k in range(4)]
+    np.testing.assert_allclose(rows, HELD)
+    storage = opensim.Storage(str(tmp_path / "a.mot"))  # which reads motions in its window
+    assert (storage.getSize(), storage.isInDegrees()) == (4, True)
+
+
+def test_nothing_known_is_refused(tmp_path):
+    for frame, angle in ((FRAME, np.full((4, 3), np.nan)), (FRAME[:0], ANGLE[:0])):
+        with pytest.raises(InputError, match="no joint angle is known"):
+            write_mot(tmp_path / "a.mot", frame, NAMES, angle, 10.0)
+    assert not list(tmp_path.iterdir())

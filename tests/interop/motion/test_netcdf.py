@@ -1,0 +1,60 @@
+"""Poses in netCDF, read back by xarray and h5py, and by movement where it is installed."""
+
+import sys
+
+import numpy as np
+import pytest
+
+from stereotrack_core.errors import InputError
+from stereotrack_core.interop.motion.netcdf import write_netcdf
+from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
+
+
+@pytest.fixture
+def written(tmp_path, random, body_trajectory):
+    """A file, and its trajectory: frames 7, 8 and 10, one landmark of frame 8 not known."""
+    xarray = pytest.importorskip("xarray")
+    pytest.importorskip("h5netcdf")
+    trajectory = body_trajectory(random, [7, 8, 10])
+    trajectory.points[1, 4] = np.nan
+    write_netcdf(tmp_path / "a.nc", trajectory, 20.0)
+    return xarray.load_dataset(tmp_path / "a.nc", engine="h5netcdf"), trajectory, tmp_path / "a.nc"
+
+
+def test_layout_units_and_gaps(written):
+    dataset, trajectory, path = written
+    assert dict(dataset.sizes) == {"time": 4, "space": 3, "keypoints": 9, "individuals": 1}
+    assert dataset.position.dims == ("time", "space", "keypoints", "individuals")
+    assert dataset.confidence.dims == ("time", "keypoints", "individuals")
+    np.testing.assert_allclose(dataset.time, np.array([7, 8, 9, 10]) / 20.0)
+    assert dataset.frame.values.tolist() == [7, 8, 9, 10]
+    found = dataset.position.sel(keypoints="left_hand", individuals="person").values
+    expected = trajectory.points[:, LANDMARKS.index("left_hand")]
+    np.testing.assert_array_equal(found[[0, 1, 3]], expected)
+    assert np.isnan(found[2]).all()
+    assert (dataset.attrs["fps"], dataset.attrs["space_unit"]) == (20.0, "m")
+    h5py = pytest.importorskip("h5py")
+    with h5py.File(path) as file:
+        assert file["position"].shape == (4, 3, 9, 1)
+
+
+def test_movement_takes_it(written):
+    datasets = pytest.importorskip("movement.validators.datasets")
+    kinematics = pytest.importorskip("movement.kinematics")
+    dataset, trajectory, _ = written
+    datasets.ValidPosesInputs.validate(dataset)
+    speed = kinematics.compute_velocity(dataset.position).sel(keypoints="head", space="x")
+    head = trajectory.points[:, LANDMARKS.index("head"), 0]
+    assert speed.values[0, 0] == pytest.approx((head[1] - head[0]) * 20.0)
+
+
+def test_it_needs_its_library_and_frames(tmp_path, random, body_trajectory, monkeypatch):
+    trajectory = body_trajectory(random, [1, 2])
+    monkeypatch.setitem(sys.modules, "xarray", None)
+    with pytest.raises(InputError, match="is not installed"):
+        write_netcdf(tmp_path / "a.nc", trajectory, 10.0)
+    with pytest.raises(InputError, match="no frames"):
+        write_netcdf(
+            tmp_path / "a.nc", LandmarkTrajectory(np.array([], int), np.empty((0, 9, 3))), 9
+        )
+    assert not list(tmp_path.iterdir())
