@@ -54,9 +54,14 @@ def installed() -> Mapping[str, list[str]]:
     return packages_distributions()
 
 
+OF_ANOTHER_NAME = {"rerun": "rerun-sdk"}
+"""Modules that are too large to be installed for the tests, and what brings them."""
+
+
 def distributions(module: str) -> set[str]:
     """The distributions that bring a module; one of its own name where it is not installed."""
-    return {canonicalize_name(name) for name in installed().get(module, [module])}
+    usual = [OF_ANOTHER_NAME.get(module, module)]
+    return {canonicalize_name(name) for name in installed().get(module, usual)}
 
 
 def declared(*extras: str) -> set[str]:
