@@ -116,8 +116,8 @@ class DepthParameters(ParameterGroup):
         fast="none",
     )(
         "Remove the border that block matching adds around the person: never; where the image "
-        "looks like the background image; or outside the sharp silhouette (border points remain "
-        "available for the arm search, but are not measurements)."
+        "looks like the background image; or outside the sharp silhouette. Points there remain "
+        "available for the arm search, but are not measurements."
     )
     volume_from_recording: bool = parameter(True, _VOLUME, thesis=False)(
         "If the cameras do not stand around the origin, place the volume around the person, and "
