@@ -153,17 +153,25 @@ def projects_of(folder: Path, documents: Path | None = None) -> tuple[Path, ...]
 
 def _belongs(project: Path, folder: Path) -> bool:
     """Whether a project's recording is, or was, this folder."""
+    return folder in stated_folders(project)
+
+
+def stated_folders(project: Path) -> tuple[Path, ...]:
+    """Where a project says its recording is: relative to the project, and absolute.
+
+    None for a file that cannot be read, or states no recording.
+    """
     try:
         with closing(connect_for_reading(project)) as database, making_sense(project):
             check_rows(database, project, ("recording",))
             row = database.execute("SELECT relative, absolute FROM recording").fetchone()
     except (InputError, OSError, sqlite3.Error):
-        return False
+        return ()
     if row is None:
-        return False
+        return ()
     relative, absolute = row
     stated = project.parent / relative if relative else Path(absolute)
-    return folder in (Path(os.path.normpath(stated)), Path(absolute))
+    return Path(os.path.normpath(stated)), Path(absolute)
 
 
 def project_path_for(folder: Path, documents: Path | None = None, home: Path | None = None) -> Path:

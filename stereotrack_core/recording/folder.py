@@ -351,7 +351,7 @@ def fingerprint(recording: Recording) -> str:
     for view in recording.views:
         for key, stream in view.streams().items():
             digest.update(f"{view.name}/{key}".encode())
-            for file in _files(folder, stream.frames):
+            for file in identifying_files(folder, stream.frames):
                 digest.update(_beginning(file))
     return digest.hexdigest()
 
@@ -377,7 +377,7 @@ def calibration_fingerprint(recording: Recording) -> str:
     return digest.hexdigest()
 
 
-def _files(folder: Path, frames: str) -> Iterator[Path]:
+def identifying_files(folder: Path, frames: str) -> Iterator[Path]:
     """The video, or the first and the last image (whose names tell how many there are)."""
     if not is_pattern(frames):
         yield folder / frames

@@ -17,14 +17,20 @@ from stereotrack_core.errors import Cancelled, InputError
 from stereotrack_core.experiments.measures import measured
 from stereotrack_core.experiments.runner.lockstep import LockstepRun, RunInput, track_together
 from stereotrack_core.experiments.sweep.points import Point
+from stereotrack_core.interop.run_npz import read_meta, write_npz
 from stereotrack_core.plain_data import Kind, check_kind
+from stereotrack_core.project.setups import Corrections
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.detections import own_detections
 from stereotrack_core.recording.folder import fingerprint, open_recording
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
+from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.run_spec import RunSpec
 
 Status: TypeAlias = Literal["done", "failed"]
+
+_IDENTITY = "job"
+"""Key in the meta of a run that a job has kept."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,6 +49,10 @@ class Job:
     point: Point
     spec: RunSpec
     """With its frames; without detections, which the recording has."""
+    keep: str = ""
+    """File that the complete run goes to, for which no error is measured; empty: only measures."""
+    corrections: Corrections | None = None
+    """What a project corrects of the recording."""
 
     @property
     def frames(self) -> range:
@@ -184,29 +194,58 @@ def recording_of(job: Job) -> Recording:
     recording = open_recording(folder)
     if fingerprint(recording) != job.fingerprint:
         raise InputError(
-            "the recording has changed since the sweep was started",
+            "the recording has changed since the work was started",
             where=job.folder,
-            remedy="Start the sweep again with the present recording.",
+            remedy="Start it again with the present recording.",
         )
-    return recording
+    return recording if job.corrections is None else job.corrections.applied_to(recording)
+
+
+def is_kept(job: Job) -> bool:
+    """Whether the run that a job keeps is in its place; always where it keeps none."""
+    if not job.keep:
+        return True
+    try:
+        return read_meta(Path(job.keep)).get(_IDENTITY) == job.identity
+    except InputError:
+        return False
 
 
 def _result(
     job: Job, tracked: LockstepRun, reference: LandmarkTrajectory | None, seconds: float
 ) -> JobResult:
     """What has become of a job that took this share of the time of its batch."""
+    if job.keep:
+        reference = None  # errors of a run that is kept are measured whenever they are asked for
     if tracked.error is not None:
         return _failed(job, tracked.error)
     begun = time.perf_counter()
     try:
         run = tracked.run()
         seconds += time.perf_counter() - begun
+        if job.keep:
+            _keep(job, run, seconds)
         speed = len(run.frame) / tracked.seconds if tracked.seconds > 0 else float("nan")
         values = measured(run, reference) | {"frames_per_second": speed, "seconds": seconds}
     except Exception as error:  # noqa: BLE001 - told as the result of the job
         return _failed(job, error)
     known = {name: value for name, value in values.items() if math.isfinite(value)}
     return JobResult(job.identity, "done", known, frames=len(run.frame))
+
+
+def _keep(job: Job, run: Run, seconds: float) -> None:
+    """Write a run to the place that its job names."""
+    path = Path(job.keep)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(
+            f"the folder cannot be made ({error.strerror})",
+            where=str(path.parent),
+            remedy="Make it possible to write there, and start again.",
+        ) from error
+    meta = {**run.meta, _IDENTITY: job.identity, "wall_seconds": seconds}
+    write_npz(path, dataclasses.replace(run, meta=meta))
 
 
 def _failed(job: Job, error: Exception) -> JobResult:

@@ -15,7 +15,7 @@ import numpy as np
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.errors import InputError, did_you_mean
 from stereotrack_core.experiments.measures import MEASURES, measure_named
-from stereotrack_core.experiments.runner.job import Job, JobResult
+from stereotrack_core.experiments.runner.job import Job, JobResult, is_kept
 from stereotrack_core.experiments.sweep.points import (
     Point,
     Search,
@@ -116,7 +116,9 @@ def count_of(
 ) -> tuple[SweepCount, list[Job]]:
     """What a sweep would compute, and the jobs of it."""
     different = {job.identity: job for job in jobs}
-    waiting = [job for one, job in different.items() if one not in known or not known[one].done]
+    done = {job for job in known if known[job].done and job in different}
+    done = {one for one in done if is_kept(different[one])}
+    waiting = [job for one, job in different.items() if one not in done]
     seconds = expected_seconds(waiting, jobs, known, workers) if waiting else 0.0
     count = SweepCount(
         jobs=len(different),

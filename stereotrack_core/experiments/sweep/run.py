@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from stereotrack_core.errors import Cancelled, InputError
 from stereotrack_core.evaluation.summary import Spread
 from stereotrack_core.experiments.measures import MEASURES, measure_named
-from stereotrack_core.experiments.runner.job import Executor, Job, JobResult
+from stereotrack_core.experiments.runner.job import Executor, Job, JobResult, is_kept
 from stereotrack_core.experiments.sweep.plan import SweepPlan
 from stereotrack_core.experiments.sweep.points import Point, Search
 from stereotrack_core.experiments.sweep.store import Ending, SweepState, SweepStore
@@ -128,8 +128,9 @@ class SweepRun:
         wanted: dict[str, Job] = {}
         for job in jobs:
             result = self._store.results.get(job.identity)
-            known = result is not None and (result.done or job.identity in self._fresh)
-            if not known or (self._plan.request.again and job.identity not in self._fresh):
+            fresh = job.identity in self._fresh
+            known = result is not None and (fresh or (result.done and is_kept(job)))
+            if not known or (self._plan.request.again and not fresh):
                 wanted.setdefault(job.identity, job)
         return list(wanted.values())
 

@@ -85,7 +85,7 @@ def test_a_recording_that_is_another_by_now_fails_in_words(plan, copied):
     picture.write_bytes(picture.read_bytes() + b" ")
     for result in by_identity(jobs).values():
         assert result.final
-        assert "the recording has changed since the sweep was started" in result.error
+        assert "the recording has changed since the work was started" in result.error
     (gone,) = do_batch([dataclasses.replace(jobs[0], folder=str(copied.folder / "none"))])
     assert gone.final
     assert "none" in gone.error
