@@ -67,6 +67,7 @@ COMMANDS: tuple[Command, ...] = (
         "sweep",
         "track with several parameter values, recordings and seeds, and compare the results",
     ),
+    Command("study", "track and evaluate many recordings, with their conditions, as one study"),
     Command("fit", "fit the body to clicked landmarks, to make a reference"),
     Command(
         "import",

@@ -62,6 +62,12 @@ from stereotrack_core.recording.writing import VideoWriter, write_png, write_rec
 from stereotrack_core.report.pages import write_calibration_page
 from stereotrack_core.simulation.make import simulate
 from stereotrack_core.simulation.rig import SceneOptions
+from stereotrack_core.study.cache import Read, StudyCache
+from stereotrack_core.study.evaluated import RunFacts, RunPlace, values_of
+from stereotrack_core.study.file import Study, StudyRow, write_study
+from stereotrack_core.study.places import Place
+from stereotrack_core.study.results import write_result_table
+from stereotrack_core.study.status import RowStatus, RunStatus
 from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.presets import named, preset, write_preset
 from stereotrack_core.tracking.trace import StepTrace
@@ -217,6 +223,25 @@ def _detections(path: Path, _things: Things) -> None:
     write_detections(path, [Detection(k, "head", at, 0.01) for k, at in enumerate(places)])
 
 
+def _study(path: Path) -> Study:
+    rows = tuple(StudyRow(f"data/r{k}", "", "f" * 32, {"subject": f"s{k}"}) for k in range(40))
+    return Study(path, ("subject",), rows)
+
+
+def _study_cache(path: Path, _things: Things) -> None:
+    cache = StudyCache(path)
+    cache.facts("recording r", lambda: Read({"diagnostics": ["a sentence"] * 40}, (path.parent,)))
+    cache.save()
+
+
+def _results(path: Path, things: Things) -> None:
+    study, truth = _study(Path("walks.study.csv")), things.truth
+    facts = RunFacts(values=tuple(values_of(things.run, things.recording.fps, truth)))
+    run = RunStatus(RunPlace("run", "study", things.run_file, None), facts)
+    rows = [RowStatus(row, Place(None, None), runs=(run,)) for row in study.rows]
+    write_result_table(path, study, rows)
+
+
 def _pdf(path: Path, _things: Things) -> None:
     write_pdf("<h1>Report</h1>" + "<p>A line of a report.</p>" * 200, path)
 
@@ -271,6 +296,9 @@ FILES: dict[str, Callable[[Path, Things], None]] = {
     ),
     "window.png": _window,
     "angles.csv": _angles,
+    "walks.study.csv": lambda path, _: write_study(_study(path)),
+    "walks.study-cache.json": _study_cache,
+    "results.csv": _results,
 }
 """What writes one file (and perhaps another one beside it), by the file's name."""
 

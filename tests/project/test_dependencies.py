@@ -72,7 +72,7 @@ def declared(*extras: str) -> set[str]:
 
 
 PROGRAM = ("app", "stereotrack_core")
-CHOSEN = ("bench", "cluster", "detect", "movement", "rerun", "search", "sleap")
+CHOSEN = ("bench", "cluster", "detect", "movement", "parquet", "rerun", "search", "sleap")
 
 
 @pytest.mark.parametrize(

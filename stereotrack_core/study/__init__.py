@@ -1,0 +1,1 @@
+"""A study: many recordings with their projects and conditions, tracked and evaluated together."""

@@ -1,0 +1,187 @@
+"""List recordings in a study file; what a person wrote into it stays."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from stereotrack_core.errors import Cancelled, Finding, InputError
+from stereotrack_core.study.file import (
+    OWN_COLUMNS,
+    RESULT_COLUMNS,
+    Study,
+    StudyRow,
+    check_name,
+    read_study,
+    write_study,
+)
+from stereotrack_core.study.places import Finder, ProjectIndex, fingerprint_of, recordings_below
+
+_FORM = "Write names of columns as subject/condition/repetition, or {subject}/{condition}_{day}."
+
+
+@dataclass(frozen=True)
+class Created:
+    """What listing has changed."""
+
+    study: Study
+    added: tuple[str, ...]
+    """Recordings that are new in the list."""
+    moved: tuple[str, ...]
+    """Recordings and projects whose new places were written."""
+    findings: tuple[Finding, ...]
+
+
+class Pattern:
+    """Factors in the names of folders.
+
+    ``subject/condition`` stands for ``{subject}/{condition}``; a part ``*`` may be anything. Raises
+    InputError where it cannot be meant.
+    """
+
+    def __init__(self, text: str) -> None:
+        self.text = text
+        parts = [part.strip() for part in text.strip("/").split("/")]
+        braced = [part if "{" in part or part == "*" else f"{{{part}}}" for part in parts]
+        whole = "/".join(braced)
+        self.names = tuple(re.findall(r"\{([^{}]*)\}", whole))
+        taken = {*OWN_COLUMNS, *RESULT_COLUMNS}
+        wrong = [name for name in self.names if not re.fullmatch(r"[^\W\d]\w*", name)]
+        wrong += [name for name in self.names if name in taken]
+        if wrong or not self.names or len(set(self.names)) < len(self.names):
+            what = f"{wrong[0]!r} cannot be a column" if wrong else f"{text!r} cannot be read"
+            raise InputError(what, where="--pattern", remedy=f"{_FORM} Use each name once.")
+        pieces = re.split(r"(\{[^{}]*\}|\*)", whole)
+        self._form = re.compile(
+            "".join(
+                f"(?P<{piece[1:-1]}>[^/]+?)" if piece.startswith("{") else
+                "[^/]*" if piece == "*" else re.escape(piece)
+                for piece in pieces
+            )
+        )  # fmt: skip
+
+    def factors(self, relative: str) -> dict[str, str] | None:
+        """Values by name in a path with ``/``; None where it does not fit."""
+        found = self._form.fullmatch(relative)
+        return None if found is None else found.groupdict()
+
+
+def create_study(
+    path: Path,
+    folders: Sequence[Path],
+    pattern: Pattern | None = None,
+    *,
+    on_progress: Callable[[float, str], None] = lambda _share, _words: None,
+    cancelled: Callable[[], bool] = lambda: False,
+) -> Created:
+    """List all recordings below folders in a study file, which is made or added to.
+
+    Rows that are there keep what a person wrote: only empty cells are filled, and places that have
+    changed are written. Raises InputError where a folder holds no recording, or the file cannot be
+    written, and Cancelled.
+    """
+    check_name(path)
+    study = read_study(path) if path.exists() else Study(path)
+    found = _found(folders)
+    names = () if pattern is None else pattern.names
+    factors = tuple(dict.fromkeys((*study.factors, *names)))
+    study = dataclasses.replace(study, factors=factors)
+    projects = ProjectIndex.around([study.folder, *(folder.parent for folder in found)])
+    rows, moved, findings = _present(study, found, pattern, projects)
+    listed = {study.place(row.recording) for row in rows}
+    added = []
+    new = [folder for folder in found if folder not in listed]
+    for i, folder in enumerate(new):
+        if cancelled():
+            raise Cancelled
+        on_progress(i / len(new), "reading recordings")
+        row = _filled(study, StudyRow(study.relative(folder)), folder, pattern, found, projects)
+        rows.append(row)
+        added.append(row.recording)
+        if not row.fingerprint:
+            remedy = f"`stereotrack info {folder}` tells what is wrong."
+            findings.append(Finding("warning", row.recording, "it cannot be opened", remedy))
+        if pattern is not None and pattern.factors(found[folder]) is None:
+            what = f"its folders {found[folder]!r} do not fit the pattern {pattern.text!r}"
+            remedy = "Fill in its cells by hand, or use another pattern."
+            findings.append(Finding("warning", row.recording, what, remedy))
+    made = dataclasses.replace(study, rows=tuple(rows))
+    write_study(made)
+    _move_runs(study, made)
+    return Created(made, tuple(added), tuple(moved), tuple(findings))
+
+
+def _found(folders: Iterable[Path]) -> dict[Path, str]:
+    """Recordings, each with its path from the folder that was given."""
+    found: dict[Path, str] = {}
+    for folder in folders:
+        root = folder.absolute()
+        if not root.is_dir():
+            raise InputError(
+                "there is no such folder", where=str(folder), remedy="Correct the path."
+            )
+        own = {path: path.relative_to(root).as_posix() for path in recordings_below(root)}
+        if not own:
+            raise InputError(
+                "there is no recording in this folder",
+                where=str(folder),
+                remedy="Give a folder with recordings below it: folders with a recording.toml.",
+            )
+        for path, relative in own.items():
+            found.setdefault(path, path.name if relative == "." else relative)
+    return found
+
+
+def _present(
+    study: Study, found: dict[Path, str], pattern: Pattern | None, projects: ProjectIndex
+) -> tuple[list[StudyRow], list[str], list[Finding]]:
+    """Rows that the study has, with new places where they have moved."""
+    finder = Finder(study)
+    rows, moved, findings = [], [], []
+    for row in study.rows:
+        place = finder.place(row)
+        if place.moved:
+            moved.append(row.recording)
+        findings += [one for one in place.findings if one.severity == "error"]
+        if place.folder is not None:
+            new = row.recording if not place.moved else study.relative(place.folder)
+            row = dataclasses.replace(row, recording=new)
+            row = _filled(study, row, place.folder, pattern, found, projects)
+        if place.project is not None and place.moved:
+            row = dataclasses.replace(row, project=study.relative(place.project))
+        rows.append(row)
+    return rows, moved, findings
+
+
+def _filled(
+    study: Study,
+    row: StudyRow,
+    folder: Path,
+    pattern: Pattern | None,
+    found: dict[Path, str],
+    projects: ProjectIndex,
+) -> StudyRow:
+    """A row whose empty cells are filled with what is known."""
+    project = None if row.project else projects.of(folder)
+    known = None if pattern is None or folder not in found else pattern.factors(found[folder])
+    factors = dict(row.factors)
+    for name, value in (known or {}).items():
+        factors[name] = factors.get(name) or value
+    return dataclasses.replace(
+        row,
+        project=row.project if project is None else study.relative(project),
+        fingerprint=row.fingerprint or fingerprint_of(folder),
+        factors=factors,
+    )
+
+
+def _move_runs(before: Study, now: Study) -> None:
+    """Let the study's runs of recordings that have moved follow their rows."""
+    for old, new in zip(before.rows, now.rows[: len(before.rows)], strict=True):
+        source, target = before.runs_of(old), now.runs_of(new)
+        if source != target and source.is_dir() and not target.exists():
+            target.parent.mkdir(parents=True, exist_ok=True)
+            source.rename(target)
