@@ -26,6 +26,8 @@ from .features.report import feature as report
 from .features.report.feature import ReportController
 from .features.review import feature as review
 from .features.review.feature import Review
+from .features.study import feature as study
+from .features.study.controller import StudyController
 from .features.sweep import feature as sweep
 from .features.sweep.controller import SweepController
 from .features.track import feature as track
@@ -64,6 +66,7 @@ class Features:
     tune: TuneController
     review: Review
     sweep: SweepController
+    study: StudyController
 
 
 def make_window(
@@ -83,6 +86,7 @@ def make_window(
         tune=tune.register(context),
         review=review.register(context),
         sweep=sweep.register(context),
+        study=study.register(context),
     )
     window.draw()
     return window, features

@@ -13,6 +13,7 @@ from stereotrack_core.interop.run_file import holds_run
 from stereotrack_core.interop.run_places import is_run_of, recording_of_run_file
 from stereotrack_core.recording.folder import DESCRIPTION
 from stereotrack_core.recording.importing.sources import is_media, is_unmade
+from stereotrack_core.study.file import SUFFIX as STUDY_SUFFIX
 
 from ..services.tasks.task import Task, TaskList
 from .document import DocumentPresenter
@@ -48,6 +49,8 @@ class Opening(QObject):
     recent_changed = Signal()
     import_wanted = Signal(object)
     """Folders and files of videos or images, of which a recording can be made."""
+    study_wanted = Signal(object)
+    """A study file; the recording that is open stays."""
     run_wanted = Signal(object)
     """A run of the recording that is open already."""
     run_without_recording = Signal(object)
@@ -91,11 +94,14 @@ class Opening(QObject):
         run: Path | None = None,
         tracks: bool = False,
     ) -> None:
-        """Open a recording folder, the folder of a recording.toml, a project, or a run.
+        """Open a recording folder, the folder of a recording.toml, a project, a run, or a study.
 
         Of a folder of videos, or a video, a recording can be made: :attr:`import_wanted`.
         """
         self._finding = None
+        if path.name.endswith(STUDY_SUFFIX) and path.is_file():
+            self.study_wanted.emit(path)
+            return
         if path.is_file() and holds_run(path):
             self._open_run(path, frame, workspace)
             return
@@ -162,11 +168,12 @@ class Opening(QObject):
 
 
 def dropped_paths(data: QMimeData) -> tuple[Path, ...]:
-    """Folders, projects, runs, videos and images that were dragged into the window."""
+    """Folders, projects, runs, studies, videos and images that were dragged into the window."""
     paths = [Path(url.toLocalFile()) for url in data.urls() if url.isLocalFile()]
     return tuple(path for path in paths if path.is_dir() or _opens(path))
 
 
 def _opens(path: Path) -> bool:
     known = path.name == DESCRIPTION or is_project(path) or is_media(path)
+    known |= path.name.endswith(STUDY_SUFFIX)
     return known or (path.is_file() and holds_run(path))

@@ -11,12 +11,16 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.window import Opening, Window
 
 DESCRIPTION = (
-    "Open the workbench on a recording folder, a project file, or a run, which is shown with its "
-    "recording. For a folder of videos it offers to make a recording."
+    "Open the workbench on a recording folder, a project file, a run, which is shown with its "
+    "recording, or a study. For a folder of videos it offers to make a recording."
 )
 
 OPTIONS = (
-    option("path PATH", "recording folder, project file, run or folder of videos", type=Path),
+    option(
+        "path PATH",
+        "recording folder, project file, run, study file or folder of videos",
+        type=Path,
+    ),
     option(
         "--workspace NAME",
         "annotate, track, review, tune or calibrate (default: the last one used)",

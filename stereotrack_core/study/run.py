@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 import json
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -57,6 +58,25 @@ class StudyRequest:
     retries: int = 1
     again: bool = False
     """As for a sweep."""
+
+    def arguments(self) -> list[str]:
+        """The command that does it."""
+        words = ["study", "run", str(self.study)]
+        for field in dataclasses.fields(self):
+            value = getattr(self, field.name)
+            if field.name == "study" or value in (None, False, field.default):
+                continue
+            option = f"--{'set' if field.name == 'changes' else field.name}"
+            if value is True:
+                words.append(option)
+            for text in () if value is True else value if isinstance(value, tuple) else (value,):
+                words += [option, str(text)]
+        return words
+
+
+def selection_of(recordings: Sequence[str]) -> str:
+    """``recording=...`` that selects these recordings."""
+    return f"recording={','.join(re.sub(r'[,*[]', '?', name) for name in recordings)}"
 
 
 @dataclass(frozen=True)

@@ -9,13 +9,13 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
 from app.features.sweep import dialog as dialog_module
-from app.features.sweep import presenter as sweeps_module
 from app.features.sweep.dialog import SweepDialog, count_words, counted_jobs, measured_seconds
 from app.features.sweep.form import SweepForm
 from app.features.sweep.points import SweepPoints, hint_for
-from app.features.sweep.presenter import SweepNow, SweepPresenter
 from app.features.sweep.results import SweepResults
 from app.services.tasks.task import TaskList
+from app.session import sweeping as sweeps_module
+from app.session.sweeping import SweepNow, SweepPresenter
 from app.widgets.forms.sweep_values import SweepValues
 from stereotrack_core.errors import InputError
 from stereotrack_core.experiments.sweep.points import SweepRequest

@@ -14,10 +14,10 @@ from stereotrack_core.parameters import value_text
 from stereotrack_core.tracking.presets import PRESETS, preset
 
 from ...context import Context
+from ...session.sweeping import SweepNow, SweepPresenter
 from ...session.tracking import Chosen
 from ...widgets.forms.message import Message
 from .dialog import SweepDialog
-from .presenter import SweepNow, SweepPresenter
 from .results import SweepResults, parameters_of
 
 _SAID_MS = 10_000

@@ -21,10 +21,10 @@ from stereotrack_core.experiments.sweep.store import SweepPlaces, stored_results
 from stereotrack_core.recording.folder import open_recordings
 
 from ...services.tasks.task import Task, TaskList
+from ...session.sweeping import SweepNow, SweepPresenter
 from ...widgets.forms.form_dialog import FormDialog, push_button
 from ...widgets.style.building import hbox, label
 from .form import SweepForm
-from .presenter import SweepNow, SweepPresenter
 
 _COUNT_AFTER_MS = 350
 _LOOK_SECONDS = 0.1

@@ -1,4 +1,4 @@
-"""A sweep that runs in a process of its own, and may go on without the window."""
+"""Runs made by a process of their own that may go on without the window: sweeps and studies."""
 
 from __future__ import annotations
 
@@ -16,14 +16,12 @@ from stereotrack_core.counting import counted, in_words
 from stereotrack_core.experiments.sweep.points import program_command
 from stereotrack_core.experiments.sweep.store import SweepPlaces, SweepState, is_running, read_state
 
-from ...services.stored import stored_text
+from ..services.stored import stored_text
 
 SweepPhase: TypeAlias = Literal["idle", "running", "stopping", "done", "stopped", "failed"]
 
 _LOOK_MS = 300
 _LOCK_LOOK_MS = 1500
-_TABLE = "sweep/table"
-_GOES_ON = "sweep/goes_on"
 
 
 @dataclass(frozen=True)
@@ -43,14 +41,20 @@ class SweepNow:
 
 
 class SweepPresenter(QObject):
-    """Begins, follows and stops a sweep; finds one again that an earlier window has begun."""
+    """Begins, follows and stops a sweep; finds one again that an earlier window has begun.
+
+    `name`: under which it is remembered which one that was, ``sweep`` or ``study``.
+    """
 
     changed = Signal(object)
     """SweepNow."""
 
-    def __init__(self, settings: QSettings, parent: QObject | None = None) -> None:
+    def __init__(
+        self, settings: QSettings, parent: QObject | None = None, name: str = "sweep"
+    ) -> None:
         super().__init__(parent)
         self._settings = settings
+        self._table, self._goes_on = f"{name}/table", f"{name}/goes_on"
         self.now = SweepNow()
         self._process: subprocess.Popen[bytes] | None = None
         self._said: IO[bytes] | None = None
@@ -63,22 +67,22 @@ class SweepPresenter(QObject):
     @property
     def goes_on(self) -> bool:
         """Whether a sweep goes on when the window is closed."""
-        return bool(self._settings.value(_GOES_ON, True, type=bool))
+        return bool(self._settings.value(self._goes_on, True, type=bool))
 
     @goes_on.setter
     def goes_on(self, wanted: bool) -> None:
-        self._settings.setValue(_GOES_ON, wanted)
+        self._settings.setValue(self._goes_on, wanted)
 
     @property
     def last_table(self) -> Path | None:
         """Table of the last sweep that was begun here."""
-        stored = stored_text(self._settings, _TABLE)
+        stored = stored_text(self._settings, self._table)
         return Path(stored) if stored else None
 
     def begin(self, arguments: Sequence[str], table: Path) -> None:
         """Begin a sweep, or go on with it."""
         self._places = SweepPlaces(table)
-        self._settings.setValue(_TABLE, str(table))
+        self._settings.setValue(self._table, str(table))
         self._places.state.unlink(missing_ok=True)
         self._said = tempfile.TemporaryFile()  # noqa: SIM115 - it lives as long as the process
         self._process = subprocess.Popen(  # noqa: S603 - our own code in our own interpreter
@@ -187,7 +191,7 @@ def _going_words(state: SweepState) -> str:
 
 
 def _done_words(state: SweepState) -> str:
-    said = f"Done: {counted(state.computed, 'run')} computed, {state.reused} reused from the table"
+    said = f"Done: {counted(state.computed, 'run')} computed, {state.reused} reused"
     if state.failed:
         return f"{said}; {state.failed} failed (see the table)."
     return f"{said}."

@@ -1,0 +1,1 @@
+"""Study: many recordings with their conditions in one table."""
