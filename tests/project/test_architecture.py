@@ -156,7 +156,7 @@ WRITES_BY_ITSELF = {
     "stereotrack_core/cli/arguments.py": {"TemporaryFile"},  # whether one can be made there
     "app/pdf.py": {"QPdfWriter"},
     "app/shell/dialogs.py": {"save"},
-    "app/features/sweep/presenter.py": {"touch", "TemporaryFile"},  # a sign to stop; what it says
+    "app/session/sweeping.py": {"touch", "TemporaryFile"},  # a sign to stop; what it says
 }
 """What does not go through :mod:`stereotrack_core.atomic`, and need not."""
 
