@@ -50,9 +50,9 @@ def first_pose_in(
     The clouds are followed forwards, until it has shown which of the poses that explain the first
     one is right, and then back to it. Where the pose in which recordings usually begin, the T
     pose facing north, explains the clouds about as well, it is taken; a world whose z does not
-    point up has no north. At last it is looked at
-    from both sides with bodies of their own shape. Nothing of the initialiser is left as it was.
-    `told` may raise :class:`Cancelled`.
+    point up has no north, and a body that is turned round on the way did not face it. At last it
+    is looked at from both sides with bodies of their own shape. Nothing of the initialiser is left
+    as it was. `told` may raise :class:`Cancelled`.
     """
     step = _Steps(initialiser, told, 3 * len(clouds) + 2 * len(clouds[:_FITTED]))
     initialiser.reinitialise()
@@ -243,6 +243,8 @@ def _explains_as_well(
         estimate = step(cloud)
         if not estimate.tracked:
             return False
+        if estimate.pose.torso[:, 1] @ usual.torso[:, 1] < 0.0:
+            return False  # following has turned it round
         if other.tracked:
             cost = initialiser.finder.cost
             here, there = cost(estimate.pose, cloud), cost(other.pose, cloud)
