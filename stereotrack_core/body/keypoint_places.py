@@ -54,6 +54,6 @@ def keypoint_places(body: BodyModel) -> Mapping[str, KeypointPlace]:
         places[f"{side}_hip"] = KeypointPlace(TORSO, hip, 0.03)
         if thigh in body.joints:
             places[f"{side}_knee"] = KeypointPlace(shank, middle, 0.04)
-            ankle = np.array([0.0, 0.0, 0.9 * p.shank_length])
+            ankle = np.array([0.0, 0.0, 0.9 * lengths[shank]])
             places[f"{side}_ankle"] = KeypointPlace(shank, ankle, 0.06)
     return places

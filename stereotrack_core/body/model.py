@@ -173,8 +173,8 @@ def _legs(p: Proportions, b: BodyShape) -> list[_Cone]:
     # A leg hangs with its y axis to the back.
     front = (0.0, -b.leg_forward, 0.0)
     parts = (
-        *((part, 0.09, 0.062, p.thigh_length) for part in THIGHS),
-        *((part, 0.06, 0.05, p.shank_length) for part in SHANKS),
+        *((part, 0.09, 0.062, b.leg_length_factor * p.thigh_length) for part in THIGHS),
+        *((part, 0.06, 0.05, b.leg_length_factor * p.shank_length) for part in SHANKS),
     )
     return [_Cone(part, r1 * k, r2 * k, height, origin=front) for part, r1, r2, height in parts]
 
@@ -229,7 +229,8 @@ def body_model(proportions: Proportions, parameters: BodyParameters | None = Non
     """Body with these proportions, or with average ones where the parameters say so."""
     shape = BodyShape() if parameters is None else BodyShape.of(parameters)
     lengths = AVERAGE if shape.proportions == "average" else proportions
-    return BodyModel(skeleton(lengths), body_cones(lengths, shape), shape)
+    bones = skeleton(lengths, shape.leg_length_factor)
+    return BodyModel(bones, body_cones(lengths, shape), shape)
 
 
 def body_of_subject(subject: Subject | None, parameters: BodyParameters | None = None) -> BodyModel:

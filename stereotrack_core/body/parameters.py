@@ -75,6 +75,9 @@ class BodyShape(BodyParameters):
     leg_forward: float = parameter(0.015, _GROUP, (-0.2, 0.2), unit="m")(
         "Forward offset of the leg centre at hips and knees."
     )
+    leg_length_factor: float = parameter(1.0, _GROUP, (0.7, 1.4))(
+        "Length of the legs relative to what the length from the hips to the head lets expect."
+    )
     leg_radius_factor: float = parameter(1.0, _GROUP, (0.3, 3.0))("Scale of the leg radii.")
     contour_torso_side: float = _margin("torso, lateral")
     contour_torso_front: float = _margin("torso, front and back")

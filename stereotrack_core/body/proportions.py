@@ -32,13 +32,18 @@ class Proportions:
 
     @property
     def thigh_length(self) -> float:
-        """Hip to knee; not measured by a subject's file, taken from the torso's length."""
-        return 0.93 * self.torso_length
+        """Hip to knee; not measured by a subject's file, taken from :attr:`hip_to_head`."""
+        return 0.644 * self.hip_to_head
 
     @property
     def shank_length(self) -> float:
-        """Knee to sole; not measured by a subject's file, taken from the torso's length."""
-        return 1.05 * self.torso_length
+        """Knee to sole; not measured by a subject's file, taken from :attr:`hip_to_head`."""
+        return 0.727 * self.hip_to_head
+
+    @property
+    def hip_to_head(self) -> float:
+        """Hip midpoint to head: unlike the torso alone, the same wherever shoulders are put."""
+        return self.torso_length + self.shoulder_to_head
 
     @property
     def scale(self) -> float:

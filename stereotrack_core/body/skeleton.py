@@ -68,9 +68,10 @@ class Skeleton:
     proportions: Proportions
 
 
-def skeleton(proportions: Proportions) -> Skeleton:
-    """Skeleton of a person with these proportions."""
+def skeleton(proportions: Proportions, leg_length_factor: float = 1.0) -> Skeleton:
+    """Skeleton of a person with these proportions; legs differ from them by a factor."""
     p = proportions
+    thigh, shank = leg_length_factor * p.thigh_length, leg_length_factor * p.shank_length
     half_shoulders, half_hips = 0.5 * p.shoulder_width, 0.5 * p.hip_width
     joints = np.array(
         [
@@ -82,14 +83,14 @@ def skeleton(proportions: Proportions) -> Skeleton:
             [0.0, 0.0, p.upper_arm_length],
             [-half_hips, 0.0, 0.0],
             [half_hips, 0.0, 0.0],
-            [0.0, 0.0, p.thigh_length],
-            [0.0, 0.0, p.thigh_length],
+            [0.0, 0.0, thigh],
+            [0.0, 0.0, thigh],
             [-_CLAVICLE_BEGINS * half_shoulders, 0.0, p.torso_length],
             [_CLAVICLE_BEGINS * half_shoulders, 0.0, p.torso_length],
         ]
     )
-    arms, legs = [p.upper_arm_length] * 2 + [p.elbow_to_hand] * 2, [p.thigh_length] * 2
-    shanks = [p.shank_length] * 2
+    arms, legs = [p.upper_arm_length] * 2 + [p.elbow_to_hand] * 2, [thigh] * 2
+    shanks = [shank] * 2
     clavicles = [(1.0 - _CLAVICLE_BEGINS) * half_shoulders] * 2
     lengths = np.array([p.torso_length, p.shoulder_to_head, *arms, *legs, *shanks, *clavicles])
     return Skeleton(joints, lengths, proportions)

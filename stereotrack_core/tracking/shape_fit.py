@@ -18,15 +18,21 @@ from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.manifold import displaced
 from stereotrack_core.body.model import CONTOUR_NAMES, BodyModel, body_model, placed_cones
 from stereotrack_core.body.parameters import BodyShape
-from stereotrack_core.body.pose import REST, PartFrames, Pose
+from stereotrack_core.body.pose import REST, Pose
 from stereotrack_core.body.proportions import Proportions
-from stereotrack_core.body.skeleton import CLAVICLES, TORSO, UPPER_ARMS
+from stereotrack_core.body.skeleton import CLAVICLES
 from stereotrack_core.body.surface import nearest_on_surface
 from stereotrack_core.depth.chain import OnPart
 from stereotrack_core.geometry.upright import Z_UP, Upright
 from stereotrack_core.tracking.parameters import TrackingParameters
 from stereotrack_core.tracking.residuals.limits import limit_residuals
 from stereotrack_core.tracking.residuals.silhouette import EdgeMap, contours_of
+from stereotrack_core.tracking.residuals.standing import (
+    SoleResidual,
+    UprightResidual,
+    soles,
+    upright,
+)
 from stereotrack_core.tracking.residuals.surface import SurfaceResidual, Trust, surface_residual
 
 _SHAPE_SIGMAS: dict[str, float] = {
@@ -42,6 +48,7 @@ _SHAPE_SIGMAS: dict[str, float] = {
     "head_radius_factor": 0.12,
     "leg_forward": 0.008,
     "leg_radius_factor": 0.15,
+    "leg_length_factor": 0.12,
 }
 """What is fitted of the surface, and how much people differ from the default, in the parameters'
 units.
@@ -196,11 +203,14 @@ def adjusted(
     theta, poses = start.copy(), [_with_resting_shoulders(frame.pose) for frame in seen]
     for iteration in range(_ITERATIONS):
         A, b = prior.copy(), prior @ (start - theta)
-        frames: list[_Normal] = []
+        body, frames = free.body(theta), list[_Normal]()
         for frame, pose in zip(seen, poses, strict=True):
             on_frame(iteration * len(seen) + len(frames), _ITERATIONS * len(seen))
             standing = upright(pose, len(seen), frame.upright)
-            normal = _normal_equations(frame.data, pose, free, theta, parameters, joints, standing)
+            ends = soles(frame.data, body, pose, len(seen))
+            normal = _normal_equations(
+                frame.data, pose, free, theta, parameters, joints, standing, ends
+            )
             frames.append(normal)
             A += normal.C - normal.B.T @ np.linalg.solve(normal.A, normal.B)
             b += normal.c - normal.B.T @ np.linalg.solve(normal.A, normal.a)
@@ -238,6 +248,7 @@ def _normal_equations(
     parameters: TrackingParameters,
     joints: tuple[int, ...],
     standing: tuple[UprightResidual, ...],
+    ends: SoleResidual,
 ) -> _Normal:
     body = free.body(theta)
     surface = surface_residual(data, body, body.frames(pose), Trust.of(parameters))
@@ -252,13 +263,19 @@ def _normal_equations(
         a += (J / residual.variance) @ (residual.measured - here)
     J = _differences(surface.predicted(frames))
     S = -np.stack([_change(surface, pose, free, theta, i) for i in range(len(theta))])
-    weighted = J / surface.variance
+    variance, e = surface.variance, surface.distance
+    if len(ends.part):
+        J = np.hstack([J, _differences(ends.predicted(body, frames))])
+        S = np.hstack([S, _soles_moved(ends, pose, free, theta)])
+        variance = np.append(variance, ends.variance)
+        e = np.append(e, ends.measured - ends.predicted(body, body.frames(pose)))
+    weighted = J / variance
     return _Normal(
         A=A + weighted @ J.T,
         B=weighted @ S.T,
-        C=(S / surface.variance) @ S.T,
-        a=a + weighted @ surface.distance,
-        c=(S / surface.variance) @ surface.distance,
+        C=(S / variance) @ S.T,
+        a=a + weighted @ e,
+        c=(S / variance) @ e,
     )
 
 
@@ -270,7 +287,13 @@ def _differences(predicted: FloatArray) -> FloatArray:
 def _change(
     surface: SurfaceResidual, pose: Pose, free: FreeBody, theta: FloatArray, i: int
 ) -> FloatArray:
-    """Derivative (m,) of the signed distances by the i-th number of the body."""
+    """Derivative (m,) of the signed distances by the i-th number of the body.
+
+    0 for the legs' length, which soles tell: of somebody who sits, no surface shows where the hips
+    are, and the length makes up for hips in a wrong place.
+    """
+    if (*free.lengths, *free.surface)[i] == "leg_length_factor":
+        return np.zeros(len(surface.data))
     sides = []
     for step in (_STEP, -_STEP):
         moved = theta.copy()
@@ -280,6 +303,13 @@ def _change(
         sides.append(closest.distance)
     change = (sides[0] - sides[1]) / (2.0 * _STEP)
     return np.where(np.abs(change) < 3.0, change, 0.0)
+
+
+def _soles_moved(ends: SoleResidual, pose: Pose, free: FreeBody, theta: FloatArray) -> FloatArray:
+    """Derivatives (k, m) of the soles' places by the numbers of the body."""
+    near = np.concatenate([_STEP * np.eye(len(theta)), -_STEP * np.eye(len(theta))])
+    bodies = [free.body(theta + step) for step in near]
+    return _differences(np.array([ends.predicted(b, b.frames(pose)) for b in bodies]))
 
 
 _PRIOR_SIGMA = 0.015
@@ -342,50 +372,3 @@ def _rows(
     if not shares:
         return np.empty((0, len(names))), np.empty(0)
     return np.concatenate(shares), np.concatenate(distances)
-
-
-_LEAN, _LEAN_SIGMA = np.radians(2.0), np.radians(1.0)
-"""Radians by which the line from the hips to the shoulders leans forward in people who stand, and
-their spread: shoulder joints lie a little in front of hip joints."""
-
-_LEVEL = np.cos(np.radians(30.0))
-_ERECT = np.cos(np.radians(12.0))
-"""Cosines of the largest angles of arms from sideways and of the trunk from vertical."""
-
-
-@dataclass(frozen=True, eq=False)
-class UprightResidual:
-    """Components of the trunk's long axis along two horizontal directions."""
-
-    across: FloatArray
-    """(2, 3), world. Unit vectors to the person's right and forward."""
-    measured: FloatArray
-    variance: FloatArray
-    """`measured` and `variance`: (2,)."""
-
-    def predicted(self, frames: PartFrames) -> FloatArray:
-        """Components (S, 2) for stacked poses."""
-        return frames.rotations[:, TORSO, :, 2] @ self.across.T
-
-
-def upright(pose: Pose, frames: int, world: Upright = Z_UP) -> tuple[UprightResidual, ...]:
-    """One row pair for a pose that is a T pose, none for any other.
-
-    Parameters
-    ----------
-    frames : int
-        Of the same person standing; all of them together count as one measurement.
-    world : Upright
-        Which way is up.
-    """
-    torso = world.points(pose.torso.T).T
-    sideways = np.abs([pose.rotations[part, 0, 2] for part in UPPER_ARMS])
-    if torso[2, 2] < _ERECT or sideways.min() < _LEVEL:
-        return ()
-    right = np.array([torso[0, 0], torso[1, 0], 0.0])
-    right /= np.linalg.norm(right)
-    forward = np.cross([0.0, 0.0, 1.0], right)
-    measured = np.array([0.0, np.sin(_LEAN)])
-    variance = np.full(2, frames * _LEAN_SIGMA**2)
-    across = np.stack([right, forward]) @ world.rotation
-    return (UprightResidual(across, measured, variance),)

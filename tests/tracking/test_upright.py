@@ -9,7 +9,7 @@ from stereotrack_core.body.model import body_model
 from stereotrack_core.body.pose import PartFrames, t_pose
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.body.skeleton import HEAD
-from stereotrack_core.tracking.shape_fit import upright
+from stereotrack_core.tracking.residuals.standing import upright
 from tests.tracking.scenes import POSES
 
 BODY = body_model(AVERAGE)

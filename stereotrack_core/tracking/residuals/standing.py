@@ -1,0 +1,128 @@
+"""What is known of people who stand, for the fit of the body's shape (docs/method.md 4.12)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stereotrack_core.arrays import FloatArray, IntArray
+from stereotrack_core.body.model import BodyModel
+from stereotrack_core.body.pose import PartFrames, Pose
+from stereotrack_core.body.skeleton import SHANKS, THIGHS, TORSO, UPPER_ARMS
+from stereotrack_core.geometry.upright import Z_UP, Upright
+
+_LEAN, _LEAN_SIGMA = np.radians(2.0), np.radians(1.0)
+"""Radians by which the line from the hips to the shoulders leans forward in people who stand, and
+their spread: shoulder joints lie a little in front of hip joints."""
+
+_LEVEL = np.cos(np.radians(30.0))
+_ERECT = np.cos(np.radians(12.0))
+"""Cosines of the largest angles of arms from sideways and of the trunk from vertical."""
+
+
+@dataclass(frozen=True, eq=False)
+class UprightResidual:
+    """Components of the trunk's long axis along two horizontal directions."""
+
+    across: FloatArray
+    """(2, 3), world. Unit vectors to the person's right and forward."""
+    measured: FloatArray
+    variance: FloatArray
+    """`measured` and `variance`: (2,)."""
+
+    def predicted(self, frames: PartFrames) -> FloatArray:
+        """Components (S, 2) for stacked poses."""
+        return frames.rotations[:, TORSO, :, 2] @ self.across.T
+
+
+def upright(pose: Pose, frames: int, world: Upright = Z_UP) -> tuple[UprightResidual, ...]:
+    """One row pair for a pose that is a T pose, none for any other.
+
+    Parameters
+    ----------
+    frames : int
+        Of the same person standing; all of them together count as one measurement.
+    world : Upright
+        Which way is up.
+    """
+    torso = world.points(pose.torso.T).T
+    sideways = np.abs([pose.rotations[part, 0, 2] for part in UPPER_ARMS])
+    if torso[2, 2] < _ERECT or sideways.min() < _LEVEL:
+        return ()
+    right = np.array([torso[0, 0], torso[1, 0], 0.0])
+    right /= np.linalg.norm(right)
+    forward = np.cross([0.0, 0.0, 1.0], right)
+    measured = np.array([0.0, np.sin(_LEAN)])
+    variance = np.full(2, frames * _LEAN_SIGMA**2)
+    across = np.stack([right, forward]) @ world.rotation
+    return (UprightResidual(across, measured, variance),)
+
+
+_SOLE_SIGMA = 0.03
+"""Metres by which the lower end of a leg's data is off the sole, in all frames alike."""
+
+_AROUND_SHANK, _LEAST_ON_SHANK, _LOWEST = 0.12, 15, 98.0
+"""Metres around a shank's axis in which data are its own, how many of them show where it ends, and
+the percentile along it that does."""
+
+_STRETCHED = np.cos(np.radians(25.0))
+"""Cosine of the largest bend of a knee with which the hips are known to be above the sole."""
+
+_UNCUT = 0.8
+"""Part of a leg that has to be seen: else an image's border or the volume ends it."""
+
+
+@dataclass(frozen=True, eq=False)
+class SoleResidual:
+    """Soles along their shanks, measured where the data of the shanks end.
+
+    Data show where a leg that is modelled too short goes on, but none speaks against one that is
+    too long; this does.
+    """
+
+    part: IntArray
+    """(m,). Shanks."""
+    direction: FloatArray
+    """(m, 3), world. Along the shanks, held fixed."""
+    measured: FloatArray
+    variance: FloatArray
+    """`measured` and `variance`: (m,)."""
+
+    def predicted(self, body: BodyModel, frames: PartFrames) -> FloatArray:
+        """Places of the soles along the directions (..., m)."""
+        length = body.skeleton.lengths[self.part, None]
+        sole = (
+            frames.origins[..., self.part, :] + length * frames.rotations[..., 2][..., self.part, :]
+        )
+        result: FloatArray = np.sum(sole * self.direction, axis=-1)
+        return result
+
+
+def soles(data: FloatArray, body: BodyModel, pose: Pose, count: int) -> SoleResidual:
+    """Rows for the straight legs whose lower ends are seen.
+
+    Parameters
+    ----------
+    data : (N, 3) float64, world
+    count : int
+        Frames of the same person; all of them together count as one measurement.
+    """
+    frames, part, measured = body.frames(pose), list[int](), list[float]()
+    for thigh, shank in zip(THIGHS, SHANKS, strict=True) if body.shape.legs else ():
+        knee, along = frames.origins[shank], frames.rotations[shank, :, 2]
+        if along @ frames.rotations[thigh, :, 2] < _STRETCHED:
+            continue
+        down = (data - knee) @ along
+        aside = np.linalg.norm(data - knee - down[:, None] * along, axis=1)
+        own = down[(aside < _AROUND_SHANK) & (down > 0.0)]
+        if len(own) < _LEAST_ON_SHANK:
+            continue
+        end = float(np.percentile(own, _LOWEST))
+        length = body.skeleton.lengths
+        if length[thigh] + end > _UNCUT * (length[thigh] + length[shank]):
+            part.append(shank)
+            measured.append(float(knee @ along) + end)
+    variance = np.full(len(part), count * _SOLE_SIGMA**2)
+    at = np.array(part, dtype=np.int64)
+    return SoleResidual(at, frames.rotations[..., 2][at], np.array(measured), variance)
