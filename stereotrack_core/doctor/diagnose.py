@@ -20,6 +20,7 @@ from stereotrack_core.doctor.delays import STEP, check_delays, stretch_of
 from stereotrack_core.doctor.pairs import check_pairs
 from stereotrack_core.doctor.pictures import check_pictures
 from stereotrack_core.doctor.reference import bodies, check_reference
+from stereotrack_core.doctor.silhouettes import check_silhouettes, silhouettes_of
 from stereotrack_core.doctor.views import (
     Instants,
     Places,
@@ -58,6 +59,7 @@ def diagnose(
         tell("clocks")
         signals = motion_signals(reader)
         found += check_clocks(recording, signals)
+        found += _by_silhouettes(recording, reader, _views_of(found))
         tell("depths of the views")
         stretch = stretch_of(list(signals.values()), reader.frame_count)
         found += _measured(recording, reader, found, stretch[::STEP])
@@ -88,6 +90,14 @@ def glance(recording: Recording, views: Sequence[str] | None = None) -> tuple[Fi
             *check_pictures(part, reader, frames=_GLANCED),
             *check_pairs(part, reader),
         )
+
+
+def _by_silhouettes(
+    recording: Recording, reader: FrameReader, doubtful: Sequence[str]
+) -> Iterator[Finding]:
+    """Findings by the silhouettes of views about which nothing was found before."""
+    shown = silhouettes_of(recording, reader)
+    yield from check_silhouettes({n: one for n, one in shown.items() if n not in doubtful})
 
 
 def _measured(

@@ -51,6 +51,28 @@ def check_cameras(recording: Recording) -> Iterator[Finding]:
 
 def _check_intrinsics(camera: Camera) -> Iterator[Finding]:
     where = f"{CALIBRATION}, camera {camera.name}, matrix"
+    yield from _check_principal_point(camera, where)
+    width = camera.width
+    fx, fy = camera.matrix[0, 0], camera.matrix[1, 1]
+    if not 0.8 < fx / fy < 1.25:
+        yield Finding(
+            "warning",
+            where,
+            f"the focal lengths {fx:.0f} and {fy:.0f} px differ by more than a fifth",
+            "This is correct only for non-square pixels; otherwise calibrate again.",
+        )
+    angle = np.degrees(2 * np.arctan2(width / 2, fx))
+    if not camera.fisheye and not _FIELD_OF_VIEW_DEG[0] < angle < _FIELD_OF_VIEW_DEG[1]:
+        yield Finding(
+            "warning",
+            where,
+            f"a focal length of {fx:.0f} px gives a field of view of {angle:.1f} degrees",
+            "The focal length must be in pixels, not in millimetres.",
+        )
+    yield from _check_distortion(camera)
+
+
+def _check_principal_point(camera: Camera, where: str) -> Iterator[Finding]:
     width, height = camera.width, camera.height
     cx, cy = camera.matrix[0, 2], camera.matrix[1, 2]
     resized, correction = _of_another_size(camera)
@@ -75,23 +97,22 @@ def _check_intrinsics(camera: Camera) -> Iterator[Finding]:
             resized or "This is correct only for cropped images; otherwise calibrate again.",
             correction,
         )
-    fx, fy = camera.matrix[0, 0], camera.matrix[1, 1]
-    if not 0.8 < fx / fy < 1.25:
+    elif _centre_exchanged(camera):
         yield Finding(
             "warning",
             where,
-            f"the focal lengths {fx:.0f} and {fy:.0f} px differ by more than a fifth",
-            "This is correct only for non-square pixels; otherwise calibrate again.",
+            f"c_x and c_y are exchanged: ({cy:.1f}, {cx:.1f}) is near the centre of the image of "
+            f"{width} x {height} pixels, the principal point ({cx:.1f}, {cy:.1f}) is not",
+            "Exchange c_x and c_y, or check that the matrix belongs to these images.",
         )
-    angle = np.degrees(2 * np.arctan2(width / 2, fx))
-    if not camera.fisheye and not _FIELD_OF_VIEW_DEG[0] < angle < _FIELD_OF_VIEW_DEG[1]:
-        yield Finding(
-            "warning",
-            where,
-            f"a focal length of {fx:.0f} px gives a field of view of {angle:.1f} degrees",
-            "The focal length must be in pixels, not in millimetres.",
-        )
-    yield from _check_distortion(camera)
+
+
+def _centre_exchanged(camera: Camera) -> bool:
+    """Whether the principal point is near the image's middle only with c_x and c_y exchanged."""
+    middle, centre = np.array([camera.width, camera.height]) / 2, camera.matrix[:2, 2]
+    near = _NEAR_MIDDLE * camera.width
+    aside = np.abs(centre - middle)
+    return bool(np.all(np.abs(centre[::-1] - middle) < near) and np.all(aside > near))
 
 
 def _of_another_size(camera: Camera) -> tuple[str, Correction | None]:

@@ -1,0 +1,185 @@
+"""Do the silhouettes of the views fit each other? For cameras without depth, too.
+
+What moves in one image is somewhere on its rays where all other views show something that moves as
+well. Where most rays have no such place, a camera is not where the calibration puts it, or an image
+is not as the camera saw it. Usual slips are undone in turn; what fills the rays is the tested
+correction.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from itertools import combinations
+from typing import TypeAlias
+
+import cv2
+import numpy as np
+
+from stereotrack_core.arrays import BoolArray, FloatArray, ImageArray
+from stereotrack_core.depth.background import sharp_outline
+from stereotrack_core.doctor.slips import SLIPS
+from stereotrack_core.errors import Finding
+from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.reader import FrameReader
+
+_FRAMES, _LEARNED = 12, 24
+"""Frames that are compared, and those that give the empty scene where there is no image of it."""
+
+_RAYS = 80
+"""Rays of a silhouette that are asked."""
+
+_DISTANCES = np.arange(0.6, 8.0, 0.06)
+"""Metres along them; a forearm is as thick as a step."""
+
+_MARGIN = 1.0 / 160.0
+"""Share of the width by which the others' silhouettes are widened."""
+
+_LEAST_AREA = 0.002
+"""Share of the image that a silhouette has to cover."""
+
+_LEAST_GAIN, _LEFT = 0.008, 0.7
+"""By how much the filled share has to rise with a correction, and the most of the rest that it may
+leave. In sound recordings the given cameras fill more than any of them."""
+
+_FULL = 0.97
+"""Filled share that good silhouettes have; of two views less says nothing."""
+
+_ALIKE = 0.003
+"""Filled shares between which two corrections cannot be told apart."""
+
+
+@dataclass(frozen=True, eq=False)
+class Silhouettes:
+    """What one view shows of the person, by its camera."""
+
+    camera: Camera
+    masks: tuple[BoolArray, ...]
+    """(H, W), frame by frame."""
+
+    @property
+    def mirrored(self) -> Silhouettes:
+        """As of images that are turned left to right."""
+        return replace(self, masks=tuple(mask[:, ::-1] for mask in self.masks))
+
+    @property
+    def overturned(self) -> Silhouettes:
+        """As of images that are upside down."""
+        return replace(self, masks=tuple(mask[::-1, ::-1] for mask in self.masks))
+
+
+Shown: TypeAlias = Mapping[str, Silhouettes]
+"""Silhouettes by view name."""
+
+
+def silhouettes_of(recording: Recording, reader: FrameReader) -> Shown:
+    """What all views show that is not the empty scene, in frames spread over the recording.
+
+    Where there is no image of the empty scene, what most frames show is taken for it.
+    """
+    count = reader.frame_count
+    spread = np.unique(np.linspace(0, count - 1, min(_LEARNED, count)).astype(int))
+    sets = [reader.frame_set(int(k)) for k in spread]
+    chosen = np.unique(np.linspace(0, len(sets) - 1, min(_FRAMES, len(sets))).astype(int))
+    shown = {}
+    for view in recording.views:
+        pictures = [_grey(s.views[view.name].image) for s in sets if view.name in s.views]
+        camera = recording.cameras.get(view.image.camera)
+        if len(pictures) < len(sets) or camera is None:
+            continue
+        background = reader.background(view.name)
+        empty = (
+            np.median(pictures, axis=0).astype(np.uint8)
+            if background is None
+            else _grey(background[1])
+        )
+        nothing = np.zeros(empty.shape, dtype=bool)
+        masks = tuple(sharp_outline(pictures[k], empty, nothing) for k in chosen)
+        shown[view.name] = Silhouettes(camera, masks)
+    return shown
+
+
+def _grey(image: ImageArray) -> ImageArray:
+    return image if image.ndim == 2 else np.asarray(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY))
+
+
+def filled(shown: Shown) -> float:
+    """Share of the rays through silhouettes on which all others show something at one place.
+
+    Mean over the views; NaN where there are no silhouettes.
+    """
+    wide = {name: [_widened(mask) for mask in one.masks] for name, one in shown.items()}
+    shares = []
+    for name, one in shown.items():
+        hit = asked = 0
+        for k, mask in enumerate(one.masks):
+            pixels = np.argwhere(mask)[:, ::-1]
+            if len(pixels) < _LEAST_AREA * mask.size:
+                continue
+            pixels = pixels[:: max(1, len(pixels) // _RAYS)]
+            rays = one.camera.rays_world(pixels.astype(np.float64))
+            points = one.camera.position_world + rays[:, None] * _DISTANCES[:, None]
+            inside = np.ones(points.shape[:2], dtype=bool)
+            for other, their in shown.items():
+                if other != name:
+                    inside[inside] = _in_mask(their.camera, wide[other][k], points[inside])
+            hit += int(inside.any(axis=1).sum())
+            asked += len(pixels)
+        if asked:
+            shares.append(hit / asked)
+    return float(np.mean(shares)) if shares else float("nan")
+
+
+def _widened(mask: BoolArray) -> BoolArray:
+    size = 2 * max(1, round(_MARGIN * mask.shape[1])) + 1
+    return cv2.dilate(mask.astype(np.uint8), np.ones((size, size), np.uint8)).astype(bool)
+
+
+def _in_mask(camera: Camera, mask: BoolArray, points: FloatArray) -> BoolArray:
+    """Whether points (N, 3), world, lie in the mask (H, W) of a camera."""
+    pixels = np.nan_to_num(camera.project(points), nan=-1.0)
+    u, v = np.clip(np.round(pixels), -1, 1e6).astype(int).T
+    inside = (u >= 0) & (u < mask.shape[1]) & (v >= 0) & (v < mask.shape[0])
+    inside[inside] = mask[v[inside], u[inside]]
+    return np.asarray(inside)
+
+
+def check_silhouettes(shown: Shown) -> Iterator[Finding]:
+    """Findings about views whose silhouettes fit the others' with a usual slip undone."""
+    if len(shown) < 2:
+        return
+    given = filled(shown)
+    least = max(given + _LEAST_GAIN, 1.0 - _LEFT * (1.0 - given))
+    if len(shown) == 2:
+        least = max(least, _FULL)
+    if not least <= 1.0:
+        return
+    tried = [(filled(changed), where, said) for where, said, changed in _corrections(shown)]
+    best, where, said = max(tried, key=lambda one: one[0])
+    if best < least:
+        return
+    others = [one for one in tried if one[0] > best - _ALIKE and one[1:] != (where, said)]
+    or_else = "".join(f" Or else {place}: {other}." for _, place, other in others)
+    yield Finding(
+        "error",
+        where,
+        f"{said}: {100 * given:.0f} % of what moves in one image is where the others show it, and "
+        f"{100 * best:.0f} % with this corrected",
+        f"Correct the files or the cameras (tested).{or_else}",
+    )
+
+
+def _corrections(shown: Shown) -> Iterator[tuple[str, str, Shown]]:
+    """Place, clause and silhouettes for each usual slip that is undone."""
+    for (a, one), (b, other) in combinations(shown.items(), 2):
+        exchanged = {a: replace(one, masks=other.masks), b: replace(other, masks=one.masks)}
+        if one.masks[0].shape == other.masks[0].shape:
+            yield f"views {a}, {b}", "they are exchanged", {**shown, **exchanged}
+    for name, one in shown.items():
+        where = f"view {name}"
+        yield where, "its images are mirrored", {**shown, name: one.mirrored}
+        yield where, "its images are upside down", {**shown, name: one.overturned}
+        for slip in SLIPS:
+            changed = replace(one, camera=slip.undone(one.camera))
+            yield where, slip.what, {**shown, name: changed}
