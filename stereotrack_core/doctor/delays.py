@@ -14,7 +14,8 @@ import scipy
 
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.doctor.clocks import span
-from stereotrack_core.doctor.views import Instants, Places
+from stereotrack_core.doctor.displacements import Places
+from stereotrack_core.doctor.views import Instants
 from stereotrack_core.errors import Correction, Finding
 
 STRETCH, STEP = 44, 2
@@ -35,7 +36,7 @@ _FEWEST, _MOST_POINTS = 40, 150
 _LEAST, _WRONG = 0.75, 2.0
 """Frames from which a view is late, and plainly late."""
 
-_MENDED, _LEAST_WORTH = 0.75, 0.01
+_MENDED, _LEAST_WORTH = 0.68, 0.01
 """Share of the distance that is left in step at most, and metres by which it falls."""
 
 

@@ -17,13 +17,13 @@ import numpy as np
 from stereotrack_core.doctor.clocks import check_clocks, motion_signals
 from stereotrack_core.doctor.clouds import check_clouds
 from stereotrack_core.doctor.delays import STEP, check_delays, stretch_of
+from stereotrack_core.doctor.displacements import Places
 from stereotrack_core.doctor.pairs import check_pairs
 from stereotrack_core.doctor.pictures import check_pictures
 from stereotrack_core.doctor.reference import bodies, check_reference
 from stereotrack_core.doctor.silhouettes import check_silhouettes, silhouettes_of
 from stereotrack_core.doctor.views import (
     Instants,
-    Places,
     check_views,
     measurable,
     measured_frames,

@@ -15,7 +15,8 @@ import scipy
 
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 from stereotrack_core.depth.cloud import ViewDepth
-from stereotrack_core.doctor.views import Instants, Places
+from stereotrack_core.doctor.displacements import Places
+from stereotrack_core.doctor.views import Instants
 from stereotrack_core.errors import Correction, Finding
 from stereotrack_core.recording.description import Recording, Subject
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory

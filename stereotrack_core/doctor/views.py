@@ -2,8 +2,8 @@
 
 A person fills the same place for every view. Where a view sees through what another one measured,
 or does not show it at all, one of both is not where the calibration puts it. Usual slips are undone
-in turn; what takes the contradictions away is the tested correction. Else the view without which
-the others agree is named, and its points are laid onto theirs to measure how it is off.
+in turn; what takes the contradictions away is the tested correction. Else the points of each view
+are laid onto those of the others to measure how it is off (:mod:`displacements`).
 """
 
 from __future__ import annotations
@@ -20,16 +20,8 @@ from stereotrack_core.depth.chain import DepthChain, rectification_of
 from stereotrack_core.depth.cloud import DepthGeometry, ViewDepth, seen_through
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.volume import settled
-from stereotrack_core.doctor.cloud_fit import (
-    WAYS,
-    CloudFit,
-    Eye,
-    Surface,
-    Way,
-    fit_clouds,
-    joined,
-    surface_of,
-)
+from stereotrack_core.doctor.cloud_fit import surface_of
+from stereotrack_core.doctor.displacements import Places, Surfaces, check_displacements
 from stereotrack_core.doctor.slips import SLIPS
 from stereotrack_core.errors import Correction, Finding, InputError
 from stereotrack_core.geometry.transform import RigidTransform
@@ -53,22 +45,6 @@ _LARGE = 0.03
 _LEFT = 0.2
 """Share of it that a correction may leave."""
 
-_LEAST_GAIN, _CLEAR_GAIN = 0.15, 1.5
-"""Rise of the share of points that fit, from which a view is off, and how much larger than that of
-any other view it is where this one is to blame."""
-
-_FITS = 0.85
-"""Share of points close to the others' surfaces from which a view is where it should be."""
-
-_WORTH = 0.2
-"""Share of that rise for which more freedom is worth it."""
-
-_ALIKE = 0.05
-"""Share of the points by which two explanations may differ and still cannot be told apart."""
-
-_LEAST_SHIFT, _WRONG_SHIFT = 0.03, 0.06
-"""Metres by which points have to move where a view is doubtful, and plainly wrong."""
-
 
 @dataclass(frozen=True, eq=False)
 class Seen:
@@ -85,12 +61,6 @@ class Seen:
 
 Instants = Sequence[Mapping[str, Seen]]
 """What the views measured, instant by instant, by view name."""
-
-Places = Mapping[str, RigidTransform]
-"""Where the rectified cameras are, by view name."""
-
-Surfaces = Sequence[Mapping[str, Surface]]
-"""What the views measured as surfaces in the world, instant by instant, by view name."""
 
 
 def measured_frames(reader: FrameReader) -> IntArray:
@@ -253,7 +223,10 @@ def check_places(
         if slip is not None:
             yield slip
             return
-    yield from _check_fits(recording, instants, measured, given)
+    off = list(check_displacements(recording, surfaces_of(instants, measured), measured))
+    if not off and given.mean() > _LARGE:
+        off.append(_contradiction(given))
+    yield from off
 
 
 def _without_which(given: Misfits) -> str:
@@ -319,37 +292,6 @@ def _slip(
     )
 
 
-def _check_fits(
-    recording: Recording, instants: Instants, places: Places, given: Misfits
-) -> Iterator[Finding]:
-    """The view whose points lie beside those of the others, or views that contradict each other."""
-    surfaces = surfaces_of(instants, places)
-    fits = {name: one for name in places if (one := _best_fit(surfaces, places, name)) is not None}
-    # of two views from different sides little is seen by both
-    least = _LEAST_SHIFT if len(places) > 2 else _WRONG_SHIFT
-    off = [name for name in fits if _is_off(fits[name]) and fits[name].shift > least]
-    off.sort(key=lambda name: -fits[name].gain)
-    clear = off and all(
-        fits[off[0]].gain > _CLEAR_GAIN * one.gain for name, one in fits.items() if name != off[0]
-    )
-    if clear and len(places) > 2:
-        explained = _simplest(surfaces, places, off[0], fits[off[0]])
-        if _is_off(explained[0]):
-            yield _displaced(recording, off[0], *explained)
-    elif off:
-        shift = max(fits[name].shift for name in off)
-        off = off if len(places) > 2 else list(places)
-        yield Finding(
-            "error" if shift > _WRONG_SHIFT else "warning",
-            f"views {', '.join(sorted(off, key=list(places).index))}",
-            f"their depths do not fit: points lie about {100 * shift:.0f} cm beside those of other "
-            "views, and it cannot be told which view is wrong",
-            "Check calibration and synchronisation of these views.",
-        )
-    elif given.mean() > _LARGE:
-        yield _contradiction(given)
-
-
 def _contradiction(given: Misfits) -> Finding:
     """Views do not fit, and no movement explains it; the view without which the rest does."""
     named = _without_which(given)
@@ -363,20 +305,6 @@ def _contradiction(given: Misfits) -> Finding:
     )
 
 
-def _is_off(fit: CloudFit) -> bool:
-    return fit.gain > _LEAST_GAIN and fit.shift > _LEAST_SHIFT
-
-
-def _best_fit(surfaces: Surfaces, places: Places, view: str) -> CloudFit | None:
-    """The better of a free movement and a factor, which is found from farther away."""
-    free = fit_view(surfaces, places, view)
-    if free is not None and free.before > _FITS and free.gain < _LEAST_GAIN:
-        return free  # what lies there already need not be searched for
-    factor = fit_view(surfaces, places, view, "range")
-    known = [one for one in (free, factor) if one is not None]
-    return max(known, key=lambda one: one.gain, default=None)
-
-
 def surfaces_of(instants: Instants, places: Places) -> Surfaces:
     """What the views with a place measured, as surfaces in the world."""
     return [
@@ -387,64 +315,3 @@ def surfaces_of(instants: Instants, places: Places) -> Surfaces:
         }
         for seen in instants
     ]
-
-
-def fit_view(surfaces: Surfaces, places: Places, view: str, way: Way = "any") -> CloudFit | None:
-    """How a view's points would have to be moved to lie on those of the other views."""
-    seen = [one for one in surfaces if view in one]
-    own = [Surface(one[view].points[::2], one[view].normals[::2]) for one in seen]
-    rest = [joined([s for name, s in one.items() if name != view]) for one in seen]
-    place = places[view]
-    return fit_clouds(own, rest, Eye(place.translation, place.rotation[:, 2]), way)
-
-
-def _simplest(surfaces: Surfaces, places: Places, view: str, free: CloudFit) -> list[CloudFit]:
-    """Fits of the least freedom that explain about as much as a free movement, the best first.
-
-    A small turn of a camera and a small displacement look alike on one person.
-    """
-    tried = [fit_view(surfaces, places, view, way) for way in WAYS if way != "any"]
-    known = [one for one in tried if one is not None]
-    for ways in (("range", "depth"), ("turn", "shift")):
-        some = sorted((one for one in known if one.way in ways), key=lambda one: -one.after)
-        if some and some[0].after > free.after - _WORTH * free.gain:
-            return [one for one in some if one.after > some[0].after - _ALIKE]
-    return [free]
-
-
-def _displaced(recording: Recording, view: str, fit: CloudFit, *others: CloudFit) -> Finding:
-    stereo, change = recording.view(view).kind == "stereo", None
-    if fit.way == "range":
-        percent = abs(100 * (1 / fit.amount - 1))
-        size = "large" if fit.amount < 1 else "small"
-        what = f"its distances are too {size} by {percent:.0f} %"
-        part = "The base line or the focal length of the pair" if stereo else "depth_unit"
-        remedy = f"{part} is probably wrong by this factor: multiply it by {fit.amount:.3f}."
-        change = Correction("scale_base_line" if stereo else "scale_depth", (view,), fit.amount)
-    elif fit.way == "depth":
-        percent = abs(100 * (1 / fit.amount - 1))
-        size = "large" if fit.amount < 1 else "small"
-        what = f"its ranges along the optical axis are too {size} by {percent:.0f} %"
-        part = "focal length or base line" if stereo else "depth_unit or focal length"
-        remedy = f"Its {part} is probably wrong by this factor: multiply it by {fit.amount:.3f}."
-    elif others:
-        turn = max((fit, *others), key=lambda one: one.way == "turn")
-        what = (
-            f"it is turned by {np.degrees(turn.amount):.1f} degrees or displaced by "
-            f"{100 * fit.shift:.0f} cm against the other views, which cannot be told apart"
-        )
-        remedy = "Calibrate its place again, and check that it is synchronised."
-    elif fit.way == "turn":
-        what = f"it is turned by {np.degrees(fit.amount):.1f} degrees against the other views"
-        remedy = "Its camera was probably moved. Calibrate its place again."
-    else:
-        what = f"it is displaced by {100 * fit.shift:.0f} cm against the other views"
-        remedy = "Calibrate its place again, and check that it is synchronised."
-    return Finding(
-        "error" if fit.shift > _WRONG_SHIFT else "warning",
-        f"view {view}",
-        f"{what}: {100 * fit.before:.0f} % of its points lie within 2 cm of their surfaces, "
-        f"{100 * fit.after:.0f} % with this corrected",
-        remedy,
-        change,
-    )

@@ -8,10 +8,10 @@ import pytest
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.depth.parameters import DepthParameters
+from stereotrack_core.doctor.displacements import fit_view
 from stereotrack_core.doctor.slips import transposed
 from stereotrack_core.doctor.views import (
     check_places,
-    fit_view,
     measured_views,
     misfits,
     surfaces_of,
