@@ -65,7 +65,6 @@ def check_displacements(
     off = [name for name, one in fits.items() if _is_off(one) and one.shift > least]
     if not off:
         return
-    off = off if len(places) > 2 else list(fits)  # one of two is as far off as the other
     off.sort(key=lambda name: -fits[name].gain)
     first = off[0]
     clear = len(places) > 2 and all(
@@ -78,10 +77,11 @@ def check_displacements(
     if clear and shift < least:
         return
     severity: Severity = "error" if shift > _WRONG_SHIFT else "warning"
-    named.sort(key=list(places).index)
+    where = named if len(places) > 2 else list(places)  # either of two may be wrong
+    where.sort(key=list(places).index)
     yield Finding(
         severity,
-        f"view{'s' if len(named) > 1 else ''} {', '.join(named)}",
+        f"view{'s' if len(where) > 1 else ''} {', '.join(where)}",
         f"{what}: {100 * fits[first].before:.0f} % of the points lie within 2 cm of the other "
         f"views' surfaces, {100 * fits[first].after:.0f} % with this corrected",
         " ".join(dict.fromkeys(remedy for _, _, remedy in told.values())),

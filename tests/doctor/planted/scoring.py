@@ -96,18 +96,21 @@ def rendered(root: Path, number: int) -> Path:
 def main(root: Path, first: int, end: int, rounds: int = _EVERY) -> None:
     """Plant faults into some recordings, in each round others into each; results as JSON.
 
-    What stands in the results is not made again, so that this may be stopped.
+    With no rounds only what is said of the sound recordings is kept. What stands in the results is
+    not made again, so that this may be stopped.
     """
     results = root / f"outcomes-{first}-{end}.jsonl"
     known = map(json.loads, results.read_text().splitlines() if results.exists() else ())
     done = {(one["recording"], one["fault"]) for one in known}
     work = root / f"work-{first}-{end}"
     with results.open("a") as file:
-        for turn, number in product(range(rounds), range(first, end)):
+        for turn, number in product(range(max(rounds, 1)), range(first, end)):
             sound = rendered(root, number)
             other = rendered(root, first + (number + 7 - first) % (end - first))
             names = [
-                f.name for i, f in enumerate(faults(other)) if (i + number - turn) % _EVERY == 0
+                f.name
+                for i, f in enumerate(faults(other))
+                if rounds and (i + number - turn) % _EVERY == 0
             ]
             for name in ("", *names):
                 if (sound.name, name) in done:
