@@ -19,7 +19,7 @@ import numpy as np
 from stereotrack_core.arrays import BoolArray, FloatArray, ImageArray
 from stereotrack_core.depth.background import sharp_outline
 from stereotrack_core.doctor.slips import SLIPS
-from stereotrack_core.errors import Finding
+from stereotrack_core.errors import Correction, Finding
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.reader import FrameReader
@@ -55,6 +55,8 @@ class Silhouettes:
     """What one view shows of the person, by its camera."""
 
     camera: Camera
+    cameras: tuple[str, ...]
+    """Names of all cameras of the view."""
     masks: tuple[BoolArray, ...]
     """(H, W), frame by frame."""
 
@@ -96,7 +98,7 @@ def silhouettes_of(recording: Recording, reader: FrameReader) -> Shown:
         )
         nothing = np.zeros(empty.shape, dtype=bool)
         masks = tuple(sharp_outline(pictures[k], empty, nothing) for k in chosen)
-        shown[view.name] = Silhouettes(camera, masks)
+        shown[view.name] = Silhouettes(camera, view.cameras(), masks)
     return shown
 
 
@@ -155,31 +157,52 @@ def check_silhouettes(shown: Shown) -> Iterator[Finding]:
         least = max(least, _FULL)
     if not least <= 1.0:
         return
-    tried = [(filled(changed), where, said) for where, said, changed in _corrections(shown)]
-    best, where, said = max(tried, key=lambda one: one[0])
+    tried = sorted(
+        ((filled(one.shown), one) for one in _undone(shown)), key=lambda one: one[0], reverse=True
+    )
+    best, first = tried[0]
     if best < least:
         return
-    others = [one for one in tried if one[0] > best - _ALIKE and one[1:] != (where, said)]
-    or_else = "".join(f" Or else {place}: {other}." for _, place, other in others)
+    others = [one for share, one in tried[1:] if share > best - _ALIKE]
+    or_else = "".join(f" Or else {one.where}: {one.what}." for one in others)
     yield Finding(
         "error",
-        where,
-        f"{said}: {100 * given:.0f} % of what moves in one image is where the others show it, and "
-        f"{100 * best:.0f} % with this corrected",
-        f"Correct the files or the cameras (tested).{or_else}",
+        first.where,
+        f"{first.what}: {100 * given:.0f} % of what moves in one image is where the others show "
+        f"it, and {100 * best:.0f} % with this corrected",
+        f"{first.remedy}{or_else}",
+        None if others else first.change,
     )
 
 
-def _corrections(shown: Shown) -> Iterator[tuple[str, str, Shown]]:
-    """Place, clause and silhouettes for each usual slip that is undone."""
+@dataclass(frozen=True, eq=False)
+class _Undone:
+    """Silhouettes with a usual slip undone, and what to say of it."""
+
+    where: str
+    what: str
+    remedy: str
+    shown: Shown
+    change: Correction | None = None
+
+
+def _undone(shown: Shown) -> Iterator[_Undone]:
+    """Every usual slip."""
     for (a, one), (b, other) in combinations(shown.items(), 2):
-        exchanged = {a: replace(one, masks=other.masks), b: replace(other, masks=one.masks)}
-        if one.masks[0].shape == other.masks[0].shape:
-            yield f"views {a}, {b}", "they are exchanged", {**shown, **exchanged}
+        if one.masks[0].shape != other.masks[0].shape:
+            continue
+        yield _Undone(
+            f"views {a}, {b}",
+            "they are exchanged",
+            f"Exchange the files, or the cameras, of the views {a} and {b}.",
+            {**shown, a: replace(one, masks=other.masks), b: replace(other, masks=one.masks)},
+            Correction("exchange_views", (a, b)),
+        )
+    stored = "Store the images as the camera saw them."
     for name, one in shown.items():
         where = f"view {name}"
-        yield where, "its images are mirrored", {**shown, name: one.mirrored}
-        yield where, "its images are upside down", {**shown, name: one.overturned}
+        yield _Undone(where, "its images are mirrored", stored, {**shown, name: one.mirrored})
+        yield _Undone(where, "its images are upside down", stored, {**shown, name: one.overturned})
         for slip in SLIPS:
-            changed = replace(one, camera=slip.undone(one.camera))
-            yield where, slip.what, {**shown, name: changed}
+            changed = {**shown, name: replace(one, camera=slip.undone(one.camera))}
+            yield _Undone(where, slip.what, slip.remedy, changed, slip.of(one.cameras))

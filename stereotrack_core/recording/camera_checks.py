@@ -104,6 +104,7 @@ def _check_principal_point(camera: Camera, where: str) -> Iterator[Finding]:
             f"c_x and c_y are exchanged: ({cy:.1f}, {cx:.1f}) is near the centre of the image of "
             f"{width} x {height} pixels, the principal point ({cx:.1f}, {cy:.1f}) is not",
             "Exchange c_x and c_y, or check that the matrix belongs to these images.",
+            Correction("exchange_centre", (camera.name,)),
         )
 
 

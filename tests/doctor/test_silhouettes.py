@@ -9,6 +9,7 @@ from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.doctor.silhouettes import Silhouettes, check_silhouettes, filled
 from stereotrack_core.doctor.slips import transposed
+from stereotrack_core.errors import Correction
 from tests.tracking.recordings import VIEWS, camera_towards_the_middle, rendered_depth
 from tests.tracking.scenes import CAMERAS, pose_with_arms
 
@@ -25,7 +26,7 @@ def shown():
     for name, position in zip(VIEWS[:3], CAMERAS[:3], strict=True):
         camera = camera_towards_the_middle(name, position)
         masks = tuple(np.isfinite(rendered_depth(body, pose, camera)) for pose in poses)
-        result[name] = Silhouettes(camera, masks)
+        result[name] = Silhouettes(camera, (name,), masks)
     return result
 
 
@@ -55,6 +56,7 @@ def test_views_that_are_exchanged_are_named(shown):
     finding = found({**shown, **exchanged})
     assert finding.where == "views N, S"
     assert "exchanged" in finding.what
+    assert finding.correction == Correction("exchange_views", ("N", "S"))
 
 
 def test_a_transposed_rotation_is_named(shown):
