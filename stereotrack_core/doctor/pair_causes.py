@@ -12,9 +12,10 @@ import scipy
 
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.doctor.details import Details, Pair, RowFit, offsets, row_fit
+from stereotrack_core.doctor.lenses import Lenses, distortions_left_out
+from stereotrack_core.doctor.row_changes import LEFT_FOCAL, RIGHT_FOCAL, RowChanges
 from stereotrack_core.doctor.slips import (
     centre_exchanged,
-    focused,
     inverted,
     resized,
     transposed,
@@ -35,7 +36,11 @@ _STRAIGHTENED = 0.6
 
 _MENDED_TURN = np.radians(45.0)
 _TIE_PX = 0.1
-_FOCALS = (0.9, 0.92, 0.95, 0.97, 1.03, 1.05, 1.08, 1.1)
+_LEAST_FOCAL, _MOST_FOCAL = 0.005, 0.2
+"""Shares by which a focal length is taken to be wrong."""
+
+_CLEARLY = 0.7
+"""Share of the row offset that one explanation leaves of another one's, from which it is better."""
 
 
 @dataclass(frozen=True)
@@ -52,7 +57,7 @@ class _Try:
 
     words: str
     cameras: Pair
-    correction: Correction | None
+    correction: Correction
 
 
 def px(pixels: float) -> str:
@@ -67,11 +72,11 @@ def remedy_of(view: str, cameras: Pair, details: Details, fit: RowFit, scale: fl
         overturned = _overturned(view, cameras, details, limit)
         if overturned is not None:
             return overturned
-    slip = _slip(cameras, details, limit)
-    if slip is None and fit.wrong_side <= 0.5:  # images of cameras that look askew at each other
-        slip = _overturned(view, cameras, details, limit)
-    if slip is not None:
-        return slip
+    likely = _likeliest(cameras, details, fit, limit)
+    if likely is None and fit.wrong_side <= 0.5:  # images of cameras that look askew at each other
+        likely = _overturned(view, cameras, details, limit)
+    if likely is not None:
+        return likely
     for which, turned in (
         ("left", details.left_turned(cameras[0])),
         ("right", details.exchanged.left_turned(cameras[1]).exchanged),
@@ -81,30 +86,67 @@ def remedy_of(view: str, cameras: Pair, details: Details, fit: RowFit, scale: fl
                 f"The {which} image is upside down: store it as the camera saw it (tested: then "
                 f"the rows agree within {px(upright.row_px)})."
             )
-    return Remedy(_measured(cameras, details, fit, limit))
-
-
-def _measured(cameras: Pair, details: Details, fit: RowFit, limit: float) -> str:
-    """What to do where no slip explains it: by the distortion or turn that does."""
-    if not any(np.any(one.distortions) for one in cameras):
-        bent, left = _bent(cameras, details)
-        if left < max(limit, _STRAIGHTENED * fit.row_px):
-            return (
-                "The calibration states no distortions, but the lenses have some, of about k_1 = "
-                f"{bent:.2f} (tested: with it the rows agree within {px(left)}). Write them, or "
-                "calibrate with them."
-            )
-    turn, left = _turn(cameras, details)
-    if left < limit:
-        return (
-            f"One camera is turned by {np.degrees(turn):.1f} degrees against the calibration "
-            f"(tested: with it turned back the rows agree within {px(left)}). Calibrate this pair "
-            "again."
-        )
-    return (
+    return Remedy(
         "Calibrate this pair again: no usual slip explains it. Check that both images belong to "
         "this view and its cameras, and that they are stored as they were calibrated."
     )
+
+
+def _likeliest(cameras: Pair, details: Details, fit: RowFit, limit: float) -> Remedy | None:
+    """What explains the row offsets best, of distortions, slips, focal lengths and a turn.
+
+    A turn has three degrees of freedom, and slips are many: where a small turn or another focal
+    length leaves clearly less than a slip, the slip helps by chance.
+    """
+    lenses = distortions_left_out(cameras, details)
+    if lenses is not None and lenses.row_px < max(limit, _STRAIGHTENED * fit.row_px):
+        return Remedy(straightened(lenses))
+    turn, turned = _turn(cameras, details)
+    focal, scaled = _focal(cameras, details)
+    slip = _slip(cameras, details, min(limit, min(turned, scaled) / _CLEARLY + _TIE_PX))
+    if slip is not None:
+        return slip
+    if scaled < min(limit, turned / _CLEARLY + _TIE_PX):
+        return Remedy(focal)
+    if turned < limit:
+        return Remedy(_turned(turn, turned))
+    return _slip(cameras, details, limit)
+
+
+def straightened(lenses: Lenses) -> str:
+    """What to do about distortions that a calibration lacks."""
+    return (
+        f"{lenses.words} (tested: with it the rows agree within {px(lenses.row_px)}). Write them, "
+        "or calibrate with them."
+    )
+
+
+def _turned(turn: float, left: float) -> str:
+    return (
+        f"One camera is turned by {np.degrees(turn):.1f} degrees against the calibration "
+        f"(tested: with it turned back the rows agree within {px(left)}). Calibrate this pair "
+        "again."
+    )
+
+
+def _focal(cameras: Pair, details: Details) -> tuple[str, float]:
+    """What to say of the focal length that helps most, and the row offset then."""
+    rows, tried = RowChanges(cameras, details), []
+    for camera, free in zip(cameras, (LEFT_FOCAL, RIGHT_FOCAL), strict=True):
+        change = rows.fitted(free)
+        share = abs(change[free[0]])
+        offset = float(np.nanmedian(np.abs(rows.rows(change))))
+        if _LEAST_FOCAL < share < _MOST_FOCAL:
+            tried.append((offset, camera.name, 1 / (1 + change[free[0]])))
+    if not tried:
+        return "", np.inf
+    (best, name, factor), *others = sorted(tried)
+    alone = any(best < _CLEARLY * offset for offset, _, _ in others)
+    other = "" if alone else ", or divide the other one by it"
+    return (
+        "The focal lengths of the two cameras do not fit each other: multiply that of "
+        f"{name} by about {factor:.3g}{other} (tested: then the rows agree within {px(best)})."
+    ), best
 
 
 def _slip(cameras: Pair, details: Details, limit: float) -> Remedy | None:
@@ -129,7 +171,7 @@ def _off_centre(cameras: Pair) -> float:
 
 def _undone(cameras: Pair) -> Iterator[_Try]:
     """Cameras in which usual slips are undone, of one camera or both."""
-    changes: list[tuple[str, Callable[[Camera], Camera], CorrectionKind | None, float]] = [
+    changes: list[tuple[str, Callable[[Camera], Camera], CorrectionKind, float]] = [
         ("Exchange c_x and c_y in the matrix of {}", centre_exchanged, "exchange_centre", 1.0),
         ("Transpose the rotation of {}", transposed, "transpose", 1.0),
         ("Invert rotation and translation of {}", inverted, "invert", 1.0),
@@ -138,12 +180,6 @@ def _undone(cameras: Pair) -> Iterator[_Try]:
     for factor in IMAGE_SIZES:
         said = f"The matrix of {{}} belongs to another image size: multiply it by {factor:.3g}"
         changes.append((said, partial(resized, factor=factor), "resize", factor))
-    for factor in _FOCALS:
-        said = (
-            "The focal lengths of the two cameras do not fit each other: multiply that of {} by "
-            f"about {factor:.3g}, or divide the other one by it"
-        )
-        changes.append((said, partial(focused, factor=factor), None, factor))
     left, right = cameras
     for (said, change, kind, factor), (first, second) in product(
         changes, ((True, False), (False, True), (True, True))
@@ -151,7 +187,7 @@ def _undone(cameras: Pair) -> Iterator[_Try]:
         names = tuple(c.name for c, chosen in ((left, first), (right, second)) if chosen)
         changed = change(left) if first else left, change(right) if second else right
         if np.linalg.norm(changed[0].position_world - changed[1].position_world) > 1e-6:
-            correction = None if kind is None else Correction(kind, names, factor)
+            correction = Correction(kind, names, factor)
             yield _Try(said.format(" and ".join(names)), changed, correction)
 
 
@@ -182,21 +218,6 @@ def _overturned(view: str, cameras: Pair, details: Details, limit: float) -> Rem
     or_else = "".join(f" Or else: {other[0].lower()}{other[1:]}." for other in others)
     words = f"{said} (tested: then the rows agree within {px(best)}).{or_else}"
     return Remedy(words, correction)  # whether it is this one, the other views tell then
-
-
-def _bent(cameras: Pair, details: Details) -> tuple[float, float]:
-    """First radial coefficient that helps most in both lenses, and the row offset then."""
-
-    def changed(coefficient: float) -> Pair:
-        bent = np.array([coefficient, 0.0, 0.0, 0.0])
-        left, right = (replace(one, distortions=bent, fisheye=False) for one in cameras)
-        return left, right
-
-    def offset(coefficient: float) -> float:
-        return row_fit(changed(coefficient), details).misfit
-
-    solved = scipy.optimize.minimize_scalar(offset, bounds=(-0.5, 0.5), method="bounded")
-    return float(solved.x), float(solved.fun)
 
 
 def _turn(cameras: Pair, details: Details) -> tuple[float, float]:

@@ -15,7 +15,8 @@ import numpy as np
 
 from stereotrack_core.arrays import ImageArray
 from stereotrack_core.doctor.details import FEWEST, Details, Pair, details_of, row_fit
-from stereotrack_core.doctor.pair_causes import MENDED_PX, px, remedy_of
+from stereotrack_core.doctor.lenses import distortions_left_out
+from stereotrack_core.doctor.pair_causes import MENDED_PX, px, remedy_of, straightened
 from stereotrack_core.errors import Correction, Finding, Severity
 from stereotrack_core.recording.description import Recording, View
 from stereotrack_core.recording.reader import FrameReader
@@ -121,6 +122,7 @@ def check_pair(view: View, cameras: Pair, details: Details) -> Iterator[Finding]
         return
     fit = row_fit(cameras, details)
     if fit.misfit < _DOUBTFUL_PX * scale:
+        yield from _check_lenses(where, cameras, details)
         return
     what = (
         f"{100 * fit.wrong_side:.0f} % of {len(details.left)} details that both images of the pair "
@@ -132,3 +134,16 @@ def check_pair(view: View, cameras: Pair, details: Details) -> Iterator[Finding]
     severity: Severity = "error" if fit.misfit > _WRONG_PX * scale else "warning"
     remedy = remedy_of(view.name, cameras, details, fit, scale)
     yield Finding(severity, where, what, remedy.words, remedy.correction)
+
+
+def _check_lenses(where: str, cameras: Pair, details: Details) -> Iterator[Finding]:
+    """Whether the rows of a pair that fits differ towards the edges, as through bent lenses."""
+    lenses = distortions_left_out(cameras, details)
+    if lenses is not None:
+        yield Finding(
+            "warning",
+            where,
+            f"the row offsets of {len(details.left)} details that both images of the pair show "
+            f"grow towards the edges of the images, where they are {px(lenses.edge_px)} and more",
+            straightened(lenses),
+        )
