@@ -1,6 +1,7 @@
 """Details that both images of a pair show tell what is wrong about its calibration."""
 
 import dataclasses
+import re
 
 import numpy as np
 import pytest
@@ -8,7 +9,13 @@ import pytest
 from stereotrack_core.depth.rectify import stereo_rectification
 from stereotrack_core.doctor.details import Details, details_of, row_fit
 from stereotrack_core.doctor.pairs import check_pair
-from stereotrack_core.doctor.slips import centre_exchanged, focused, resized, transposed
+from stereotrack_core.doctor.slips import (
+    centre_exchanged,
+    focused,
+    resized,
+    transposed,
+    undistorted,
+)
 from stereotrack_core.geometry.rotation import rotation_from_vector
 from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.recording.description import Stream, View
@@ -28,7 +35,12 @@ def pair():
 
 @pytest.fixture(scope="module")
 def details(pair):
-    rng = np.random.default_rng(1)
+    return seen_by(pair, 1)
+
+
+def seen_by(pair, seed):
+    """Details of things in the room, with noise of 0.2 px."""
+    rng = np.random.default_rng(seed)
     points = rng.uniform([-1.2, 2.0, 0.2], [1.2, 4.5, 2.0], (400, 3))
     left, image = (one.project(points) + rng.normal(0, 0.2, (400, 2)) for one in pair)
     inside = np.isfinite(left + image).all(axis=1)
@@ -74,6 +86,31 @@ def test_a_slip_in_one_camera_is_named_with_a_tested_correction(pair, details, s
     assert finding.severity == "error"
     assert remedy in finding.remedy
     assert "tested" in finding.remedy
+
+
+def test_a_small_error_is_not_taken_for_a_slip_that_helps_by_chance(pair, details):
+    [finding] = found((pair[0], focused(pair[1], 1.02)), details)
+    assert "multiply that of right by about 0.98" in finding.remedy
+    [finding] = found((pair[0], turned(pair[1], 0.2)), details)
+    assert "One camera is turned by 0.2 degrees" in finding.remedy
+
+
+def test_distortions_that_are_left_out_are_named_with_their_size(pair, details):
+    straight = tuple(map(undistorted, pair))
+    [finding] = found(straight, details)
+    assert finding.where == "view N"
+    assert "states no distortions" in finding.remedy
+    terms = [float(one) for one in re.findall(r": (-\d\.\d+)", finding.remedy)]
+    assert terms == pytest.approx([-0.1, -0.1], abs=0.04)
+    [finding] = found((pair[0], straight[1]), details)
+    assert "about k_1 = right: -0." in finding.remedy
+
+
+def test_straight_lenses_without_distortions_are_not_doubted():
+    left = camera("left", (-0.06, 0.2, 1.0), (0.05, 0.02, 0.01), **SIZE)
+    right = camera("right", (0.06, 0.2, 1.0), (0.05, -0.02, 0.0), **SIZE)
+    for seed in range(4):
+        assert not found((left, right), seen_by((left, right), seed))
 
 
 def test_an_image_that_is_upside_down_is_named(pair, details):
