@@ -28,7 +28,6 @@ _MOST_FOLDED = 0.1
 IMAGE_SIZES = (0.5, 2.0, 2.0 / 3.0, 1.5, 0.75, 4.0 / 3.0)
 """Factors between image sizes that cameras are calibrated and used with."""
 _NEAR_MIDDLE = 0.06  # of the width, by which a principal point misses the middle of its image
-_FAR_FROM_MIDDLE = 0.12  # of the width, from which it is asked whether c_x and c_y are exchanged
 _FIELD_OF_VIEW_DEG = (5.0, 170.0)
 
 
@@ -76,7 +75,7 @@ def _check_intrinsics(camera: Camera) -> Iterator[Finding]:
 def _check_principal_point(camera: Camera, where: str) -> Iterator[Finding]:
     width, height = camera.width, camera.height
     cx, cy = camera.matrix[0, 2], camera.matrix[1, 2]
-    remedy, correction = _meant(camera)
+    resized, correction = _of_another_size(camera)
     if not (0 <= cx <= width - 1 and 0 <= cy <= height - 1):
         turned = 0 <= cx <= height - 1 and 0 <= cy <= width - 1
         yield Finding(
@@ -86,7 +85,7 @@ def _check_principal_point(camera: Camera, where: str) -> Iterator[Finding]:
             f" {width} x {height} pixels",
             "It fits the image rotated by 90 degrees. Calibrate with the images as they are stored."
             if turned
-            else remedy or "Use the calibration for this image size.",
+            else resized or "Use the calibration for this image size.",
             None if turned else correction,
         )
     elif abs(cx - width / 2) > width / 4 or abs(cy - height / 2) > height / 4:
@@ -95,17 +94,7 @@ def _check_principal_point(camera: Camera, where: str) -> Iterator[Finding]:
             where,
             f"the principal point ({cx:.1f}, {cy:.1f}) is far from the centre of the image of "
             f"{width} x {height} pixels",
-            remedy or "This is correct only for cropped images; otherwise calibrate again.",
-            correction,
-        )
-    elif correction is not None and correction.kind == "exchange_centre":
-        yield Finding(
-            "warning",
-            where,
-            f"c_x and c_y seem to be exchanged: the principal point ({cx:.1f}, {cy:.1f}) is "
-            f"{_off_middle(camera, cx, cy):.0f} px from the middle of the image of {width} x "
-            f"{height} pixels, and {_off_middle(camera, cy, cx):.0f} px with them exchanged",
-            remedy,
+            resized or "This is correct only for cropped images; otherwise calibrate again.",
             correction,
         )
     elif _centre_exchanged(camera):
@@ -127,16 +116,9 @@ def _centre_exchanged(camera: Camera) -> bool:
     return bool(np.all(np.abs(centre[::-1] - middle) < near) and np.all(aside > near))
 
 
-def _meant(camera: Camera) -> tuple[str, Correction | None]:
-    """What to do where the principal point would be the middle of the image if it were changed."""
-    cx, cy = camera.matrix[:2, 2]
+def _of_another_size(camera: Camera) -> tuple[str, Correction | None]:
+    """What to do where the principal point is the middle of a larger or smaller image."""
     middle = np.array([camera.width, camera.height]) / 2
-    if (
-        _off_middle(camera, cy, cx) < _NEAR_MIDDLE * camera.width
-        and _off_middle(camera, cx, cy) > _FAR_FROM_MIDDLE * camera.width
-    ):
-        said = "Exchange c_x and c_y in its matrix, unless the images are cropped."
-        return said, Correction("exchange_centre", (camera.name,))
     for factor in IMAGE_SIZES:
         if np.all(np.abs(factor * camera.matrix[:2, 2] - middle) < _NEAR_MIDDLE * camera.width):
             return (
@@ -144,11 +126,6 @@ def _meant(camera: Camera) -> tuple[str, Correction | None]:
                 f"{factor:.3g}."
             ), Correction("resize", (camera.name,), factor)
     return "", None
-
-
-def _off_middle(camera: Camera, x: float, y: float) -> float:
-    """How far a point is from the middle of the image, pixels."""
-    return float(np.hypot(x - camera.width / 2, y - camera.height / 2))
 
 
 def _check_distortion(camera: Camera) -> Iterator[Finding]:
