@@ -20,6 +20,7 @@ from stereotrack_core.cli.arguments import (
     flag,
     option,
 )
+from stereotrack_core.cli.export_clicks import export_clicks
 from stereotrack_core.cli.export_scene import export_rerun
 from stereotrack_core.cli.output import OK, put_result, say
 from stereotrack_core.cli.sources import (
@@ -35,14 +36,11 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.evaluation.joint_angles.definitions import NAMES as NAMES_OF_ANGLES
 from stereotrack_core.evaluation.joint_angles.series import JointAngles, angles_of_reference
 from stereotrack_core.evaluation.limb_colours import LIMB_COLOURS
-from stereotrack_core.interop.coco import write_coco
-from stereotrack_core.interop.deeplabcut import write_deeplabcut
 from stereotrack_core.interop.keypoints.coco import write_results
 from stereotrack_core.interop.keypoints.table import write_table
-from stereotrack_core.interop.labels import write_clicks
 from stereotrack_core.interop.motion.gltf import write_glb
 from stereotrack_core.interop.motion.mot import write_mot
-from stereotrack_core.interop.point_tables import POINT_TABLES, write_points
+from stereotrack_core.interop.point_tables import POINT_TABLES
 from stereotrack_core.interop.reference_npz import write_reference
 from stereotrack_core.interop.run_file import (
     holds_run,
@@ -50,11 +48,9 @@ from stereotrack_core.interop.run_file import (
     read_timed_trajectory,
     write_trajectory,
 )
-from stereotrack_core.interop.sleap import write_sleap
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.setups import load_reference
 from stereotrack_core.project.whereabouts import SUFFIX
-from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.tables import Table
 from stereotrack_core.tracking.stored import upright_run
 
@@ -78,7 +74,7 @@ MODEL, SCENE = "glb", "rrd"
 RUN_FORMATS = (*TRAJECTORY_FORMATS, *ANGLE_FORMATS, MODEL, SCENE)
 FORMATS = (*REFERENCE_FORMATS, *ANGLE_FORMATS, MODEL, SCENE, *CLICK_FORMATS[1:])
 _SUFFIX = {"coco": ".json", **dict.fromkeys(("dlc", "angles", *POINT_TABLES), ".csv")}
-_OF_SUFFIX = {_SUFFIX.get(form, f".{form}"): form for form in reversed(FORMATS)}
+_OF_SUFFIX = {".h5": "dlc"} | {_SUFFIX.get(form, f".{form}"): form for form in reversed(FORMATS)}
 """The format that is meant where only a file's name is given: for ``.csv`` this program's own."""
 
 OPTIONS = (
@@ -89,11 +85,12 @@ OPTIONS = (
     ),
     option(
         "--format",
-        "clicks of a project: csv, coco, slp, dlc (a file for each camera), dltdv, argus, xmalab "
-        "(.csv); trajectories: csv, trc, c3d, bvh, nc (netCDF of the package movement), angles "
-        "(joint angles of every frame, .csv), mot (the same for OpenSim), and npz, which keeps the "
-        "uncertainty of a project's reference; complete runs: glb (the body as a glTF model) and "
-        "rrd (for the Rerun viewer). Without this option the file's name decides, and .csv is csv",
+        "clicks of a project: csv, coco, slp, dlc (.csv or .h5, a file for each camera), dltdv, "
+        "argus, xmalab (.csv); trajectories: csv, trc, c3d, bvh, nc (netCDF of the package "
+        "movement), angles (joint angles of every frame, .csv), mot (the same for OpenSim), and "
+        "npz, which keeps the uncertainty of a project's reference; complete runs: glb (the body "
+        "as a glTF model) and rrd (for the Rerun viewer). Without this option the file's name "
+        "decides, and .csv is csv",
         choices=FORMATS,
     ),
     option("-o --output FILE", "file to write", type=Path, required=True),
@@ -111,6 +108,11 @@ OPTIONS = (
         nargs="?",
         const="",
     ),
+    flag(
+        "--pictures",
+        "for clicks as coco, dlc and slp: also the pictures that they were made on, where the "
+        "other tool looks for them (coco, dlc: beside the file; slp: inside)",
+    ),
     FPS,
     NAMES,
     AXES,
@@ -125,7 +127,8 @@ OPTIONS = (
 def run(args: Namespace) -> int:
     """Read and write."""
     args.format = args.format or _format_of(args.output)
-    check_suffix(args.output, _SUFFIX.get(args.format, f".{args.format}"))
+    further = (".h5",) if args.format == "dlc" else ()
+    check_suffix(args.output, _SUFFIX.get(args.format, f".{args.format}"), *further)
     check_output(args.output)
 
     project = args.source.suffix.lower() == SUFFIX
@@ -154,29 +157,7 @@ def _project(args: Namespace) -> dict[str, Any]:
             return _project_keypoints(args, project)
         if args.reference is not None or args.format not in CLICK_FORMATS:
             return _project_reference(args, project)
-        return _project_clicks(args, project)
-
-
-def _project_clicks(args: Namespace, project: Project) -> dict[str, Any]:
-    recording = recording_of(project)
-    check_output(args.output, recording)
-    clicks = project.clicks.all()
-    landmarks = project.landmark_set()
-    if not clicks:
-        say("The project has no clicks, so the file is empty.")
-    if args.format == "csv":
-        write_clicks(args.output, clicks, recording)
-        return _facts({args.output: len(clicks)})
-    if args.format in ("coco", "slp"):
-        write = write_coco if args.format == "coco" else write_sleap
-        write(args.output, clicks, recording, landmarks)
-        return _facts({args.output: len(clicks)})
-    if args.format in POINT_TABLES:
-        with FrameReader(recording, read_ahead=0) as reader:
-            frames = reader.frame_count
-        count = write_points(args.output, clicks, recording, landmarks.names, args.format, frames)
-        return _facts({args.output: count})
-    return _facts(write_deeplabcut(args.output, clicks, landmarks.names))
+        return export_clicks(args, project)
 
 
 def _project_keypoints(args: Namespace, project: Project) -> dict[str, Any]:
@@ -240,6 +221,7 @@ def _trajectory(args: Namespace) -> dict[str, Any]:
     for option_name, given, what in (
         ("--reference", args.reference, "references"),
         ("--predictions", args.predictions, "predictions"),
+        ("--pictures", args.pictures or None, "clicks"),
     ):
         if given is not None:
             raise InputError(
@@ -301,7 +283,3 @@ def _wrong_kind(given: str, possible: Sequence[str]) -> InputError:
         where="--format",
         remedy=f"Use one of {', '.join(possible)}.",
     )
-
-
-def _facts(written: dict[Path, int]) -> dict[str, Any]:
-    return {"files": {path: f"{count} clicks" for path, count in written.items()}}

@@ -81,7 +81,7 @@ def _clicks(args: Namespace, project: Project, stated: Stated) -> dict[str, Any]
     else:
         labels = _labels(args, project, stated.names)
         problems, left_out = len(labels.problems), ", ".join(labels.left_out) or "none"
-        found = incoming(mine, labels.clicks, args.file.name, complete=False)
+        found = incoming(mine, labels.clicks, args.file.name, unstated=labels.unstated)
     decided: Decision | None = args.conflicts
     if found.conflicts and decided is None:
         count = len(found.conflicts)

@@ -1,4 +1,6 @@
-"""DeepLabCut's tables of labels and of predictions, as CSV: one file for each camera.
+"""DeepLabCut's tables of labels and of predictions: one file for each camera.
+
+CSV, or for labels HDF5 (:mod:`deeplabcut_hdf5`) where the file's name ends in ``.h5``.
 
 Labels have the pictures' paths in the first column (or in the first three), predictions the number
 of the frame and a likelihood for each point. Coordinates are raw-image pixels, (0, 0) the centre of
@@ -10,18 +12,29 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+
+import numpy as np
 
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.atomic import write_files
 from stereotrack_core.errors import InputError
-from stereotrack_core.interop.label_source import Labels, LabelSource, checked_frame, frame_of
+from stereotrack_core.interop.deeplabcut_hdf5 import cells_of, hdf5_of
+from stereotrack_core.interop.label_source import (
+    PLACES_ALONE,
+    Labels,
+    LabelSource,
+    checked_frame,
+    frame_of,
+)
+from stereotrack_core.interop.pictures import make_folder
 from stereotrack_core.tables import csv_text, read_cells
 
 _NOT_IN_FILES = frozenset('/\\:*?"<>|').union(map(chr, range(32)))
 """Signs that some system does not allow in names, or takes for the way to another folder."""
 
+SCORER = "stereotrack"
 _LEAST_LIKELIHOOD = 0.6  # predictions below it are left out
 _HEADERS = ("scorer", "individuals", "bodyparts", "coords")
 
@@ -46,7 +59,7 @@ def read_deeplabcut(source: LabelSource) -> Labels:
     InputError where the file cannot be read at all, or none of its landmarks is known.
     """
     path = source.path
-    lines = read_cells(path)
+    lines = cells_of(path) if path.suffix.lower() == ".h5" else read_cells(path)
     header = {line[0]: line for line in lines[:4] if line and line[0] in _HEADERS}
     if len(set(header.get("individuals", [])[1:]) - {""}) > 1:
         raise InputError(
@@ -76,11 +89,13 @@ def read_deeplabcut(source: LabelSource) -> Labels:
         return _clicks(line, columns, known, place, where)
 
     rows = enumerate(lines[len(header) :], start=len(header) + 1)
-    return source.labels((one.part for one in columns), (row for row in rows if any(row[1])), read)
+    there = (row for row in rows if any(row[1]))
+    found = source.labels((one.part for one in columns), there, read)
+    return replace(found, unstated=PLACES_ALONE)
 
 
 def write_deeplabcut(
-    path: Path, clicks: Iterable[Click], landmarks: Sequence[str], scorer: str = "stereotrack"
+    path: Path, clicks: Iterable[Click], landmarks: Sequence[str], scorer: str = SCORER
 ) -> dict[Path, int]:
     """Write clicks as labels: one file, or with several cameras one for each, named after it.
 
@@ -92,33 +107,73 @@ def write_deeplabcut(
     dict from Path to int
         How many labels are in each file; clicks without a place make none.
     """
-    by_camera: dict[str, list[Click]] = {}
-    for click in clicks:
-        if not click.deleted:
-            by_camera.setdefault(click.camera, []).append(click)
+    by_camera = _by_camera(clicks, placed=path.suffix.lower() == ".h5")
     files = {file_of_camera(path, camera): own for camera, own in by_camera.items()}
     if len(files) < 2:
         files = {path: next(iter(files.values()), [])}
-    write_files({file: _text(own, landmarks, scorer) for file, own in files.items()})
+    content = {file: _content(file, own, landmarks, scorer) for file, own in files.items()}
+    write_files(content)
     return {file: sum(click.position is not None for click in own) for file, own in files.items()}
 
 
-def _text(clicks: Iterable[Click], landmarks: Sequence[str], scorer: str) -> str:
-    """The labels of one camera."""
-    by_frame: dict[int, dict[str, Click]] = {}
+def write_labelled_data(
+    folder: Path, clicks: Iterable[Click], landmarks: Sequence[str], *, hdf5: bool
+) -> dict[Path, int]:
+    """Write the tables where DeepLabCut looks for them, beside the pictures of each camera.
+
+    ``labeled-data/CAMERA/CollectedData_stereotrack.csv`` below a folder, with `hdf5` also ``.h5``.
+    See :func:`write_deeplabcut`.
+    """
+    by_camera = _by_camera(clicks, placed=True)
+    files: dict[Path, list[Click]] = {}
+    for camera, own in by_camera.items():
+        file_of_camera(folder / "labels.csv", camera)  # refuses names that no folder can have
+        place = (folder / picture_of(camera, 0)).parent
+        for suffix in (".csv", ".h5") if hdf5 else (".csv",):
+            files[place / f"CollectedData_{SCORER}{suffix}"] = own
+    for place in {file.parent for file in files}:
+        make_folder(place)
+    write_files({file: _content(file, own, landmarks, SCORER) for file, own in files.items()})
+    return {file: sum(click.position is not None for click in own) for file, own in files.items()}
+
+
+def picture_of(camera: str, frame: int) -> str:
+    """Name of a picture in the tables, below the folder of a project of DeepLabCut."""
+    return f"labeled-data/{camera}/img{frame:06d}.png"
+
+
+def _by_camera(clicks: Iterable[Click], *, placed: bool) -> dict[str, list[Click]]:
+    """Clicks of each camera; of cameras without a single place only where `placed` is False."""
+    found: dict[str, list[Click]] = {}
+    for click in clicks:
+        if not click.deleted and not (placed and click.position is None):
+            found.setdefault(click.camera, []).append(click)
+    return found
+
+
+def _content(
+    path: Path, clicks: Iterable[Click], landmarks: Sequence[str], scorer: str
+) -> str | bytes:
+    """The labels of one camera, as the suffix of their file says."""
+    by_picture: dict[tuple[int, str], dict[str, Click]] = {}
     for click in clicks:
         if click.position is not None:
-            by_frame.setdefault(click.frame, {})[click.landmark] = click
+            by_picture.setdefault((click.frame, click.camera), {})[click.landmark] = click
+    values = np.full((len(by_picture), 2 * len(landmarks)), np.nan)
+    pictures = []
+    for row, key in zip(values, sorted(by_picture), strict=True):
+        pictures.append(picture_of(key[1], key[0]))
+        for k, name in enumerate(landmarks):
+            own = by_picture[key].get(name)
+            if own is not None and own.position is not None:
+                row[2 * k : 2 * k + 2] = own.position
+    if path.suffix.lower() == ".h5":
+        index = [tuple(picture.split("/")) for picture in pictures]
+        return hdf5_of(path, index, landmarks, values, scorer)
     twice = [name for name in landmarks for _ in "xy"]
     rows = [["bodyparts", *twice], ["coords", *["x", "y"] * len(landmarks)]]
-    for frame in sorted(by_frame):
-        camera = next(iter(by_frame[frame].values())).camera
-        row = [f"labeled-data/{camera}/img{frame:06d}.png"]
-        for name in landmarks:
-            own = by_frame[frame].get(name)
-            place = None if own is None else own.position
-            row += ["", ""] if place is None else [repr(float(value)) for value in place]
-        rows.append(row)
+    for picture, numbers in zip(pictures, values.tolist(), strict=True):
+        rows.append([picture, *("" if math.isnan(one) else repr(one) for one in numbers)])
     return csv_text(["scorer", *[scorer] * len(twice)], rows)
 
 

@@ -21,6 +21,10 @@ _WORD = re.compile(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])|\d+")
 _LAST_NUMBER = re.compile(r"(\d+)(?!.*\d)")
 
 
+PLACES_ALONE = ("flag", "sigma", "visibility")
+"""What a file cannot say that has nothing but places."""
+
+
 @dataclass(frozen=True)
 class Labels:
     """Clicks of a file."""
@@ -29,6 +33,7 @@ class Labels:
     problems: tuple[InputError, ...]
     """Everything wrong with it, each with its place and what would be right."""
     left_out: tuple[str, ...] = ()  # names in the file that mean none of our landmarks
+    unstated: tuple[str, ...] = ("flag", "sigma")  # fields of a click that the file cannot say
 
     def checked(self) -> tuple[Click, ...]:
         """The clicks, where there are no problems.

@@ -26,11 +26,11 @@ from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.tables import csv_text, read_cells, read_rows, whole_number
 
 _UNDERSTOOD = (
-    "Supported files: clicks from .csv, DeepLabCut .csv, DLTdv, Argus and XMALab .csv, COCO "
-    "keypoints .json and SLEAP .slp; trajectories from .csv with x, y and z, .trc, .c3d and .npz."
+    "Supported files: clicks from .csv, DeepLabCut .csv and .h5, DLTdv, Argus and XMALab .csv, "
+    "COCO keypoints .json and SLEAP .slp; trajectories from .csv with x, y and z, .trc, .c3d and "
+    ".npz."
 )
 _OTHERS = {
-    ".h5": "DeepLabCut writes a .csv beside every .h5; use that file.",
     ".mat": "Export the labels as .csv or COCO keypoints (.json), and use that file.",
 }
 
@@ -58,7 +58,7 @@ def read_labels(source: LabelSource, frames: int | None = None) -> Labels:
     """
     suffix = source.path.suffix.lower()
     read: Callable[[LabelSource], Labels] | None
-    read = {".json": read_coco, ".slp": read_sleap}.get(suffix)
+    read = {".json": read_coco, ".slp": read_sleap, ".h5": read_deeplabcut}.get(suffix)
     if suffix == ".csv":
         read = _reader_of_table(read_cells(source.path))
     if read is not None:

@@ -20,7 +20,7 @@ import json
 import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import MappingProxyType
 
@@ -28,7 +28,7 @@ from stereotrack_core.annotation.click import Click
 from stereotrack_core.atomic import write_files
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
-from stereotrack_core.interop.label_source import Labels, LabelSource, pictures_of
+from stereotrack_core.interop.label_source import PLACES_ALONE, Labels, LabelSource, pictures_of
 from stereotrack_core.plain_data import Kind, check_kind
 from stereotrack_core.reading import TABLE_BYTES, read_json
 from stereotrack_core.recording.description import Recording
@@ -199,7 +199,9 @@ def read_points(source: LabelSource) -> Labels:
                     clicks.append(Click(line - 2, name, known[point], pixel, origin="imported"))
         return clicks
 
-    return source.labels((point for point, _ in places), enumerate(lines[1:], start=2), read)
+    rows = enumerate(lines[1:], start=2)
+    found = source.labels((point for point, _ in places), rows, read)
+    return replace(found, unstated=PLACES_ALONE)
 
 
 def _parts(table: PointTable, name: str) -> tuple[str, str, str]:

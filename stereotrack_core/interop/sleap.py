@@ -27,9 +27,16 @@ from stereotrack_core.versions import extra_library
 
 
 def write_sleap(
-    path: Path, clicks: Iterable[Click], recording: Recording, landmarks: LandmarkSet
+    path: Path,
+    clicks: Iterable[Click],
+    recording: Recording,
+    landmarks: LandmarkSet,
+    *,
+    pictures: bool = False,
 ) -> None:
     """Write the clicks of all cameras; each camera is a video.
+
+    With `pictures` the labelled ones are kept in the file, which then needs no video.
 
     InputError where the file cannot be written, or sleap-io is not installed.
     """
@@ -65,9 +72,12 @@ def write_sleap(
         with h5py.File(BytesIO(written.read_bytes())) as stored:
             return len(stored["frames"][()]) == len(frames)
 
+    for video in videos.values() if pictures else ():
+        video.open_backend = True
     with replacing(path, is_whole) as temporary:
         try:
-            sio.save_slp(labels, str(temporary), embed=False, verbose=False)
+            embed = "user" if pictures else False
+            sio.save_slp(labels, str(temporary), embed=embed, verbose=False)
         except RuntimeError as error:  # what h5py raises where a drive is full
             raise OSError(str(error)) from error
 
@@ -133,7 +143,9 @@ def _shift(stream: Stream, recording: Recording) -> int:
 def place_of_labelled(labelled: Any, source: LabelSource, where: str) -> tuple[int, str]:
     """Frame and camera of a labelled frame; InputError where they cannot be told."""
     streams = _streams(source.recording)
-    file = labelled.video.filename
+    video = labelled.video
+    video = video.source_video or video  # of pictures that are kept in the file
+    file = video.filename
     file = str(file[0] if isinstance(file, list) else file).replace("\\", "/")
     own = {PurePosixPath(stream.frames).name: name for name, stream in streams.items()}
     base = PurePosixPath(file).name

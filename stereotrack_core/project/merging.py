@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, replace
 from math import sqrt
 from pathlib import Path
-from typing import Literal, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 from stereotrack_core.annotation.agreement import Difference, differences
 from stereotrack_core.annotation.click import Click, ClickKey
@@ -113,18 +113,17 @@ class Incoming:
 
 
 def incoming(
-    mine: Iterable[Click], theirs: Iterable[Click], source: str, *, complete: bool = True
+    mine: Iterable[Click], theirs: Iterable[Click], source: str, *, unstated: Collection[str] = ()
 ) -> Incoming:
     """Compare clicks from elsewhere with those of the project, both with the deleted ones.
 
-    Where a deleted click meets nothing, nothing comes of it. A source that is not complete cannot
-    say flag and sigma, as a clicks file, and leaves them alone.
+    Where a deleted click meets nothing, nothing comes of it. What is `unstated` the source cannot
+    say, as a clicks file flag and sigma, and leaves alone: names of fields of :class:`Click`.
     """
     ours = {click.key: click for click in mine}
     others = list(theirs)
-    if not complete:
-        marked = ((click, ours.get(click.key, click)) for click in others)
-        others = [replace(click, flag=mine.flag, sigma=mine.sigma) for click, mine in marked]
+    if unstated:
+        others = [_completed(click, ours.get(click.key, click), unstated) for click in others]
     new, same, conflicts = [], [], []
     for found in differences(ours.values(), others):
         if found.second is None:
@@ -137,6 +136,15 @@ def incoming(
         else:
             conflicts.append(found)
     return Incoming(source, tuple(new), tuple(same), tuple(conflicts))
+
+
+def _completed(theirs: Click, mine: Click, unstated: Collection[str]) -> Click:
+    """A click with what its source cannot say from mine, as far as that goes with its place."""
+    fields = set(unstated)
+    if theirs.position is None or mine.position is None:
+        fields.discard("visibility")
+    kept: dict[str, Any] = {name: getattr(mine, name) for name in fields}
+    return replace(theirs, **kept)
 
 
 def clicks_of_project(

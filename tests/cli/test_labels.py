@@ -246,6 +246,33 @@ def test_tables_of_points_come_back(run, project, empty, tmp_path, kind):
     assert {key: place for key, (place, _) in clicks_in(empty).items()} == places
 
 
+def test_other_tools_open_labels_with_their_pictures(run, project, empty, tmp_path):
+    sio = pytest.importorskip("sleap_io")
+    pytest.importorskip("tables")
+    for kind, name in (("coco", "c.json"), ("dlc", "d.h5"), ("slp", "s.slp")):
+        ended = run("export", project, "--format", kind, "--pictures", "-o", tmp_path / name)
+        assert ended.status == 0, ended.err
+    placed = {"N_right": [10.25, 20.5], "N_left": [12.0, 20.5]}
+    own = tmp_path / "labeled-data"
+    found = {
+        camera: sio.load_dlc(own / camera / "CollectedData_stereotrack.csv") for camera in placed
+    }
+    for camera, place in placed.items():
+        (labelled,) = found[camera].labeled_frames
+        assert labelled.image.shape[:2] == (240, 320)
+        assert labelled.instances[0]["left_elbow"]["xy"].tolist() == place
+    coco = sio.load_coco(tmp_path / "c.json")
+    assert all(one.image.shape[:2] == (240, 320) for one in coco.labeled_frames)
+    shutil.move(tmp_path / "s.slp", tmp_path / "labeled-data" / "s.slp")  # it needs no recording
+    for one in sio.load_slp(tmp_path / "labeled-data" / "s.slp").labeled_frames:
+        assert one.image.shape[:2] == (240, 320)
+    for path in (own / "s.slp", own / "N_left" / "CollectedData_stereotrack.h5"):
+        assert run("import", "labels", path, "--into", empty).status == 0
+        assert clicks_in(empty).keys() <= clicks_in(project).keys()
+    ended = run("export", project, "--format", "csv", "--pictures", "-o", tmp_path / "x.csv")
+    assert (ended.status, "names no pictures" in ended.err) == (2, True)
+
+
 def test_refusals(run, recording, project, tracked, tmp_path):
     csv, json_ = tmp_path / "x.csv", tmp_path / "x.json"
     wrong = (

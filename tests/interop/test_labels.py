@@ -81,6 +81,29 @@ def test_deeplabcut_round_trip(recording, tmp_path, written, camera):
     assert {one.key: one.position for one in found.clicks} == places
 
 
+def test_deeplabcut_hdf5_round_trip(recording, tmp_path):
+    pandas = pytest.importorskip("pandas")
+    pytest.importorskip("tables")
+    pytest.importorskip("h5py")
+    path = tmp_path / "labels.h5"
+    own = [
+        Click(3, "S", "head", (5.0, 6.125), origin="imported"),
+        Click(12, "S", "left_hand", (-0.25, 7.0), origin="imported"),
+    ]
+    write_deeplabcut(path, own, NINE.names)
+    assert read_labels(LabelSource(path, recording, NINE.names)).checked() == tuple(own)
+    table = pandas.read_hdf(path, "df_with_missing")
+    assert list(table.columns.names) == ["scorer", "bodyparts", "coords"]
+    assert table.index[1] == ("labeled-data", "S", "img000012.png")
+    assert table["stereotrack", "head", "y"].iloc[0] == 6.125
+    assert table["stereotrack", "head", "y"].isna().iloc[1]
+    with pytest.raises(InputError, match="no clicks to write"):
+        write_deeplabcut(path, [], NINE.names)
+    path.write_bytes(b"nothing")
+    with pytest.raises(InputError, match="not a file of DeepLabCut's labels"):
+        read_labels(LabelSource(path, recording, NINE.names))
+
+
 @several
 @given(written=clicks)
 def test_sleap_round_trip(recording, tmp_path, written):

@@ -72,7 +72,10 @@ def declared(*extras: str) -> set[str]:
 
 
 PROGRAM = ("app", "stereotrack_core")
-CHOSEN = ("bench", "cluster", "detect", "movement", "parquet", "rerun", "search", "sleap")
+CHOSEN = (
+    *("bench", "cluster", "deeplabcut", "detect", "movement", "parquet", "rerun", "search"),
+    "sleap",
+)
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from stereotrack_core.annotation.agreement import agreement, differences
-from stereotrack_core.annotation.click import Click
+from stereotrack_core.annotation.click import Click, Visibility
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.labels import read_clicks, write_clicks
 from stereotrack_core.project.clicks import BlindRepeat, DeleteClicks, MarkClicks, PlaceClicks
@@ -95,11 +95,11 @@ def test_a_clicks_file_goes_out_and_comes_in_again(project, recording, tmp_path)
     write_clicks(path, project.clicks.all(), recording)
     clicks = read_clicks(path, recording).checked()
     mine = project.clicks.all(with_deleted=True)
-    found = incoming(mine, clicks, path.name, complete=False)
+    found = incoming(mine, clicks, path.name, unstated=("flag", "sigma"))
     assert (found.new, found.conflicts, len(found.same)) == ((), (), 2)
     assert project.apply(found.edit()) is None
     moved = replace(clicks[0], position=(30.0, 20.0))
-    (conflict,) = incoming(mine, [moved], path.name, complete=False).conflicts
+    (conflict,) = incoming(mine, [moved], path.name, unstated=("flag", "sigma")).conflicts
     assert (conflict.second.flag, conflict.second.sigma) == ("uncertain", 5.0)
 
 
@@ -113,3 +113,12 @@ def test_a_second_reading_is_compared_without_touching_the_first(project):
     found = agreement(differences(first, repeats))
     assert (found.count, found.median, found.disputed) == (2, 5.0, 0)
     assert found.sigma == 2.5
+
+
+def test_a_file_of_places_alone_does_not_contradict_how_a_landmark_is_seen():
+    mine = [Click(0, "S", "head", (1.0, 2.0), Visibility.GUESSED)]
+    outside = [Click(0, "S", "head", None, Visibility.OUTSIDE)]
+    theirs = [Click(0, "S", "head", (1.0, 2.0), origin="imported")]
+    assert incoming(mine, theirs, "a.csv", unstated=("visibility",)).same
+    assert incoming(mine, theirs, "a.csv").conflicts
+    assert incoming(outside, theirs, "a.csv", unstated=("visibility",)).conflicts

@@ -38,8 +38,8 @@ from .setup.subject_dialog import SubjectDialog
 
 _PROJECTS = "Projects (*.stereotrack)"
 _REFERENCE_FILES = ("As in a recording (*.csv)", "With its uncertainty (*.npz)")
-_Elsewhere: TypeAlias = tuple[tuple[Click, ...], tuple[InputError, ...]]
-"""Clicks from elsewhere, and what is wrong with them."""
+_Elsewhere: TypeAlias = tuple[tuple[Click, ...], tuple[InputError, ...], tuple[str, ...]]
+"""Clicks from elsewhere, what is wrong with them, and what their source cannot say of them."""
 
 
 class AnnotationDialogs(QObject):
@@ -123,12 +123,11 @@ class AnnotationDialogs(QObject):
 
     def _take_in(self, read: Callable[[Project, Recording], _Elsewhere], source: str) -> None:
         def work(project: Project, recording: Recording) -> tuple[Callable[[], TakeIn], TakeIn]:
-            theirs, problems = read(project, recording)
-            complete = source.endswith(".stereotrack")
+            theirs, problems, unstated = read(project, recording)
 
             def compare() -> TakeIn:
                 mine = project.clicks.all(with_deleted=True)
-                return TakeIn(incoming(mine, theirs, source, complete=complete), problems)
+                return TakeIn(incoming(mine, theirs, source, unstated=unstated), problems)
 
             return compare, compare()
 
@@ -222,7 +221,10 @@ class AnnotationDialogs(QObject):
     @Slot()
     def _look_at_differences(self) -> None:
         if self._other is None:
-            self._take_in(lambda project, _: (project.clicks.again(), ()), "blind repeats")
+            unstated = ("flag", "sigma")
+            self._take_in(
+                lambda project, _: (project.clicks.again(), (), unstated), "blind repeats"
+            )
         else:
             self.merge(self._other)
 
@@ -270,13 +272,12 @@ def _labels_of(source: LabelSource, frames: int | None) -> _Elsewhere:
         )
         for name in found.left_out
     )
-    return found.clicks, (*left_out, *found.problems)
+    return found.clicks, (*left_out, *found.problems), found.unstated
 
 
 def _clicks_of(path: Path, project: Project) -> _Elsewhere:
     """Clicks of another project, and what may be wrong with them."""
     clicks, notes = clicks_of_project(path, project)
     doubtful = [note for note in notes if note.severity == "warning"]
-    return clicks, tuple(
-        InputError(note.what, where=note.where, remedy=note.remedy) for note in doubtful
-    )
+    problems = (InputError(one.what, where=one.where, remedy=one.remedy) for one in doubtful)
+    return clicks, tuple(problems), ()
