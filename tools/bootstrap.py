@@ -1,6 +1,6 @@
 """Makes the environment .venv with the locked versions; does nothing when it stands already.
 
-Run by the Makefile with any Python from 3.11 to 3.13; needs nothing but the standard library.
+Run by the Makefile with any Python from 3.11 to 3.14; needs nothing but the standard library.
 """
 
 from __future__ import annotations

@@ -50,7 +50,7 @@ def test_every_line_pins_one_version_and_names_no_place():
 
 
 def test_what_the_project_needs_is_locked_on_every_python():
-    for python in ("3.11", "3.12", "3.13"):
+    for python in ("3.11", "3.12", "3.13", "3.14"):
         for row in declared():
             if row.marker is not None and not row.marker.evaluate():
                 continue

@@ -92,6 +92,7 @@ def test_the_wheel_carries_the_two_packages_and_nothing_else(installed):
         "stereotrack_core",
         "stereotrack",
     }
+    assert {"stereotrack_app/py.typed", "stereotrack_core/py.typed"} <= set(names)
     for folder in ("resources", "docs"):
         packed = {name for name in names if name.startswith(f"stereotrack_app/{folder}/")}
         present = {
