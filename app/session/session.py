@@ -8,6 +8,7 @@ from PySide6.QtCore import QObject, QSettings, Signal, Slot
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.experiments.run_process import load
+from stereotrack_core.recording.description import Recording, Subject
 from stereotrack_core.tracking.tuning.process import KeptRecording, forget
 
 from ..services.failures import message_of
@@ -71,6 +72,7 @@ class Session(QObject):
         """What is open, for tasks that use the clouds of one another."""
         self.track = TrackPresenter(self.runs, self.processes.run, self)
         """The tracker at work."""
+        self.track.subject_for_run = self.subject
         self.opening = Opening(self.document, self.project, self.track, tasks, settings, self)
         """Opens recordings, projects and runs."""
         self.judging = JudgementPresenter(self.document, self.runs, self)
@@ -101,6 +103,7 @@ class Session(QObject):
     def _lead_edits(self) -> None:
         """Tell the edits of the project before whoever asks what is known of them."""
         self.project.changed.connect(self.edits.follow)
+        self.project.changed.connect(self._on_subject)
         self.project.opened.connect(self._on_project)
         self.project.closed.connect(self._on_project)
 
@@ -114,6 +117,12 @@ class Session(QObject):
             self.edits.changed,
         ):  # fmt: skip
             changed.connect(self._tell_change)
+
+    def subject(self) -> Subject | None:
+        """Whose body is tracked: the project's subject, else the recording's."""
+        project, recording = self.project.project, self.document.recording
+        own = None if project is None else project.subject()
+        return own if own is not None or recording is None else recording.subject
 
     def settled(self) -> bool:
         """Whether everything that was asked for is there."""
@@ -196,7 +205,7 @@ class Session(QObject):
     def _on_opened(self) -> None:
         refused, recording = None, self.document.recording
         if recording is not None:  # the tracker never sees the truth
-            self.kept = KeptRecording(dataclasses.replace(recording, reference=None))
+            self._keep_recording(recording)
             self._view_state.show_views(recording.views)
         try:
             measured = recording is not None and not recording.guessed
@@ -212,6 +221,17 @@ class Session(QObject):
             self.message.emit(message_of(refused))
         if recording is not None and recording.guessed:
             self.message.emit(_guessed(recording.name))
+
+    def _keep_recording(self, recording: Recording) -> None:
+        """Have trials track the subject that runs track."""
+        unaided = dataclasses.replace(recording, reference=None, subject=self.subject())
+        self.kept = KeptRecording(unaided)
+
+    @Slot()
+    def _on_subject(self, _changed: object = None) -> None:
+        recording, kept = self.document.recording, self.kept
+        if recording is not None and kept is not None and kept.recording.subject != self.subject():
+            self._keep_recording(recording)
 
     @Slot()
     def _on_closed(self) -> None:
@@ -231,6 +251,7 @@ class Session(QObject):
     @Slot()
     def _on_project(self) -> None:
         self.edits.set_project(self.project.project)
+        self._on_subject()
 
     @Slot()
     def _on_settings(self) -> None:

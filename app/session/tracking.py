@@ -25,7 +25,7 @@ from stereotrack_core.experiments.run_process import (
     Show,
     Tracked,
 )
-from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.description import Recording, Subject
 from stereotrack_core.recording.keypoints import Keypoints
 from stereotrack_core.task_process import TaskProcess
 from stereotrack_core.tracking.frame import TrackedFrame
@@ -162,6 +162,7 @@ class TrackPresenter(QObject):
         self.settings = self.base = preset(self.preset)
         self.place_for_run: Callable[[], Path | None] = lambda: None
         self.keypoints_for_run: Callable[[], Keypoints | None] = lambda: None
+        self.subject_for_run: Callable[[], Subject | None] = lambda: None
         self._since = QElapsedTimer()
         self._since.start()
         self._timer = QTimer(self, singleShot=True)
@@ -238,14 +239,15 @@ class TrackPresenter(QObject):
     ) -> RunEntry:
         """Begin a new run; the one in progress ends and keeps what it has."""
         self.stop()
-        body = body_of_subject(recording.subject, self.settings.body)
+        subject = self.subject_for_run() or recording.subject
+        body = body_of_subject(subject, self.settings.body)
         name = self._runs.next_name(self.name_of(self.settings))
         entry = RunEntry(name, self.preset, self.settings, body, frames)
         entry.journal = self.place_for_run()
         seen = self.keypoints_for_run()
         spec = RunSpec(self.settings, self.preset, frames=frames, init=init, keypoints=seen)
         # the tracker never sees the truth
-        unaided = dataclasses.replace(recording, reference=None)
+        unaided = dataclasses.replace(recording, reference=None, subject=subject)
         task = RunTask(unaided, spec, entry.journal, Allow(allowed, 0))
         live = self._live = LiveRun(entry, task, self._process)
         live.task.told.connect(partial(self._on_told, live))

@@ -6,12 +6,12 @@ They are saved by edits, and read back as they were.
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field, replace
 from math import inf, isfinite
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 from stereotrack_core.annotation.landmark_set import NINE, LandmarkSet, landmark_set_of
 from stereotrack_core.annotation.reference import Reference
@@ -19,8 +19,10 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.interop.reference_npz import reference_bytes, reference_of_bytes
 from stereotrack_core.project.database import making_sense
+from stereotrack_core.project.edit import Change, Edit, Stamp, State
 from stereotrack_core.project.entries import Entries, SaveEntry, facts_as_json
 from stereotrack_core.project.schema import (
+    CHOICE,
     DESCRIPTION,
     LANDMARK_SET,
     PARAMETER_SET,
@@ -70,10 +72,29 @@ def load_reference(references: Entries, name: str) -> Reference:
 def save_subject(subject: Subject, *, origin: str = "entered") -> SaveEntry:
     """The edit that keeps a subject's proportions under the subject's name.
 
-    The origin is ``entered``, ``measured from clicks`` or ``found by the tracker``.
+    The origin is ``entered``, ``measured from clicks``, ``found by the tracker`` or
+    ``personalised``.
     """
     facts = {**asdict(subject), "origin": origin}
     return SaveEntry(SUBJECT.name, subject.name, facts_as_json(facts), replacing=True)
+
+
+@dataclass(frozen=True, eq=False)
+class UseSubject(Edit):
+    """Keep a subject under its name, and let the project use it, as one edit."""
+
+    kind: ClassVar[str] = "use subject"
+    subject: Subject
+    origin: str
+
+    def words(self) -> str:
+        """``use subject P2, personalised``."""
+        return f"use subject {self.subject.name}, {self.origin}"
+
+    def changes(self, state: State, stamp: Stamp) -> Iterable[Change]:
+        """The subject's row, and the choice."""
+        yield from save_subject(self.subject, origin=self.origin).changes(state, stamp)
+        yield state.change(CHOICE, (SUBJECT.name,), (self.subject.name,))
 
 
 def load_subject(subjects: Entries, name: str) -> Subject:

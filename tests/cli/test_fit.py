@@ -199,7 +199,7 @@ def test_a_few_clicked_frames_make_a_subject_file(run, recording, tracked, click
     for name, offset in subject.offsets.items():
         assert offset == pytest.approx(tuple(ended.json["offsets_m"][name]), abs=1e-5)
     told = fit(run, recording, clicks, written, "--personalise", "--run", tracked)
-    assert f"offsets from {len(frames)} clicked frames, mm" in told.out
+    assert f"Offsets from {len(frames)} clicked frames, mm" in told.out
     refused = fit(run, recording, clicks, tmp_path / "subject.csv", "--personalise")
     assert refused.status != 0
     assert ".toml" in refused.err

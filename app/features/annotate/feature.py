@@ -19,7 +19,9 @@ from .clicking.actions import commands
 from .clicking.controller import ClickController
 from .dialogs import AnnotationDialogs
 from .filling.predicting import PredictionWork
+from .filling.retracking import Retracking, retrack_commands
 from .panels import AnnotationPanels
+from .setup.personalising import Personalising, personal_commands
 
 
 @dataclass(frozen=True)
@@ -32,6 +34,10 @@ class Annotate:
     """Lanes, what is next, history, second readings and fits."""
     predicting: PredictionWork
     """Predictions over a selection."""
+    personalising: Personalising
+    """The subject's offsets by a few clicked frames."""
+    retracking: Retracking
+    """Failures of a run that are tracked again with clicks."""
 
 
 def register(context: Context) -> Annotate:
@@ -43,6 +49,8 @@ def register(context: Context) -> Annotate:
     clicking = ClickController(context, lambda: panels.repeats)
     predicting, dialogs = PredictionWork(panels), AnnotationDialogs(panels)
     _AnnotateController(context, panels, predicting, clicking)
+    personalising = Personalising(context, lambda: panels.reference.settings)
+    retracking = Retracking(context)
     context.docks.add_workspace(
         Workspace(
             "annotate",
@@ -60,7 +68,22 @@ def register(context: Context) -> Annotate:
     )
     context.actions.add(commands(context.session, clicking))
     add_commands(context.actions, panels, dialogs, predicting)
-    return Annotate(clicking, panels, predicting)
+    context.actions.add(retrack_commands(retracking))
+    context.actions.add(personal_commands(personalising))
+    _offer_in_body(context, clicking, retracking)
+    return Annotate(clicking, panels, predicting, personalising, retracking)
+
+
+def _offer_in_body(context: Context, clicking: ClickController, retracking: Retracking) -> None:
+    """Offer below the body fit what can be done with the clicks."""
+    names = "annotate-personalise", "annotate-retrack"
+    clicking.body.add_action_buttons([context.actions.action(name) for name in names])
+
+    def show() -> None:
+        clicking.body.show_hint(retracking.hint())
+        context.actions.refresh_soon()
+
+    retracking.changed.connect(show)
 
 
 class _AnnotateController(QObject):

@@ -190,8 +190,22 @@ class BodyPanel(QWidget):
         self.tree.setSelectionMode(QTreeView.SelectionMode.NoSelection)
         for column in (0, 1):
             self.tree.header().setSectionResizeMode(column, QHeaderView.ResizeMode.ResizeToContents)
-        parts = (self.words, (self.tree, 1), self.with_depth)
+        self.hint = label("", "muted", margins=(6, 2, 6, 2))
+        self.hint.hide()
+        self._buttons = hbox(spacing=4, margins=(4, 0, 4, 2))
+        parts = (self.words, (self.tree, 1), self.with_depth, self.hint, self._buttons)
         self.setLayout(vbox(*parts, margins=(0, 2, 0, 0), spacing=2))
+
+    def add_action_buttons(self, actions: Sequence[QAction]) -> None:
+        """Offer commands below what the fit says."""
+        for action in actions:
+            self._buttons.addWidget(action_button(action))
+        self._buttons.addStretch(1)
+
+    def show_hint(self, words: str) -> None:
+        """Say what one of the commands is good for now; nothing hides it."""
+        self.hint.setText(words)
+        self.hint.setVisible(bool(words))
 
     def show_body(self, words: Sequence[str], rows: Sequence[CellRow]) -> None:
         """Show the most important words first, then a row for every limb and length."""

@@ -1,0 +1,279 @@
+"""Re-track around the clicks: a stretch in which a run fails is tracked again with the clicks."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from PySide6.QtCore import QObject, QTimer, Signal, Slot
+
+from stereotrack_core.annotation.click import click_detections
+from stereotrack_core.counting import frames_in_words
+from stereotrack_core.errors import InputError
+from stereotrack_core.evaluation.failure_segments.find import FailureSearch, stretches_of
+from stereotrack_core.evaluation.failure_segments.segment import FailureSegment, limbs_words
+from stereotrack_core.project.history import Changed
+from stereotrack_core.recording.description import Recording
+from stereotrack_core.tracking.frame import Run, TrackedFrame
+from stereotrack_core.tracking.repeating import StoredSpec, stored_spec
+from stereotrack_core.tracking.retrack import Beginning, Retrack, Retracked
+from stereotrack_core.tracking.stored import shape_of_meta
+
+from ....context import Context
+from ....services.actions import Command, Menu
+from ....services.tasks.task import Task
+from ....session.edits import WindowEdit
+from ....session.runs import RunEntry
+
+_MARGIN_S = 0.5
+"""Seconds before and after a failure that are tracked again too."""
+_SOON_MS = 200
+
+
+class Retracking(QObject):
+    """Knows in which failure the frame that is shown lies, and has it tracked again."""
+
+    changed = Signal()
+    """Another failure is at the frame, or a stretch begins or ends to be tracked again."""
+
+    def __init__(self, context: Context) -> None:
+        super().__init__(context.session)
+        self._context, self._session = context, context.session
+        self._task: Task | None = None
+        self._known: tuple[object, tuple[FailureSegment, ...]] = None, ()
+        self._clicked: frozenset[int] | None = None
+        self._soon = QTimer(self, singleShot=True, interval=_SOON_MS)
+        self._soon.timeout.connect(self.changed)
+        session = context.session
+        session.project.changed.connect(self._on_edited)
+        session.project.opened.connect(self._forget)
+        session.document.frame_changed.connect(self._soon.start)
+        session.judging.judged.connect(self._soon.start)
+        session.leaving.connect(self.cancel)
+
+    # ---- what there is
+
+    @Slot(object)
+    def _on_edited(self, changed: Changed) -> None:
+        if "click" in changed.tables:
+            self._forget()
+
+    @Slot()
+    def _forget(self) -> None:
+        self._clicked = None
+        self._soon.start()
+
+    def entry(self) -> RunEntry | None:
+        """The active run, if it is finished."""
+        entry = self._session.runs.active
+        done = entry is not None and entry.frames and entry.kind == "run"
+        return entry if done and entry is not self._session.track.entry else None
+
+    def failures(self) -> tuple[FailureSegment, ...]:
+        """Failures of the active run; found once for all that they depend on."""
+        entry, recording = self.entry(), self._session.document.recording
+        truth = self._session.judging.truth
+        if entry is None or recording is None:
+            return ()
+        key = entry, len(entry.frames), truth
+        if self._known[0] != key:
+            run = entry.run()
+            reference = None if truth is None else truth.trajectory
+            found = (
+                () if run is None else stretches_of(FailureSearch(run, recording.fps, reference))
+            )
+            self._known = key, found
+        return self._known[1]
+
+    def failure(self) -> tuple[range, str] | None:
+        """Frames of the failures around the frame that is shown, and their limbs in words."""
+        frame = self._session.document.frame
+        here = [one for one in self.failures() if frame in one.frames]
+        if not here:
+            return None
+        frames = range(min(one.first for one in here), max(one.last for one in here) + 1)
+        return frames, limbs_words(tuple({limb for one in here for limb in one.limbs}))
+
+    def stretch(self) -> range | None:
+        """Frames that would be tracked again; None where the run does not fail here."""
+        found, entry = self.failure(), self.entry()
+        recording = self._session.document.recording
+        if found is None or entry is None or recording is None:
+            return None
+        margin = max(1, round(_MARGIN_S * recording.fps))
+        numbers = entry.numbers()
+        first = max(found[0].start - margin, int(numbers[0]))
+        return range(first, min(found[0].stop + margin, int(numbers[-1]) + 1))
+
+    def clicked(self, frames: range) -> list[int]:
+        """Frames among these that have a click."""
+        project = self._session.project.project
+        if project is None:
+            return []
+        if self._clicked is None:
+            self._clicked = frozenset(map(int, project.clicks.frames()))
+        return sorted(self._clicked & set(frames))
+
+    def hint(self) -> str:
+        """What is to be said while annotating a frame in which the run fails."""
+        found = self.failure()
+        if found is None:
+            return ""
+        where = f"The run fails here: {frames_in_words(found[0])}, {found[1]}."
+        if self.clicked(found[0]):
+            return where
+        return f"{where} Click all landmarks of a frame near the middle, in two views or more."
+
+    def why_not(self) -> str:
+        """Why nothing can be tracked again now, as a sentence; empty where it can."""
+        why_not = self._session.no_recording() or self._session.project.why_no_edit()
+        if why_not:
+            return why_not
+        if self._task is not None:
+            return "A stretch is being tracked again. Wait for it."
+        entry = self.entry()
+        if entry is None:
+            return "There is no finished run. Run the tracker first."
+        found = self.failure()
+        if found is None:
+            return "The run does not fail in this frame. Go to one with Next failure."
+        if not self.clicked(found[0]):
+            return f"No landmark is clicked in the failure ({frames_in_words(found[0])})."
+        return _why_not_with_clicks(entry)
+
+    # ---- doing it
+
+    def begin(self) -> None:
+        """Track the failure at the frame that is shown again, with the clicks in it."""
+        entry, stretch, recording = self.entry(), self.stretch(), self._session.document.recording
+        if self.why_not() or entry is None or stretch is None or recording is None:
+            return
+        run = entry.run()
+        if run is None:
+            return
+        todo = self._task_of(entry, run, stretch, recording)
+        process, done = self._session.processes.trials, 0
+
+        def work(task: Task) -> tuple[Retracked, Run]:
+            def hear(more: int) -> None:
+                nonlocal done
+                done += more
+                task.report(done / len(stretch), f"frame {done} of {len(stretch)}")
+
+            found: Retracked = process(todo, hear, task.token.cancelled)
+            return found, found.into(run, list(entry.ordered()))
+
+        title = f"re-tracking {frames_in_words(stretch)}"
+        self._task = self._context.tasks.begin(
+            title, work, lambda result: self._take(entry, stretch, *result)
+        )
+        self._task.ended.connect(self._on_ended)
+        self.changed.emit()
+
+    def _task_of(self, entry: RunEntry, run: Run, stretch: range, recording: Recording) -> Retrack:
+        project, stored = self._session.project.project, _stored(entry)
+        assert project is not None  # noqa: S101 - nothing is clicked without
+        clicks = project.clicks.between(stretch.start, stretch.stop)
+        used = click_detections(
+            [one for one in clicks if one.camera in recording.cameras],
+            recording.cameras, project.click_sigmas(), str(project.path.resolve()),
+        )  # fmt: skip
+        spec = stored.spec if entry.origin is None else entry.origin.spec
+        before, here = entry.at(stretch.start - 1), entry.at(stretch.start)
+        beginning = None
+        if before is not None and before.pose is not None:
+            beginning = Beginning(before.pose, before.P)
+        elif here is not None and here.pose is not None and stretch.start > min(entry.frames):
+            beginning = Beginning(here.pose)
+        return Retrack(
+            stored.applied_to(recording),
+            replace(spec, frames=stretch, clicks=used, smooth=False),
+            spec.frames or entry.wanted,
+            shape_of_meta(run.meta),
+            beginning,
+        )
+
+    def _take(self, before: RunEntry, stretch: range, found: Retracked, run: Run) -> None:
+        """Show the run with the stretch in its place; an edit of the window."""
+        runs = self._session.runs
+        if before not in runs.entries:
+            return
+        frames: dict[int, TrackedFrame] = {**before.frames}
+        frames.update({one.frame: one for one in found.frames})
+        name = runs.free_name(f"{before.name}, re-tracked {stretch.start}–{stretch.stop - 1}")
+        entry = RunEntry(
+            name, before.preset, before.settings, before.body, before.wanted, frames,
+            stored=run, wall_seconds=before.wall_seconds,
+        )  # fmt: skip
+
+        def put(there: bool) -> None:
+            self._put(entry, before, there=there)
+
+        words = f"re-track {frames_in_words(stretch)} around the clicks"
+        frame = self._session.document.frame
+        self._session.edits.do(WindowEdit(words, put, False, True, frame=frame))
+        mended = len(found.mended)
+        self._context.notifier.say(
+            f"Tracked again: {frames_in_words(stretch)}, {mended} of them followed backwards from "
+            "clicks. Undo shows the run as it was."
+        )
+
+    def _put(self, entry: RunEntry, before: RunEntry, *, there: bool) -> None:
+        runs, project = self._session.runs, self._session.project.project
+        if there:
+            if entry in runs.entries:
+                return
+            entry.kind = "run"
+            runs.add(entry)
+            runs.show(before, visible=False)
+            return
+        entry.kind = "trial"  # nobody keeps it any more
+        runs.remove(entry)
+        name, entry.kept, entry.facts = entry.kept, "", None
+        if name and project is not None:
+            project.let_run_go(name)
+        runs.show(before, visible=True)
+        if before in runs.entries:
+            runs.activate(before)
+
+    @Slot()
+    def cancel(self) -> None:
+        """Stop what is being tracked again; the run stays as it is."""
+        if self._task is not None:
+            self._task.cancel()
+
+    @Slot()
+    def _on_ended(self) -> None:
+        self._task = None
+        self.changed.emit()
+
+
+def _stored(entry: RunEntry) -> StoredSpec:
+    """How a run was made; raises InputError where that is not known."""
+    run = entry.run()
+    if run is None:
+        raise InputError("how this run was made is not known", where=entry.name)
+    return stored_spec(run)
+
+
+def _why_not_with_clicks(entry: RunEntry) -> str:
+    """Why the tracker that made a run cannot follow clicks; empty where it can."""
+    try:
+        stored = _stored(entry)
+    except InputError as error:
+        return f"{error.what[:1].upper()}{error.what[1:]}."
+    if stored.spec.settings.tracking.matching != "data_to_model":
+        return f"The tracker of preset {entry.preset} does not use clicks."
+    if entry.origin is None and (stored.keypoints is not None or stored.detections is not None):
+        return "The run used keypoints or detections of a file. Track the recording again first."
+    return ""
+
+
+def retrack_commands(retracking: Retracking) -> list[Command]:
+    """Commands of the menu Annotate."""
+    command = Menu("&Annotate").command
+    return [
+        command("annotate-retrack", "Re-track around the clicks", "Track the failure at this frame "
+                "again, with the clicks in it as measurements. The rest of the run stays. You can "
+                "undo this.", retracking.begin, "Shift+F10", "run-tracker",
+                why_not=retracking.why_not, section=True),
+    ]  # fmt: skip
