@@ -192,6 +192,8 @@ def _plan_like(args: Namespace, recording: Recording) -> TrackPlan:
         say(f"Taken from the command line instead of the run: {', '.join(said)}.")
     preset_name, settings = _settings(args, stored)
     keypoints = _keypoints(args.keypoints, recording, settings)
+    if stored.retracked:
+        say("Stretches of the run were tracked again around clicks. The whole is tracked now.")
     if otherwise := stored.check_keypoints(keypoints):
         say(otherwise)
     asked = views_of(recording, args.views) or stored.spec.views

@@ -35,6 +35,10 @@ UNSTATED = "pose"
 _AGAIN = "Track the recording again with this version."
 
 
+RETRACKED = "retracked"
+"""Key in a run's meta: first and last frames of the stretches that were tracked again."""
+
+
 @dataclass(frozen=True, eq=False)
 class StoredSpec:
     """What a run says about how it was made."""
@@ -52,6 +56,8 @@ class StoredSpec:
     """The same of a 2-D detector's keypoints, which are kept elsewhere."""
     clicks: Mapping[str, Any] | None = None
     """The same of clicks; `spec` is without them."""
+    retracked: bool = False
+    """Whether stretches were tracked again around clicks, so that the whole is not one run."""
 
     @property
     def states_first_pose(self) -> bool:
@@ -83,6 +89,12 @@ class StoredSpec:
 
         Raises InputError where the run used any.
         """
+        if self.retracked:
+            raise InputError(
+                "stretches of the run were tracked again around clicks",
+                where="clicks",
+                remedy="Reproduce the run that it was made from, which is in the list of runs.",
+            )
         if self.clicks is not None:
             raise InputError(
                 f"the run used clicks of {self.clicks.get('source', '')}",
@@ -133,7 +145,8 @@ def stored_spec(run: Run) -> StoredSpec:
         colour=meta.get("colour"),
     )
     used = meta.get("detections"), meta.get("keypoints"), meta.get("clicks")
-    return StoredSpec(spec, len(run.frame), subject_of_meta(meta), *used)
+    again = bool(meta.get(RETRACKED))
+    return StoredSpec(spec, len(run.frame), subject_of_meta(meta), *used, retracked=again)
 
 
 def what_differs(run: Run, recording: Recording) -> tuple[str, ...]:

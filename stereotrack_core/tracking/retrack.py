@@ -12,12 +12,10 @@ from stereotrack_core.errors import Cancelled
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.tracking.frame import Run, TrackedFrame, assembled
 from stereotrack_core.tracking.repair import REPAIRED, repaired
+from stereotrack_core.tracking.repeating import RETRACKED
 from stereotrack_core.tracking.run import Pipeline
 from stereotrack_core.tracking.run_spec import RunSpec
 from stereotrack_core.worker_processes import Asker
-
-RETRACKED = "retracked"
-"""Key in a run's meta: first and last frames of the stretches that were tracked again."""
 
 
 @dataclass(frozen=True, eq=False)
