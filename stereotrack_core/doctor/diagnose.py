@@ -14,13 +14,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from stereotrack_core.doctor.clocks import check_clocks, motion_signals
+from stereotrack_core.doctor.clocks import Signals, check_clocks, motion_signals
 from stereotrack_core.doctor.clouds import check_clouds
 from stereotrack_core.doctor.delays import STEP, check_delays, stretch_of
 from stereotrack_core.doctor.displacements import Places
 from stereotrack_core.doctor.pairs import check_pairs
 from stereotrack_core.doctor.pictures import check_pictures
 from stereotrack_core.doctor.reference import bodies, check_reference
+from stereotrack_core.doctor.reference_clock import reference_delay
 from stereotrack_core.doctor.silhouettes import check_silhouettes, silhouettes_of
 from stereotrack_core.doctor.views import (
     Instants,
@@ -62,7 +63,7 @@ def diagnose(
         found += _by_silhouettes(recording, reader, _views_of(found))
         tell("depths of the views")
         stretch = stretch_of(list(signals.values()), reader.frame_count)
-        found += _measured(recording, reader, found, stretch[::STEP])
+        found += _measured(recording, reader, found, stretch[::STEP], signals)
         found += check_clouds(recording, reader, _views_of(found))
     return tuple(found)
 
@@ -101,7 +102,11 @@ def _by_silhouettes(
 
 
 def _measured(
-    recording: Recording, reader: FrameReader, before: Sequence[Finding], stretch: range
+    recording: Recording,
+    reader: FrameReader,
+    before: Sequence[Finding],
+    stretch: range,
+    signals: Signals,
 ) -> Iterator[Finding]:
     """Findings by the points of the person, of views about which nothing was found before."""
     views = measurable(recording, _views_of(before))
@@ -126,7 +131,9 @@ def _measured(
     found = list(check_views(recording, reader, spread, in_step))
     yield from found
     sound = {name: one for name, one in in_step.items() if name not in _views_of(found)}
-    yield from check_reference(recording, bodies(spread, sound, frames) if sound else ())
+    doubtful = _views_of((*before, *late))
+    delay = reference_delay(recording, {k: s for k, s in signals.items() if k[0] not in doubtful})
+    yield from check_reference(recording, bodies(spread, sound, frames) if sound else (), delay)
 
 
 def _views_of(findings: Iterable[Finding]) -> tuple[str, ...]:

@@ -16,6 +16,7 @@ import scipy
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 from stereotrack_core.depth.cloud import ViewDepth
 from stereotrack_core.doctor.displacements import Places
+from stereotrack_core.doctor.reference_clock import Delay
 from stereotrack_core.doctor.views import Instants
 from stereotrack_core.errors import Correction, Finding
 from stereotrack_core.recording.description import Recording, Subject
@@ -49,6 +50,13 @@ _MENDED = 0.7
 """Share of the distance that a correction has to leave at most."""
 
 _LONGEST_LAG, _LEAST_LAG = 15, 2
+_LEAST_BY_MOTION = 2.5
+"""Frames from which motion in the images tells that a reference is late: the skeletons of depth
+cameras are late by two."""
+
+_SURE = 0.75
+"""Correlation from which a reference belongs to images without depth."""
+
 _LEAST_MOTION = 0.12
 """Metres that a point moves within the lags, from which it says something about time."""
 
@@ -184,12 +192,17 @@ def _moves(limbs: FloatArray, i: int) -> BoolArray:
         return np.asarray((away > _LEAST_MOTION).any(axis=0))
 
 
-def check_reference(recording: Recording, measured: Sequence[Body]) -> Iterator[Finding]:
-    """Findings about the reference, by what the views measured; and about the subject by it."""
+def check_reference(
+    recording: Recording, measured: Sequence[Body], delay: Delay | None = None
+) -> Iterator[Finding]:
+    """Findings about the reference, by what the views measured; and about the subject by it.
+
+    `delay` is what the motion in the images says about its time.
+    """
     reference = recording.reference
     if reference is None or not np.isfinite(reference.points).any():
         return
-    elsewhere = yield from _check_place(reference, measured, recording.fps)
+    elsewhere = yield from _check_place(reference, measured, recording.fps, delay)
     if not elsewhere:
         yield from check_sides(reference)
     yield from check_lengths(reference)
@@ -198,12 +211,19 @@ def check_reference(recording: Recording, measured: Sequence[Body]) -> Iterator[
 
 
 def _check_place(
-    reference: LandmarkTrajectory, measured: Sequence[Body], fps: float
+    reference: LandmarkTrajectory, measured: Sequence[Body], fps: float, delay: Delay | None
 ) -> Generator[Finding, None, bool]:
     """Findings about place and time; the generator's value says whether there are any."""
     frame, limbs = reference.frame, limbs_of(reference.points)
     given = limb_fit(measured, limbs, frame)
-    if (late := _late(measured, limbs, frame)) is not None:
+    if delay is not None and delay.certain:
+        whole = round(delay.frames)
+        then = limb_fit(measured, limbs, frame, whole)
+        belongs = then.mean < _FITS if np.isfinite(then.mean) else delay.correlation > _SURE
+        if abs(delay.frames) > _LEAST_BY_MOTION and belongs:
+            yield _late_by_motion(whole, fps, delay)
+            return True
+    elif (late := _late(measured, limbs, frame)) is not None:
         yield _late_by(late, fps, given, limb_fit(measured, limbs, frame, late))
         return True
     off = max(given.mean, np.nan_to_num(given.moving_rms))
@@ -252,15 +272,32 @@ def _late(measured: Sequence[Body], limbs: FloatArray, frame: IntArray) -> int |
 
 
 def _late_by(late: int, fps: float, given: LimbFit, then: LimbFit) -> Finding:
+    return _late_finding(
+        late,
+        fps,
+        f"limbs that move lie {_cm(given.moving_rms)} from the measured person",
+        f"then they lie {_cm(then.moving_rms)} from it",
+    )
+
+
+def _late_by_motion(late: int, fps: float, delay: Delay) -> Finding:
+    return _late_finding(
+        late,
+        fps,
+        "its motion and that in the images of all views have a correlation of "
+        f"{max(delay.given, 0.0):.2f}",
+        f"then of {delay.correlation:.2f}",
+    )
+
+
+def _late_finding(late: int, fps: float, given: str, then: str) -> Finding:
     frames = f"{abs(late)} frames ({1000 * abs(late) / fps:.0f} ms)"
-    sign = "smaller" if late > 0 else "larger"
     return Finding(
         "error" if abs(late) > _LEAST_LAG else "warning",
         "reference.csv",
-        f"it is {frames} {'late' if late > 0 else 'early'}: limbs that move lie "
-        f"{_cm(given.moving_rms)} from the measured person",
-        f"Make its frame numbers {sign} by about {abs(late)} (tested: then they lie "
-        f"{_cm(then.moving_rms)} from it).",
+        f"it is {frames} {'late' if late > 0 else 'early'}: {given}",
+        f"Make its frame numbers {'smaller' if late > 0 else 'larger'} by about {abs(late)} "
+        f"(tested: {then}).",
         Correction("shift_reference", amount=-float(late)),
     )
 
