@@ -69,10 +69,11 @@ def correct(
         write_file(temporary, text)
         changed = _described(folder, key_of(correction), temporary)
         files, measured = examine_described(changed), diagnose(changed, tell)
-        if remains(finding, (*files, *measured)):
+        reason = _why_not(finding, recording, files, measured)
+        if reason:
             raise InputError(
-                f"{path.name} stays as it was, because the problem would not be gone with this "
-                f"correction ({words_of(correction).rstrip('.')})",
+                f"{path.name} stays as it was: with this correction "
+                f"({words_of(correction).rstrip('.')}) {reason}",
                 where=finding.where,
                 remedy=finding.remedy,
             )
@@ -132,6 +133,22 @@ def _described(folder: Path, key: str, temporary: Path) -> Recording:
     if complaints or changed is None:
         raise complaints[0]
     return changed
+
+
+def _why_not(
+    finding: Finding,
+    recording: Recording,
+    files: Sequence[Finding],
+    measured: Sequence[Finding],
+) -> str:
+    """Why a correction is none, by what is found after it; empty where it is one."""
+    if remains(finding, (*files, *measured)):
+        return "the problem would not be gone"
+    known = {(one.where, _stem(one.what)) for one in examine_described(recording)}
+    for one in files:
+        if one.severity == "error" and (one.where, _stem(one.what)) not in known:
+            return f"there would be another one ({one.where}: {one.what})"
+    return ""
 
 
 def remains(finding: Finding, after: Sequence[Finding]) -> bool:

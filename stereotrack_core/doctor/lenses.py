@@ -27,7 +27,9 @@ _LEAST_NOISE_PX = 0.05
 _MOST = 9.0
 """Squared standard deviations as which larger offsets count."""
 
-_LEAST_TERM = 0.03
+_LEAST_TERM, _MOST_TERM = 0.03, 0.6
+"""Sizes of radial terms that are told."""
+
 _EVIDENCE = 30.0
 """Fall of the squared offsets in those that the terms leave per detail, of sound pairs below 26."""
 
@@ -74,7 +76,8 @@ def distortions_left_out(cameras: Pair, details: Details) -> Lenses | None:
     costs = cost(given), cost(rays.rows(bent))
     evidence = (costs[0] - costs[1]) / (costs[1] / len(left))
     terms = {name: -float(bent[n]) for n, name in bare.items()}
-    if evidence < _EVIDENCE or abs(np.mean(list(terms.values()))) < _LEAST_TERM:
+    size = abs(float(np.mean(list(terms.values()))))
+    if evidence < _EVIDENCE or not _LEAST_TERM < size < _MOST_TERM:
         return None
     others = min(cost(rays.rows(rays.fitted(free))) for free in (TURN, LEFT_FOCAL, RIGHT_FOCAL))
     if others < costs[1]:

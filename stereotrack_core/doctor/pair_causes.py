@@ -100,7 +100,8 @@ def _likeliest(cameras: Pair, details: Details, fit: RowFit, limit: float) -> Re
     """
     lenses = distortions_left_out(cameras, details)
     if lenses is not None and lenses.row_px < max(limit, _STRAIGHTENED * fit.row_px):
-        return Remedy(straightened(lenses))
+        slip = _slip(cameras, details, _CLEARLY * lenses.row_px)
+        return Remedy(straightened(lenses)) if slip is None else slip
     turn, turned = _turn(cameras, details)
     focal, scaled = _focal(cameras, details)
     slip = _slip(cameras, details, min(limit, min(turned, scaled) / _CLEARLY + _TIE_PX))

@@ -21,7 +21,7 @@ CALIBRATION = "calibration.toml"
 _BASELINE_M = (0.01, 2.0)
 _FARTHEST_CAMERA_M = 100.0
 _LEAST_SPAN_M = 0.05
-_USUAL_DISTANCE_M = 3.0
+_USUAL_DISTANCE_M, _USUAL_DISTANCES_M = 3.0, (0.3, 30.0)
 _WIDEST_STEREO_TURN = np.radians(20.0)
 _MOST_FOLDED = 0.1
 """Share of the border; polynomials of good calibrations may turn in the very corners."""
@@ -165,7 +165,7 @@ def _check_distances(recording: Recording) -> Iterator[Finding]:
             f"a camera is {farthest:,.0f} m from the world origin, which corresponds to a person "
             f"{1.7 * farthest / _USUAL_DISTANCE_M / 1000:.1f} km tall",
             'If the translations are in millimetres, state units = "mm".',
-            Correction("scale_translation", tuple(cameras_of_views(recording)), 0.001),
+            Correction("scale_translation", _far_away(recording), 0.001),
         )
     spans = [float(np.linalg.norm(a - b)) for a, b in combinations(places, 2)]
     if spans and max(spans) < _LEAST_SPAN_M:
@@ -177,6 +177,15 @@ def _check_distances(recording: Recording) -> Iterator[Finding]:
             'If the translations are in metres, state units = "m".',
             Correction("scale_translation", tuple(cameras_of_views(recording)), 1000.0),
         )
+
+
+def _far_away(recording: Recording) -> tuple[str, ...]:
+    """Cameras that are not where people build them; all where none is."""
+    cameras = cameras_of_views(recording)
+    low, high = _USUAL_DISTANCES_M
+    away = {name: float(np.linalg.norm(one.position_world)) for name, one in cameras.items()}
+    usual = [name for name, distance in away.items() if low < distance < high]
+    return tuple(name for name in away if not usual or away[name] >= high)
 
 
 def _check_pair(recording: Recording, view: View) -> Iterator[Finding]:

@@ -63,6 +63,16 @@ def test_what_cannot_be_read_then_is_not_written(wrong):
     assert content_of(wrong) == before
 
 
+def test_a_correction_that_would_bring_another_error_is_none(wrong):
+    finding = Finding(
+        "error", "view S", "far", "", Correction("scale_translation", ("S_left", "S_right"), 1000.0)
+    )
+    before = content_of(wrong)
+    with pytest.raises(InputError, match="there would be another one"):
+        correct(wrong, finding)
+    assert content_of(wrong) == before
+
+
 @pytest.mark.parametrize("room", [0, 1000])
 def test_a_full_disk_leaves_everything_as_it_was(wrong, room):
     [finding] = [one for one in examine(wrong) if one.severity != "note"]

@@ -93,6 +93,15 @@ def test_units_that_make_a_giant_or_a_dwarf(small_recording, factor, says):
     assert "units" in text
 
 
+@pytest.mark.parametrize("views", ["S", "NOSW"])
+def test_cameras_in_millimetres_are_those_that_are_far_away(small_recording, views):
+    far = with_cameras(small_recording, lambda c: scaled(c, 1000) if c.name[0] in views else c)
+    write_recording_description(far)
+    [finding] = [one for one in examine(far.folder) if "km tall" in one.what]
+    assert finding.correction.amount == 0.001
+    assert set(finding.correction.names) == {f"{v}_{s}" for v in views for s in ("left", "right")}
+
+
 @pytest.mark.parametrize(("factor", "says"), [(1000, "km tall"), (0.001, "mm tall")])
 def test_a_reference_in_other_units(small_recording, factor, says):
     text = said(with_points(small_recording, lambda p: p * factor))
