@@ -9,6 +9,7 @@ from __future__ import annotations
 import contextlib
 import errno
 import glob
+import logging
 import os
 import shutil
 import sys
@@ -20,6 +21,8 @@ from pathlib import Path
 from typing import IO, TypeAlias
 
 from stereotrack_core.errors import InputError
+
+_LOG = logging.getLogger(__name__)
 
 Check: TypeAlias = Callable[[Path], bool]
 """Reads a file back: whether it is what was to be written. OSError, ValueError and InputError say
@@ -80,6 +83,7 @@ def replacing(path: Path, is_whole: Check | None = None) -> Iterator[Path]:
         if not whole:
             raise OSError("not all data reached the drive")
         temporary.replace(path)
+        _LOG.debug("written: %s", path)
     except OSError as error:
         raise _unwritten("file", path, error) from error
     finally:

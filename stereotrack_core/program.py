@@ -5,12 +5,13 @@ from __future__ import annotations
 import contextlib
 import os
 import sys
+import time
 import traceback
 from argparse import Namespace
 from collections.abc import Sequence
 
-from stereotrack_core.cli.commands import PROGRAM, command_list, command_named, parser_of
-from stereotrack_core.cli.output import FAILED, OK, WRONG_INPUT, put, say
+from stereotrack_core.cli.commands import PROGRAM, command_list, command_named, parser_of, split
+from stereotrack_core.cli.output import FAILED, OK, WRONG_INPUT, complain, detail, put, speaking
 from stereotrack_core.cli.workbench import show_window
 from stereotrack_core.errors import Cancelled, InputError
 from stereotrack_core.version import __version__
@@ -27,24 +28,22 @@ def main(argv: Sequence[str] | None = None, *, window: Window | None = None) -> 
     try:
         if not arguments and window is not None:
             return show_window(window, Opening())
-        if not arguments or arguments[0] in ("-h", "--help"):
+        everywhere, words = split(arguments)
+        if not words or words[0] in ("-h", "--help"):
             put(command_list())
             return OK
-        if arguments[0] == "--version":
+        if words[0] == "--version":
             put(f"{PROGRAM} {__version__}")
             return OK
-        command, *rest = arguments
-        args = parser_of(command_named(command)).parse_args(rest, Namespace(window=window))
-        status: int = args.run(args)
-        return status
+        return _run(words[0], [*everywhere, *words[1:]], window)
     except SystemExit as end:  # argparse, after --help or --version
         return end.code if isinstance(end.code, int) else OK
     except InputError as error:
         text = str(error)
-        say(f"{PROGRAM}: {text}" if text.endswith((".", "!", "?")) else f"{PROGRAM}: {text}.")
+        complain(f"{PROGRAM}: {text}" if text.endswith((".", "!", "?")) else f"{PROGRAM}: {text}.")
         return WRONG_INPUT
     except (Cancelled, KeyboardInterrupt) as stop:
-        say(f"Stopped. {stop}".rstrip())
+        complain(f"Stopped. {stop}".rstrip())
         return FAILED
     except BrokenPipeError:
         # the reader of our output has left; nothing more can be said to it
@@ -53,26 +52,46 @@ def main(argv: Sequence[str] | None = None, *, window: Window | None = None) -> 
         return FAILED
     except PermissionError as error:
         where = error.filename or "a file"
-        say(f"{PROGRAM}: {where}: permission denied. Check the permissions of the file or folder.")
+        remedy = "Check the permissions of the file or folder."
+        complain(f"{PROGRAM}: {where}: permission denied. {remedy}")
         return WRONG_INPUT
     except OSError as error:
         if error.filename is None or "--debug" in arguments:
             return _unexpected(error, debug="--debug" in arguments)
         remedy = "Check that the drive is connected and has free space."
-        say(f"{PROGRAM}: {error.filename}: {error.strerror or error}. {remedy}")
+        complain(f"{PROGRAM}: {error.filename}: {error.strerror or error}. {remedy}")
         return FAILED
     except Exception as error:  # noqa: BLE001 - the last resort: a sentence instead of a traceback
         return _unexpected(error, debug="--debug" in arguments)
 
 
+def _run(command: str, arguments: Sequence[str], window: Window | None) -> int:
+    """One command, with as many messages as its options ask for."""
+    args = parser_of(command_named(command)).parse_args(arguments, Namespace(window=window))
+    quiet, verbose = getattr(args, "quiet", False), getattr(args, "verbose", False)
+    if quiet and verbose:
+        raise InputError(
+            "the command cannot be quiet and verbose", where="--verbose", remedy="Omit one."
+        )
+    with speaking(quiet=quiet, verbose=verbose):
+        if verbose:
+            from stereotrack_core.versions import versions  # loads what few commands wait for
+
+            detail(", ".join(f"{name} {number}" for name, number in versions().items()))
+        begun = time.monotonic()
+        status: int = args.run(args)
+        detail(f"{command}: {time.monotonic() - begun:.1f} s")
+    return status
+
+
 def _unexpected(error: Exception, *, debug: bool) -> int:
     if debug:
-        say("".join(traceback.format_exception(error)).rstrip())
+        complain("".join(traceback.format_exception(error)).rstrip())
         return FAILED
-    detail = " ".join(str(error).split())
+    reason = " ".join(str(error).split())
     kind = type(error).__name__
-    say(
-        f"Unexpected error in the program ({kind}: {detail or 'no details'}). Run the same "
+    complain(
+        f"Unexpected error in the program ({kind}: {reason or 'no details'}). Run the same "
         "command with --debug for details."
     )
     return FAILED

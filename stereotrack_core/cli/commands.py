@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from argparse import ArgumentParser, Namespace
+from argparse import SUPPRESS, ArgumentParser, Namespace
+from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from types import ModuleType
@@ -17,6 +18,15 @@ PROGRAM = "stereotrack"
 
 DESCRIPTION = "List all commands, or show the help of one command."
 OPTIONS = (option("command_name COMMAND", "a command (default: list all commands)", nargs="?"),)
+
+
+_FLAG = {"action": "store_true", "default": SUPPRESS}  # else a subcommand's would undo it
+EVERYWHERE = (
+    option("--debug", "show the traceback of an unexpected error", **_FLAG),
+    option("-q --quiet", "no messages and no progress; only results, and errors", **_FLAG),
+    option("-v --verbose", "also tell which files are read and written, and the time", **_FLAG),
+)
+"""Options of all commands; they may also stand before the command."""
 
 
 class _Parser(ArgumentParser):
@@ -76,10 +86,12 @@ COMMANDS: tuple[Command, ...] = (
     ),
     Command("export", "export a run, or clicks, keypoints or a reference of a project"),
     Command("calibrate", "calibrate cameras from pictures of a board, or align a calibration"),
+    Command("project", "make a project for the annotation of a recording", "project_chosen"),
     Command("benchmark", "compare presets and baselines on recordings with a reference"),
     Command("report", "write a report on a run: one page with errors, curves, failures and images"),
     Command("reproduce", "reproduce the tables and curves of the thesis"),
     Command("bench", "run the README's benchmarks, as ratios"),
+    Command("completion", "print a script by which a shell completes commands and options"),
     Command("help", "list all commands, or show the help of one command", "commands"),
 )
 
@@ -89,7 +101,10 @@ def command_list() -> str:
     width = max(len(command.name) for command in COMMANDS)
     lines = [f"  {PROGRAM} {command.name:<{width}}  {command.summary}" for command in COMMANDS]
     bare = f"  {PROGRAM} {'':<{width}}  open the workbench with a welcome page"
-    end = f"`{PROGRAM} COMMAND --help` shows the help of a command."
+    end = (
+        f"`{PROGRAM} COMMAND --help` shows the help of a command. All commands take --quiet and "
+        "--verbose."
+    )
     return "\n".join([f"{PROGRAM} {__version__}", "", bare, *lines, "", end])
 
 
@@ -101,10 +116,29 @@ def parser_of(command: Command) -> ArgumentParser:
     return own
 
 
+def program_parser() -> ArgumentParser:
+    """The parser of all commands at once, for what asks which there are."""
+    own = _Parser(PROGRAM)
+    chooser = own.add_subparsers(metavar="COMMAND")
+    for command in COMMANDS:
+        module = import_module(f"stereotrack_core.cli.{command.module or command.name}")
+        inner = chooser.add_parser(
+            command.name, help=command.summary, description=module.DESCRIPTION
+        )
+        _fill(inner, module)
+    return own
+
+
+def split(arguments: Sequence[str]) -> tuple[list[str], list[str]]:
+    """Options of all commands that stand before the command, and the rest."""
+    names = {name for one in EVERYWHERE for name in one.names}
+    first = next((k for k, word in enumerate(arguments) if word not in names), len(arguments))
+    return list(arguments[:first]), list(arguments[first:])
+
+
 def _fill(own: ArgumentParser, module: ModuleType) -> None:
-    own.add_argument(
-        "--debug", action="store_true", help="show the traceback of an unexpected error"
-    )
+    for one in EVERYWHERE:
+        own.add_argument(*one.names, **one.keywords)
     if hasattr(module, "SUBCOMMANDS"):
         chooser = own.add_subparsers(metavar="COMMAND", required=True, help="what to do")
         for command in module.SUBCOMMANDS:

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import contextlib
 import json
+import logging
 import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from io import StringIO
 from typing import Any, TextIO
 
@@ -32,10 +35,73 @@ def put(text: str) -> None:
         raise
 
 
+class _StandardError(logging.Handler):
+    """Writes to what standard error is at the time; where that cannot be, work goes on."""
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Write one message."""
+        with contextlib.suppress(OSError):
+            _write(sys.stderr, record.getMessage())
+
+
+_MESSAGES = logging.getLogger("stereotrack")
+_MESSAGES.addHandler(_StandardError())
+_MESSAGES.setLevel(logging.INFO)
+_MESSAGES.propagate = False
+_CORE = logging.getLogger("stereotrack_core")
+"""What the core tells of its work; nothing unless ``--verbose`` asks for it."""
+
+
 def say(text: str) -> None:
-    """Write a message for the person to standard error; where that cannot be, work goes on."""
-    with contextlib.suppress(OSError):
-        _write(sys.stderr, text)
+    """Write a message for the person to standard error, unless ``--quiet`` asks for silence."""
+    _MESSAGES.info("%s", text)
+
+
+def complain(text: str) -> None:
+    """Write to standard error why a command ends without its result."""
+    _MESSAGES.error("%s", text)
+
+
+def detail(text: str) -> None:
+    """Write to standard error what only ``--verbose`` asks for."""
+    _MESSAGES.debug("%s", text)
+
+
+def is_quiet() -> bool:
+    """Whether messages and progress are not wanted."""
+    return not _MESSAGES.isEnabledFor(logging.INFO)
+
+
+def _once() -> Callable[[logging.LogRecord], bool]:
+    """A filter that lets every message through once: a file is looked at several times."""
+    told: set[str] = set()
+
+    def is_new(record: logging.LogRecord) -> bool:
+        count = len(told)
+        told.add(record.getMessage())
+        return len(told) > count
+
+    return is_new
+
+
+@contextmanager
+def speaking(*, quiet: bool, verbose: bool) -> Iterator[None]:
+    """Say less or more while the block runs: errors alone, or also what the core is doing."""
+    if not (quiet or verbose):
+        yield
+        return
+    before, of_core = _MESSAGES.level, _StandardError()
+    _MESSAGES.setLevel(logging.ERROR if quiet else logging.DEBUG)
+    if verbose:
+        of_core.addFilter(_once())
+        _CORE.setLevel(logging.DEBUG)
+        _CORE.addHandler(of_core)
+    try:
+        yield
+    finally:
+        _MESSAGES.setLevel(before)
+        _CORE.setLevel(logging.NOTSET)
+        _CORE.removeHandler(of_core)
 
 
 def _write(stream: TextIO, text: str) -> None:

@@ -13,7 +13,7 @@ from contextlib import contextmanager
 from types import FrameType
 from typing import IO, Any, TextIO, cast
 
-from stereotrack_core.cli.output import say
+from stereotrack_core.cli.output import is_quiet, say
 from stereotrack_core.counting import in_words
 from stereotrack_core.errors import Cancelled
 
@@ -45,7 +45,7 @@ class _Terminal:
 @contextmanager
 def progress(what: str, total: int | None) -> Iterator[Callable[[int], None]]:
     """Give a function that is told how many steps are done; draws only on a terminal."""
-    if not sys.stderr.isatty():
+    if is_quiet() or not sys.stderr.isatty():
         yield lambda _: None
         return
     from rich.console import Console

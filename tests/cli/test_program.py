@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 import threading
+from argparse import SUPPRESS
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -217,7 +218,7 @@ def test_help_says_every_default(name):
     silent = [
         one.option_strings
         for one in options
-        if not (one.default is None or one.default is False or one.default == [])
+        if not (one.default in (None, False, SUPPRESS) or one.default == [])
         and "default: " not in one.help
     ]
     assert not silent

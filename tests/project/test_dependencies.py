@@ -73,7 +73,17 @@ def declared(*extras: str) -> set[str]:
 
 PROGRAM = ("app", "stereotrack_core")
 CHOSEN = (
-    *("bench", "cluster", "deeplabcut", "detect", "movement", "parquet", "rerun", "search"),
+    *(
+        "bench",
+        "cluster",
+        "completion",
+        "deeplabcut",
+        "detect",
+        "movement",
+        "parquet",
+        "rerun",
+        "search",
+    ),
     "sleap",
 )
 

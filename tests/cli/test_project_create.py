@@ -1,0 +1,49 @@
+"""``stereotrack project create``: a project without the window."""
+
+import shutil
+from dataclasses import replace
+
+import pytest
+
+from stereotrack_core.annotation.landmark_set import NINE, write_landmark_set
+from stereotrack_core.project.project import Project
+
+pytestmark = pytest.mark.xdist_group("cli")
+
+
+def test_a_project_of_a_recording(run, recording, tmp_path):
+    there = shutil.copytree(recording, tmp_path / "walk")
+    facts = run("project", "create", there, "--annotator", "B", "--json").json
+    path = tmp_path / "walk.stereotrack"
+    assert facts["project"] == str(path)
+    assert facts["landmarks"][0] == "left_shoulder"
+    with Project.open(path, read_only=True) as project:
+        assert project.clicks.count() == 0
+        assert project.find_recording().folder == there
+    ended = run("project", "create", there, "-o", path)
+    assert (ended.status, "such a file already" in ended.err) == (2, True)
+    assert run("project", "create", there, "--json").json["project"].endswith("walk-2.stereotrack")
+
+
+def test_other_landmarks(run, recording, tmp_path):
+    own = tmp_path / "own.toml"
+    write_landmark_set(own, replace(NINE, name="hands", landmarks=NINE.landmarks[4:6]))
+    path = tmp_path / "a.stereotrack"
+    ended = run("project", "create", recording, "-o", path, "--landmarks", own, "--json")
+    assert ended.json["landmarks"] == ["left_hand", "right_hand"]
+
+
+def test_refusals(run, recording, tmp_path):
+    for arguments, words in (
+        ((tmp_path / "nothing",), "no such folder"),
+        ((recording, "-o", tmp_path / "a.db"), "must end in .stereotrack"),
+        ((recording, "-o", recording / "a.stereotrack"), "never written to"),
+        (
+            (recording, "-o", tmp_path / "a.stereotrack", "--landmarks", tmp_path / "x.toml"),
+            "x.toml",
+        ),
+    ):
+        ended = run("project", "create", *arguments)
+        assert ended.status == 2
+        assert words in ended.err
+    assert not list(tmp_path.iterdir())
