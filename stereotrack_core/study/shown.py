@@ -46,6 +46,13 @@ def _tracked(row: RowStatus) -> float | None:
     )  # fmt: skip
 
 
+def _run(row: RowStatus) -> str | None:
+    run = row.shown
+    if run is None:
+        return None
+    return f"{run.place.name} (out of date)" if run.outdated else run.place.name
+
+
 def _problems(row: RowStatus) -> float | None:
     own = sum(one.severity != "note" for one in row.findings)
     return own + (0 if row.recording is None else row.recording.errors + row.recording.warnings)
@@ -72,7 +79,7 @@ COLUMNS: tuple[Column, ...] = (
     ),
     Column("runs", "runs", lambda row: len(row.runs), "Runs of the project and of the study."),
     Column(
-        "run", "newest run", lambda row: None if row.shown is None else row.shown.place.name,
+        "run", "newest run", _run,
         "The run that the following columns are about.",
     ),
     Column("tracked", "tracked %", _tracked, "Share of the run's frames with a pose."),

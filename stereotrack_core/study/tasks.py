@@ -85,7 +85,7 @@ class WritePages:
     recordings: tuple[str, ...]
 
     def __call__(self, asker: Asker) -> tuple[Path, ...]:
-        """The pages that were written. Raises InputError where that failed, and Cancelled."""
+        """The pages, one or more. Raises InputError where none can be written, and Cancelled."""
         study = read_study(self.path)
         with _cache_of(study, forget=False) as cache:
             status = study_status(
@@ -99,12 +99,13 @@ class WritePages:
                 where=str(self.path),
                 remedy="Track them first.",
             )
-        return write_reports(
+        write_reports(
             status,
             files,
             on_progress=lambda share, words: asker.tell(Share(share, words)),
             cancelled=asker.cancelled,
         )
+        return tuple(file.with_suffix(".html") for file in files)
 
 
 @dataclass(frozen=True)

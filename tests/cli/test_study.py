@@ -4,7 +4,7 @@ from stereotrack_core.cli.studies import run as run_command
 from tests.study.conftest import InThisProcess, study, walks  # noqa: F401 - fixtures
 
 SMALL = (
-    *("--preset", "fast", "--init", "tpose", "--frames", "0:3", "--set", "pixel_step=1"),
+    *("--preset", "fast", "--init", "tpose", "--frames", "0:2", "--set", "pixel_step=1"),
     *("--set", "data_points=200", "--set", "fit_shape=no", "--set", "search_arms=no"),
 )
 
@@ -26,7 +26,7 @@ def test_a_study_from_the_first_list_to_the_table(study, tmp_path, run, monkeypa
     assert planned.json["to_compute"] == 3
     tracked = run("study", "run", study.path, *SMALL, "--select", "subject=ben", "--json")
     assert tracked.status == 0
-    assert (tracked.json["computed"], tracked.json["runs"][0]["frames"]) == (1, 3)
+    assert (tracked.json["computed"], tracked.json["runs"][0]["frames"]) == (1, 2)
     again = run("study", "run", study.path, *SMALL, "--select", "subject=ben")
     assert "0 tracked, 1 there already" in again.out
 

@@ -18,7 +18,8 @@ SETTINGS = {
     "changes": tuple(f"{name}={value}" for name, value in SMALL.items()),
     "init": "tpose",
 }
-WALKS = ("anna/slow", "anna/fast", "ben/slow")
+WALKS = {"anna/slow": 2, "anna/fast": 3, "ben/slow": 6}
+"""Numbers of frames by folder."""
 
 
 class InThisProcess:
@@ -37,7 +38,7 @@ def walks(tmp_path_factory):
     """Three recordings of different lengths below subjects and conditions."""
     body = body_model(AVERAGE, preset("fast").body)
     root = tmp_path_factory.mktemp("study") / "walks"
-    for count, name in enumerate(WALKS, start=4):
+    for name, count in WALKS.items():
         folder = root / name
         folder.parent.mkdir(parents=True, exist_ok=True)
         write_depth_recording(folder, body, [pose(k) for k in range(count)])

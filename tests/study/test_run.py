@@ -80,7 +80,6 @@ def test_runs_are_kept_measured_and_not_computed_again(ben, tmp_path):
     )
     assert status_of(ben)["data/ben/slow"].shown.outdated == ("the calibration has changed since",)
     results(ben, tmp_path)
-    page(ben, rows["data/anna/fast"])
 
 
 def results(study, tmp_path):
@@ -107,8 +106,10 @@ def results(study, tmp_path):
     assert {row["seed"] for row in table} == {0}
 
 
-def page(study, row):
-    """A page is written once."""
+@pytest.mark.slow
+def test_a_page_about_a_run_is_written_once(study):
+    track(study, select=("subject=ben",))
+    row = status_of(study)["data/ben/slow"]
     files = [run.place.path for run in row.runs]
     assert write_reports([row], files) == (files[0].with_suffix(".html"),)
     assert write_reports([row], files) == ()

@@ -6,7 +6,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from PySide6.QtCore import QObject, Qt, Slot
+from PySide6.QtCore import QObject, Qt, QUrl, Slot
+from PySide6.QtGui import QDesktopServices
 
 from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
@@ -29,6 +30,7 @@ from ...context import Context
 from ...services.tasks.task import Task
 from ...session.sweeping import SweepNow, SweepPresenter
 from ...widgets.forms.form_dialog import ask_to_open, ask_to_save
+from ...widgets.forms.message import Message
 from .track_dialog import TrackDialog
 from .window import StudyWindow
 
@@ -156,9 +158,14 @@ class StudyController(QObject):
 
     @Slot(object)
     def _on_pages(self, pages: tuple[Path, ...]) -> None:
-        if self.window is not None:
-            folder = self.window.study.runs
-            self._say(f"{counted(len(pages), 'page')} written beside the runs in {folder}.")
+        first = pages[0]
+        said = f"{counted(len(pages), 'page')} beside the runs, such as {first}"
+        self._say(f"{said}.")
+
+        def show() -> None:
+            QDesktopServices.openUrl(QUrl.fromLocalFile(str(first)))
+
+        self._context.notifier.show(Message("note", said, button="Open", do=show))
 
     def _on_exported(self, target: Path, rows: int) -> None:
         self._say(f"{counted(rows, 'value')} written to {target}.")

@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QDialog, QHBoxLayout, QHeaderView, QLineEdit, QWid
 
 from stereotrack_core.counting import counted
 from stereotrack_core.study.file import Study
-from stereotrack_core.study.shown import messages_of
+from stereotrack_core.study.shown import COLUMNS, messages_of
 from stereotrack_core.study.status import RowStatus
 
 from ...widgets.forms.form_dialog import line_edit, push_button, say_in
@@ -56,6 +56,7 @@ class StudyWindow(QDialog):
         self.filter.setClearButtonEnabled(True)
         self.filter.textChanged.connect(self._arrange)
         self.count, self.messages = label("", "muted"), label("")
+        self.messages.setAlignment(Qt.AlignmentFlag.AlignTop)
         self.messages.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self.progress, self.words = thin_progress(), label("", "muted")
         self.progress.setMaximum(1000)
@@ -101,6 +102,7 @@ class StudyWindow(QDialog):
         self.setWindowTitle(f"Study {study.stem}")
         self.model.show([], columns_of(study))
         self._arrange()
+        self._hide_unknown()
         self.view.resizeColumnsToContents()
         header = self.view.horizontalHeader()
         header.setSectionResizeMode(QHeaderView.ResizeMode.Interactive)
@@ -112,6 +114,13 @@ class StudyWindow(QDialog):
         if rows != self.rows:
             self.rows = rows
             self._arrange()
+            self._hide_unknown()
+
+    def _hide_unknown(self) -> None:
+        """Hide columns that say nothing about any recording."""
+        first = 1 + len(self.study.factors)
+        for k, one in enumerate(COLUMNS, start=first):
+            self.view.setColumnHidden(k, all(one.value(row) is None for row in self.rows))
 
     def show_work(self, words: str | None, share: float = 0.0, *, error: bool = False) -> None:
         """Say what is being done, or how it ended; None where nothing is being done."""
