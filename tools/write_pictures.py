@@ -14,6 +14,8 @@ from typing import TYPE_CHECKING
 from stereotrack_core.calibrate.board import Board, chessboard
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from app.program import WindowProgram
     from stereotrack_core.geometry.camera import Camera
     from stereotrack_core.geometry.transform import RigidTransform
@@ -24,6 +26,8 @@ PRESETS = ("thesis", "accurate")
 SIZE, SMALL = (1400, 840), (1240, 740)
 BOARD, POSITIONS = ("9x6", 0.09), 40
 """The board that is calibrated with, and in how many places it is rendered."""
+TUTORIAL_FRAMES = (99, 110)
+"""Frames that the tutorial says to click."""
 CALM_LOOKS = 3
 """So often nothing is under way before a picture is taken."""
 REPORT_PAGE = 1
@@ -51,6 +55,8 @@ def main(demo: Path, docs: Path) -> int:
     done = _calibration(places.recording, demo / "boards", docs) and done
     done = _import(places.recording, docs) and done
     done = _report_page(places.recording, runs[0], docs / "report.png") and done
+    done = _annotate(places.recording, docs / "annotate.png") and done
+    done = _tutorial(demo / "tutorial", docs) and done
     return 0 if done else 1
 
 
@@ -63,7 +69,12 @@ def _run_of(recording: Path, path: Path, preset: str) -> Path:
 
 
 def _picture(
-    recording: Path, runs: list[Path], workspace: str, picture: Path, panel: str = "runs"
+    recording: Path,
+    runs: list[Path],
+    workspace: str,
+    picture: Path,
+    panel: str = "runs",
+    frame: int = FRAME,
 ) -> bool:
     from app.program import WindowProgram
     from app.widgets.style.theme import apply_theme
@@ -76,7 +87,9 @@ def _picture(
     # the last one that is opened is the active one
     context.session.ready.connect(lambda: _open_runs(program, runs))
     context.session.ready.connect(lambda: context.docks.bring_up(panel))
-    context.session.opening.open(recording, frame=FRAME, workspace=workspace)
+    failures = program.features.review.failures.presenter
+    failures.changed.connect(lambda: failures.choose(next(iter(failures.listed), None)))
+    context.session.opening.open(recording, frame=frame, workspace=workspace)
     return program.picture(picture, say, SIZE)
 
 
@@ -114,8 +127,72 @@ def _calibration(recording: Path, boards: Path, docs: Path) -> bool:
     return program.picture(docs / "calibrate-world.png", say, SMALL)
 
 
+def _annotate(recording: Path, picture: Path) -> bool:
+    """The workspace Annotate with a frame in the making: two views are clicked."""
+    project = _clicked(recording, recording, (FRAME,), ("N", "O"))
+    done = _picture(recording, [], "annotate", picture, "body")
+    project.unlink()
+    return done
+
+
+def _tutorial(folder: Path, docs: Path) -> bool:
+    """The pictures of the tutorial, from files that its commands make."""
+    from stereotrack_core.program import main as command_line
+    from stereotrack_core.project.entries import Choose
+    from stereotrack_core.project.project import Project
+    from stereotrack_core.project.schema import REFERENCE
+
+    film, walk = folder / "film", folder / "walk"
+    truth, project = str(film / "reference.csv"), str(walk.with_suffix(".stereotrack"))
+    stored = folder / "runs"
+    stored.mkdir(parents=True, exist_ok=True)
+    runs = {name: stored / f"{name}.npz" for name in ("both", "north", "mended")}
+    if not film.is_dir():
+        command_line(["simulate", str(film), "--views", "NO", "--motion", "cross-arms+tie-shoes"])
+    if not walk.is_dir():
+        calibration = str(film / "calibration.toml")
+        command_line(
+            ["import", "recording", str(film), "-o", str(walk), "--calibration", calibration]
+        )
+    _clicked(film, walk, TUTORIAL_FRAMES)
+    options = {"both": [], "north": ["--views", "N"]}
+    options["mended"] = [*options["north"], "--clicks", project]
+    for name, path in runs.items():
+        if not path.is_file():
+            command_line(["track", str(walk), "-o", str(path), *options[name]])
+    frame = TUTORIAL_FRAMES[-1]
+    done = _picture(walk, [], "annotate", docs / "tutorial-clicks.png", "body", frame)
+    command_line(["import", "labels", truth, "--into", project])
+    with Project.open(Path(project)) as opened:
+        opened.apply(Choose(REFERENCE.name, "reference"))  # as the window does
+    for picture, shown in (("errors", ("both",)), ("mended", ("north", "mended"))):
+        chosen = [runs[name] for name in shown]
+        place = docs / f"tutorial-{picture}.png"
+        done = _picture(walk, chosen, "review", place, "failures", frame) and done
+    return done
+
+
+def _clicked(
+    film: Path, recording: Path, frames: Sequence[int], views: Sequence[str] = ("N", "O")
+) -> Path:
+    """A project with clicks of what some views see of the truth of `film`."""
+    from stereotrack_core.experiments.benchmark.annotation import AnnotationCase, simulated_clicks
+    from stereotrack_core.project.clicks import PlaceClicks
+    from stereotrack_core.project.project import Project
+    from stereotrack_core.recording.folder import open_recording
+
+    case = AnnotationCase("pictures", 2.0, 1, depth=False)
+    made = simulated_clicks(open_recording(film), case, 0).by_frame
+    clicks = [one for frame in frames for one in made[frame]]
+    path = recording.with_suffix(".stereotrack")
+    path.unlink(missing_ok=True)  # of earlier pictures
+    with Project.create(path, recording, who="A") as project:
+        project.apply(PlaceClicks(tuple(one for one in clicks if one.camera[0] in views)))
+    return path
+
+
 def _import(recording: Path, docs: Path) -> bool:
-    """The first two steps of the wizard on the videos of a recording."""
+    """The first two steps of the wizard on the videos of two views."""
     from PySide6.QtCore import QEventLoop, QTimer
 
     from app.features.project.importing.looking import look
@@ -125,7 +202,7 @@ def _import(recording: Path, docs: Path) -> bool:
     from app.widgets.style.theme import apply_theme
     from stereotrack_core.recording.folder import open_recording
 
-    views = open_recording(recording).views
+    views = open_recording(recording).views[:2]
     files = [one.frames for view in views for one in (view.left, view.image) if one is not None]
     program = WindowProgram()
     apply_theme(program.app, "dark")

@@ -89,6 +89,7 @@ class SyncPreview(QWidget):
             self._pictures[use.source.name] = picture
             self._grid.addWidget(picture, 2 * row, column)
             self._grid.addWidget(label(use.source.name, "muted", wraps=False), 2 * row + 1, column)
+        self._grid.setRowStretch(2 * len(uses), 1)  # names stay below their pictures
 
     @Slot()
     def _ask(self) -> None:
