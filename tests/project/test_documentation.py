@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib.util
 import re
 import tomllib
+from collections.abc import Iterator
 from pathlib import Path
 
 import yaml
@@ -60,6 +61,29 @@ def test_pages_and_paragraphs_can_be_read_in_one_go():
         for part in re.split(r"\n\s*\n", prose):
             is_prose = not re.match(r"\s*(\||[-*] |\d+\. |#|!|<)", part)
             assert not (is_prose and len(part.splitlines()) > 6), f"{page.name}: {part[:60]}"
+
+
+def sentences(page: str) -> Iterator[str]:
+    """Sentences, headings and cells of tables of a page, without code and the targets of links."""
+    text = re.sub(r"^```.*?^```", "", page, flags=re.MULTILINE | re.DOTALL)
+    text = re.sub(r"`[^`]*`", "Code", text)
+    text = re.sub(r"!?\[([^]]*)\]\([^)]*\)", r"\1", text)
+    text = re.sub(
+        r"^( *\||#).*", lambda row: row[0].replace("|", "\n\n") + "\n\n", text, flags=re.MULTILINE
+    )
+    for block in re.split(r"\n\s*\n|\n(?= *(?:[-*]|\d+\.) )", text):
+        yield from re.split(r"(?<=[.!?:])[)*_]*\s+(?=[*_(]*[A-Z])", block)
+
+
+def test_sentences_can_be_read_in_one_go():
+    pages = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
+    long = [
+        f"{page.name}: {' '.join(sentence.split())}"
+        for page in pages
+        for sentence in sentences(page.read_text(encoding="utf-8"))
+        if len(re.findall(r"\S*\w\S*", sentence)) > 35
+    ]
+    assert long == []
 
 
 def test_links_between_the_pages_lead_somewhere():
