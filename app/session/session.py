@@ -8,6 +8,8 @@ from PySide6.QtCore import QObject, QSettings, Signal, Slot
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.experiments.run_process import load
+from stereotrack_core.project.history import Changed
+from stereotrack_core.project.schema import CHOICE, SUBJECT
 from stereotrack_core.recording.description import Recording, Subject
 from stereotrack_core.tracking.tuning.process import KeptRecording, forget
 
@@ -103,7 +105,7 @@ class Session(QObject):
     def _lead_edits(self) -> None:
         """Tell the edits of the project before whoever asks what is known of them."""
         self.project.changed.connect(self.edits.follow)
-        self.project.changed.connect(self._on_subject)
+        self.project.changed.connect(self._on_edited)
         self.project.opened.connect(self._on_project)
         self.project.closed.connect(self._on_project)
 
@@ -227,8 +229,12 @@ class Session(QObject):
         unaided = dataclasses.replace(recording, reference=None, subject=self.subject())
         self.kept = KeptRecording(unaided)
 
-    @Slot()
-    def _on_subject(self, _changed: object = None) -> None:
+    @Slot(object)
+    def _on_edited(self, changed: Changed) -> None:
+        if changed.tables & {SUBJECT.name, CHOICE.name}:
+            self._on_subject()
+
+    def _on_subject(self) -> None:
         recording, kept = self.document.recording, self.kept
         if recording is not None and kept is not None and kept.recording.subject != self.subject():
             self._keep_recording(recording)

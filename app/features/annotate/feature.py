@@ -16,6 +16,7 @@ from ...session.runs import RunEntry
 from ...widgets.camera.picture import PictureKind
 from .actions import add_commands
 from .clicking.actions import commands
+from .clicking.clicked_frames import ClickedFrames
 from .clicking.controller import ClickController
 from .dialogs import AnnotationDialogs
 from .filling.predicting import PredictionWork
@@ -49,8 +50,9 @@ def register(context: Context) -> Annotate:
     clicking = ClickController(context, lambda: panels.repeats)
     predicting, dialogs = PredictionWork(panels), AnnotationDialogs(panels)
     _AnnotateController(context, panels, predicting, clicking)
-    personalising = Personalising(context, lambda: panels.reference.settings)
-    retracking = Retracking(context)
+    clicked = ClickedFrames(context.session.project, context.session)
+    personalising = Personalising(context, clicked, lambda: panels.reference.settings)
+    retracking = Retracking(context, clicked)
     context.docks.add_workspace(
         Workspace(
             "annotate",

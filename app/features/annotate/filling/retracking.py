@@ -11,7 +11,6 @@ from stereotrack_core.counting import frames_in_words
 from stereotrack_core.errors import InputError
 from stereotrack_core.evaluation.failure_segments.find import FailureSearch, stretches_of
 from stereotrack_core.evaluation.failure_segments.segment import FailureSegment, limbs_words
-from stereotrack_core.project.history import Changed
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.tracking.frame import Run, TrackedFrame
 from stereotrack_core.tracking.repeating import StoredSpec, stored_spec
@@ -23,9 +22,12 @@ from ....services.actions import Command, Menu
 from ....services.tasks.task import Task
 from ....session.edits import WindowEdit
 from ....session.runs import RunEntry
+from ..clicking.clicked_frames import ClickedFrames
 
 _MARGIN_S = 0.5
 """Seconds before and after a failure that are tracked again too."""
+_ALONE_S = 1.0
+"""The same around a clicked frame in which no failure was detected."""
 _SOON_MS = 200
 
 
@@ -35,32 +37,20 @@ class Retracking(QObject):
     changed = Signal()
     """Another failure is at the frame, or a stretch begins or ends to be tracked again."""
 
-    def __init__(self, context: Context) -> None:
+    def __init__(self, context: Context, clicked: ClickedFrames) -> None:
         super().__init__(context.session)
-        self._context, self._session = context, context.session
+        self._context, self._session, self._clicked = context, context.session, clicked
         self._task: Task | None = None
         self._known: tuple[object, tuple[FailureSegment, ...]] = None, ()
-        self._clicked: frozenset[int] | None = None
         self._soon = QTimer(self, singleShot=True, interval=_SOON_MS)
         self._soon.timeout.connect(self.changed)
         session = context.session
-        session.project.changed.connect(self._on_edited)
-        session.project.opened.connect(self._forget)
+        clicked.changed.connect(self._soon.start)
         session.document.frame_changed.connect(self._soon.start)
         session.judging.judged.connect(self._soon.start)
         session.leaving.connect(self.cancel)
 
     # ---- what there is
-
-    @Slot(object)
-    def _on_edited(self, changed: Changed) -> None:
-        if "click" in changed.tables:
-            self._forget()
-
-    @Slot()
-    def _forget(self) -> None:
-        self._clicked = None
-        self._soon.start()
 
     def entry(self) -> RunEntry | None:
         """The active run, if it is finished."""
@@ -94,24 +84,19 @@ class Retracking(QObject):
         return frames, limbs_words(tuple({limb for one in here for limb in one.limbs}))
 
     def stretch(self) -> range | None:
-        """Frames that would be tracked again; None where the run does not fail here."""
+        """Frames that would be tracked again; None where no click here could change anything."""
         found, entry = self.failure(), self.entry()
-        recording = self._session.document.recording
-        if found is None or entry is None or recording is None:
+        recording, frame = self._session.document.recording, self._session.document.frame
+        if entry is None or recording is None:
             return None
-        margin = max(1, round(_MARGIN_S * recording.fps))
+        here = self._clicked.within(range(frame, frame + 1))
+        frames = found[0] if found is not None else range(frame, frame + 1)
+        if not self._clicked.within(frames) or (not here and found is None):
+            return None
+        margin = max(1, round((_MARGIN_S if found else _ALONE_S) * recording.fps))
         numbers = entry.numbers()
-        first = max(found[0].start - margin, int(numbers[0]))
-        return range(first, min(found[0].stop + margin, int(numbers[-1]) + 1))
-
-    def clicked(self, frames: range) -> list[int]:
-        """Frames among these that have a click."""
-        project = self._session.project.project
-        if project is None:
-            return []
-        if self._clicked is None:
-            self._clicked = frozenset(map(int, project.clicks.frames()))
-        return sorted(self._clicked & set(frames))
+        first = max(frames.start - margin, int(numbers[0]))
+        return range(first, min(frames.stop + margin, int(numbers[-1]) + 1))
 
     def hint(self) -> str:
         """What is to be said while annotating a frame in which the run fails."""
@@ -119,8 +104,8 @@ class Retracking(QObject):
         if found is None:
             return ""
         where = f"The run fails here: {frames_in_words(found[0])}, {found[1]}."
-        if self.clicked(found[0]):
-            return where
+        if self._clicked.within(found[0]):
+            return f"{where} Re-track it around the clicks."
         return f"{where} Click all landmarks of a frame near the middle, in two views or more."
 
     def why_not(self) -> str:
@@ -133,11 +118,11 @@ class Retracking(QObject):
         entry = self.entry()
         if entry is None:
             return "There is no finished run. Run the tracker first."
-        found = self.failure()
-        if found is None:
-            return "The run does not fail in this frame. Go to one with Next failure."
-        if not self.clicked(found[0]):
-            return f"No landmark is clicked in the failure ({frames_in_words(found[0])})."
+        if self.stretch() is None:
+            found = self.failure()
+            if found is not None:
+                return f"No landmark is clicked in the failure ({frames_in_words(found[0])})."
+            return "Click landmarks of this frame first, or go to a failure with Next failure."
         return _why_not_with_clicks(entry)
 
     # ---- doing it

@@ -20,7 +20,6 @@ from stereotrack_core.annotation.personal_subject import (
     offset_table,
 )
 from stereotrack_core.counting import counted
-from stereotrack_core.project.history import Changed
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.setups import UseSubject
 from stereotrack_core.recording.description import Subject, write_subject
@@ -32,6 +31,7 @@ from ....services.tasks.task import Task
 from ....widgets.forms.form_dialog import FormDialog, ask_to_save, push_button
 from ....widgets.style.building import hbox, label
 from ....widgets.tables.plain import PlainTable
+from ..clicking.clicked_frames import ClickedFrames
 
 ORIGIN = "personalised"
 """What the project says of where such a subject comes from."""
@@ -94,46 +94,22 @@ def ask_for_subject_file(parent: QWidget, subject: Subject, use: Callable[[Path]
 class Personalising(QObject):
     """Has the offsets estimated, and shows what they come to."""
 
-    def __init__(self, context: Context, fit_settings: Callable[[], FitSettings]) -> None:
+    def __init__(
+        self, context: Context, clicked: ClickedFrames, fit_settings: Callable[[], FitSettings]
+    ) -> None:
         super().__init__(context.session)
         self._context, self._session = context, context.session
-        self._settings = fit_settings
+        self._clicked, self._settings = clicked, fit_settings
         self._task: Task | None = None
-        self._clicked: int | None = None
-        project = context.session.project
-        project.changed.connect(self._on_edited)
-        project.opened.connect(self._forget)
-        project.closing.connect(self._on_closing)
+        context.session.project.closing.connect(self.cancel)
 
     # ---- what can be done
 
-    @Slot(object)
-    def _on_edited(self, changed: Changed) -> None:
-        if "click" in changed.tables:
-            self._clicked = None
-
     @Slot()
-    def _forget(self) -> None:
-        self._clicked = None
-
-    @Slot()
-    def _on_closing(self) -> None:
-        self._forget()
-        self.cancel()
-
     def cancel(self) -> None:
         """Stop the estimate that is under way."""
         if self._task is not None:
             self._task.cancel()
-
-    def clicked_frames(self) -> int:
-        """Frames of the project that have a click."""
-        project = self._session.project.project
-        if project is None:
-            return 0
-        if self._clicked is None:
-            self._clicked = len(project.clicks.frames())
-        return self._clicked
 
     def why_not(self) -> str:
         """Why no body can be personalised now, as a sentence; empty where it can."""
@@ -145,7 +121,7 @@ class Personalising(QObject):
             return "The calibration is a guess. Replace it with a calibration of these cameras."
         if self._task is not None:
             return "The body is being personalised. Wait for it, or stop it."
-        count = self.clicked_frames()
+        count = len(self._clicked.frames())
         if count < FEWEST:
             return (
                 f"Click all landmarks in {FEWEST} frames first, in two views or more; "
@@ -173,7 +149,7 @@ class Personalising(QObject):
             replace(recording, reference=None, subject=subject), project.clicks.all(),
             project.click_sigmas(), self._settings(), project.path.name, self._run(),
         )  # fmt: skip
-        last = int(project.clicks.frames().max()) + 1
+        last = max(self._clicked.frames()) + 1
         process, done = self._session.processes.trials, 0
 
         def work(task: Task) -> PersonalSubject:
@@ -200,11 +176,10 @@ class Personalising(QObject):
 
     def _run(self) -> Run | None:
         """The active run where it is finished and tracked in clicked frames enough."""
-        entry, project = self._session.runs.active, self._session.project.project
-        if entry is None or project is None or entry is self._session.track.entry:
+        entry = self._session.runs.active
+        if entry is None or entry is self._session.track.entry:
             return None
-        clicked = project.clicks.frames()
-        known = [entry.at(int(frame)) for frame in clicked]
+        known = [entry.at(frame) for frame in self._clicked.frames()]
         if sum(one is not None and one.pose is not None for one in known) < FEWEST:
             return None
         return entry.run()
