@@ -139,7 +139,7 @@ def offset_table(one: PersonalSubject) -> Table:
     for name, offsets, sigma in zip(LANDMARKS, one.found.offsets, one.found.sigma, strict=True):
         before = 1000.0 * np.array(one.before.offsets.get(name, (0.0, 0.0, 0.0)))
         cells = (
-            f"{1000 * value:+.0f} ± {1000 * spread:.0f}"
+            f"{np.round(1000 * value) + 0.0:+.0f} ± {1000 * spread:.0f}"
             for value, spread in zip(offsets, sigma, strict=True)
         )
         was = " ".join(f"{value:+.0f}" for value in before) if before.any() else "none"

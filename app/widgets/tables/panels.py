@@ -192,15 +192,17 @@ class BodyPanel(QWidget):
             self.tree.header().setSectionResizeMode(column, QHeaderView.ResizeMode.ResizeToContents)
         self.hint = label("", "muted", margins=(6, 2, 6, 2))
         self.hint.hide()
-        self._buttons = hbox(spacing=4, margins=(4, 0, 4, 2))
+        self._buttons = vbox(spacing=0, margins=(4, 0, 4, 2))
         parts = (self.words, (self.tree, 1), self.with_depth, self.hint, self._buttons)
         self.setLayout(vbox(*parts, margins=(0, 2, 0, 0), spacing=2))
 
     def add_action_buttons(self, actions: Sequence[QAction]) -> None:
         """Offer commands below what the fit says."""
         for action in actions:
-            self._buttons.addWidget(action_button(action))
-        self._buttons.addStretch(1)
+            button = action_button(action)
+            button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+            button.setAutoRaise(True)
+            self._buttons.addWidget(button)
 
     def show_hint(self, words: str) -> None:
         """Say what one of the commands is good for now; nothing hides it."""
