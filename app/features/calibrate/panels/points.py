@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from PySide6.QtCore import QSignalBlocker, Slot
+from PySide6.QtCore import QSignalBlocker, QSize, Slot
 from PySide6.QtWidgets import QTabBar, QWidget
 
 from stereotrack_core.calibrate.align import POINTS
@@ -31,6 +31,13 @@ COLOURS: Mapping[str, str] = {"origin": "#f0e442", "north": "#56b4e9", "floor": 
 """Of the three points; bright on any picture."""
 
 
+class _Tabs(QTabBar):
+    """High enough for the underscores in names of cameras."""
+
+    def tabSizeHint(self, place: int) -> QSize:
+        return super().tabSizeHint(place) + QSize(0, 4)
+
+
 class PointsPanel(QWidget):
     """A tab per camera above its picture, which takes the clicks."""
 
@@ -39,7 +46,7 @@ class PointsPanel(QWidget):
         self._aligning = aligning
         self._cameras: Mapping[str, Camera] = {}
         self._axes = Axes()
-        self.tabs = QTabBar()
+        self.tabs = _Tabs()
         self.tabs.setAccessibleName("Cameras for clicking")
         self.tabs.setExpanding(False)
         self.tabs.setDocumentMode(True)
