@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import count
 from typing import Protocol, TypeAlias
 
@@ -13,8 +13,9 @@ import numpy as np
 
 from stereotrack_core.arrays import ImageArray
 from stereotrack_core.depth.background import BackgroundModel
-from stereotrack_core.depth.cloud import Cloud, DepthGeometry
+from stereotrack_core.depth.cloud import Cloud, DepthGeometry, ViewDepth
 from stereotrack_core.depth.colours import ColourCalibration
+from stereotrack_core.depth.mono_silhouettes import MonoSilhouettes
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.points import inliers
 from stereotrack_core.depth.rectify import Rectification, depth_rectification, stereo_rectification
@@ -60,6 +61,8 @@ class MeasuredViews:
     results: Mapping[str, ViewResult]
     problems: Mapping[str, str]
     seconds: Mapping[str, float]
+    outlines: Mapping[str, ViewDepth] = field(default_factory=dict)
+    """Of mono views, which measure no points."""
 
 
 class DepthChain:
@@ -75,6 +78,9 @@ class DepthChain:
     views : sequence of str, optional
         Names of the views to use; all stereo and depth views where it is not given, and none,
         whose clouds are empty, where it is an empty tuple.
+    mono : sequence of str
+        Names of mono views whose silhouettes are wanted, where they have a picture of the empty
+        scene.
     colour : bool
         Whether points get colours, where the pictures have any (:mod:`colours`).
     sources : callable, optional
@@ -97,6 +103,7 @@ class DepthChain:
         parameters: DepthParameters,
         *,
         views: Sequence[str] | None = None,
+        mono: Sequence[str] = (),
         colour: bool = False,
         sources: SourceMaker | None = None,
     ) -> None:
@@ -107,6 +114,7 @@ class DepthChain:
             ViewChain(view.name, make(recording, view, parameters), parameters, colour=colour)
             for view in map(recording.view, () if views == () else usable_views(recording, views))
         )
+        self.silhouettes = MonoSilhouettes(recording, parameters, mono)
         self.colours = ColourCalibration.none(self.view_names)
         self._colour = colour
         workers = max(1, min(len(self._chains), os.cpu_count() or 1))
@@ -141,6 +149,7 @@ class DepthChain:
         `on_image` is told in several threads how many images of how many are done, and may raise
         :class:`Cancelled`.
         """
+        self.silhouettes.learn(reader.background)
         waiting = []
         for chain in self._chains:
             view = self._recording.view(chain.name)
@@ -163,6 +172,7 @@ class DepthChain:
         `other` has the same parameters of matching and of learning the background, and has learned
         from these frames; colours are calibrated with them anew.
         """
+        self.silhouettes.learn(reader.background)
         for own, learned in zip(self._chains, other._chains, strict=True):
             own.background.take_over(learned.background)
         if self._colour and len(self._chains) > 1:
@@ -216,13 +226,16 @@ class DepthChain:
         images = [frame_set.views[chain.name] for chain in present]
         measured = self._pool.map(ViewChain.process, present, images)
         results = {chain.name: r for chain, r in zip(present, measured, strict=True)}
+        outlines = self.silhouettes.of(frame_set)
         problems |= {name: result.problem for name, result in results.items() if result.problem}
         watch.lap("views")
         seconds: dict[str, float] = {}
         for result in results.values():
             for stage, value in result.seconds.items():
                 seconds[stage] = seconds.get(stage, 0.0) + value
-        return MeasuredViews(frame_set.index, results, problems, {**seconds, **watch.seconds})
+        return MeasuredViews(
+            frame_set.index, results, problems, {**seconds, **watch.seconds}, outlines
+        )
 
     def fused(self, seen: MeasuredViews) -> Cloud:
         """Put the views' points together, and drop outliers (3.1)."""
@@ -246,7 +259,7 @@ class DepthChain:
             view=view[kept],
             pixels=pixels[kept],
             view_names=names,
-            depths=depths,
+            depths={**depths, **seen.outlines},
             problems=seen.problems,
             seconds={**seen.seconds, **watch.seconds},
             colours=self.colours.of_pixels(depths, view[kept], pixels[kept]),

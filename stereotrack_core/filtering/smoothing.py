@@ -5,12 +5,12 @@ Numbers are error states at known points of linearisation, so that everything he
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy
 
-from stereotrack_core.arrays import BoolArray, FloatArray
+from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 from stereotrack_core.filtering.linearisation import Information, posterior
 
 
@@ -125,6 +125,47 @@ def smooth(walk: Walk, measured: list[Information]) -> Smooth:
         left = P[k + 1] + walk.F @ P[k] @ walk.F.T - across - across.T
         noise[k] = w * w + np.maximum(np.diagonal(left), 0.0)
     return Smooth(mean, P, noise)
+
+
+_TAIL = 1.0
+"""Degrees of freedom of the steps' t-distribution: few, so that there may be both still phases and
+sudden movements."""
+
+_ROUNDS = 15
+
+_SMALLEST = 1e-4
+"""Least part of a step's expected variance that may be left of it."""
+
+
+def smooth_uneven(walk: Walk, measured: list[Information], group: IntArray) -> Smooth:
+    """Smooth a walk whose steps are small most of the time and large now and then.
+
+    The steps of each group of numbers have Student's t-distribution. Its scale, and how much larger
+    than usual each step is, are estimated from all frames by expectation and maximisation
+    (DOI 10.2307/2290063).
+
+    Parameters
+    ----------
+    walk : Walk
+        Its Q is where the scales begin.
+    measured : list of Information
+        Of K frames.
+    group : (N,) int
+        Of each number, counted from 0.
+    """
+    if len(measured) < 2:
+        return smooth(walk, measured)
+    of = (group == np.arange(group.max() + 1)[:, None]).astype(np.float64)
+    size = of.sum(axis=1)
+    start: FloatArray = walk.Q.mean(axis=0) @ of.T / size
+    variance, factor = start, np.ones((len(walk.Q), len(size)))
+    for _ in range(_ROUNDS):
+        found = smooth(replace(walk, Q=(variance * factor)[:, group]), measured)
+        squared = found.noise @ of.T / variance
+        factor = (_TAIL + squared) / (_TAIL + size)
+        variance = variance * np.mean(squared / factor, axis=0) / size
+        variance = np.maximum(variance, _SMALLEST * start)
+    return found
 
 
 def _inverse(P: FloatArray) -> FloatArray:

@@ -25,7 +25,7 @@ from stereotrack_core.tracking.residuals.clicks import ClickObservation
 from stereotrack_core.tracking.residuals.detections import DetectionObservation
 from stereotrack_core.tracking.residuals.limits import limit_residuals
 from stereotrack_core.tracking.residuals.reprojection import KeypointObservation
-from stereotrack_core.tracking.residuals.silhouette import SilhouetteObservation, edge_maps
+from stereotrack_core.tracking.residuals.silhouette import silhouettes_of
 from stereotrack_core.tracking.residuals.surface import (
     SurfaceResidual,
     surface_distances,
@@ -100,7 +100,7 @@ def sensors_for(p: TrackingParameters) -> tuple[Sensor, ...]:
     sensors.append(lambda cloud: KeypointObservation(cloud.keypoints, p.keypoint_sigma))
     sensors.append(lambda cloud: ClickObservation(cloud.clicks))
     if p.measure_silhouettes:
-        sensors.append(lambda cloud: SilhouetteObservation(edge_maps(cloud), p.silhouette_sigma))
+        sensors.append(lambda cloud: silhouettes_of(cloud, p.silhouette_sigma))
     return tuple(sensors)
 
 

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections import deque
 from collections.abc import Callable, Generator, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import closing
 from datetime import UTC, datetime
 from functools import partial
@@ -33,6 +31,7 @@ from stereotrack_core.tracking.initialise.first_pose import (
     first_pose_in,
     shape_in,
 )
+from stereotrack_core.tracking.initialise.keypoint_beginning import FIRST_FRAMES, beginning_of
 from stereotrack_core.tracking.initialise.seeds import t_pose_in_cloud
 from stereotrack_core.tracking.lengths_fit import (
     ESTIMATING_LENGTHS,
@@ -45,7 +44,7 @@ from stereotrack_core.tracking.parameters import TrackingParameters
 from stereotrack_core.tracking.repair import repaired, with_repaired
 from stereotrack_core.tracking.run_checks import with_warnings
 from stereotrack_core.tracking.run_spec import RunSpec
-from stereotrack_core.tracking.shared_clouds import CloudSource, read_cloud
+from stereotrack_core.tracking.shared_clouds import CloudSource, made_ahead, read_cloud
 from stereotrack_core.tracking.smoothing import smoothed
 from stereotrack_core.tracking.stored import subject_of_meta
 from stereotrack_core.tracking.tracker import (
@@ -62,9 +61,6 @@ FIT_FRAMES = 12
 
 _LOOK_AHEAD = 5
 """Frames in which somebody is looked for to fit the shape, for each frame that it needs."""
-
-_AHEAD = 2
-"""Clouds that are made while the tracker works on an earlier one."""
 
 
 class Pipeline:
@@ -123,7 +119,8 @@ class Pipeline:
                 recording, views=self.views, colour=coloured if spec.colour is None else spec.colour
             )
             depth = settled(recording, spec.settings.depth, self.reader, deep)
-            self.chain = DepthChain(recording, depth, views=deep, colour=coloured)
+            mono = [name for name in self.views if name not in deep]
+            self.chain = DepthChain(recording, depth, views=deep, mono=mono, colour=coloured)
         else:
             self.chain, self.reader = clouds.chain, clouds.reader
         self.settings = settings = dataclasses.replace(spec.settings, depth=self.chain.parameters)
@@ -150,20 +147,10 @@ class Pipeline:
         self.prepare(frames)
         if self._begun is not None:
             frames = self._begun.rest_of(frames)
-        with closing(self._clouds_ahead(frames)) as clouds:
+        with closing(made_ahead(self.cloud, frames)) as clouds:
             for cloud, read in clouds:
                 self.before_step(cloud)
                 yield self._keep(self._tracked(cloud, read))
-
-    def _clouds_ahead(self, frames: range) -> Generator[tuple[Cloud, float], None, None]:
-        with ThreadPoolExecutor(1, thread_name_prefix="cloud") as ahead:
-            waiting: deque[Future[tuple[Cloud, float]]] = deque()
-            for frame in frames:
-                waiting.append(ahead.submit(self.cloud, frame))
-                if len(waiting) > _AHEAD:
-                    yield waiting.popleft().result()
-            while waiting:
-                yield waiting.popleft().result()
 
     def cloud(self, frame: int) -> tuple[Cloud, float]:
         """Cloud of any frame, with keypoints and clicks, and the seconds that reading took."""
@@ -206,8 +193,8 @@ class Pipeline:
         self._prepared, self._asked = True, frames
         self.learn(frames)
         checkpoint = None if self._begun is None else self._begun.checkpoint
-        if self._has_clouds and (checkpoint is None or not checkpoint.started):
-            self._get_ready(frames)
+        if checkpoint is None or not checkpoint.started:
+            (self._get_ready if self._has_clouds else self._begin_with_keypoints)(frames)
         if checkpoint is not None:
             self._go_on_after(checkpoint, frames)
 
@@ -220,6 +207,18 @@ class Pipeline:
             self._found = self._look_for_pose(clouds) if clouds else None
         if self.settings.tracking.fit_shape and self._follows_data:
             self.fit_shape(frames)
+
+    def _begin_with_keypoints(self, frames: range) -> None:
+        """Track the first frames in advance; all clouds that are made for it are kept."""
+        for done, frame in enumerate(frames[:FIRST_FRAMES]):
+            self.on_preparing("measuring the first frames", done, FIRST_FRAMES)
+            self._made[frame] = self.cloud(frame)
+        clouds = [cloud for cloud, _ in self._made.values()]
+        found = beginning_of(self.tracker, clouds, self.before_step, self.on_preparing)
+        self._track(self.body if found is None else self.body.with_shape(found.shape))
+        if found is not None and found.pose is not None and not isinstance(self._init, Pose):
+            self.tracker.start(found.pose)
+            self.started = True
 
     def _go_on_after(self, checkpoint: Checkpoint, frames: range) -> None:
         """Be as after the frames that are done; a background that learns on sees them again."""
@@ -369,7 +368,7 @@ class Pipeline:
 
     def smoothed_run(self, frames: Sequence[TrackedFrame]) -> Run:
         """Go over successive frames backwards and put them together to a run."""
-        back = smoothed(frames, self.tracker.setup)
+        back = smoothed(frames, self.tracker.setup, fit_movement=not self._has_clouds)
         origin = dataclasses.replace(self.origin(), smoothed=True, bridged=back.bridged)
         return run_of(back.frames, origin)
 

@@ -4,17 +4,38 @@ from __future__ import annotations
 
 import threading
 import time
-from typing import Protocol
+from collections import deque
+from collections.abc import Callable, Generator
+from concurrent.futures import Future, ThreadPoolExecutor
+from typing import Protocol, TypeAlias
 
 from stereotrack_core.depth.chain import DepthChain
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.tracking.frame import cloudless
 
+_AHEAD = 2
+"""Clouds that are made while the tracker works on an earlier one."""
+
+ReadCloud: TypeAlias = tuple[Cloud, float]
+"""A cloud, and the seconds that reading its images took."""
+
+
+def made_ahead(make: Callable[[int], ReadCloud], frames: range) -> Generator[ReadCloud, None, None]:
+    """Clouds of frames in their order; while one is worked on, the next ones are made."""
+    with ThreadPoolExecutor(1, thread_name_prefix="cloud") as ahead:
+        waiting: deque[Future[ReadCloud]] = deque()
+        for frame in frames:
+            waiting.append(ahead.submit(make, frame))
+            if len(waiting) > _AHEAD:
+                yield waiting.popleft().result()
+        while waiting:
+            yield waiting.popleft().result()
+
 
 def read_cloud(chain: DepthChain, reader: FrameReader, frame: int) -> tuple[Cloud, float]:
     """Cloud of a frame, and the seconds that reading its images took; empty without any view."""
-    if not chain.view_names:
+    if not (chain.view_names or chain.silhouettes):
         return cloudless(frame), 0.0
     begun = time.perf_counter()
     frame_set = reader.frame_set(frame)

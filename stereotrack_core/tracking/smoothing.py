@@ -13,14 +13,14 @@ from itertools import pairwise
 import numpy as np
 import scipy
 
-from stereotrack_core.arrays import BoolArray, FloatArray
+from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 from stereotrack_core.body.angles import THESIS_JOINTS, pose_of_state, state_of_pose
 from stereotrack_core.body.manifold import difference, displaced
 from stereotrack_core.body.model import landmarks
 from stereotrack_core.body.pose import Pose, orthonormal
 from stereotrack_core.filtering.linearisation import Information, posterior
 from stereotrack_core.filtering.sigma_points import sigma_deviations
-from stereotrack_core.filtering.smoothing import backward_step
+from stereotrack_core.filtering.smoothing import Walk, backward_step, smooth_uneven
 from stereotrack_core.tracking.estimate import OVERCONFIDENCE, Estimate, Prior, limb_sigma_deg
 from stereotrack_core.tracking.frame import TrackedFrame
 from stereotrack_core.tracking.state import Setup
@@ -106,12 +106,22 @@ def error_state_of(joints: tuple[int, ...]) -> ErrorState:
     return AdditiveErrorState() if joints == THESIS_JOINTS else ErrorState(joints)
 
 
-def smoothed(frames: Sequence[TrackedFrame], setup: Setup) -> Smoothed:
-    """Go backwards over successive frames of a tracker; their clouds are not needed."""
+def smoothed(
+    frames: Sequence[TrackedFrame], setup: Setup, *, fit_movement: bool = False
+) -> Smoothed:
+    """Go backwards over successive frames of a tracker; their clouds are not needed.
+
+    Parameters
+    ----------
+    fit_movement : bool
+        Estimate from all frames how much the body moves, and when, instead of taking the process
+        noise of the parameters. It helps where a frame's measurements are few and uncertain.
+    """
     if not frames:
         return Smoothed((), ())
     begun, state = time.perf_counter(), error_state_of(setup.joints)
-    found = _backwards([frame.estimate for frame in frames], state, setup)
+    way = _fitting_movement if fit_movement else _backwards
+    found = way([frame.estimate for frame in frames], state, setup)
     found = [_with_sigma(estimate, state, setup) for estimate in found]
     spent = (time.perf_counter() - begun) / len(frames)
     made = tuple(
@@ -213,6 +223,61 @@ def _joined(after: Estimate, before: Estimate, P: FloatArray, state: ErrorState)
     known = Information(scipy.linalg.inv(after.P), np.zeros(len(P)))
     dx, joined = posterior(scipy.linalg.inv(P), state.difference(before, after), known)
     return replace(state.displaced(after, dx), P=joined)
+
+
+_ANYWHERE = 100.0
+"""Square metres and square radians: nothing is expected of the first frame of a stretch."""
+
+
+def _fitting_movement(estimates: list[Estimate], state: ErrorState, setup: Setup) -> list[Estimate]:
+    """Smooth each stretch with steps that are as large as its frames show."""
+    found, stretch = list(estimates), list[int]()
+    longest = int(setup.parameters.longest_bridge * setup.fps + 1e-9)
+    tracked = [i for i, estimate in enumerate(estimates) if estimate.tracked]
+    for i, following in zip(tracked, [*tracked[1:], None], strict=True):
+        stretch.append(i)
+        if following is None or following - i - 1 > longest:
+            frames = range(stretch[0], i + 1)
+            found[frames.start : frames.stop] = _moving(estimates, frames, state, setup)
+            stretch = []
+    return found
+
+
+def _moving(
+    estimates: list[Estimate], frames: range, state: ErrorState, setup: Setup
+) -> list[Estimate]:
+    """Smooth one stretch, which begins and ends with frames that are tracked."""
+    measured = [_measured(estimates, i, state) for i in frames]
+    if not any(seen.A.any() for seen in measured):
+        return [estimates[i] for i in frames]
+    points: list[Estimate] = []
+    for i in frames:
+        points.append(estimates[i] if estimates[i].tracked else points[-1])
+    Q, n = np.diagonal(setup.Q), len(setup.Q)
+    c = np.array([state.difference(a, b) for a, b in pairwise(points)]).reshape(-1, n)
+    walk = Walk(np.eye(n), c, np.tile(Q, (len(c), 1)), np.zeros(n), _ANYWHERE * np.eye(n))
+    group: IntArray = np.repeat(np.arange(2 + (n - 6) // 2), [3, 3] + [2] * ((n - 6) // 2))
+    smooth = smooth_uneven(walk, measured, group)
+    result = []
+    for i, point, delta, P in zip(frames, points, smooth.mean, smooth.P, strict=True):
+        moved = replace(state.displaced(point, delta), P=P)
+        result.append(moved if estimates[i].tracked else _as_bridge(moved))
+    return result
+
+
+def _measured(estimates: list[Estimate], i: int, state: ErrorState) -> Information:
+    """What a frame's measurements alone said about its pose, seen from that.
+
+    A frame in which the pose was found anew says nothing: it may be far off, and what has corrected
+    it is in the frames after it.
+    """
+    estimate, n = estimates[i], len(estimates[i].P)
+    if not estimate.tracked or estimate.prior is None or not i:
+        return Information(np.zeros((n, n)), np.zeros(n))
+    expected: FloatArray = scipy.linalg.inv(estimate.prior.P)
+    values, vectors = np.linalg.eigh(scipy.linalg.inv(estimate.P) - expected)
+    A: FloatArray = (vectors * np.maximum(values, 0.0)) @ vectors.T
+    return Information(A, expected @ state.difference(estimate, estimates[i - 1]))
 
 
 def _as_bridge(estimate: Estimate) -> Estimate:

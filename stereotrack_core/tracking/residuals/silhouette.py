@@ -32,6 +32,9 @@ FARTHEST = 0.15
 EFFECTIVE = 120.0
 """Effective sample size of the contours of a frame set: neighbours share their part's errors."""
 
+EFFECTIVE_WITHOUT_RANGE = 24.0
+"""The same where no view measures ranges, so that more contours are taken for another part's."""
+
 _LOSS_SCALE = 0.06
 """Metres at which a contour loses three quarters of its weight, as the cloud's points do."""
 
@@ -190,6 +193,12 @@ class SilhouetteObservation:
         trust = Trust(FARTHEST, _LOSS_SCALE, self.sigma, self.effective)
         data = seen.point + seen.distance[:, None] * seen.direction
         return (residual_of_closest(data, parts_of_cones(body, seen.cone), seen, frames, trust),)
+
+
+def silhouettes_of(cloud: Cloud, sigma: float) -> SilhouetteObservation:
+    """What the silhouettes of an instant measure, each contour with this deviation, metres."""
+    effective = EFFECTIVE if cloud.view_names else EFFECTIVE_WITHOUT_RANGE
+    return SilhouetteObservation(edge_maps(cloud), sigma, effective)
 
 
 @compiled(inline="always")

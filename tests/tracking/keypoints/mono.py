@@ -8,34 +8,49 @@ import numpy as np
 
 from stereotrack_core.body.manifold import displaced
 from stereotrack_core.body.model import body_model, landmarks
+from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.recording.description import Recording, Stream, View
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.recording.writing import write_png, write_recording_description
-from tests.tracking.recordings import camera_towards_the_middle
+from tests.tracking.recordings import camera_towards_the_middle, rendered_depth
 from tests.tracking.scenes import CAMERAS, POSES
 
 BODY = body_model(AVERAGE)
 FRAMES = 8
 
 
-def mono_recording(folder: Path) -> Recording:
-    """Write four mono views of a person who lifts an arm; the pictures are black."""
+def mono_recording(folder: Path, *, seen: bool = False) -> Recording:
+    """Write four mono views of a person who lifts an arm; the pictures are black.
+
+    Where the person is `seen`, they are grey, the person is white, and there is an empty scene.
+    """
     cameras = {n: camera_towards_the_middle(n, at) for n, at in zip("NOSW", CAMERAS, strict=True)}
     for name, camera in cameras.items():
         (folder / name).mkdir()
         for k in range(FRAMES):
-            black = np.zeros((camera.height, camera.width), np.uint8)
-            write_png(folder / name / f"{k}.png", black)
-    views = tuple(View(name, "mono", Stream(name, f"{name}/%d.png")) for name in cameras)
+            picture = np.full((camera.height, camera.width), 60 if seen else 0, np.uint8)
+            if seen:
+                picture[np.isfinite(rendered_depth(BODY, poses()[k], camera))] = 220
+            write_png(folder / name / f"{k}.png", picture)
+        if seen:
+            write_png(folder / f"{name}.png", np.full((camera.height, camera.width), 60, np.uint8))
+    views = tuple(
+        View(name, "mono", Stream(name, f"{name}/%d.png", f"{name}.png" if seen else None))
+        for name in cameras
+    )
     write_recording_description(Recording(folder, "mono", 10.0, views, cameras))
     return open_recording(folder)
 
 
-def truth() -> LandmarkTrajectory:
+def poses() -> list[Pose]:
     turn = np.zeros((FRAMES, 14))
     turn[:, 2] = 0.02 * np.arange(FRAMES)
     turn[:, 8] = np.radians(6.0) * np.arange(FRAMES)
-    poses = displaced(POSES["pointing"], turn, (2, 3, 4, 5))
-    return LandmarkTrajectory(np.arange(FRAMES), landmarks(BODY, poses))
+    return [displaced(POSES["pointing"], one, (2, 3, 4, 5)) for one in turn]
+
+
+def truth() -> LandmarkTrajectory:
+    points = np.array([landmarks(BODY, pose) for pose in poses()])
+    return LandmarkTrajectory(np.arange(FRAMES), points)

@@ -46,6 +46,17 @@ def test_a_person_is_followed_without_any_cloud(mono):
     assert np.median(apart(smooth)) < 0.015
 
 
+def test_silhouettes_measure_what_noisy_keypoints_do_not(tmp_path):
+    seen = mono_recording(tmp_path, seen=True)
+    keypoints = simulated_keypoints(truth(), seen.cameras, KeypointErrors(noise=3.0), seed=1)
+    off = []
+    for measured in (False, True):
+        chosen = preset("accurate").replaced(measure_silhouettes=measured)
+        run = track(seen, RunSpec(chosen, keypoints=keypoints, smooth=True))
+        off.append(np.median(apart(run)))
+    assert off[1] < 0.7 * off[0]
+
+
 def test_frames_without_keypoints_are_not_tracked_and_it_is_found_again(mono):
     keypoints = simulated_keypoints(truth(), mono.cameras, KeypointErrors(noise=0.2))
     keypoints = keypoints[(keypoints.frame < 2) | (keypoints.frame > 3)]

@@ -1,0 +1,66 @@
+"""What the first frames of mono views tell before the track begins: contours and the first pose."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from stereotrack_core.body.model import landmarks
+from stereotrack_core.body.parameters import BodyShape
+from stereotrack_core.body.pose import Pose
+from stereotrack_core.depth.cloud import Cloud
+from stereotrack_core.tracking.frame import TrackedFrame
+from stereotrack_core.tracking.residuals.silhouette import edge_maps
+from stereotrack_core.tracking.shape_fit import fitted_outline
+from stereotrack_core.tracking.smoothing import smoothed
+from stereotrack_core.tracking.tracker import Tracker
+
+FIRST_FRAMES = 60
+"""Frames that are tracked in advance."""
+
+_ASKED, _FEWEST = 24, 6
+"""Frames, evenly spread over these, whose contours are measured, and without which nothing is."""
+
+
+@dataclass(frozen=True, eq=False)
+class Beginning:
+    """What is known of the person before the first frame."""
+
+    shape: BodyShape
+    """The body's, with margins as the contours show them."""
+    pose: Pose | None
+    """Of the first frame; None where it is not tracked."""
+
+
+def beginning_of(
+    tracker: Tracker,
+    clouds: Sequence[Cloud],
+    before_step: Callable[[Cloud], object],
+    on_preparing: Callable[[str, int, int], None],
+) -> Beginning | None:
+    """Track the first frames, smooth them, and compare their contours with the body's.
+
+    None where hardly any frame is tracked. Parameters are those of
+    :func:`~stereotrack_core.tracking.initialise.first_pose.shape_in`; of the tracker nothing is
+    left as it was.
+    """
+    body, frames = tracker.setup.body, list[TrackedFrame]()
+    for done, cloud in enumerate(clouds):
+        on_preparing("tracking the first frames", done, len(clouds))
+        before_step(cloud)
+        estimate = tracker.step(cloud)
+        places = landmarks(body, estimate.pose)
+        frames.append(TrackedFrame(cloud.frame, estimate, places, cloud, {}).without_cloud())
+    frames = list(smoothed(frames, tracker.setup, fit_movement=True).frames)
+    known = [i for i, frame in enumerate(frames) if frame.tracked]
+    if len(known) < _FEWEST:
+        return None
+    shape = body.shape
+    if tracker.setup.parameters.fit_shape:
+        chosen = np.unique(np.linspace(0, len(known) - 1, _ASKED).astype(int))
+        asked = [known[i] for i in chosen]
+        seen = [(frames[i].estimate.pose, edge_maps(clouds[i])) for i in asked]
+        shape = fitted_outline(body, seen)
+    return Beginning(shape, frames[0].estimate.pose if frames[0].tracked else None)
