@@ -9,7 +9,16 @@ import numpy as np
 
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.model import BodyModel
-from stereotrack_core.body.skeleton import FOREARMS, HEAD, SHANKS, THIGHS, TORSO, UPPER_ARMS
+from stereotrack_core.body.pose import REST
+from stereotrack_core.body.skeleton import (
+    CLAVICLES,
+    FOREARMS,
+    HEAD,
+    SHANKS,
+    THIGHS,
+    TORSO,
+    UPPER_ARMS,
+)
 
 _SIDES = ("left", "right")
 
@@ -30,30 +39,44 @@ def keypoint_places(body: BodyModel) -> Mapping[str, KeypointPlace]:
 
     The head has no turn about its own axis, so ears and nose only tell where it is.
     """
-    p, lengths, middle = body.skeleton.proportions, body.skeleton.lengths, np.zeros(3)
+    p, lengths, s = body.skeleton.proportions, body.skeleton.lengths, body.shape
     top = np.array([0.0, 0.0, lengths[HEAD]])
+    head = top + REST[HEAD].T @ [0.0, s.keypoint_head_front, s.keypoint_head_up]
     places = {
-        "mid_hip": KeypointPlace(TORSO, middle, 0.03),
+        "mid_hip": KeypointPlace(TORSO, np.zeros(3), 0.03),
         "neck": KeypointPlace(TORSO, np.array([0.0, 0.0, p.torso_length]), 0.03),
-        "head": KeypointPlace(HEAD, top, 0.03),
+        "head": KeypointPlace(HEAD, head, 0.03),
         "nose": KeypointPlace(HEAD, top, 0.12),
         "left_ear": KeypointPlace(HEAD, top, 0.09),
         "right_ear": KeypointPlace(HEAD, top, 0.09),
     }
-    for side, upper_arm, forearm in zip(_SIDES, UPPER_ARMS, FOREARMS, strict=True):
-        wrist = np.array([0.0, 0.0, p.forearm_length])
-        hand = np.array([0.0, 0.0, p.elbow_to_hand])
-        places |= {
-            f"{side}_shoulder": KeypointPlace(upper_arm, middle, 0.02),
-            f"{side}_elbow": KeypointPlace(forearm, middle, 0.015),
-            f"{side}_wrist": KeypointPlace(forearm, wrist, 0.02),
-            f"{side}_hand": KeypointPlace(forearm, hand, 0.02),
-        }
-    for side, thigh, shank in zip(_SIDES, THIGHS, SHANKS, strict=True):
-        hip = np.array([(-0.5 if side == "left" else 0.5) * p.hip_width, 0.0, 0.0])
-        places[f"{side}_hip"] = KeypointPlace(TORSO, hip, 0.03)
-        if thigh in body.joints:
-            places[f"{side}_knee"] = KeypointPlace(shank, middle, 0.04)
-            ankle = np.array([0.0, 0.0, 0.9 * lengths[shank]])
-            places[f"{side}_ankle"] = KeypointPlace(shank, ankle, 0.06)
+    for side, out in zip(_SIDES, (-1.0, 1.0), strict=True):
+        places |= _of_one_side(body, side, out)
     return places
+
+
+def _of_one_side(body: BodyModel, side: str, out: float) -> dict[str, KeypointPlace]:
+    """Keypoints of arm, hip and leg; `out` is the sign of x on that side."""
+    p, lengths, s, k = body.skeleton.proportions, body.skeleton.lengths, body.shape, int(out > 0.0)
+    clavicle, upper_arm, forearm = CLAVICLES[k], UPPER_ARMS[k], FOREARMS[k]
+    off = [out * s.keypoint_shoulder_out, s.keypoint_shoulder_front, s.keypoint_shoulder_up]
+    hip = [out * (0.5 * p.hip_width + s.keypoint_hip_out), s.keypoint_hip_front, s.keypoint_hip_up]
+    elbow, wrist = p.upper_arm_length, p.forearm_length
+    shoulder = _along(lengths[clavicle]) + REST[clavicle].T @ off
+    places = {
+        "shoulder": KeypointPlace(clavicle, shoulder, 0.02),
+        "elbow": KeypointPlace(upper_arm, _along(elbow + s.keypoint_elbow_along), 0.015),
+        "wrist": KeypointPlace(forearm, _along(wrist + s.keypoint_wrist_along), 0.02),
+        "hand": KeypointPlace(forearm, _along(p.elbow_to_hand), 0.02),
+        "hip": KeypointPlace(TORSO, np.array(hip), 0.03),
+    }
+    if THIGHS[k] in body.joints:
+        ankle = _along(0.9 * lengths[SHANKS[k]])
+        places["knee"] = KeypointPlace(SHANKS[k], np.zeros(3), 0.04)
+        places["ankle"] = KeypointPlace(SHANKS[k], ankle, 0.06)
+    return {f"{side}_{name}": place for name, place in places.items()}
+
+
+def _along(length: float) -> FloatArray:
+    """The point (3,) so far along a part."""
+    return np.array([0.0, 0.0, length])

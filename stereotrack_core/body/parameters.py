@@ -55,11 +55,18 @@ def _margin(what: str) -> float:
     return margin
 
 
+def _keypoint(where: str) -> float:
+    text = f"Distance of a detector's keypoint from the landmark of its name: {where}."
+    offset: float = parameter(0.0, "Keypoints", (-0.1, 0.1), unit="m")(text)
+    return offset
+
+
 @dataclass(frozen=True)
 class BodyShape(BodyParameters):
     """Shape of one person: also what nobody sets, as it is fitted to the first frames.
 
-    The margins say how far contours in the images lie off the surface of the clouds.
+    The margins say how far contours in the images lie off the surface of the clouds, and the
+    keypoints' offsets where a 2-D detector sees joints, which are not where the landmarks are.
     """
 
     shoulder_rise: float = parameter(0.0, _GROUP, (-0.2, 0.2), unit="m")(
@@ -90,6 +97,16 @@ class BodyShape(BodyParameters):
     contour_upper_arm: float = _margin("upper arms")
     contour_forearm: float = _margin("forearms")
     contour_hand: float = _margin("hands")
+    keypoint_shoulder_out: float = _keypoint("shoulders, away from the middle")
+    keypoint_shoulder_front: float = _keypoint("shoulders, forward")
+    keypoint_shoulder_up: float = _keypoint("shoulders, upward")
+    keypoint_hip_out: float = _keypoint("hips, away from the middle")
+    keypoint_hip_front: float = _keypoint("hips, forward")
+    keypoint_hip_up: float = _keypoint("hips, upward")
+    keypoint_elbow_along: float = _keypoint("elbows, along the upper arm")
+    keypoint_wrist_along: float = _keypoint("wrists, along the forearm")
+    keypoint_head_front: float = _keypoint("head, forward")
+    keypoint_head_up: float = _keypoint("head, upward")
 
     @staticmethod
     def of(parameters: BodyParameters) -> BodyShape:

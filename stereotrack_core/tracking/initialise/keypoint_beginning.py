@@ -1,9 +1,9 @@
-"""What the first frames of mono views tell before the track begins: contours and the first pose."""
+"""What the first frames of mono views tell before the track begins."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from stereotrack_core.body.parameters import BodyShape
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.tracking.frame import TrackedFrame
+from stereotrack_core.tracking.keypoint_offsets import fitted_offsets
 from stereotrack_core.tracking.residuals.silhouette import edge_maps
 from stereotrack_core.tracking.shape_fit import fitted_outline
 from stereotrack_core.tracking.smoothing import smoothed
@@ -21,7 +22,7 @@ FIRST_FRAMES = 60
 """Frames that are tracked in advance."""
 
 _ASKED, _FEWEST = 24, 6
-"""Frames, evenly spread over these, whose contours are measured, and without which nothing is."""
+"""Frames, evenly spread over these, that the shape is fitted to, and without which nothing is."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,7 +30,7 @@ class Beginning:
     """What is known of the person before the first frame."""
 
     shape: BodyShape
-    """The body's, with margins as the contours show them."""
+    """The body's, with margins as the contours and offsets as the keypoints show them."""
     pose: Pose | None
     """Of the first frame; None where it is not tracked."""
 
@@ -40,7 +41,7 @@ def beginning_of(
     before_step: Callable[[Cloud], object],
     on_preparing: Callable[[str, int, int], None],
 ) -> Beginning | None:
-    """Track the first frames, smooth them, and compare their contours with the body's.
+    """Track the first frames, smooth them, and compare contours and keypoints with the body's.
 
     None where hardly any frame is tracked. Parameters are those of
     :func:`~stereotrack_core.tracking.initialise.first_pose.shape_in`; of the tracker nothing is
@@ -61,6 +62,11 @@ def beginning_of(
     if tracker.setup.parameters.fit_shape:
         chosen = np.unique(np.linspace(0, len(known) - 1, _ASKED).astype(int))
         asked = [known[i] for i in chosen]
-        seen = [(frames[i].estimate.pose, edge_maps(clouds[i])) for i in asked]
-        shape = fitted_outline(body, seen)
+        poses = [frames[i].estimate.pose for i in asked]
+        edges = [edge_maps(clouds[i]) for i in asked]
+        shape = fitted_outline(body, tuple(zip(poses, edges, strict=True)))
+        if any(edges):  # keypoints alone cannot tell their offsets from other lengths of the body
+            setup = replace(tracker.setup, body=body.with_shape(shape))
+            asked_clouds = [clouds[i] for i in asked]
+            shape = fitted_offsets(setup, tuple(zip(poses, asked_clouds, strict=True)))
     return Beginning(shape, frames[0].estimate.pose if frames[0].tracked else None)

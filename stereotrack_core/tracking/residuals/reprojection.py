@@ -8,6 +8,7 @@ is recognised in each picture, by which of both fits the pose.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -140,10 +141,16 @@ class KeypointFit:
         squared = self.off[known] ** 2
         return float(np.mean(squared / (squared + _SCALE**2)))
 
+    @cached_property
+    def counted(self) -> tuple[IntArray, IntArray]:
+        """Keypoint and camera (m,) of everything that has weight."""
+        k, v = np.nonzero(self.weight > 1e-3)
+        return k, v
+
     def residuals(self) -> tuple[ReprojectionResidual, ...]:
         """Rows of everything that has weight."""
         weight, seen, placed = self.weight, self.seen, self.placed
-        k, v = np.nonzero(weight > 1e-3)
+        k, v = self.counted
         if not len(k):
             return ()
         sure = np.clip(seen.confidence[k, v], _LEAST_SURE, 1.0)

@@ -1,0 +1,111 @@
+"""Where a detector's keypoints lie beside the landmarks of their names, from a few tracked frames.
+
+A detector's shoulders, hips and wrists are those of the people who labelled its training pictures.
+The offsets are constant in the frames of the parts and mirrored from side to side. Poses of all
+frames and offsets are adjusted together, and each pose is eliminated: what a pose could have done
+as well says nothing about an offset, and the prior keeps that at zero.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from stereotrack_core.arrays import FloatArray
+from stereotrack_core.body.keypoint_places import keypoint_places
+from stereotrack_core.body.model import BodyModel
+from stereotrack_core.body.parameters import BodyShape
+from stereotrack_core.body.pose import Pose
+from stereotrack_core.depth.cloud import Cloud
+from stereotrack_core.tracking.correction import Residual, information_of, linearise
+from stereotrack_core.tracking.residuals.limits import limit_residuals
+from stereotrack_core.tracking.residuals.projection import pixel_gradients
+from stereotrack_core.tracking.residuals.reprojection import KeypointFit, KeypointObservation
+from stereotrack_core.tracking.residuals.silhouette import silhouettes_of
+from stereotrack_core.tracking.state import Setup
+
+OFFSETS: tuple[str, ...] = tuple(
+    row.name for row in BodyShape.rows() if row.name.startswith("keypoint_")
+)
+"""The offsets among the numbers of a body's shape."""
+
+_PRIOR_SIGMA = 0.02
+"""Metres by which detectors differ from the landmarks."""
+
+_POSE_SIGMA = 0.5
+"""Metres and radians: poses are hardly held back."""
+
+_TOGETHER = 3.0
+"""Frames that are one independent measurement: a detector errs alike in successive pictures."""
+
+
+def fitted_offsets(setup: Setup, seen: Sequence[tuple[Pose, Cloud]]) -> BodyShape:
+    """The body's shape with the offsets that the keypoints of some frames show.
+
+    Parameters
+    ----------
+    seen : sequence of (Pose, Cloud)
+        Frames that are tracked with the present shape, and their poses.
+    """
+    shape, count = setup.body.shape, len(OFFSETS)
+    start = np.array([float(shape.values()[name]) for name in OFFSETS])
+    moves = _moves(setup.body)
+    A, b = np.eye(count) / _PRIOR_SIGMA**2, -start / _PRIOR_SIGMA**2
+    for pose, cloud in seen:
+        observed = KeypointObservation(cloud.keypoints, setup.parameters.keypoint_sigma)
+        fit = observed.fitted(setup.body, pose)
+        if fit is not None:
+            reduced, right = _frame(setup, pose, cloud, fit, moves)
+            A += reduced / _TOGETHER
+            b += right / _TOGETHER
+    theta = start + np.linalg.solve(A, b)
+    rows = {row.name: row for row in BodyShape.rows()}
+    return shape.replaced(
+        **{
+            name: float(np.clip(value, rows[name].minimum, rows[name].maximum))
+            for name, value in zip(OFFSETS, theta, strict=True)
+        }
+    )
+
+
+def _moves(body: BodyModel) -> dict[str, FloatArray]:
+    """Derivatives (3, k) of the keypoints' places in their parts by the offsets."""
+    before, step = keypoint_places(body), 0.01
+    values = body.shape.values()
+    changed = [
+        keypoint_places(body.with_shape(body.shape.replaced(**{name: float(values[name]) + step})))
+        for name in OFFSETS
+    ]
+    return {
+        name: np.stack([(other[name].point - place.point) / step for other in changed], axis=1)
+        for name, place in before.items()
+    }
+
+
+def _frame(
+    setup: Setup, pose: Pose, cloud: Cloud, fit: KeypointFit, moves: dict[str, FloatArray]
+) -> tuple[FloatArray, FloatArray]:
+    """Normal equations (k, k) and (k,) of one frame for the offsets, without its pose."""
+    body, n = setup.body, setup.columns.n
+    rows = fit.residuals()
+    beside: tuple[Residual, ...] = (
+        *limit_residuals(body, pose, setup.parameters, setup.joints),
+        *silhouettes_of(cloud, setup.parameters.silhouette_sigma).residuals(body, pose),
+    )
+    others = information_of(linearise(beside, body, pose, setup.columns), n)
+    A, a = others.A + np.eye(n) / _POSE_SIGMA**2, others.b
+    B, C, c = np.zeros((n, len(OFFSETS))), np.zeros((len(OFFSETS),) * 2), np.zeros(len(OFFSETS))
+    frames = body.frames(pose)
+    for line, row in zip(linearise(rows, body, pose, setup.columns), rows, strict=True):
+        points = row.points
+        along = pixel_gradients(points.rotation, points.in_camera(frames), points.focal)
+        turned = along @ frames.rotations[points.part]
+        moved = np.array([moves[fit.seen.names[k]] for k in fit.counted[0].tolist()])
+        S = (turned @ moved).reshape(-1, len(OFFSETS))
+        weighted = line.H.T / line.R
+        A, a = A + weighted @ line.H, a + weighted @ line.nu
+        B, C = B + weighted @ S, C + (S.T / line.R) @ S
+        c = c + (S.T / line.R) @ line.nu
+    back = np.linalg.solve(A, np.column_stack([B, a]))
+    return C - B.T @ back[:, :-1], c - B.T @ back[:, -1]
