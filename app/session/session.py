@@ -185,6 +185,16 @@ class Session(QObject):
         )
         return self.no_frames() or ("" if self.clouds.available else none)
 
+    def no_trials(self) -> str:
+        """No stretch can be tried and no step inspected: nothing but keypoints is tracked."""
+        reason, recording = self.no_depth(), self.document.recording
+        if not reason or recording is None or recording.guessed or self.no_frames():
+            return reason
+        return (
+            "Trials and the inspection of steps need a stereo or depth view. Mono views are "
+            "tracked in whole runs. Try other parameters with `stereotrack track --set`."
+        )
+
     def no_run(self) -> str:
         """There is no run."""
         active = self.runs.active
