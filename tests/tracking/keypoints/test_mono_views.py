@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from stereotrack_core.errors import InputError
+from stereotrack_core.interop.run_journal import RunJournal, Wish, read_unfinished
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.recording.sighted_keypoints import KeypointsInViews
@@ -15,6 +16,7 @@ from stereotrack_core.simulation.keypoints import KeypointErrors, simulated_keyp
 from stereotrack_core.tracking.frame import cloudless
 from stereotrack_core.tracking.inspection import traced_step
 from stereotrack_core.tracking.presets import preset
+from stereotrack_core.tracking.repeating import sameness
 from stereotrack_core.tracking.run import Pipeline, track
 from stereotrack_core.tracking.run_spec import RunSpec
 from tests.tracking.keypoints.mono import mono_recording, truth
@@ -55,6 +57,22 @@ def test_silhouettes_measure_what_noisy_keypoints_do_not(tmp_path):
         run = track(seen, RunSpec(chosen, keypoints=keypoints, smooth=True))
         off.append(np.median(apart(run)))
     assert off[1] < 0.7 * off[0]
+
+
+def test_a_run_that_goes_on_is_the_one_that_nobody_stopped(mono, tmp_path):
+    keypoints = simulated_keypoints(truth(), mono.cameras, KeypointErrors(noise=0.5), seed=2)
+    spec = RunSpec(preset("accurate"), keypoints=keypoints, smooth=True)
+    path, states = tmp_path / "run.part", []
+    journal = RunJournal(path, lambda: 1.0, Wish(smooth=True))
+    kept = {"keeper": journal, "on_frame": lambda _: states.append(path.read_bytes())}
+    whole = track(mono, spec, **kept)
+    journal.close()
+    path.write_bytes(states[4])
+    begun, wish = read_unfinished(path)
+    journal = RunJournal(path, lambda: 1.0, wish)
+    again = track(mono, spec, keeper=journal, begun=begun)
+    journal.close()
+    assert sameness(whole, again).equal
 
 
 def test_frames_without_keypoints_are_not_tracked_and_it_is_found_again(mono):
