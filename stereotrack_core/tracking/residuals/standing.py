@@ -69,8 +69,8 @@ the percentile along it that does."""
 _STRETCHED = np.cos(np.radians(25.0))
 """Cosine of the largest bend of a knee with which the hips are known to be above the sole."""
 
-_UNCUT = 0.8
-"""Part of a leg that has to be seen: else an image's border or the volume ends it."""
+_UNCUT = 0.85
+"""Part of the expected leg that has to be seen: else an image's border or the volume ends it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,7 +120,8 @@ def soles(data: FloatArray, body: BodyModel, pose: Pose, count: int) -> SoleResi
             continue
         end = float(np.percentile(own, _LOWEST))
         length = body.skeleton.lengths
-        if length[thigh] + end > _UNCUT * (length[thigh] + length[shank]):
+        expected = (length[thigh] + length[shank]) / body.shape.leg_length_factor
+        if length[thigh] + end > _UNCUT * expected:
             part.append(shank)
             measured.append(float(knee @ along) + end)
     variance = np.full(len(part), count * _SOLE_SIGMA**2)
