@@ -88,15 +88,6 @@ def _check_principal_point(camera: Camera, where: str) -> Iterator[Finding]:
             else resized or "Use the calibration for this image size.",
             None if turned else correction,
         )
-    elif abs(cx - width / 2) > width / 4 or abs(cy - height / 2) > height / 4:
-        yield Finding(
-            "warning",
-            where,
-            f"the principal point ({cx:.1f}, {cy:.1f}) is far from the centre of the image of "
-            f"{width} x {height} pixels",
-            resized or "This is correct only for cropped images; otherwise calibrate again.",
-            correction,
-        )
     elif _centre_exchanged(camera):
         yield Finding(
             "warning",
@@ -105,6 +96,15 @@ def _check_principal_point(camera: Camera, where: str) -> Iterator[Finding]:
             f"{width} x {height} pixels, the principal point ({cx:.1f}, {cy:.1f}) is not",
             "Exchange c_x and c_y, or check that the matrix belongs to these images.",
             Correction("exchange_centre", (camera.name,)),
+        )
+    elif abs(cx - width / 2) > width / 4 or abs(cy - height / 2) > height / 4:
+        yield Finding(
+            "warning",
+            where,
+            f"the principal point ({cx:.1f}, {cy:.1f}) is far from the centre of the image of "
+            f"{width} x {height} pixels",
+            resized or "This is correct only for cropped images; otherwise calibrate again.",
+            correction,
         )
 
 

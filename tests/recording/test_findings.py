@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
 
+from stereotrack_core.errors import Correction
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.rotation import rotation_from_vector
 from stereotrack_core.geometry.transform import RigidTransform
-from stereotrack_core.recording.description import Segment
+from stereotrack_core.recording.camera_checks import check_cameras
+from stereotrack_core.recording.description import Recording, Segment, Stream, View
 from stereotrack_core.recording.findings import examine
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 from stereotrack_core.recording.writing import write_png, write_recording_description
@@ -77,6 +80,16 @@ def test_a_principal_point_with_exchanged_coordinates(small_recording):
 
     text = said(with_cameras(small_recording, exchange))
     assert "warning calibration.toml, camera N_left, matrix: c_x and c_y are exchanged" in text
+
+
+def test_an_exchanged_principal_point_of_a_wide_image_is_not_called_cropped():
+    matrix = np.array([[1000.0, 0, 545], [0, 1000, 950], [0, 0, 1]])
+    place = RigidTransform(np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]]), np.array([0, 1.2, 2.0]))
+    wide = Camera("A", 1920, 1080, matrix, np.zeros(5), False, place)
+    view = View("A", "mono", Stream("A", "-"))
+    [finding] = check_cameras(Recording(Path(), "wide", 10.0, (view,), {"A": wide}))
+    assert "c_x and c_y are exchanged" in finding.what
+    assert finding.correction == Correction("exchange_centre", ("A",))
 
 
 def test_a_transposed_matrix(small_recording):
