@@ -146,7 +146,8 @@ def _why_not(
         return "the problem would not be gone"
     known = {(one.where, _stem(one.what)) for one in examine_described(recording)}
     for one in files:
-        if one.severity == "error" and (one.where, _stem(one.what)) not in known:
+        grave = one.severity == "error" or (one.where == finding.where and one.severity != "note")
+        if grave and (one.where, _stem(one.what)) not in known:
             return f"there would be another one ({one.where}: {one.what})"
     return ""
 

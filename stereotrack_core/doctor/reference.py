@@ -16,6 +16,7 @@ import scipy
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 from stereotrack_core.depth.cloud import ViewDepth
 from stereotrack_core.doctor.displacements import Places
+from stereotrack_core.doctor.reference_axes import AXES, axes_by_images, turned
 from stereotrack_core.doctor.reference_clock import Delay
 from stereotrack_core.doctor.views import Instants
 from stereotrack_core.errors import Correction, Finding
@@ -69,23 +70,11 @@ _LOOSE = 0.15
 _LEAST_SIZE, _WRONG_SIZE = 0.12, 0.2
 """Shares by which a subject's lengths may differ from the reference's: doubtful, and wrong."""
 
+_SAME_FACTOR = 0.04
+"""Share by which lengths differ at most that are wrong by the same factor."""
+
 _BACKWARD = -0.02
 """Metres that hands and head are before the shoulders, below which sides are exchanged."""
-
-_AXES: Mapping[str, tuple[str, str, str]] = {
-    "its y axis points up: z must point up": ("x", "-z", "y"),
-    "its y axis points down: z must point up": ("x", "z", "-y"),
-    "its x axis points up: z must point up": ("z", "y", "-x"),
-    "x and y are exchanged": ("y", "x", "z"),
-}
-"""What may be wrong about its axes, and what has to be written for x, y and z then."""
-
-
-def _turned(points: FloatArray, axes: tuple[str, str, str]) -> FloatArray:
-    """Points (..., 3) with these coordinates, such as ``-z``, for x, y and z."""
-    return np.stack(
-        [points[..., "xyz".index(axis[-1])] * (1 - 2 * axis.startswith("-")) for axis in axes], -1
-    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -202,7 +191,7 @@ def check_reference(
     reference = recording.reference
     if reference is None or not np.isfinite(reference.points).any():
         return
-    elsewhere = yield from _check_place(reference, measured, recording.fps, delay)
+    elsewhere = yield from _check_place(recording, reference, measured, delay)
     if not elsewhere:
         yield from check_sides(reference)
     yield from check_lengths(reference)
@@ -211,10 +200,13 @@ def check_reference(
 
 
 def _check_place(
-    reference: LandmarkTrajectory, measured: Sequence[Body], fps: float, delay: Delay | None
+    recording: Recording,
+    reference: LandmarkTrajectory,
+    measured: Sequence[Body],
+    delay: Delay | None,
 ) -> Generator[Finding, None, bool]:
     """Findings about place and time; the generator's value says whether there are any."""
-    frame, limbs = reference.frame, limbs_of(reference.points)
+    frame, limbs, fps = reference.frame, limbs_of(reference.points), recording.fps
     given = limb_fit(measured, limbs, frame)
     if delay is not None and delay.certain:
         whole = round(delay.frames)
@@ -226,12 +218,39 @@ def _check_place(
     elif (late := _late(measured, limbs, frame)) is not None:
         yield _late_by(late, fps, given, limb_fit(measured, limbs, frame, late))
         return True
+    if not np.isfinite(given.mean):
+        return (yield from _check_axes(recording))
+    return (yield from _check_distance(reference, measured, given))
+
+
+def _check_axes(recording: Recording) -> Generator[Finding, None, bool]:
+    """The same by the images alone: whether they show the reference."""
+    found = axes_by_images(recording)
+    if found is None:
+        return False
+    axis, given, then = found
+    yield Finding(
+        "error",
+        "reference.csv",
+        f"{axis}; {100 * given:.0f} % of it are within the images",
+        f"Write {', '.join(AXES[axis])} for x, y, z (tested: then {100 * then:.0f} % are within "
+        "them).",
+        Correction("turn_axes", AXES[axis]),
+    )
+    return True
+
+
+def _check_distance(
+    reference: LandmarkTrajectory, measured: Sequence[Body], given: LimbFit
+) -> Generator[Finding, None, bool]:
+    """The same by how far its limbs lie from the measured person."""
+    frame = reference.frame
     off = max(given.mean, np.nan_to_num(given.moving_rms))
-    if not off > _FITS:  # also where too little is known
+    if not off > _FITS:
         return False
     beside = f"its limbs lie {_cm(given.mean)} from the measured person"
-    for axis, axes in _AXES.items():
-        changed = limb_fit(measured, limbs_of(_turned(reference.points, axes)), frame)
+    for axis, axes in AXES.items():
+        changed = limb_fit(measured, limbs_of(turned(reference.points, axes)), frame)
         if changed.mean < min(_FITS, _MENDED * given.mean):
             yield Finding(
                 "error",
@@ -384,11 +403,12 @@ def check_subject(subject: Subject, reference: LandmarkTrajectory) -> Iterator[F
     if abs(np.log(factor)) < np.log(1 + _LEAST_SIZE):
         return
     size = "large" if factor > 1 else "small"
+    alike = all(abs(np.log(one / factor)) < _SAME_FACTOR for one in factors)  # else another person
     yield Finding(
         "error" if abs(np.log(factor)) > np.log(1 + _WRONG_SIZE) else "warning",
         "subject.toml",
         f"its lengths are too {size} by {100 * abs(factor - 1):.0f} %, compared with the "
         "reference (upper arms, shoulders and trunk)",
         f"Measure the person again, or multiply the lengths by {1 / factor:.3f}.",
-        Correction("scale_lengths", amount=1 / factor),
+        Correction("scale_lengths", amount=1 / factor) if alike else None,
     )

@@ -78,6 +78,19 @@ def test_other_motion_does_not_agree():
     assert not delay_of(pairs).certain
 
 
+@pytest.mark.parametrize(
+    ("order", "signs", "said"),
+    [((0, 2, 1), (1, 1, -1), "y axis points up"), ((2, 1, 0), (-1, 1, 1), "x axis points up")],
+)
+def test_axes_are_known_by_what_the_images_show(filmed, order, signs, said):
+    reference = filmed.reference
+    other = dataclasses.replace(reference, points=reference.points[..., list(order)] * signs)
+    found = list(check_reference(dataclasses.replace(filmed, reference=other), ()))
+    assert said in found[0].what
+    assert found[0].correction.kind == "turn_axes"
+    assert "left and right" not in str(found)
+
+
 def test_little_agreement_without_depth_proves_nothing(filmed):
     weak = Delay(8.0, 0.7, 0.2, 0.1)
     assert not list(check_reference(filmed, (), weak))
