@@ -21,8 +21,11 @@ AXES: Mapping[str, Axes] = {
 }
 """What may be wrong about its axes, and what has to be written for x, y and z then."""
 
-_FEW, _MOST = 0.3, 0.7
-"""Shares of a reference within the images from which it is elsewhere, or where it should be."""
+_MOST, _MORE = 0.7, 0.04
+"""Share of a reference that the images have to show, and by how much more than as it is."""
+
+_LYING, _STANDING = 0.3, 0.6
+"""Cosines between a person's trunk and up."""
 
 
 def turned(points: FloatArray, axes: Axes) -> FloatArray:
@@ -41,16 +44,17 @@ def axes_by_images(recording: Recording) -> tuple[str, float, float] | None:
     if reference is None:
         return None
     given = _shown(recording, reference.points)
-    if given is None or given > _FEW:
+    if given is None or _uprightness(reference.points) > _LYING:
         return None
     shares = {
         said: share
         for said, axes in AXES.items()
-        if _is_upright(points := turned(reference.points, axes))
+        if _uprightness(points := turned(reference.points, axes)) > _STANDING
         and (share := _shown(recording, points)) is not None
     }
     best = max(shares, key=lambda said: shares[said], default="")
-    return (best, given, shares[best]) if best and shares[best] > _MOST else None
+    clear = bool(best) and shares[best] > max(_MOST, given + _MORE)
+    return (best, given, shares[best]) if clear else None
 
 
 def _shown(recording: Recording, points: FloatArray) -> float | None:
@@ -67,7 +71,11 @@ def _shown(recording: Recording, points: FloatArray) -> float | None:
     return float(np.mean(shares)) if shares else None
 
 
-def _is_upright(points: FloatArray) -> bool:
+def _uprightness(points: FloatArray) -> float:
+    """Cosine between the way from hips to head and up, median over the frames; NaN if unknown."""
     head, *hips = (LANDMARKS.index(name) for name in ("head", "left_hip", "right_hip"))
-    above = points[:, head, 2] - points[:, hips, 2].mean(axis=1)
-    return bool(np.nanmedian(above) > 0) if np.isfinite(above).any() else False
+    trunk = points[:, head] - points[:, hips].mean(axis=1)
+    trunk = trunk[np.isfinite(trunk).all(axis=1)]
+    if not len(trunk):
+        return float("nan")
+    return float(np.median(trunk[:, 2] / np.maximum(np.linalg.norm(trunk, axis=1), 1e-9)))
