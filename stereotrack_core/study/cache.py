@@ -8,7 +8,7 @@ import time
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, TypeVar
 
 from stereotrack_core.atomic import write_file
 from stereotrack_core.errors import InputError
@@ -19,13 +19,15 @@ from stereotrack_core.version import __version__
 _MOST_BYTES = 256 * MB
 _FORMAT = 1
 
+T = TypeVar("T")
+
 Stamp: TypeAlias = list[int] | None
 """Size and time of the last change, nanoseconds; None where there is no such file."""
 
 _KIND: Kind = {
     "format": int,
     "version": str,
-    "entries": {str: {"sources": {str: object}, "also": str, "facts": {str: object}}},
+    "entries": {str: {"sources": {str: (int, [int])}, "also": str, "facts": {str: object}}},
 }
 
 
@@ -64,20 +66,31 @@ class StudyCache:
         if content.get("format") == _FORMAT and content.get("version") == __version__:
             self._entries = dict(content["entries"])
 
-    def known(self, name: str) -> Mapping[str, Any] | None:
-        """Facts as they were read last, which may no longer be right; None where there are none."""
+    def known(self, name: str, made: Callable[[Mapping[str, Any]], T]) -> T | None:
+        """What was read last, which may no longer be right; None where nothing was.
+
+        `made` makes it of plain data.
+        """
         entry = self._entries.get(name)
-        return None if entry is None else entry["facts"]
+        return None if entry is None else _attempted(made, entry["facts"])
 
-    def facts(self, name: str, read: Callable[[], Read], also: str = "") -> Mapping[str, Any]:
-        """Facts of that name: as they are known where their files are unchanged, else read.
+    def facts(
+        self,
+        name: str,
+        read: Callable[[], Read],
+        made: Callable[[Mapping[str, Any]], T],
+        also: str = "",
+    ) -> T:
+        """What is known under that name where its files are unchanged, else what is read now.
 
-        `also` is what they depend on besides files.
+        `made` makes it of plain data; `also` is what it depends on besides files.
         """
         self._used.add(name)
         entry = self._entries.get(name)
         if entry is not None and entry["also"] == also and self._is_valid(entry["sources"]):
-            return dict(entry["facts"])
+            known = _attempted(made, entry["facts"])
+            if known is not None:
+                return known
         begun = time.time_ns()
         self.reads += 1
         found = read()
@@ -89,7 +102,7 @@ class StudyCache:
         else:  # a file has changed while it was read
             self._entries.pop(name, None)
         self._changed = True
-        return found.facts
+        return made(found.facts)
 
     def save(self, *, forget: bool = False) -> None:
         """Write what is known, where it has changed.
@@ -120,6 +133,14 @@ class StudyCache:
             return os.path.relpath(path, self.path.parent)
         except ValueError:  # another drive of Windows
             return str(path)
+
+
+def _attempted(made: Callable[[Mapping[str, Any]], T], facts: Mapping[str, Any]) -> T | None:
+    """None where somebody has changed the facts, so that they make no sense."""
+    try:
+        return made(facts)
+    except (InputError, KeyError, TypeError, ValueError):
+        return None
 
 
 def stamp_of(path: Path) -> Stamp:

@@ -14,7 +14,7 @@ from stereotrack_core.evaluation.joint_angles.motion import motion_of, range_of_
 from stereotrack_core.evaluation.joint_angles.series import angles_of_run
 from stereotrack_core.experiments.measures import MEASURES, measured
 from stereotrack_core.interop.run_npz import read_npz
-from stereotrack_core.plain_data import plain
+from stereotrack_core.plain_data import Kind, check_kind, plain
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.runs import load_run
 from stereotrack_core.project.setups import load_reference
@@ -30,6 +30,12 @@ KeptIn: TypeAlias = Literal["study", "project"]
 
 OWN_REFERENCE = "the recording's reference"
 
+_KIND: Kind = {
+    **dict.fromkeys(("preset", "changes", "fingerprint", "calibration", "version"), str),
+    **dict.fromkeys(("reference", "problem"), str),
+    **dict.fromkeys(("seed", "frames", "tracked"), int),
+    "values": [[str, str, str, float]],
+}
 _RANGES = ("minimum", "maximum", "range", "mean", "peak_velocity")
 _PERCENTILES = {"median": "median", "p95": "95th percentile"}
 
@@ -74,7 +80,8 @@ class RunFacts:
 
     @classmethod
     def of(cls, facts: Mapping[str, Any]) -> RunFacts:
-        """From plain data."""
+        """From plain data. Raises InputError where they are another's."""
+        check_kind(facts, _KIND, "run", "Delete the cache of the study.")
         return cls(**{**facts, "values": tuple(Value(*value) for value in facts["values"])})
 
     def to_dict(self) -> dict[str, Any]:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from stereotrack_core.errors import Finding, InputError
-from stereotrack_core.plain_data import plain
+from stereotrack_core.plain_data import Kind, check_kind, plain
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.runs import kept_runs
 from stereotrack_core.project.setups import Corrections
@@ -29,6 +29,20 @@ from stereotrack_core.recording.toml_table import load_toml
 from stereotrack_core.study.cache import Read
 
 _MOST_DIAGNOSTICS = 20
+_FORGET = "Delete the cache of the study."
+_RECORDING: Kind = {
+    **dict.fromkeys(("name", "fingerprint", "calibration"), str),
+    **dict.fromkeys(("frames", "errors", "warnings"), int),
+    "views": [str],
+    "diagnostics": [str],
+    "fps": float,
+    "reference": bool,
+}
+_PROJECT: Kind = {
+    **dict.fromkeys(("keyframes", "done", "flagged", "clicks"), int),
+    **dict.fromkeys(("reference", "reference_content", "calibration", "problem"), str),
+    "runs": [{"name": str, "content": str}],
+}
 _NAMED = ("calibration", "reference", "subject", "segments")
 
 
@@ -55,7 +69,8 @@ class RecordingFacts:
 
     @classmethod
     def of(cls, facts: Mapping[str, Any]) -> RecordingFacts:
-        """From plain data."""
+        """From plain data. Raises InputError where they are another's."""
+        check_kind(facts, _RECORDING, "recording", _FORGET)
         lists = {key: tuple(facts[key]) for key in ("views", "diagnostics")}
         return cls(**{**facts, **lists})
 
@@ -91,7 +106,8 @@ class ProjectFacts:
 
     @classmethod
     def of(cls, facts: Mapping[str, Any]) -> ProjectFacts:
-        """From plain data."""
+        """From plain data. Raises InputError where they are another's."""
+        check_kind(facts, _PROJECT, "project", _FORGET)
         return cls(**{**facts, "runs": tuple(ProjectRun(**run) for run in facts["runs"])})
 
 

@@ -89,17 +89,15 @@ def remembered_status(study: Study, cache: StudyCache) -> tuple[RowStatus, ...]:
     for row in study.rows:
         folder = study.place(row.recording)
         place = Place(folder, study.place(row.project) if row.project else None)
-        facts = cache.known(_name(study, "recording", folder))
-        recording = None if facts is None else RecordingFacts.of(facts)
-        facts = (
-            None if place.project is None else cache.known(_name(study, "project", place.project))
-        )
-        project = None if facts is None else ProjectFacts.of(facts)
+        recording = cache.known(_name(study, "recording", folder), RecordingFacts.of)
+        project = None
+        if place.project is not None:
+            project = cache.known(_name(study, "project", place.project), ProjectFacts.of)
         runs = []
         for run in _runs_of(study, row, place, project):
-            facts = cache.known(_name(study, "run", run.path, run.name))
+            facts = cache.known(_name(study, "run", run.path, run.name), RunFacts.of)
             if facts is not None:
-                runs.append(RunStatus(run, RunFacts.of(facts)))
+                runs.append(RunStatus(run, facts))
         found.append(RowStatus(row, place, recording, project, tuple(runs)))
     return tuple(found)
 
@@ -125,16 +123,14 @@ class _Reader:
 
     def _recording(self, folder: Path) -> RecordingFacts:
         name = _name(self._study, "recording", folder)
-        return RecordingFacts.of(self._cache.facts(name, lambda: read_recording_facts(folder)))
+        return self._cache.facts(name, lambda: read_recording_facts(folder), RecordingFacts.of)
 
     def _project(self, path: Path, folder: Path | None) -> ProjectFacts:
         name = _name(self._study, "project", path)
-        facts = self._cache.facts(
-            name,
-            lambda: read_project_facts(path, folder),
-            also="" if folder is None else self._study.relative(folder),
+        also = "" if folder is None else self._study.relative(folder)
+        return self._cache.facts(
+            name, lambda: read_project_facts(path, folder), ProjectFacts.of, also
         )
-        return ProjectFacts.of(facts)
 
     def _run(
         self, run: RunPlace, recording: RecordingFacts | None, project: ProjectFacts | None
@@ -144,7 +140,7 @@ class _Reader:
         truth = "" if project is None or not run.reference else project.reference_content
         also = f"{own} {truth} {'' if run.folder is None else self._study.relative(run.folder)}"
         name = _name(self._study, "run", run.path, run.name)
-        facts = RunFacts.of(self._cache.facts(name, run.read, also=also))
+        facts = self._cache.facts(name, run.read, RunFacts.of, also)
         return RunStatus(run, facts, tuple(_outdated(facts, recording, project)))
 
 

@@ -230,7 +230,9 @@ def _study(path: Path) -> Study:
 
 def _study_cache(path: Path, _things: Things) -> None:
     cache = StudyCache(path)
-    cache.facts("recording r", lambda: Read({"diagnostics": ["a sentence"] * 40}, (path.parent,)))
+    cache.facts(
+        "recording r", lambda: Read({"diagnostics": ["a sentence"] * 40}, (path.parent,)), dict
+    )
     cache.save()
 
 

@@ -1,8 +1,10 @@
+import json
 import shutil
 
 import pytest
 
 from stereotrack_core.annotation.click import Click, Visibility
+from stereotrack_core.plain_data import plain
 from stereotrack_core.project.clicks import PlaceClicks
 from stereotrack_core.project.marks import SetKeyframes
 from stereotrack_core.project.project import Project
@@ -56,6 +58,18 @@ def test_a_damaged_cache_counts_as_empty(study, content):
     assert read(study)[1] == 3
 
 
+def test_facts_that_somebody_changed_are_read_again(study):
+    first, _ = read(study)
+    for wrong in ({"frames": "many"}, {"frames": 3, "more": 1}):
+        content = json.loads(study.cache.read_text("utf-8"))
+        name = next(iter(content["entries"]))
+        content["entries"][name]["facts"] |= wrong
+        study.cache.write_text(json.dumps(content), "utf-8")
+        shown = remembered_status(study, StudyCache(study.cache))
+        assert [row.recording is None for row in shown].count(True) == 1
+        assert read(study) == (first, 1)
+
+
 def test_annotation_and_what_is_wrong_are_told(study, tmp_path):
     folder = tmp_path / "data/ben/slow"
     with Project.create(tmp_path / "data/ben/slow.stereotrack", folder) as project:
@@ -71,6 +85,8 @@ def test_annotation_and_what_is_wrong_are_told(study, tmp_path):
     assert spoilt.errors >= 1
     assert "calibration.toml" in spoilt.diagnostics[0]
     assert (spoilt.fingerprint, spoilt.frames) == ("", 0)
+    shown = remembered_status(study, StudyCache(study.cache))
+    assert [row.project for row in shown] == [row.project for row in rows.values()]
 
 
 def test_moved_and_missing_recordings_are_told_and_nothing_is_written(study, tmp_path):
@@ -103,7 +119,7 @@ def test_two_hundred_recordings_are_known_at_once(walks, tmp_path, monkeypatch):
     monkeypatch.setattr(
         status,
         "read_recording_facts",
-        lambda folder: facts.Read(vars(light), (folder, folder / "recording.toml")),
+        lambda folder: facts.Read(plain(light), (folder, folder / "recording.toml")),
     )
     assert read(study)[1] == 200
     monkeypatch.setattr(status, "read_recording_facts", lambda *_: pytest.fail("read again"))
