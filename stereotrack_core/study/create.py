@@ -20,6 +20,9 @@ from stereotrack_core.study.file import (
 )
 from stereotrack_core.study.places import Finder, ProjectIndex, fingerprint_of, recordings_below
 
+_NAMED = 5
+"""Folders that a sentence names."""
+
 _FORM = "Write names of columns as subject/condition/repetition, or {subject}/{condition}_{day}."
 
 
@@ -89,7 +92,7 @@ def create_study(
     names = () if pattern is None else pattern.names
     factors = tuple(dict.fromkeys((*study.factors, *names)))
     study = dataclasses.replace(study, factors=factors)
-    projects = ProjectIndex.around([study.folder, *(folder.parent for folder in found)])
+    projects = ProjectIndex.around(study, found)
     rows, moved, findings = _present(study, found, pattern, projects)
     listed = {study.place(row.recording) for row in rows}
     added = []
@@ -104,14 +107,22 @@ def create_study(
         if not row.fingerprint:
             remedy = f"`stereotrack info {folder}` tells what is wrong."
             findings.append(Finding("warning", row.recording, "it cannot be opened", remedy))
-        if pattern is not None and pattern.factors(found[folder]) is None:
-            what = f"its folders {found[folder]!r} do not fit the pattern {pattern.text!r}"
-            remedy = "Fill in its cells by hand, or use another pattern."
-            findings.append(Finding("warning", row.recording, what, remedy))
+    findings += _unlike(pattern, [found[folder] for folder in new])
     made = dataclasses.replace(study, rows=tuple(rows))
     write_study(made)
     _move_runs(study, made)
     return Created(made, tuple(added), tuple(moved), tuple(findings))
+
+
+def _unlike(pattern: Pattern | None, folders: Sequence[str]) -> list[Finding]:
+    """What there is to say of new folders that do not fit the pattern, in one sentence."""
+    unlike = [one for one in folders if pattern is not None and pattern.factors(one) is None]
+    if pattern is None or not unlike:
+        return []
+    more = f" and {len(unlike) - _NAMED} more" if len(unlike) > _NAMED else ""
+    what = f"these folders do not fit the pattern: {', '.join(unlike[:_NAMED])}{more}"
+    remedy = "Fill in their cells by hand, or use another pattern."
+    return [Finding("warning", f"--pattern {pattern.text}", what, remedy)]
 
 
 def _found(folders: Iterable[Path]) -> dict[Path, str]:

@@ -86,11 +86,12 @@ class ProjectIndex:
                 self._of.setdefault(folder, []).append(project)
 
     @staticmethod
-    def around(folders: Iterable[Path]) -> ProjectIndex:
-        """Of projects below these folders and in the user's documents."""
-        documents = documents_folder()
-        places = [*folders, *([documents] if documents.is_dir() else [])]
-        return ProjectIndex(projects_below(places))
+    def around(study: Study, recordings: Iterable[Path]) -> ProjectIndex:
+        """Of projects below a study's folder, beside recordings and in the user's documents."""
+        beside = dict.fromkeys(path.parent for path in recordings)
+        places = [*beside, documents_folder()]
+        found = (*projects_below([study.folder]), *projects_below(places, 0))
+        return ProjectIndex(dict.fromkeys(found))
 
     def of(self, folder: Path) -> Path | None:
         """The project of a recording that was changed last; None where there is none."""

@@ -93,6 +93,15 @@ def test_a_pattern_that_cannot_be_meant_is_refused(pattern):
     assert refused.value.remedy
 
 
+def test_folders_that_do_not_fit_are_told_in_one_sentence(study, tmp_path):
+    for k in range(7):
+        shutil.copytree(tmp_path / "data/anna/slow", tmp_path / f"other/r{k}")
+    made = create_study(study.path, [tmp_path / "other"], Pattern("subject/condition"))
+    assert len(made.added) == 7
+    (told,) = made.findings
+    assert "r0, r1, r2, r3, r4 and 2 more" in told.what
+
+
 def test_a_folder_without_recordings_is_refused(tmp_path):
     with pytest.raises(InputError, match="no recording in this folder"):
         create_study(tmp_path / "a.study.csv", [tmp_path])
