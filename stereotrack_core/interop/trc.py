@@ -2,8 +2,9 @@
 
 The file is y-up, with x to the north and z to the east: (X, Y, Z) = (y, z, x) of this
 program's world, as Pose2Sim writes it. Frame numbers are the recording's, time is frame over
-frame rate, an unknown landmark is empty (OpenSim reads blanks as NaN), and so is a whole frame
-of a gap. Columns are separated by tabs, or by commas where other programs do so.
+frame rate, an unknown landmark is NaN, and so is a whole frame of a gap: OpenSim refuses a row
+whose last values are blank. Blanks are read as well. Columns are separated by tabs, or by commas
+where other programs do so.
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ _Y_UP = np.array([0.0, 1.0, 0.0])
 def write_trc(path: Path, trajectory: LandmarkTrajectory, fps: float) -> None:
     """Write landmarks in metres; `fps` in frames per second.
 
-    Frames between those of the trajectory are written as empty ones.
+    Frames between those of the trajectory are written without a known landmark.
 
     InputError where there are few frames in a long stretch.
     """
@@ -61,7 +62,7 @@ def write_trc(path: Path, trajectory: LandmarkTrajectory, fps: float) -> None:
             [
                 str(frame),
                 f"{frame / fps:.10g}",
-                *(repr(value) if np.isfinite(value) else "" for value in values),
+                *(repr(value) if np.isfinite(value) else "NaN" for value in values),
             ]
         )
     write_file(path, "".join("\t".join(row) + "\n" for row in rows))

@@ -68,6 +68,19 @@ def test_joints_are_where_the_landmarks_are(tmp_path, body_trajectory, seed):
     assert time == pytest.approx(1 / 30)
 
 
+def test_another_library_finds_the_joints_there(tmp_path, random, body_trajectory):
+    bvhio = pytest.importorskip("bvhio")
+    trajectory = body_trajectory(random, range(3))
+    write_bvh(tmp_path / "a.bvh", trajectory, 30.0)
+    root = bvhio.readAsHierarchy(str(tmp_path / "a.bvh"))
+    for frame in (0, 2):
+        root.loadPose(frame)
+        places = {joint.Name: joint.PositionWorld for joint, *_ in root.layout()}
+        found = np.array([tuple(places[name]) for name in LANDMARKS]) / 100.0
+        world = np.stack([-found[:, 0], found[:, 2], found[:, 1]], axis=1)
+        np.testing.assert_allclose(world, trajectory.points[frame], atol=1e-5)
+
+
 def test_t_pose_is_the_rest_pose(tmp_path):
     x = np.array([-0.2, 0.2, -0.5, 0.5, -0.8, 0.8, 0.0, -0.1, 0.1])
     z = np.array([1.4] * 6 + [1.6, 0.9, 0.9])
