@@ -23,7 +23,7 @@ release = version = stereotrack_core.__version__
 
 extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
 root_doc = "docs/index"
-include_patterns = ["README.md", "CONTRIBUTING.md", "docs/**", "examples/*.ipynb"]
+include_patterns = ["README.md", "CONTRIBUTING.md", "CHANGELOG.md", "docs/**", "examples/*.ipynb"]
 html_theme = "furo"
 html_title = "stereotrack"
 html_theme_options: dict[str, Any] = {"top_of_page_buttons": []}
@@ -52,7 +52,7 @@ def _contents(text: str) -> str:
         for heading, part in re.findall(r"^## (.+?)\n(.*?)(?=^## |\Z)", text, re.M | re.S)
     ]
     trees.append(("Notebooks", [f"../examples/{name}" for name in _NOTEBOOKS]))
-    trees.append(("Project", ["../README.md", "../CONTRIBUTING.md"]))
+    trees.append(("Project", ["../README.md", "../CONTRIBUTING.md", "../CHANGELOG.md"]))
     return "".join(
         "\n".join(["", "```{toctree}", ":hidden:", f":caption: {heading}", "", *pages, "```", ""])
         for heading, pages in trees
