@@ -18,7 +18,7 @@ import numpy as np
 
 from stereotrack_core.arrays import BoolArray, FloatArray, ImageArray
 from stereotrack_core.depth.background import sharp_outline
-from stereotrack_core.doctor.slips import SLIPS
+from stereotrack_core.doctor.slips import SLIPS, resized
 from stereotrack_core.errors import Correction, Finding
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.recording.description import Recording
@@ -26,6 +26,9 @@ from stereotrack_core.recording.reader import FrameReader
 
 _FRAMES, _LEARNED = 12, 24
 """Frames that are compared, and those that give the empty scene where there is no image of it."""
+
+_WIDTH = 480
+"""Pixels to which wider images are reduced."""
 
 _RAYS = 80
 """Rays of a silhouette that are asked."""
@@ -82,28 +85,38 @@ def silhouettes_of(recording: Recording, reader: FrameReader) -> Shown:
     """
     count = reader.frame_count
     spread = np.unique(np.linspace(0, count - 1, min(_LEARNED, count)).astype(int))
-    sets = [reader.frame_set(int(k)) for k in spread]
-    chosen = np.unique(np.linspace(0, len(sets) - 1, min(_FRAMES, len(sets))).astype(int))
+    pictures: dict[str, list[ImageArray]] = {view.name: [] for view in recording.views}
+    for k in spread:
+        for name, images in reader.frame_set(int(k)).views.items():
+            pictures[name].append(_small(images.image))
+    chosen = np.unique(np.linspace(0, len(spread) - 1, min(_FRAMES, len(spread))).astype(int))
     shown = {}
     for view in recording.views:
-        pictures = [_grey(s.views[view.name].image) for s in sets if view.name in s.views]
-        camera = recording.cameras.get(view.image.camera)
-        if len(pictures) < len(sets) or camera is None:
+        seen, camera = pictures[view.name], recording.cameras.get(view.image.camera)
+        if len(seen) < len(spread) or camera is None:
             continue
         background = reader.background(view.name)
         empty = (
-            np.median(pictures, axis=0).astype(np.uint8)
+            np.median(seen, axis=0).astype(np.uint8)
             if background is None
-            else _grey(background[1])
+            else _small(background[1])
         )
         nothing = np.zeros(empty.shape, dtype=bool)
-        masks = tuple(sharp_outline(pictures[k], empty, nothing) for k in chosen)
-        shown[view.name] = Silhouettes(camera, view.cameras(), masks)
+        masks = tuple(sharp_outline(seen[k], empty, nothing) for k in chosen)
+        reduced = resized(camera, empty.shape[1] / camera.width)
+        shown[view.name] = Silhouettes(reduced, view.cameras(), masks)
     return shown
 
 
-def _grey(image: ImageArray) -> ImageArray:
-    return image if image.ndim == 2 else np.asarray(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY))
+def _small(image: ImageArray) -> ImageArray:
+    """The image in grey, at most so large that silhouettes are sharp enough."""
+    grey = image if image.ndim == 2 else cv2.cvtColor(image, cv2.COLOR_BGR2GRAY)
+    height, width = grey.shape
+    if width > _WIDTH:
+        grey = cv2.resize(
+            grey, (_WIDTH, round(height * _WIDTH / width)), None, 0, 0, cv2.INTER_AREA
+        )
+    return np.asarray(grey)
 
 
 def filled(shown: Shown) -> float:

@@ -108,6 +108,16 @@ def test_a_view_that_is_displaced_is_named_and_measured(recording):
     assert "displaced" in finding.what or "turned" in finding.what
 
 
+def test_of_two_views_it_is_not_told_which_is_wrong(recording):
+    wrong = moved(recording, "O", shift=(0.0, 0.0, 0.15))
+    instants, places = measured(wrong, ("N", "O"))
+    [finding] = check_places(wrong, instants, places, lambda *_: (instants, places))
+    assert finding.where == "views N, O"
+    assert "cannot be told" in finding.what
+    assert "of view O the camera is" in finding.what
+    assert finding.correction is None
+
+
 def test_a_displacement_is_measured(recording):
     instants, places = measured(moved(recording, "S", shift=(0.1, 0.0, 0.0)))
     fit = fit_view(surfaces_of(instants, places), places, "S", "shift")
