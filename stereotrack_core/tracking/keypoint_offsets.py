@@ -30,8 +30,9 @@ OFFSETS: tuple[str, ...] = tuple(
 )
 """The offsets among the numbers of a body's shape."""
 
-_PRIOR_SIGMA = 0.02
-"""Metres by which detectors differ from the landmarks."""
+_PRIOR_SIGMA, _FORWARD_SIGMA = 0.02, 0.005
+"""Metres by which detectors differ from the landmarks; those to the front are held firmly, as all
+of them together cannot be told from a body that leans."""
 
 _POSE_SIGMA = 0.5
 """Metres and radians: poses are hardly held back."""
@@ -48,10 +49,12 @@ def fitted_offsets(setup: Setup, seen: Sequence[tuple[Pose, Cloud]]) -> BodyShap
     seen : sequence of (Pose, Cloud)
         Frames that are tracked with the present shape, and their poses.
     """
-    shape, count = setup.body.shape, len(OFFSETS)
+    shape = setup.body.shape
     start = np.array([float(shape.values()[name]) for name in OFFSETS])
     moves = _moves(setup.body)
-    A, b = np.eye(count) / _PRIOR_SIGMA**2, -start / _PRIOR_SIGMA**2
+    forward = np.array([name.endswith("_front") for name in OFFSETS])
+    prior = 1.0 / np.where(forward, _FORWARD_SIGMA, _PRIOR_SIGMA) ** 2
+    A, b = np.diag(prior), -start * prior
     for pose, cloud in seen:
         observed = KeypointObservation(cloud.keypoints, setup.parameters.keypoint_sigma)
         fit = observed.fitted(setup.body, pose)
