@@ -44,7 +44,8 @@ class ComparedRow:
 _NOTHING = "Run the tracker to see run metrics here. Show several runs to compare them."
 _COLOURS = (
     "Green is lower than the first run, so better; orange is higher. Without a colour, these "
-    "frames do not show a difference: its 95 % interval contains 0."
+    "frames do not show a difference: its 95 % interval contains 0, or there are too few frames "
+    "for an interval."
 )
 _WIDEST_NAME, _ROOMY = 96, 560
 """Widest heading with a run's name; from that width of the panel on it may be half wider."""
@@ -119,8 +120,9 @@ class ComparisonPanel(QWidget):
         difference = ""
         if _has_difference(cell):
             difference = f"{cell.difference:+.1f}"
-            if not math.isnan(cell.low):
-                difference += f" ({cell.low:+.1f} to {cell.high:+.1f})"
+            known = not math.isnan(cell.low)
+            between = f"{cell.low:+.1f} to {cell.high:+.1f}" if known else "too few frames"
+            difference += f" ({between})"
         colour = _colour(cell)
         return (
             name,
