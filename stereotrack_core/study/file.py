@@ -7,6 +7,7 @@ factors: the subject, the condition, the repetition, or whatever a person adds.
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
@@ -14,9 +15,12 @@ from pathlib import Path, PurePosixPath
 
 from stereotrack_core.atomic import write_file
 from stereotrack_core.errors import InputError, did_you_mean
+from stereotrack_core.reading import TABLE_BYTES, open_file
 from stereotrack_core.tables import csv_text, read_csv_table
 
 SUFFIX = ".study.csv"
+
+_FIRST_BYTES = 65536
 
 OWN_COLUMNS = ("recording", "project", "fingerprint")
 """Columns that are no factors."""
@@ -50,6 +54,8 @@ class Study:
     factors: tuple[str, ...] = ()
     """Names of the further columns, in their order."""
     rows: tuple[StudyRow, ...] = ()
+    delimiter: str = ","
+    """Between cells; a spreadsheet of some countries writes semicolons."""
 
     @property
     def folder(self) -> Path:
@@ -109,7 +115,8 @@ def read_study(path: Path) -> Study:
     a column has a name that results need.
     """
     check_name(path)
-    columns, cells = read_csv_table(path)
+    delimiter = _delimiter_of(path)
+    columns, cells = read_csv_table(path, delimiter)
     if "recording" not in columns:
         raise InputError(
             "the column 'recording' is missing in the first line",
@@ -130,9 +137,16 @@ def read_study(path: Path) -> Study:
         named = dict(zip(columns, row, strict=True))
         own = {name: named.get(name, "") for name in OWN_COLUMNS}
         rows.append(StudyRow(**own, factors={name: named[name] for name in factors}))
-    study = Study(path, factors, tuple(rows))
+    study = Study(path, factors, tuple(rows), delimiter)
     _check_rows(study)
     return study
+
+
+def _delimiter_of(path: Path) -> str:
+    """The sign beside the name of a column of ours in the first line: a comma, or a semicolon."""
+    with open_file(path, TABLE_BYTES) as file:
+        first = file.readline(_FIRST_BYTES)
+    return ";" if re.search(rb'recording"?;|;"?recording', first) else ","
 
 
 def _check_rows(study: Study) -> None:
@@ -160,7 +174,7 @@ def write_study(study: Study) -> None:
         + [row.factors.get(name, "") for name in study.factors]
         for row in study.rows
     ]
-    write_file(study.path, csv_text((*OWN_COLUMNS, *study.factors), rows))
+    write_file(study.path, csv_text((*OWN_COLUMNS, *study.factors), rows, study.delimiter))
 
 
 def selected(study: Study, select: Sequence[str]) -> tuple[StudyRow, ...]:

@@ -34,6 +34,16 @@ def test_columns_of_a_spreadsheet_may_stand_in_any_order(tmp_path):
     assert study.rows[0].factors == {"note": "old shoes"}
 
 
+def test_semicolons_of_a_spreadsheet_stay(tmp_path):
+    path = tmp_path / "a.study.csv"
+    path.write_bytes(b'\xef\xbb\xbf"recording";subject;speed\r\nr1;anna;1,5\r\n')
+    study = read_study(path)
+    assert study.rows == (StudyRow("r1", factors={"subject": "anna", "speed": "1,5"}),)
+    write_study(study)
+    assert read_study(path) == study
+    assert path.read_text("utf-8").startswith("recording;project;")
+
+
 @pytest.mark.parametrize(
     ("text", "what"),
     [
