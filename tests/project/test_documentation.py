@@ -175,3 +175,9 @@ def test_the_places_named_for_contributors_exist():
     places = re.findall(r"`((?:app|stereotrack_core|docs)/[\w/.]*)`", text)
     assert len(places) >= 12
     assert [place for place in places if not (ROOT / place).exists()] == []
+
+
+def test_the_tests_that_are_named_for_strangers_files_exist():
+    named = re.findall(r"`(tests/[\w/.]+)`", (ROOT / "docs/security.md").read_text(encoding="utf-8"))
+    assert len(named) >= 7
+    assert [name for name in named if not (ROOT / name).is_file()] == []

@@ -62,6 +62,13 @@ class ClusterWorkers:
             )
         try:
             self._client: Any = distributed.Client(**where, timeout=patience, set_as_default=False)
+        except TypeError as error:  # what Dask raises where tls:// is asked for without them
+            raise InputError(
+                "Dask's configuration names no certificates for this address",
+                where=f"--scheduler {address}",
+                remedy="State ca-file, cert and key of the client under distributed.comm.tls in "
+                "Dask's configuration, or in DASK_DISTRIBUTED__COMM__TLS__… variables.",
+            ) from error
         except (OSError, TimeoutError, ValueError) as error:
             raise InputError(
                 f"no scheduler answers at this address ({error})",
