@@ -92,8 +92,11 @@ def test_the_window_answers_between_pictures_and_before_the_scene(opened, qtbot)
     opened.context.session.document.go_to(5)
     settle(opened, qtbot)
     beat.stop()
-    assert [part for part, _ in painted[:3]] == [*parts, opened.context.docks.scene]
-    assert len({at for _, at in painted[:3]}) == 3
+    # a fine picture of the frame before may still come first
+    begin = next(k for k, (part, _) in enumerate(painted) if part in parts)
+    shown = painted[begin : begin + 3]
+    assert [part for part, _ in shown] == [*parts, opened.context.docks.scene]
+    assert len({at for _, at in shown}) == 3
 
 
 def test_a_run_that_comes_is_judged_and_drawn_once(opened, qtbot, monkeypatch):
