@@ -178,6 +178,7 @@ def test_the_places_named_for_contributors_exist():
 
 
 def test_the_tests_that_are_named_for_strangers_files_exist():
-    named = re.findall(r"`(tests/[\w/.]+)`", (ROOT / "docs/security.md").read_text(encoding="utf-8"))
+    text = (ROOT / "docs/security.md").read_text(encoding="utf-8")
+    named = re.findall(r"`(tests/[\w/.]+)`", text)
     assert len(named) >= 7
     assert [name for name in named if not (ROOT / name).is_file()] == []
