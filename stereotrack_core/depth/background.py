@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+import operator
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -9,7 +11,7 @@ import cv2
 import numpy as np
 
 from stereotrack_core.arrays import BoolArray, Float32Array, ImageArray
-from stereotrack_core.depth.match import Region, changed_region
+from stereotrack_core.depth.match import Region, changed_bands
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.points import Volume
 from stereotrack_core.depth.sources import DepthSource, StereoSource
@@ -238,17 +240,23 @@ class ViewBackground:
         disparity, ranges = self._outside
         return disparity.copy(), ranges.copy()
 
+    def outside_disparity(self, region: Region) -> Float32Array:
+        """Copy of the disparity to fill in, of a region."""
+        return self._outside[0][region.slices].copy()
+
     @property
     def knows_picture(self) -> bool:
         """Whether there is a picture of the empty scene to compare with."""
         return self._picture is not None
 
-    def changed_region(self, picture: ImageArray | None) -> Region:
-        """The part of the image that has to be measured."""
+    def changed_bands(self, picture: ImageArray | None) -> tuple[Region, ...]:
+        """The parts of the image that have to be measured; one where the matcher needs them all."""
+        whole = Region.whole(self._source.geometry.width, self._source.geometry.height)
         if self._p.match_region == "whole" or picture is None or self._picture is None:
-            return Region.whole(self._source.geometry.width, self._source.geometry.height)
+            return (whole,)
         margin = _REGION_MARGIN + self._p.match_window // 2
-        return changed_region(picture, self._picture, margin)
+        bands = changed_bands(picture, self._picture, margin)
+        return bands if self._p.matcher == "bm" else (functools.reduce(operator.or_, bands),)
 
     def changed(self, picture: ImageArray, region: Region) -> BoolArray:
         """Where the picture differs from the empty scene; true everywhere without one.

@@ -16,6 +16,7 @@ from stereotrack_core.depth.parameters import DepthParameters
 _SHRINK = 4
 _CHANGE = 8.0  # grey levels, over 4 x 4 pixels; sensor noise leaves about one
 _LARGEST_SHARE = 0.8
+_BAND = 48  # rows; in fewer, the rows that windows reach beyond a band cost more than is saved
 
 
 @dataclass(frozen=True)
@@ -48,6 +49,21 @@ class Region:
             self.left - margin, self.top - margin, self.right + margin, self.bottom + margin
         )
 
+    def within(self, other: Region) -> tuple[slice, slice]:
+        """Index of the region in the part of an image that is `other`."""
+        return (
+            slice(self.top - other.top, self.bottom - other.top),
+            slice(self.left - other.left, self.right - other.left),
+        )
+
+    def __or__(self, other: Region) -> Region:
+        return Region(
+            min(self.left, other.left),
+            min(self.top, other.top),
+            max(self.right, other.right),
+            max(self.bottom, other.bottom),
+        )
+
     def __and__(self, other: Region) -> Region:
         return Region(
             max(self.left, other.left),
@@ -70,12 +86,13 @@ def region_of_points(geometry: DepthGeometry, corners_world: FloatArray) -> Regi
     return seen & whole
 
 
-def changed_region(image: ImageArray, empty: ImageArray, margin: int) -> Region:
-    """Bounding box, with a margin in pixels, of what differs from the picture of the empty scene.
+def changed_bands(image: ImageArray, empty: ImageArray, margin: int) -> tuple[Region, ...]:
+    """Bands of rows, one below the other, that hold what differs from the empty scene's picture.
 
-    Of rectified grey images (H, W). A common change of brightness does not count. Where nearly
-    everything has changed, or nothing, the whole image is returned: then the comparison proves
-    nothing.
+    Of rectified grey images (H, W), with a margin in pixels on all sides. Bands are narrower than
+    the box around them, and where nothing differs there is none. A common change of brightness
+    does not count. Where nearly everything has changed, or nothing, the whole image is returned:
+    then the comparison proves nothing.
     """
     height, width = image.shape
     whole = Region.whole(width, height)
@@ -84,16 +101,20 @@ def changed_region(image: ImageArray, empty: ImageArray, margin: int) -> Region:
     before = cv2.resize(empty, small, interpolation=cv2.INTER_AREA).astype(np.float32)
     gain = float(np.median((now[::2, ::2] + 1) / (before[::2, ::2] + 1)))
     changed = np.abs(now - gain * before) > _CHANGE
-    columns, rows = np.flatnonzero(changed.any(axis=0)), np.flatnonzero(changed.any(axis=1))
-    if len(columns) == 0 or changed.mean() > _LARGEST_SHARE:
-        return whole
-    box = Region(
-        int(columns[0]) * _SHRINK,
-        int(rows[0]) * _SHRINK,
-        (int(columns[-1]) + 2) * _SHRINK,
-        (int(rows[-1]) + 2) * _SHRINK,
-    )
-    return box.grown(margin) & whole
+    rows = np.flatnonzero(changed.any(axis=1))
+    if len(rows) == 0 or changed.mean() > _LARGEST_SHARE:
+        return (whole,)
+    around = -(-margin // _SHRINK)
+    first, end = int(rows[0]) * _SHRINK - margin, (int(rows[-1]) + 2) * _SHRINK + margin
+    bands = []
+    for top in range(0, height, _BAND):
+        near = changed[max(top // _SHRINK - around - 1, 0) : (top + _BAND) // _SHRINK + around]
+        columns = np.flatnonzero(near.any(axis=0))
+        if len(columns):
+            left, right = int(columns[0]) * _SHRINK, (int(columns[-1]) + 2) * _SHRINK
+            band = Region(left - margin, max(top, first), right + margin, min(top + _BAND, end))
+            bands.append(band & whole)
+    return tuple(band for band in bands if not band.is_empty)
 
 
 DisparityArray: TypeAlias = NDArray[np.int16]

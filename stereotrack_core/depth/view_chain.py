@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import functools
+import operator
 import time
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import cv2
@@ -141,13 +143,13 @@ class ViewChain:
             frame = self.source.open(images)
         except NoDepth as reason:
             return self._without_depth(str(reason), watch)
-        region = self.background.changed_region(frame.picture) & self._volume_region
+        bands = self._bands(frame)
         watch.lap("rectify")
-        if region.is_empty:
+        if not bands:
             return self._without_depth("it does not see the working volume", watch)
-        disparity = frame.disparity(region)
+        region = functools.reduce(operator.or_, bands)
+        disparity, measured = self._disparity(frame, bands, region)
         watch.lap("match")
-        measured = int(np.count_nonzero(np.isfinite(disparity)))
         if not measured:
             return self._without_depth("no pixel has a valid disparity", watch)
         chosen, silhouette, outline = self._person(images, frame, disparity, region)
@@ -176,6 +178,25 @@ class ViewChain:
         person, middle = int(np.count_nonzero(chosen)), _middle(points, len(kept))
         counts = PointCounts(measured, person, len(pixels), len(kept), middle=middle)
         return ViewResult(depth, "", kept, pixels[inside], watch.seconds, counts)
+
+    def _bands(self, frame: OpenedFrame) -> list[Region]:
+        """Parts of the image in which the person can be."""
+        bands = self.background.changed_bands(frame.picture)
+        inside = (band & self._volume_region for band in bands)
+        return [band for band in inside if not band.is_empty]
+
+    def _disparity(
+        self, frame: OpenedFrame, bands: Sequence[Region], region: Region
+    ) -> tuple[Float32Array, int]:
+        """Disparity of a region, with the empty scene beside its bands; pixels that have one."""
+        if len(bands) == 1:
+            disparity = frame.disparity(region)
+            return disparity, int(np.count_nonzero(np.isfinite(disparity)))
+        disparity, measured = self.background.outside_disparity(region), 0
+        for band in bands:
+            found = disparity[band.within(region)] = frame.disparity(band)
+            measured += int(np.count_nonzero(np.isfinite(found)))
+        return disparity, measured
 
     def _person(
         self, images: ViewImages, frame: OpenedFrame, disparity: Float32Array, region: Region

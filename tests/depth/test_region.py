@@ -1,3 +1,7 @@
+import functools
+import operator
+
+import cv2
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -9,7 +13,7 @@ from stereotrack_core.depth.match import (
     DisparityRange,
     Matcher,
     Region,
-    changed_region,
+    changed_bands,
     region_of_points,
 )
 from stereotrack_core.depth.parameters import DepthParameters
@@ -44,11 +48,28 @@ def test_what_changed_is_inside_the_region():
     image = empty.copy()
     image[60:180, 100:140] = texture(240, 320, seed=2)[60:180, 100:140].astype(np.uint8)
     noise = np.random.default_rng(3).normal(0, 2.5, image.shape)
-    region = changed_region((image + noise).clip(0, 255).astype(np.uint8), empty, 8)
+    bands = changed_bands((image + noise).clip(0, 255).astype(np.uint8), empty, 8)
+    region = functools.reduce(operator.or_, bands)
     assert region.left <= 100 - 4
     assert region.top <= 60 - 4
     assert 140 + 4 <= region.right <= 160
     assert 180 + 4 <= region.bottom <= 200
+
+
+def test_bands_are_narrower_than_the_box_and_hold_all_that_changed():
+    empty = (texture(240, 320, seed=1) * 0.7).astype(np.uint8)
+    image, shape = empty.copy(), np.zeros(empty.shape, dtype=bool)
+    shape[20:220, 150:170] = shape[60:70, 40:280] = True  # arms spread
+    image[shape] = 255 - image[shape] // 2
+    bands = changed_bands(image, empty, 8)
+    held = np.zeros(empty.shape, dtype=int)
+    for band in bands:
+        held[band.slices] += 1
+    assert held.max() == 1
+    around = cv2.dilate(shape.astype(np.uint8), np.ones((17, 17), np.uint8)).astype(bool)
+    assert held[around].all()
+    box = functools.reduce(operator.or_, bands)
+    assert held.sum() < 0.5 * (box.right - box.left) * (box.bottom - box.top)
 
 
 @pytest.mark.parametrize("gain", [0.8, 1.2])
@@ -56,15 +77,15 @@ def test_a_change_of_brightness_alone_is_not_taken_for_the_person(gain):
     empty = (texture(240, 320, seed=1) * 0.7).astype(np.uint8)
     image = (empty * gain).astype(np.uint8)
     image[100:140, 200:240] = 250
-    region = changed_region(image, empty, 0)
+    region = functools.reduce(operator.or_, changed_bands(image, empty, 0))
     assert region.right - region.left < 60
     assert region.bottom - region.top < 60
 
 
 def test_where_the_comparison_proves_nothing_the_whole_image_is_taken():
     empty = texture(240, 320, seed=1).astype(np.uint8)
-    assert changed_region(empty, empty, 8) == WHOLE
-    assert changed_region(texture(240, 320, seed=5).astype(np.uint8), empty, 8) == WHOLE
+    assert changed_bands(empty, empty, 8) == (WHOLE,)
+    assert changed_bands(texture(240, 320, seed=5).astype(np.uint8), empty, 8) == (WHOLE,)
 
 
 def test_a_body_appears_inside_its_corners_region():
