@@ -84,21 +84,14 @@ def edge_maps(cloud: Cloud) -> tuple[EdgeMap, ...]:
 
 def _signed_distances(outline: BoolArray) -> tuple[Float32Array, int, int] | None:
     """Signed distances around the larger patches, and the left and top of that region."""
-    x, y, width, height = cv2.boundingRect(outline.view(np.uint8))
+    patches = outline.astype(np.uint8)
+    cv2.filterSpeckles(patches, 0, _LEAST_PATCH - 1, 0)
+    left, top, width, height = cv2.boundingRect(patches)
     if not width:
         return None
-    cut = outline[y : y + height, x : x + width].astype(np.uint8)
-    count, found, stats, _ = cv2.connectedComponentsWithStats(cut)
-    large = np.flatnonzero(stats[1:, cv2.CC_STAT_AREA] >= _LEAST_PATCH) + 1
-    if not len(large):
-        return None
-    left, top = (int(low) for low in stats[large, :2].min(axis=0))
-    right, bottom = (int(high) for high in (stats[large, :2] + stats[large, 2:4]).max(axis=0))
-    keep = np.zeros(count, dtype=np.uint8)
-    keep[large] = 1
-    person = keep[found[top:bottom, left:right]]
+    right, bottom = left + width, top + height
+    person = patches[top:bottom, left:right]
     height, width = outline.shape
-    left, top, right, bottom = left + x, top + y, right + x, bottom + y
     before = min(_AROUND, top), min(_AROUND, left)
     after = min(_AROUND, height - bottom), min(_AROUND, width - right)
     inside = np.pad(person, tuple(zip(before, after, strict=True)))
