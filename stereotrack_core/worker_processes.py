@@ -1,7 +1,8 @@
 """Processes of this machine that do one task after the other, each on its share of the cores.
 
 Unlike :class:`concurrent.futures.ProcessPoolExecutor` they can be ended at any moment, tell how
-far they are, and one of them that is killed takes no other with it.
+far they are, and one of them that is killed takes no other with it. They never outlive the one
+that has started them.
 """
 
 from __future__ import annotations
@@ -50,7 +51,6 @@ class Asker:
         self._pipe = pipe
         self._listening = threading.Lock()
         self._stopped = False
-        self._parent = multiprocessing.parent_process()
         self._untold = 0
         self._told = 0.0
 
@@ -100,10 +100,6 @@ class Asker:
             if not is_order:
                 self._stopped = False
                 return word
-
-    def gone(self) -> bool:
-        """Whether nobody wants it any more."""
-        return self._parent is not None and not self._parent.is_alive()
 
     def _tell_frames(self) -> None:
         if self._untold:
@@ -240,6 +236,7 @@ def _out_of_reach_of_interrupts() -> Iterator[None]:
 def _serve(pipe: Connection, do: Callable[[Any, Asker], None], threads: int, nice: int) -> None:
     """Do tasks until nobody asks any more, or whoever asked is gone."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
     if nice and hasattr(os, "nice"):
         os.nice(nice)
     cv2.setNumThreads(threads)
@@ -254,6 +251,17 @@ def _serve(pipe: Connection, do: Callable[[Any, Asker], None], threads: int, nic
             except Exception as error:  # noqa: BLE001 - told to whoever asked
                 asker.tell(_portable(error))
             pipe.send(None)
+
+
+def _end_with_parent() -> None:
+    """End this process when the one that started it has ended, killed, too, whatever it is at.
+
+    A pipe tells, that closes with the parent; a task that listens to nobody would go on for long.
+    """
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
 
 
 def _portable(error: Exception) -> Exception:

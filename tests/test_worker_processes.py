@@ -6,6 +6,7 @@ import subprocess
 import sys
 import textwrap
 import time
+from pathlib import Path
 
 import pytest
 
@@ -24,6 +25,12 @@ def do(task, asker):
     for _ in range(int(task)):
         asker.on_frames(1)
     asker.tell({"task": task})
+
+
+def sleep(_task, asker):
+    """A task that listens to nobody."""
+    asker.tell("asleep")
+    time.sleep(600)
 
 
 @pytest.fixture
@@ -98,3 +105,50 @@ def test_interrupts_of_the_terminal_reach_only_the_one_that_asks(tmp_path, secon
     for pid in pids:
         with pytest.raises(ProcessLookupError):
             os.kill(pid, 0)
+
+
+def has_ended(pid):
+    """Whether a process is no more, or only waits to be counted."""
+    try:
+        status = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0]
+    except OSError:
+        return True
+    return status == "Z"
+
+
+needs_proc = pytest.mark.skipif(sys.platform != "linux", reason="there is no /proc")
+
+
+@needs_proc
+def test_a_process_at_work_ends_when_the_one_that_asked_is_killed(tmp_path):
+    script = tmp_path / "asker.py"
+    script.write_text(
+        textwrap.dedent("""
+        import time
+        from stereotrack_core.worker_processes import WorkerProcess, with_words
+        from tests.test_worker_processes import sleep
+        if __name__ == "__main__":
+            worker = WorkerProcess(sleep, 1)
+            worker.give(0)
+            with_words([worker], None)
+            print(worker.pid, flush=True)
+            time.sleep(600)
+        """)
+    )
+    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[1])}
+    with subprocess.Popen(
+        [sys.executable, str(script)], stdout=subprocess.PIPE, text=True, env=environment
+    ) as asker:
+        try:
+            pid = int(asker.stdout.readline())
+            assert not has_ended(pid)
+        finally:
+            asker.kill()
+    wait_until(lambda: has_ended(pid))
+
+
+def wait_until(true, seconds=60):
+    until = time.monotonic() + seconds
+    while not true():
+        assert time.monotonic() < until
+        time.sleep(0.02)

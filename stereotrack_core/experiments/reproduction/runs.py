@@ -80,7 +80,7 @@ def _track_and_write(
     folders: Sequence[Path],
     group: Group,
     on_frames: Callable[[int], None],
-    cancelled: Callable[[], bool],
+    cancelled: Callable[[], bool] = lambda: False,
 ) -> None:
     paths = {planned: places.run(group.recording, planned) for planned in group.runs}
     for path in paths.values():
@@ -197,7 +197,7 @@ class _GroupDesk:
 
 
 def _work(task: _Task, asker: Asker) -> None:
-    _track_and_write(*task, asker.on_frames, asker.gone)
+    _track_and_write(*task, asker.on_frames)
 
 
 def frames_of(recording: Recording) -> int:

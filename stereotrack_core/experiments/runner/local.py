@@ -44,7 +44,7 @@ class LocalWorkers:
 
 
 def _do(batch: Batch, asker: Asker) -> None:
-    for result in do_batch(batch.jobs, on_frames=asker.on_frames, cancelled=asker.gone):
+    for result in do_batch(batch.jobs, on_frames=asker.on_frames):
         asker.tell(result)
 
 

@@ -95,7 +95,7 @@ def do_until_killed(batch, asker):
             asker.on_frames(count)
             time.sleep(600)
 
-    for result in do_batch(batch.jobs, on_frames=on_frames, cancelled=asker.gone):
+    for result in do_batch(batch.jobs, on_frames=on_frames):
         asker.tell(result)
 
 
