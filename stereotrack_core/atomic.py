@@ -1,4 +1,4 @@
-"""Files and folders that are written completely or not at all, and files of one writer at a time.
+"""Files and folders that are written completely or not at all.
 
 Whatever the program writes goes through here. What is new is on the drive and has been looked at
 before it takes the place of what is old: many libraries do not notice that a drive is full.
@@ -7,20 +7,19 @@ before it takes the place of what is old: many libraries do not notice that a dr
 from __future__ import annotations
 
 import contextlib
-import errno
 import glob
 import logging
 import os
 import shutil
-import sys
 import uuid
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from functools import partial
 from pathlib import Path
-from typing import IO, TypeAlias
+from typing import TypeAlias
 
 from stereotrack_core.errors import InputError
+from stereotrack_core.locks import writing
 
 _LOG = logging.getLogger(__name__)
 
@@ -115,12 +114,13 @@ def filling(folder: Path) -> Iterator[Path]:
             remedy="Choose a folder that you may write to.",
         ) from error
     try:
-        yield workplace
-        if there:
-            for made in sorted(workplace.iterdir()):
-                made.replace(target / made.name)
-        else:
-            workplace.rename(target)
+        with writing(None if there else target):
+            yield workplace
+            if there:
+                for made in sorted(workplace.iterdir()):
+                    made.replace(target / made.name)
+            else:
+                workplace.rename(target)
     except InputError as error:
         where = error.where.replace(str(workplace), str(folder))
         raise InputError(error.what, where=where, remedy=error.remedy) from error
@@ -162,37 +162,3 @@ def _flush_names(folder: Path) -> None:
             os.fsync(handle)
         finally:
             os.close(handle)
-
-
-if sys.platform == "win32":
-    import msvcrt
-else:
-    import fcntl
-
-_TAKEN = (errno.EWOULDBLOCK, errno.EAGAIN, errno.EACCES, errno.EDEADLK)
-"""What the system says where another program has the lock; anything else: it knows no locks."""
-
-_BEYOND = 2**40
-"""Byte that stands for the file where bytes are locked, so that others may read those before."""
-
-
-def take_lock(file: IO[bytes]) -> bool:
-    """Lock an open file until it is closed; False on a drive that knows no locks.
-
-    Raises BlockingIOError when another program has the lock.
-    """
-    try:
-        if sys.platform == "win32":
-            here = file.tell()
-            os.lseek(file.fileno(), _BEYOND, os.SEEK_SET)
-            try:
-                msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
-            finally:
-                os.lseek(file.fileno(), here, os.SEEK_SET)
-        else:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError as error:
-        if error.errno in _TAKEN:
-            raise BlockingIOError from None
-        return False
-    return True

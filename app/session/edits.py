@@ -13,8 +13,8 @@ from typing import Any, Literal
 from PySide6.QtCore import QObject, Signal, Slot
 
 from stereotrack_core.errors import InputError
+from stereotrack_core.locks import now
 from stereotrack_core.project.history import Changed, Entry
-from stereotrack_core.project.opening import now
 from stereotrack_core.project.project import Project
 
 from ..services.failures import message_of

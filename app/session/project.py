@@ -10,10 +10,10 @@ from typing import Any
 from PySide6.QtCore import QObject, QSettings, QTimer, Signal, Slot
 
 from stereotrack_core.errors import InputError
+from stereotrack_core.locks import user
 from stereotrack_core.project.database import ProjectDamaged
 from stereotrack_core.project.edit import Edit
 from stereotrack_core.project.history import Changed
-from stereotrack_core.project.opening import user
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.schema import CHOICE, DESCRIPTION
 

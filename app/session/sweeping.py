@@ -13,8 +13,10 @@ from typing import IO, Literal, TypeAlias
 from PySide6.QtCore import QElapsedTimer, QObject, QSettings, QTimer, Signal, Slot
 
 from stereotrack_core.counting import counted, in_words
+from stereotrack_core.errors import InputError
 from stereotrack_core.experiments.sweep.points import program_command
 from stereotrack_core.experiments.sweep.store import SweepPlaces, SweepState, is_running, read_state
+from stereotrack_core.locks import refuse_second
 
 from ..services.stored import stored_text
 
@@ -80,7 +82,12 @@ class SweepPresenter(QObject):
         return Path(stored) if stored else None
 
     def begin(self, arguments: Sequence[str], table: Path) -> None:
-        """Begin a sweep, or go on with it."""
+        """Begin a sweep, or go on with it; one that another process is at is left to it."""
+        try:
+            refuse_second(table)
+        except InputError as error:
+            self._tell(SweepNow("failed", 0.0, str(error), table))
+            return
         self._places = SweepPlaces(table)
         self._settings.setValue(self._table, str(table))
         self._places.state.unlink(missing_ok=True)

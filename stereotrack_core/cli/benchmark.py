@@ -32,6 +32,7 @@ from stereotrack_core.experiments.benchmark.accuracy import ABLATIONS, Row, Scor
 from stereotrack_core.experiments.benchmark.annotation import CASES, AnnotationScore, annotated
 from stereotrack_core.experiments.benchmark.growth import Cost, cost_of_points, cost_of_views
 from stereotrack_core.experiments.benchmark.speed import chain_speed, exponent
+from stereotrack_core.locks import writing
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.folder import open_recordings
 from stereotrack_core.recording.reader import FrameReader
@@ -119,6 +120,16 @@ def run(args: Namespace) -> int:
     recordings = _recordings(args.recordings)
     if args.growth:
         return _growth(recordings, contestants, args)
+    with writing(args.output):
+        return _accuracy(recordings, contestants, seeds, args)
+
+
+def _accuracy(
+    recordings: Sequence[Recording],
+    contestants: Mapping[str, Settings],
+    seeds: list[int],
+    args: Namespace,
+) -> int:
     scores: list[Score] = []
     speeds: dict[tuple[str, str], Mapping[str, float]] = {}
     for recording in recordings:

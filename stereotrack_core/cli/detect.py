@@ -20,6 +20,8 @@ from stereotrack_core.counting import counted
 from stereotrack_core.interop.keypoints.table import write_table
 from stereotrack_core.interop.pose_model.detect import detect_keypoints
 from stereotrack_core.interop.pose_model.model import PoseModel
+from stereotrack_core.locks import writing
+from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.keypoint_names import LAYOUTS
 from stereotrack_core.recording.reader import FrameReader
@@ -52,6 +54,11 @@ def run(args: Namespace) -> int:
     check_suffix(args.output, ".csv")
     recording = open_recording(args.recording)
     check_output(args.output, recording)
+    with writing(args.output):
+        return _detect(args, recording)
+
+
+def _detect(args: Namespace, recording: Recording) -> int:
     views = views_of(recording, args.views)
     with FrameReader(recording, views=views, read_ahead=0) as reader:
         frames = frames_within(args.frames, reader.frame_count)

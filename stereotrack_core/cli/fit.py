@@ -45,6 +45,7 @@ from stereotrack_core.counting import counted, spread_words
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera_agreement import Disagreement
 from stereotrack_core.interop.reference_npz import check_reference_file, export_reference
+from stereotrack_core.locks import writing
 from stereotrack_core.parameters import parsed_settings
 from stereotrack_core.recording.description import Recording, read_subject
 from stereotrack_core.recording.folder import open_recording
@@ -128,10 +129,15 @@ def run(args: Namespace) -> int:
         check_suffix(args.output, ".toml")
     else:
         check_reference_file(args.output)
-    settings, stated = _settings(args), _sigma(args.sigma)
     recording = open_recording(args.recording)
     check_calibrated(recording)
     check_output(args.output, recording)
+    with writing(args.output):
+        return _fit(args, recording)
+
+
+def _fit(args: Namespace, recording: Recording) -> int:
+    settings, stated = _settings(args), _sigma(args.sigma)
     views = views_of(recording, args.views)
     with FrameReader(recording, views=views, read_ahead=0) as reader:
         count = reader.frame_count

@@ -24,6 +24,7 @@ from stereotrack_core.experiments.reproduction.plan import (
 from stereotrack_core.experiments.reproduction.results import Results, write_results
 from stereotrack_core.experiments.reproduction.runs import frames_of, missing_runs, track_groups
 from stereotrack_core.experiments.reproduction.tables import facts, readable
+from stereotrack_core.locks import writing
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.worker_processes import Lost
@@ -69,6 +70,11 @@ def run(args: Namespace) -> int:
     presets = _presets(args.presets)
     check_least(1, seeds=args.seeds, workers=args.workers)
     places = places_in(args.folder, short=args.short)
+    with writing(places.folder):
+        return _reproduce(args, places, presets)
+
+
+def _reproduce(args: Namespace, places: Places, presets: Sequence[str]) -> int:
     try:
         recordings = _recordings(places, short=args.short)
         planned = groups([recording.name for recording in recordings], presets, args.seeds)

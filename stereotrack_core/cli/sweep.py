@@ -30,6 +30,7 @@ from stereotrack_core.experiments.sweep.plan import SweepPlan, count_of, expecte
 from stereotrack_core.experiments.sweep.points import TRIALS, Point, SweepRequest, varied_names
 from stereotrack_core.experiments.sweep.run import PointSummary, SweepOutcome, SweepRun, summarised
 from stereotrack_core.experiments.sweep.store import SweepPlaces, SweepStore, stored_results
+from stereotrack_core.locks import refuse_second
 from stereotrack_core.recording.folder import open_recordings
 from stereotrack_core.tables import Table
 from stereotrack_core.worker_processes import usable_cores
@@ -121,6 +122,7 @@ def run(args: Namespace) -> int:
     """Plan, compute what is missing, print."""
     request = _request(args)
     request.check()
+    refuse_second(request.table)
     recordings = open_recordings(request.recordings)
     for recording in recordings:
         check_output(request.table, recording)

@@ -30,6 +30,8 @@ from stereotrack_core.doctor.before_tracking import (
 )
 from stereotrack_core.experiments.tracked_run import TrackedRun
 from stereotrack_core.interop.run_file import run_suffix
+from stereotrack_core.locks import writing
+from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.findings import examine
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.tables import Table, number
@@ -158,6 +160,11 @@ def run(args: Namespace) -> int:
 
     recording = open_recording(args.recording)
     check_output(args.output, recording)
+    with writing(args.output):
+        return _track(args, recording)
+
+
+def _track(args: Namespace, recording: Recording) -> int:
     output = UnfinishedOutput(args.recording, args.output)
     plan = plan_of(args, recording, output)
     _check(args, plan)

@@ -22,8 +22,8 @@ from typing import IO, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stereotrack_core.atomic import take_lock
 from stereotrack_core.errors import InputError
+from stereotrack_core.locks import take_lock
 from stereotrack_core.reading import MB, TABLE_BYTES, open_file, parsed_json, read_bytes
 
 

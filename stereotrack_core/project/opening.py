@@ -6,9 +6,7 @@ One program at a time writes; a crashed one is not in the way.
 from __future__ import annotations
 
 import ctypes
-import getpass
 import os
-import socket
 import sqlite3
 import subprocess
 import sys
@@ -16,18 +14,15 @@ import tempfile
 from collections.abc import Sequence
 from contextlib import ExitStack, closing, suppress
 from dataclasses import astuple, dataclass
-from datetime import UTC, datetime
 from pathlib import Path
-from typing import IO
 
-from stereotrack_core.atomic import take_lock
 from stereotrack_core.errors import Finding, InputError
+from stereotrack_core.locks import FileLock, Owner, is_held, lock_path
 from stereotrack_core.project.connection import connect, connect_for_reading
 from stereotrack_core.project.database import (
     ProjectInUse,
     beside,
     bring_up_to_date,
-    check_beside,
     check_header,
     code_of,
     copy_files,
@@ -38,38 +33,10 @@ from stereotrack_core.project.database import (
 from stereotrack_core.project.validity import check_rows, check_whole
 
 
-@dataclass(frozen=True)
-class Owner:
-    """A program that has the project open for writing, or had it when it crashed."""
-
-    host: str
-    process: int
-    who: str
-    at: str
-
-    @staticmethod
-    def of(database: sqlite3.Connection) -> Owner | None:
-        """Who has it."""
-        row = database.execute("SELECT host, process, who, at FROM owner").fetchone()
-        return None if row is None else Owner(*row)
-
-
-def now() -> str:
-    """Present time, ISO 8601, UTC."""
-    return datetime.now(UTC).isoformat(timespec="milliseconds")
-
-
-def user() -> str:
-    """Name of the person at this machine."""
-    try:
-        return getpass.getuser()
-    except (OSError, KeyError, ImportError):  # no such user is known to the system
-        return "somebody"
-
-
-def _myself() -> Owner:
-    """The program that asks."""
-    return Owner(socket.gethostname(), os.getpid(), user(), now())
+def owner_of(database: sqlite3.Connection) -> Owner | None:
+    """Who has the project open for writing, or had it when it crashed."""
+    row = database.execute("SELECT host, process, who, at FROM owner").fetchone()
+    return None if row is None else Owner(*row)
 
 
 def write_owner(database: sqlite3.Connection, owner: Owner | None) -> None:
@@ -89,13 +56,10 @@ def in_use(path: Path, owner: Owner | None = None, remedy: str = "") -> ProjectI
             making_sense(path),
         ):
             check_rows(database, path, ("owner",))
-            owner = Owner.of(database)
+            owner = owner_of(database)
     who = "it is open in another program"
     if owner is not None:
-        who = (
-            f"it is already open: process {owner.process} on {owner.host}, user {owner.who}, "
-            f"since {owner.at.replace('T', ' ')[:16]} UTC"
-        )
+        who = f"it is already open: {owner}"
     remedy = remedy or "Close it there, or open it read-only."
     return ProjectInUse(who, where=str(path), remedy=remedy)
 
@@ -177,74 +141,6 @@ def _windows_type(place: str) -> str | None:
     return None
 
 
-def lock_path(project: Path) -> Path:
-    """The file whose lock stands for the project."""
-    return project.with_name(f".{project.name}.lock")
-
-
-def _is_held(project: Path) -> bool:
-    """Whether a program has the lock now; True as well where that cannot be told."""
-    try:
-        with lock_path(project).open("rb") as file:
-            return not take_lock(file)
-    except FileNotFoundError:
-        return False
-    except OSError:
-        return True
-
-
-class ProjectLock:
-    """Taken on construction, given back by :meth:`release`.
-
-    It is the operating system's, on a file beside the project (SQLite's own locks on the project
-    file itself would be lost if another handle on it were closed). The system lets go of it when
-    the program ends in whichever way.
-
-    `holds`: False on drives that know no locks; only the note within the project tells its owner
-    there.
-
-    Raises BlockingIOError when another program has it; InputError when no file can be made beside
-    the project.
-    """
-
-    def __init__(self, project: Path) -> None:
-        self._path = lock_path(project)
-        self.holds = True
-        self._file: IO[bytes] | None = self._locked()
-
-    def _locked(self) -> IO[bytes]:
-        check_beside(self._path)
-        while True:
-            try:
-                file = self._path.open("ab")
-            except OSError as error:
-                raise InputError(
-                    f"cannot write beside the project ({error.strerror})",
-                    where=str(self._path.parent),
-                    remedy="Open the project read-only, or copy it elsewhere.",
-                ) from error
-            try:
-                self.holds = take_lock(file)
-            except BlockingIOError:
-                file.close()
-                raise
-            with suppress(FileNotFoundError):
-                if not self.holds or os.path.samestat(os.fstat(file.fileno()), self._path.stat()):
-                    return file
-            file.close()  # its owner removed it between opening and locking
-
-    def release(self) -> None:
-        """Give the lock back; a second time does nothing."""
-        if self._file is None:
-            return
-        if sys.platform == "win32":
-            self._file.close()
-        with suppress(PermissionError):  # Windows: the next program already has it open
-            self._path.unlink(missing_ok=True)
-        self._file.close()
-        self._file = None
-
-
 _UNCERTAIN = (
     "Close it there. If that program is certainly no longer running, force unlock the project."
 )
@@ -278,10 +174,7 @@ def open_for_writing(
     check_header(path)
     locked = lock_path(path).exists()
     with ExitStack() as stack:
-        try:
-            lock = ProjectLock(path)
-        except BlockingIOError:
-            raise in_use(path) from None
+        lock = _locked(path)
         stack.callback(lock.release)
         network = network_type(path, mounts)
         with making_sense(path):
@@ -289,9 +182,9 @@ def open_for_writing(
             database = connect(path)
             stack.callback(database.close)
             check_rows(database, path, ("owner",))
-            left = Owner.of(database)
+            left = owner_of(database)
             if left is not None:
-                ours = lock.holds and (network is None or left.host == _myself().host)
+                ours = lock.holds and (network is None or left.host == Owner.myself().host)
                 if not (take_over or ours):  # else it is gone for certain
                     raise in_use(path, left, _UNCERTAIN)
                 check_whole(database, path)
@@ -300,10 +193,23 @@ def open_for_writing(
             identity = None if network else (status.st_dev, status.st_ino)
             stack.callback(_give_back, database, path, identity)
             earlier = bring_up_to_date(database, path)
-            write_owner(database, _myself())
+            write_owner(database, Owner.myself())
         notes = (*_notes_of_end(path, left, locked), *_notes_of_format(path, earlier))
         return Opened(path, database, False, notes, stack.pop_all(), identity)
     raise AssertionError  # the stack swallows no exception
+
+
+def _locked(path: Path) -> FileLock:
+    try:
+        return FileLock(path)
+    except BlockingIOError:
+        raise in_use(path) from None
+    except OSError as error:
+        raise InputError(
+            f"cannot write beside the project ({error.strerror})",
+            where=str(path.parent),
+            remedy="Open the project read-only, or copy it elsewhere.",
+        ) from error
 
 
 def open_for_reading(path: Path) -> Opened:
@@ -316,7 +222,7 @@ def open_for_reading(path: Path) -> Opened:
     ProjectDamaged where it contradicts itself.
     """
     check_header(path)
-    locked, held = lock_path(path).exists(), _is_held(path)
+    locked, held = lock_path(path).exists(), is_held(path, unsure=True)
     with ExitStack() as stack, making_sense(path):
         try:
             database = connect_for_reading(path)
@@ -329,7 +235,7 @@ def open_for_reading(path: Path) -> Opened:
             database = connect_for_reading(copy)
         stack.callback(database.close)
         check_rows(database, path)
-        left = None if held else Owner.of(database)
+        left = None if held else owner_of(database)
         if left is not None:
             check_whole(database, path)
         return Opened(path, database, True, _notes_of_end(path, left, locked), stack.pop_all())

@@ -10,6 +10,7 @@ from stereotrack_core.annotation.agreement import click_sigmas
 from stereotrack_core.annotation.click import USUAL_SIGMA, Progress, progress
 from stereotrack_core.annotation.landmark_set import NINE, LandmarkSet
 from stereotrack_core.errors import Finding, InputError
+from stereotrack_core.locks import now, user
 from stereotrack_core.project.clicks import Clicks
 from stereotrack_core.project.connection import Access
 from stereotrack_core.project.database import ProjectDamaged, copy_whole, make_database, resolved
@@ -21,10 +22,8 @@ from stereotrack_core.project.marks import Marks
 from stereotrack_core.project.opening import (
     Mount,
     Opened,
-    now,
     open_for_reading,
     open_for_writing,
-    user,
 )
 from stereotrack_core.project.predictions import Predictions
 from stereotrack_core.project.schema import (

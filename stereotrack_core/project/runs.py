@@ -11,11 +11,11 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 from stereotrack_core.arrays import IntArray
-from stereotrack_core.atomic import take_lock
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.run_file import read_run
 from stereotrack_core.interop.run_journal import PART_SUFFIX
 from stereotrack_core.interop.run_npz import run_bytes, run_of_bytes
+from stereotrack_core.locks import take_lock
 from stereotrack_core.project.database import making_sense
 from stereotrack_core.project.edit import Change, Edit, Stamp, State
 from stereotrack_core.project.entries import (

@@ -15,6 +15,7 @@ from stereotrack_core.experiments.runner.job import Job, JobResult
 from stereotrack_core.experiments.sweep.plan import SweepPlan, count_of
 from stereotrack_core.experiments.sweep.points import SweepRequest
 from stereotrack_core.experiments.sweep.store import SweepPlaces
+from stereotrack_core.locks import refuse_second
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.setups import load_reference
 from stereotrack_core.recording.folder import open_recording
@@ -110,6 +111,7 @@ def plan_study(
     study = read_study(request.study)
     rows = selected(study, request.select)
     table = study.runs / _TABLE
+    refuse_second(table)
     base = SweepRequest((), table, **{name: getattr(request, name) for name in _SETTINGS})
     base.check()
     preset(request.preset, request.changes)

@@ -7,16 +7,17 @@ import signal
 import subprocess
 import sys
 import time
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
 
+from stereotrack_core import locks
 from stereotrack_core.atomic import replacing
 from stereotrack_core.cli import sweep
 from stereotrack_core.counting import in_words
 from stereotrack_core.errors import InputError
 from stereotrack_core.experiments.runner.job import do_batch
-from stereotrack_core.experiments.sweep import store
 from stereotrack_core.experiments.sweep.store import (
     SweepPlaces,
     SweepStore,
@@ -24,8 +25,8 @@ from stereotrack_core.experiments.sweep.store import (
     read_state,
     stored_results,
 )
+from stereotrack_core.locks import FileLock
 from stereotrack_core.program import main
-from stereotrack_core.project.opening import ProjectLock
 
 pytestmark = pytest.mark.xdist_group("cli")
 QUICK = (
@@ -180,7 +181,7 @@ def test_a_sweep_that_is_killed_or_stopped_goes_on_where_it_was(run, recording, 
     assert is_running(places)
     other = run("sweep", recording, *QUICK, *GRID, "-o", table)
     assert other.status == 2
-    assert "another sweep" in other.err
+    assert f"process {process.pid}" in other.err
     process.kill()
     process.communicate()
     assert not is_running(places)
@@ -202,6 +203,30 @@ def test_a_sweep_that_is_killed_or_stopped_goes_on_where_it_was(run, recording, 
     identities = [json.loads(line)["job"] for line in places.journal.read_text().splitlines()]
     assert len(identities) == len(set(identities)) == 8, "nothing was computed twice"
     assert not places.stop_sign.exists()
+
+
+def children_of(pid):
+    """Numbers of the processes that a process has started; empty once it has ended."""
+    found = []
+    for task in Path(f"/proc/{pid}/task").glob("*/children"):
+        with suppress(OSError):
+            found += map(int, task.read_text().split())
+    return found
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform != "linux", reason="there is no /proc")
+def test_no_process_of_a_sweep_outlives_the_command_that_is_killed(recording, tmp_path):
+    process = started(recording, tmp_path / "sweep.csv", "--workers", 2)
+    wait_for_results(process, SweepPlaces(tmp_path / "sweep.csv"))
+    children = children_of(process.pid)
+    assert len(children) >= 2
+    process.kill()
+    process.communicate()
+    until = time.monotonic() + 60
+    while left := [pid for pid in children if Path(f"/proc/{pid}").exists()]:
+        assert time.monotonic() < until, left
+        time.sleep(0.02)
 
 
 @pytest.mark.parametrize(
@@ -232,14 +257,14 @@ def test_what_cannot_be_meant_is_refused(run, recording, tmp_path, arguments, wo
 
 def test_asking_whether_a_sweep_is_running_does_not_keep_one_from_beginning(tmp_path, monkeypatch):
     places = SweepPlaces(tmp_path / "sweep.csv")
-    asking = ProjectLock(places.table)
+    asking = FileLock(places.table)
     waited = []
 
     def answered_meanwhile(seconds):
         waited.append(seconds)
         asking.release()
 
-    monkeypatch.setattr(store.time, "sleep", answered_meanwhile)
+    monkeypatch.setattr(locks.time, "sleep", answered_meanwhile)
     SweepStore(places).close()
     assert len(waited) == 1
 

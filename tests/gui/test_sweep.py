@@ -1,6 +1,7 @@
 """Sweeps in the window: asked for, computed by a process of their own, plotted, taken over."""
 
 import csv
+import os
 from dataclasses import replace
 
 import pytest
@@ -20,6 +21,7 @@ from app.widgets.forms.sweep_values import SweepValues
 from stereotrack_core.errors import InputError
 from stereotrack_core.experiments.sweep.points import SweepRequest
 from stereotrack_core.experiments.sweep.store import SweepPlaces, SweepState, SweepStore
+from stereotrack_core.locks import FileLock
 
 pytestmark = pytest.mark.window
 
@@ -282,6 +284,11 @@ def test_a_sweep_that_cannot_begin_says_why(qtbot, tmp_path):
     assert presenter.now.phase == "failed"
     assert "none" in presenter.now.words
     assert "Traceback" not in presenter.now.words
+    other = FileLock(tmp_path / "b.csv")
+    presenter.begin(["sweep", str(tmp_path / "none"), "-o", "b.csv"], tmp_path / "b.csv")
+    assert presenter.now.phase == "failed"
+    assert f"being written by process {os.getpid()} on " in presenter.now.words
+    other.release()
 
 
 def test_a_sweep_can_be_stopped_at_once(qtbot, tmp_path, small_recording):

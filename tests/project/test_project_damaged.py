@@ -13,9 +13,9 @@ import pytest
 
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.errors import InputError
+from stereotrack_core.locks import lock_path
 from stereotrack_core.project.clicks import DeleteClicks, PlaceClicks, place
 from stereotrack_core.project.database import ProjectDamaged
-from stereotrack_core.project.opening import lock_path
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.rescue import rescue
 

@@ -14,12 +14,13 @@ from pathlib import Path
 
 import pytest
 
+from stereotrack_core import locks
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.errors import InputError
+from stereotrack_core.locks import lock_path
 from stereotrack_core.project import opening
 from stereotrack_core.project.clicks import place
 from stereotrack_core.project.database import make_database
-from stereotrack_core.project.opening import lock_path
 from stereotrack_core.project.project import Project
 
 ROOT = Path(__file__).parents[2]
@@ -157,7 +158,7 @@ def test_on_a_drive_without_locks_the_note_in_the_file_counts(project, project_p
         raise OSError(errno.ENOLCK, "no locks available")
 
     project.close()
-    monkeypatch.setattr("stereotrack_core.atomic.fcntl.flock", no_locks)
+    monkeypatch.setattr("stereotrack_core.locks.fcntl.flock", no_locks)
     with Project.open(project_path), pytest.raises(InputError, match="force unlock the project"):
         Project.open(project_path)
     Project.open(project_path).close()
@@ -176,7 +177,7 @@ def test_closing_ends_well_where_nothing_can_be_written(project, project_path):
 def test_another_machine_on_a_network_drive_is_asked_for(project, project_path, monkeypatch):
     """The system's lock may not reach from machine to machine; the note in the file does."""
     project.close()
-    left = opening.Owner("other-machine", 5, "B", opening.now())
+    left = locks.Owner("other-machine", 5, "B", locks.now())
     with closing(sqlite3.connect(project_path, isolation_level=None)) as database:
         opening.write_owner(database, left)
     with pytest.raises(InputError, match=r"process 5 on other-machine.*force unlock the project"):

@@ -9,8 +9,8 @@ from PySide6.QtCore import QObject, Qt, QTimer, Slot
 from PySide6.QtWidgets import QFileDialog, QInputDialog, QMessageBox
 
 from stereotrack_core.errors import InputError
+from stereotrack_core.locks import user
 from stereotrack_core.project.database import ProjectDamaged
-from stereotrack_core.project.opening import user
 from stereotrack_core.project.rescue import Rescued, rescue
 from stereotrack_core.project.whereabouts import SUFFIX
 

@@ -20,6 +20,7 @@ from stereotrack_core.cli.calibration.boards import (
 )
 from stereotrack_core.cli.output import OK
 from stereotrack_core.cli.progress import stoppable
+from stereotrack_core.locks import writing
 from stereotrack_core.recording.calibration import write_calibration
 
 DESCRIPTION = (
@@ -48,6 +49,11 @@ def run(args: Namespace) -> int:
     check_output(args.output)
     check_model(args.model)
     board_of(args)
+    with writing(args.output):
+        return _calibrated(args)
+
+
+def _calibrated(args: Namespace) -> int:
     source = pictures_of_glob(args.images, args.camera, "--images")
     found = found_board(args, [source], source.count())
     with stoppable(NOTHING) as stop:

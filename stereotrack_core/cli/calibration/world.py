@@ -24,6 +24,7 @@ from stereotrack_core.cli.calibration.boards import (
 )
 from stereotrack_core.cli.output import OK
 from stereotrack_core.cli.progress import stoppable
+from stereotrack_core.locks import writing
 from stereotrack_core.recording.calibration import write_calibration
 
 DESCRIPTION = (
@@ -54,6 +55,11 @@ def run(args: Namespace) -> int:
     check_output(args.output)
     check_model(args.model)
     board_of(args)
+    with writing(args.output):
+        return _calibrated(args)
+
+
+def _calibrated(args: Namespace) -> int:
     given = given_lenses(args.lenses)
     sources = pictures_of_folder(args.folder)
     found = found_board(args, sources, check_same_length(sources))

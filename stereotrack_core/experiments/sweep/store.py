@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import json
-import os
-import time
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -18,15 +16,13 @@ from stereotrack_core.experiments.measures import MEASURES
 from stereotrack_core.experiments.runner.job import Job, JobResult
 from stereotrack_core.experiments.sweep.points import varied_names
 from stereotrack_core.interop.records import Journal, read_journal
+from stereotrack_core.locks import is_held, lock_output
 from stereotrack_core.plain_data import Kind, check_kind
-from stereotrack_core.project.opening import ProjectLock
 from stereotrack_core.reading import read_json
 from stereotrack_core.tables import csv_text, read_csv_table
 
 JOB_COLUMN = "job"
 """Column of identities: what tells a sweep's table from others."""
-
-_LOCK_TRIES, _LOCK_SECONDS = 5, 0.1
 
 Ending: TypeAlias = Literal["", "done", "stopped", "failed"]
 
@@ -92,15 +88,10 @@ def read_state(places: SweepPlaces) -> SweepState | None:
 
 def is_running(places: SweepPlaces) -> bool:
     """Whether some process is at the sweep."""
-    if not os.path.isdir(places.table.parent):
-        return False
     try:
-        ProjectLock(places.table).release()
-    except BlockingIOError:
-        return True
-    except (InputError, ValueError):  # nothing can be written there, or it is no name of a file
+        return is_held(places.table, unsure=False)
+    except ValueError:  # it is no name of a file
         return False
-    return False
 
 
 def stored_results(places: SweepPlaces) -> dict[str, JobResult]:
@@ -122,7 +113,7 @@ class SweepStore:
     def __init__(self, places: SweepPlaces) -> None:
         self.places = places
         _check_table(places.table)
-        self._lock = _locked(places.table)
+        self._lock = lock_output(places.table)
         try:
             places.stop_sign.unlink(missing_ok=True)
             for path in (places.table, places.state):
@@ -169,26 +160,6 @@ class SweepStore:
         self._journal.close()
         self.places.stop_sign.unlink(missing_ok=True)
         self._lock.release()
-
-
-def _locked(table: Path) -> ProjectLock:
-    """The lock of a table; whoever only asks whether a sweep is running has it for a moment."""
-    for _ in range(_LOCK_TRIES):
-        try:
-            return ProjectLock(table)
-        except BlockingIOError:
-            time.sleep(_LOCK_SECONDS)
-        except InputError as error:
-            raise InputError(
-                "cannot write next to the table",
-                where=error.where,
-                remedy="Choose a folder that you may write to.",
-            ) from error
-    raise InputError(
-        "another sweep is writing to this table",
-        where=str(table),
-        remedy="Wait until it has finished, or choose another table.",
-    )
 
 
 def table_of(

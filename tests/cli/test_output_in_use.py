@@ -1,0 +1,48 @@
+"""Long work whose output another process is writing is refused before it begins."""
+
+import os
+
+import pytest
+
+from stereotrack_core import locks
+from stereotrack_core.locks import FileLock
+
+pytestmark = pytest.mark.xdist_group("cli")
+CALIBRATE = ("calibrate", "intrinsics", "--images", "a*.png", "--camera", "a")
+
+
+@pytest.fixture(autouse=True)
+def _no_patience(monkeypatch):
+    monkeypatch.setattr(locks, "_TRY_SECONDS", 0.0)
+
+
+@pytest.mark.parametrize(
+    ("words", "name"),
+    [
+        (("track", "RECORDING"), "run.npz"),
+        (("benchmark", "RECORDING"), "table.csv"),
+        (("sweep", "RECORDING", "--grid", "iterations=2,3"), "sweep.csv"),
+        (("fit", "RECORDING", "--clicks", "none.csv"), "reference.npz"),
+        (("detect", "RECORDING", "--model", "no model.onnx"), "keypoints.csv"),
+        ((*CALIBRATE, "--board", "7x5", "--square", "0.03"), "lens.toml"),
+    ],
+)
+def test_the_second_process_is_refused_before_it_works(run, recording, tmp_path, words, name):
+    output = tmp_path / name
+    lock = FileLock(output)
+    said = [recording if word == "RECORDING" else word for word in words]
+    ended = run(*said, "-o", output)
+    lock.release()
+    assert ended.status == 2
+    assert f"being written by process {os.getpid()} on " in ended.err
+    assert "choose another output" in ended.err
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_folder_that_is_being_made_is_refused(run, tmp_path):
+    lock = FileLock(tmp_path / "made")
+    ended = run("simulate", tmp_path / "made", "--frames", "2")
+    lock.release()
+    assert ended.status == 2
+    assert "being written by process" in ended.err
+    assert not list(tmp_path.iterdir())
