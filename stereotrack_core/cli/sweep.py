@@ -14,6 +14,7 @@ from stereotrack_core.cli.arguments import (
     INIT,
     JSON,
     SETTINGS,
+    TLS,
     VIEWS,
     check_output,
     flag,
@@ -100,8 +101,9 @@ OPTIONS = (
     ),
     option(
         "--scheduler ADDRESS",
-        "compute on a Dask cluster: tcp://host:port, or a scheduler file (.json)",
+        "compute on a Dask cluster: tcp://host:port, tls://host:port, or a scheduler file (.json)",
     ),
+    *TLS,
     option(
         "--retries N",
         "number of retries after a job failed by chance (default: 1)",
@@ -153,7 +155,9 @@ def _request(args: Namespace) -> SweepRequest:
 
 def _executor(request: SweepRequest) -> ClusterWorkers | LocalWorkers:
     if request.scheduler:
-        return ClusterWorkers(request.scheduler, retries=request.retries)
+        return ClusterWorkers(
+            request.scheduler, certificates=request.certificates(), retries=request.retries
+        )
 
     count = request.workers or usable_cores()
     return LocalWorkers(count, together=request.together, retries=request.retries)

@@ -33,7 +33,8 @@ from stereotrack_core.tracking.presets import PRESETS, preset
 _TABLE = "runs.csv"
 _SETTINGS = (
     *("preset", "changes", "seeds", "frames", "views", "init", "smooth"),
-    *("workers", "together", "scheduler", "retries", "again"),
+    *("workers", "together", "scheduler", "tls_ca", "tls_cert", "tls_key", "retries"),
+    "again",
 )
 """What is the same in a sweep."""
 
@@ -56,6 +57,9 @@ class StudyRequest:
     workers: int | None = None
     together: int | None = None
     scheduler: str | None = None
+    tls_ca: Path | None = None
+    tls_cert: Path | None = None
+    tls_key: Path | None = None
     retries: int = 1
     again: bool = False
     """As for a sweep."""
@@ -67,7 +71,8 @@ class StudyRequest:
             value = getattr(self, field.name)
             if field.name == "study" or value in (None, False, field.default):
                 continue
-            option = f"--{'set' if field.name == 'changes' else field.name}"
+            name = "set" if field.name == "changes" else field.name.replace("_", "-")
+            option = f"--{name}"
             if value is True:
                 words.append(option)
             for text in () if value is True else value if isinstance(value, tuple) else (value,):

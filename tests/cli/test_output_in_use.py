@@ -21,8 +21,6 @@ def _no_patience(monkeypatch):
     [
         (("track", "RECORDING"), "run.npz"),
         (("benchmark", "RECORDING"), "table.csv"),
-        (("sweep", "RECORDING", "--grid", "iterations=2,3"), "sweep.csv"),
-        (("fit", "RECORDING", "--clicks", "none.csv"), "reference.npz"),
         (("detect", "RECORDING", "--model", "no model.onnx"), "keypoints.csv"),
         ((*CALIBRATE, "--board", "7x5", "--square", "0.03"), "lens.toml"),
     ],

@@ -3,6 +3,7 @@
 import csv
 import os
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 from PySide6.QtCore import QPoint, QSettings, Qt
@@ -92,7 +93,18 @@ def test_fields_are_a_request_whose_jobs_are_counted(shown, tmp_path, small_reco
     assert form.request() == asked
     form.address.setText("tcp://host:8786")
     form.cluster.setChecked(True)
-    assert form.request() == replace(asked, workers=None, scheduler="tcp://host:8786")
+    there = replace(asked, workers=None, scheduler="tcp://host:8786")
+    assert form.request() == there
+    assert not form.files["tls_ca"].isVisible()
+    form.address.setText("tls://host:8786")
+    for name, field in form.files.items():
+        assert field.isVisible()
+        QTest.keyClicks(field, f"{name}.pem")
+    files = {name: Path(f"{name}.pem") for name in form.files}
+    assert form.request() == replace(there, scheduler="tls://host:8786", **files)
+    assert "--tls-ca tls_ca.pem" in " ".join(form.request().arguments())
+    form.address.setText("tcp://host:8786")
+    assert form.request() == there
     count = counted_jobs(asked)
     assert (count.jobs, count.points, count.there, count.frames) == (4, 2, 0, 12)
     words = count_words(count, cluster=False)

@@ -12,6 +12,7 @@ from PySide6.QtWidgets import (
     QGroupBox,
     QHBoxLayout,
     QLabel,
+    QLineEdit,
     QListWidget,
     QListWidgetItem,
     QRadioButton,
@@ -23,9 +24,22 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.experiments.sweep.points import SweepRequest
 from stereotrack_core.worker_processes import usable_cores
 
-from ...widgets.forms.form_dialog import ask_for_folder, ask_to_save, line_edit, push_button
+from ...widgets.forms.form_dialog import (
+    ask_for_folder,
+    ask_to_open,
+    ask_to_save,
+    line_edit,
+    push_button,
+)
 from ...widgets.style.building import hbox, vbox
 from .points import SweepPoints
+
+_CERTIFICATES = {
+    "tls_ca": ("Authority", "Certificate of the authority that the cluster trusts"),
+    "tls_cert": ("Certificate", "Certificate for this program, signed by the authority"),
+    "tls_key": ("Key", "Key of the certificate, without a password"),
+}
+"""Files of an encrypted cluster: their names, and what they are."""
 
 
 class SweepForm(QWidget):
@@ -84,6 +98,9 @@ class SweepForm(QWidget):
             frames=self.frames.text().strip() or None,
             workers=None if scheduler else self.processes.value(),
             scheduler=scheduler or None,
+            tls_ca=self._certificate("tls_ca"),
+            tls_cert=self._certificate("tls_cert"),
+            tls_key=self._certificate("tls_key"),
             **self.points.fields(),
         )
 
@@ -120,7 +137,7 @@ class SweepForm(QWidget):
         self.processes.valueChanged.connect(self.changed)
         self.address = line_edit(
             "Address of the scheduler",
-            placeholder="tcp://host:8786",
+            placeholder="tcp://host:8786 or tls://host:8786",
             tip="The workers must see the recordings under the same paths; see docs/sweeps.md",
         )
         self.address.textEdited.connect(self.changed)
@@ -130,7 +147,44 @@ class SweepForm(QWidget):
         form = QFormLayout(box)
         form.addRow(self.here, self.processes)
         form.addRow(self.cluster, self.address)
+        self.files = {
+            name: self._file_of_cluster(form, *words) for name, words in _CERTIFICATES.items()
+        }
+        self._run_on = form
+        self.cluster.toggled.connect(self._show_certificates)
+        self.address.textChanged.connect(self._show_certificates)
+        self._show_certificates()
         return box
+
+    def _file_of_cluster(self, form: QFormLayout, name: str, about: str) -> QLineEdit:
+        """A row for a file by which an encrypted cluster and this program know each other."""
+        field = line_edit(name, placeholder="as Dask is configured", tip=about)
+        field.textChanged.connect(self.changed)
+
+        def ask() -> None:
+            kinds = "PEM (*.pem *.crt *.cer *.key);;All files (*)"
+            ask_to_open(self, name, field.text(), kinds, lambda path: field.setText(str(path)))
+
+        choose = push_button("…", ask, f"{about}: choose the file")
+        choose.setAccessibleName(f"Choose the file: {name}")
+        choose.setMaximumWidth(5 * choose.fontMetrics().averageCharWidth())
+        form.addRow(name, hbox((field, 1), choose))
+        return field
+
+    @Slot()
+    def _show_certificates(self) -> None:
+        """Ask for certificates where the address may be encrypted."""
+        address = self.address.text().strip()
+        encrypted = address.startswith("tls:") or address.endswith(".json")
+        wanted = self.cluster.isChecked() and encrypted
+        first = self._run_on.rowCount() - len(self.files)
+        for row in range(first, self._run_on.rowCount()):
+            self._run_on.setRowVisible(row, wanted)
+
+    def _certificate(self, name: str) -> Path | None:
+        """A file that is given and asked for."""
+        field = self.files[name]
+        return None if field.isHidden() or not field.text().strip() else Path(field.text().strip())
 
     def _file(self) -> QHBoxLayout:
         name, self.table = QLabel("&Table"), line_edit("Table")

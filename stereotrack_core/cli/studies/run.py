@@ -13,6 +13,7 @@ from stereotrack_core.cli.arguments import (
     INIT,
     JSON,
     SETTINGS,
+    TLS,
     VIEWS,
     flag,
     option,
@@ -21,6 +22,7 @@ from stereotrack_core.cli.output import FAILED, OK, put_json, put_table, say
 from stereotrack_core.cli.progress import progress, stoppable, watched
 from stereotrack_core.cli.studies.shared import SELECT, STUDY, read_status, say_findings
 from stereotrack_core.counting import counted
+from stereotrack_core.experiments.runner.certificates import certificates_of
 from stereotrack_core.experiments.runner.cluster import ClusterWorkers
 from stereotrack_core.experiments.runner.job import JobResult
 from stereotrack_core.experiments.runner.local import LocalWorkers
@@ -51,9 +53,10 @@ OPTIONS = (
     option("--workers N", "number of processes on this machine (default: one per core)", type=int),
     option(
         "--scheduler ADDRESS",
-        "compute on a Dask cluster: tcp://host:port, or a scheduler file (.json); all machines "
-        "must see the study's folder under the same path",
+        "compute on a Dask cluster: tcp://host:port, tls://host:port, or a scheduler file (.json); "
+        "all machines must see the study's folder under the same path",
     ),
+    *TLS,
     option(
         "--retries N",
         "number of retries after a job failed by chance (default: 1)",
@@ -103,7 +106,8 @@ def _request(args: Namespace) -> StudyRequest:
 
 def _executor(args: Namespace) -> ClusterWorkers | LocalWorkers:
     if args.scheduler:
-        return ClusterWorkers(args.scheduler, retries=args.retries)
+        given = certificates_of(args.scheduler, args.tls_ca, args.tls_cert, args.tls_key)
+        return ClusterWorkers(args.scheduler, certificates=given, retries=args.retries)
     return LocalWorkers(args.workers or usable_cores(), retries=args.retries)
 
 

@@ -10,6 +10,7 @@ from typing import Any
 import cv2
 
 from stereotrack_core.errors import Cancelled, InputError
+from stereotrack_core.experiments.runner.certificates import Certificates
 from stereotrack_core.experiments.runner.job import (
     Job,
     JobResult,
@@ -41,7 +42,12 @@ class ClusterWorkers:
     """
 
     def __init__(
-        self, address: str, *, retries: int = RETRIES, patience: float = _PATIENCE_SECONDS
+        self,
+        address: str,
+        *,
+        certificates: Certificates | None = None,
+        retries: int = RETRIES,
+        patience: float = _PATIENCE_SECONDS,
     ) -> None:
         distributed = extra_library(
             "distributed",
@@ -51,9 +57,11 @@ class ClusterWorkers:
             instead="--workers",
         )
         self._retries = retries
-        where: dict[str, str] = (
+        where: dict[str, Any] = (
             {"scheduler_file": address} if address.endswith(".json") else {"address": address}
         )
+        if certificates is not None:
+            where["security"] = certificates.security(distributed)
         if "scheduler_file" in where and not Path(address).is_file():
             raise InputError(
                 "the scheduler file was not found",
@@ -64,14 +72,15 @@ class ClusterWorkers:
             self._client: Any = distributed.Client(**where, timeout=patience, set_as_default=False)
         except TypeError as error:  # what Dask raises where tls:// is asked for without them
             raise InputError(
-                "Dask's configuration names no certificates for this address",
+                "this address needs certificates",
                 where=f"--scheduler {address}",
-                remedy="State ca-file, cert and key of the client under distributed.comm.tls in "
-                "Dask's configuration, or in DASK_DISTRIBUTED__COMM__TLS__… variables.",
+                remedy="Give them with --tls-ca, --tls-cert and --tls-key, or in Dask's "
+                "configuration.",
             ) from error
         except (OSError, TimeoutError, ValueError) as error:
+            refused = "" if certificates is None else ", or it does not accept the certificates"
             raise InputError(
-                f"no scheduler answers at this address ({error})",
+                f"no scheduler answers at this address{refused} ({error})",
                 where=f"--scheduler {address}",
                 remedy=f"Start one with `dask scheduler` and give its address. {_OUR_FAULT}",
             ) from None

@@ -14,6 +14,7 @@ from types import MappingProxyType
 from typing import Any, Literal
 
 from stereotrack_core.errors import InputError, did_you_mean
+from stereotrack_core.experiments.runner.certificates import Certificates, certificates_of
 from stereotrack_core.parameters import ParameterRow, Value
 from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.presets import preset
@@ -216,6 +217,10 @@ class SweepRequest:
     as many as is good."""
     scheduler: str | None = None
     """Address of a Dask cluster; None: this machine."""
+    tls_ca: Path | None = None
+    tls_cert: Path | None = None
+    tls_key: Path | None = None
+    """`tls_ca`, `tls_cert` and `tls_key`: certificates for the cluster."""
     retries: int = 1
     again: bool = False
     """Compute also what is in the table already."""
@@ -242,12 +247,17 @@ class SweepRequest:
                 where="--workers, --scheduler",
                 remedy="Use only one of them.",
             )
+        self.certificates()
         if self.table.suffix.lower() != ".csv":
             raise InputError(
                 "the table must be a CSV file",
                 where=str(self.table),
                 remedy="Use a name that ends in .csv.",
             )
+
+    def certificates(self) -> Certificates | None:
+        """Those that are given for the cluster. Raises InputError for those that cannot be used."""
+        return certificates_of(self.scheduler, self.tls_ca, self.tls_cert, self.tls_key)
 
     def arguments(self) -> list[str]:
         """The command that does the sweep."""

@@ -14,12 +14,12 @@ ROOT = Path(__file__).resolve().parents[3]
 
 
 class DaskCluster:
-    """A scheduler and some workers with one thread each."""
+    """A scheduler and some workers with one thread each; encrypted with `options` of Dask's."""
 
-    def __init__(self, folder: Path, workers: int) -> None:
+    def __init__(self, folder: Path, workers: int, *options: str) -> None:
         self.file = folder / "scheduler.json"
         self._log = (folder / "cluster.log").open("ab")
-        common = ("--scheduler-file", str(self.file))
+        common = ("--scheduler-file", str(self.file), *options)
         local = ("--host", "127.0.0.1", "--no-dashboard")
         self._scheduler = self._started("scheduler", *common, "--port", "0", *local)
         while not self._is_announced():

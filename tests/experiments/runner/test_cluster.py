@@ -144,5 +144,5 @@ def test_without_a_scheduler_it_is_said_what_to_do(tmp_path, monkeypatch):
 
 
 def test_an_address_that_needs_certificates_says_so():
-    with pytest.raises(InputError, match="names no certificates"):
+    with pytest.raises(InputError, match="needs certificates"):
         ClusterWorkers("tls://127.0.0.1:1", patience=0.5)
