@@ -64,7 +64,7 @@ def cells_of(path: Path) -> list[list[str]]:
     h5py = _library("h5py", path)
     check_file(path)
     with decoding(path, "this is not a file of DeepLabCut's labels", _REMEDY), h5py.File(path) as f:
-        group = f[KEY] if KEY in f else next(one for one in f.values() if "block0_values" in one)
+        group = f[KEY] if KEY in f else next((g for g in f.values() if "block0_values" in g), f)
         names, pictures = _names(group, "block0_items"), _names(group, "axis1")
         values = _array(group["block0_values"])
         if values.shape != (len(pictures), len(names)) or any(len(name) < 3 for name in names):

@@ -60,6 +60,7 @@ from stereotrack_core.tracking.presets import UserPreset, read_preset, write_pre
 from stereotrack_core.tracking.repeating import stored_spec, what_differs
 from stereotrack_core.tracking.stored import body_of_run, fps_of_run, pose_of_run
 from tests.interop.calibrations import layouts
+from tests.reading.label_files import label_files
 from tests.reading.mutations import (
     Mutation,
     mutated_arrays,
@@ -106,6 +107,7 @@ def readers(samples: Samples, folder: Path) -> dict[str, Reader]:
         **_of_calibrations(folder),
         **_of_sweeps(folder),
         **_of_pictures(folder),
+        **{name: Reader(*entry) for name, entry in label_files(samples, folder).items()},
     }
 
 

@@ -9,6 +9,7 @@ import pytest
 
 from stereotrack_core.errors import InputError
 from tests.reading.catalogue import Reader, damaged
+from tests.reading.label_files import OF_HDF5
 
 FEW, MANY = 30, 2000
 NAMES = (
@@ -19,6 +20,7 @@ NAMES = (
     *("TRC", "C3D", "clicks", "COCO", "DeepLabCut", "SLEAP"),
     *("foreign TOML", "OpenCV YAML", "OpenCV XML", "Kalibr", "ROS", "Qualisys"),
     *("MATLAB JSON", "MATLAB MAT"),
+    *("Argus", "XMALab", *OF_HDF5),
     *("sweep journal", "sweep state", "sweep table", "sweep points"),
     *("PNG", "depth PNG", "JPEG", "TIFF", "BMP", "MP4", "Matroska", "AVI"),
 )
@@ -46,11 +48,13 @@ def reader(name, catalogue):
     """The reader of that name."""
     if name == "SLEAP":
         pytest.importorskip("sleap_io")
+    if name in OF_HDF5:
+        pytest.importorskip("h5py")
     return catalogue[name]
 
 
 def test_every_reader_is_here(catalogue):
-    assert set(NAMES) - {"SLEAP"} <= set(catalogue) <= set(NAMES)
+    assert set(NAMES) - {"SLEAP", *OF_HDF5} <= set(catalogue) <= set(NAMES)
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -16,7 +16,7 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.interop.deeplabcut import place_of_row
 from stereotrack_core.interop.keypoints.source import KeypointSource
 from stereotrack_core.interop.label_source import LabelSource
-from stereotrack_core.reading import check_file, decoding
+from stereotrack_core.reading import TABLE_BYTES, check_file, decoding
 from stereotrack_core.recording.keypoints import Row
 from stereotrack_core.tables import finite_number, read_cells
 from stereotrack_core.versions import extra_library
@@ -59,14 +59,31 @@ def read_h5(source: KeypointSource) -> Iterator[Row]:
     check_file(path)
     camera = source.camera_of(_video(source).path.name, str(path))
     with decoding(path, "this is not a DeepLabCut file", _REMEDY), h5py.File(path) as stored:
-        group = next(one for one in stored.values() if "table" in one)
-        table = group["table"]
-        names = _plain(bytes(table.attrs["values_block_0_kind"]))
-        columns = [(*("",) * (3 - len(name[1:])), *map(str, name[1:])) for name in names]
-        frames = table["index"].tolist()
-        every = table["values_block_0"].tolist()
+        columns, frames, every = _table_of(stored)
     for frame, values in zip(frames, every, strict=True):
-        yield from _rows(values, columns, source, (int(frame), camera))
+        yield from _rows(values, columns, source, (frame, camera))
+
+
+def _table_of(stored: Any) -> tuple[list[tuple[str, ...]], list[int], list[list[float]]]:
+    """Columns of individual, body part and coordinate, frames, and a row of numbers for each.
+
+    ValueError where the file has something else.
+    """
+    table = next((one["table"] for one in stored.values() if "table" in one), None)
+    if table is None or table.size * table.dtype.itemsize > TABLE_BYTES:
+        raise ValueError("it has no table of this kind")
+    blocks = [name for name in table.dtype.names or () if name.startswith("values_block_")]
+    names = _plain(bytes(table.attrs["values_block_0_kind"]))
+    frames, every = table["index"], table["values_block_0"]
+    fits = every.shape == (len(frames), len(names)) and blocks == ["values_block_0"]
+    if not fits or frames.dtype.kind not in "iu" or every.dtype.kind not in "iuf":
+        raise ValueError("its parts do not fit together")
+    if not all(isinstance(name, tuple) and 3 <= len(name) <= 4 for name in names):
+        raise ValueError("its columns are not named by body part and coordinate")
+    columns = [(*("",) * (4 - len(name)), *map(str, name[1:])) for name in names]
+    if len(set(columns)) < len(columns):
+        raise ValueError("two columns have the same name")
+    return columns, frames.tolist(), every.astype(float).tolist()
 
 
 def _video(source: KeypointSource) -> LabelSource:
@@ -102,4 +119,7 @@ class _Plain(pickle.Unpickler):
 
 
 def _plain(content: bytes) -> Any:
-    return _Plain(io.BytesIO(content)).load()
+    try:
+        return _Plain(io.BytesIO(content)).load()
+    except pickle.UnpicklingError as error:
+        raise ValueError("its columns have no names") from error
