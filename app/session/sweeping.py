@@ -6,6 +6,7 @@ import os
 import subprocess
 import tempfile
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Literal, TypeAlias
@@ -14,9 +15,9 @@ from PySide6.QtCore import QElapsedTimer, QObject, QSettings, QTimer, Signal, Sl
 
 from stereotrack_core.counting import counted, in_words
 from stereotrack_core.errors import InputError
-from stereotrack_core.experiments.sweep.points import program_command
 from stereotrack_core.experiments.sweep.store import SweepPlaces, SweepState, is_running, read_state
 from stereotrack_core.locks import refuse_second
+from stereotrack_core.own_program import BOUND, GO_ON, STOP, program_command
 
 from ..services.stored import stored_text
 
@@ -74,6 +75,7 @@ class SweepPresenter(QObject):
     @goes_on.setter
     def goes_on(self, wanted: bool) -> None:
         self._settings.setValue(self._goes_on, wanted)
+        self._say_whether_it_goes_on(wanted)
 
     @property
     def last_table(self) -> Path | None:
@@ -94,13 +96,14 @@ class SweepPresenter(QObject):
         self._said = tempfile.TemporaryFile()  # noqa: SIM115 - it lives as long as the process
         self._process = subprocess.Popen(  # noqa: S603 - our own code in our own interpreter
             program_command(arguments),
-            stdin=subprocess.DEVNULL,
+            stdin=subprocess.PIPE,
             stdout=subprocess.DEVNULL,
             stderr=self._said,
             start_new_session=True,  # Ctrl-C is for the window
-            env={**os.environ, "OPENBLAS_NUM_THREADS": "1"},
+            env={**os.environ, **BOUND, "OPENBLAS_NUM_THREADS": "1"},
             creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0),
         )
+        self._say_whether_it_goes_on(self.goes_on)
         self._tell(SweepNow("running", 0.0, "Starting the processes.", table))
         self._timer.start()
 
@@ -110,6 +113,7 @@ class SweepPresenter(QObject):
             self._places.stop_sign.touch()
             if self._process is not None:
                 self._process.terminate()  # it listens; before it does, there is nothing to lose
+                self._say_whether_it_goes_on(True)  # once is enough
             words = "Stopping. Finished runs are kept."
             self._tell(SweepNow("stopping", self.now.share, words, self._places.table))
 
@@ -122,7 +126,21 @@ class SweepPresenter(QObject):
             self._said.close()
         if self._process is not None:
             self._process.returncode = self._process.returncode or 0  # it is left on purpose
-            self._process = None
+            self._let_go()
+
+    def _say_whether_it_goes_on(self, wanted: bool) -> None:
+        """Tell the process what to do when the window is gone, killed, too."""
+        if self._process is not None and self._process.stdin is not None:
+            with suppress(OSError):  # it has ended
+                self._process.stdin.write(GO_ON if wanted else STOP)
+                self._process.stdin.flush()
+
+    def _let_go(self) -> None:
+        """Close what leads to the process."""
+        if self._process is not None and self._process.stdin is not None:
+            with suppress(OSError):
+                self._process.stdin.close()
+        self._process = None
 
     def _find(self) -> None:
         """Follow a sweep that goes on from before."""
@@ -157,7 +175,7 @@ class SweepPresenter(QObject):
     def _end(self, places: SweepPlaces, state: SweepState | None) -> SweepNow:
         said = self._last_words()
         code = self._process.returncode if self._process is not None else None
-        self._process = None
+        self._let_go()
         table = places.table
         if state is None and self.now.phase == "stopping":
             return SweepNow("stopped", 0.0, "Stopped before any run was finished.", table)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import os
 import subprocess
-import sys
 from argparse import Namespace
 from pathlib import Path
 from typing import Any
@@ -22,6 +21,7 @@ from stereotrack_core.experiments.benchmark.speed import (
     correction_speed,
     growth,
 )
+from stereotrack_core.own_program import module_command
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.tables import Table, number
 from stereotrack_core.tracking.presets import preset
@@ -177,7 +177,7 @@ def _window(folder: Path, window: Window | None) -> dict[str, Any] | None:
         environment.setdefault("QT_QPA_PLATFORM", "offscreen")
     try:
         done = subprocess.run(  # noqa: S603 - our own program
-            [sys.executable, "-m", f"{window.package}.bench", str(folder)],
+            module_command(f"{window.package}.bench", [str(folder)]),
             capture_output=True,
             text=True,
             env=environment,

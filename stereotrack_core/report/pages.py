@@ -6,7 +6,6 @@ import base64
 import os
 import shlex
 import subprocess
-import sys
 import tempfile
 from collections.abc import Sequence
 from functools import cache
@@ -23,6 +22,7 @@ from stereotrack_core.errors import Finding, InputError
 from stereotrack_core.evaluation.accuracy import Accuracy, stated_means
 from stereotrack_core.evaluation.failure_segments.segment import FOUND_WORDS, limbs_words
 from stereotrack_core.evaluation.summary import LOST_ANGLE
+from stereotrack_core.own_program import module_command
 from stereotrack_core.recording.consistency import FILES
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.report import run_tables
@@ -242,7 +242,7 @@ def write_pdf(path: Path, reported: Reported, window_package: str | None) -> Non
         page = Path(folder) / "page.html"
         made = Path(folder) / "page.pdf"
         write_file(page, run_page(reported, "png", for_print=True))
-        command = [sys.executable, "-m", f"{window_package}.pdf", str(page), str(made)]
+        command = module_command(f"{window_package}.pdf", [str(page), str(made)])
         try:
             done = subprocess.run(  # noqa: S603 - our own program
                 command, capture_output=True, text=True, env=environment, timeout=_PDF_SECONDS,

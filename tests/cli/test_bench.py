@@ -60,7 +60,7 @@ def test_what_is_no_recording_is_said_before_anything_is_measured(run, tmp_path)
 
 def window(monkeypatch, stdout="", *, fails=False):
     def measured(command, **_):
-        assert command[1:3] == ["-m", "app.bench"]
+        assert "run_module('app.bench', " in command[2]
         if fails:
             raise subprocess.CalledProcessError(1, command, "", "no screen\n")
         return subprocess.CompletedProcess(command, 0, stdout, "")

@@ -16,8 +16,9 @@ from PySide6.QtWidgets import QCheckBox, QDialogButtonBox, QProgressBar, QWidget
 from stereotrack_core.counting import counted, in_words
 from stereotrack_core.errors import InputError
 from stereotrack_core.experiments.sweep.plan import SweepCount, SweepPlan, count_of
-from stereotrack_core.experiments.sweep.points import SweepRequest, program_command
+from stereotrack_core.experiments.sweep.points import SweepRequest
 from stereotrack_core.experiments.sweep.store import SweepPlaces, stored_results
+from stereotrack_core.own_program import BOUND, program_command
 from stereotrack_core.recording.folder import open_recordings
 
 from ...services.tasks.task import Task, TaskList
@@ -220,10 +221,10 @@ def measured_seconds(request: SweepRequest, cancelled: Callable[[], bool]) -> fl
     words = program_command([*request.arguments(), "--dry-run", "--json"])
     with subprocess.Popen(  # noqa: S603 - our own code in our own interpreter
         words,
-        stdin=subprocess.DEVNULL,
+        stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         stderr=subprocess.DEVNULL,
-        env={**os.environ, "OPENBLAS_NUM_THREADS": "1"},
+        env={**os.environ, **BOUND, "OPENBLAS_NUM_THREADS": "1"},
         creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0),
     ) as process:
         while process.poll() is None:

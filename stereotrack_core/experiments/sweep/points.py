@@ -6,7 +6,6 @@ import dataclasses
 import itertools
 import logging
 import math
-import sys
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -179,10 +178,6 @@ def varied_names(points: Iterable[Point]) -> tuple[str, ...]:
 
 
 TRIALS = 30
-_PROGRAM = (
-    "import runpy, sys; sys.path[:] = {path!r}; "
-    "runpy.run_module('stereotrack_core', run_name='__main__', alter_sys=True)"
-)
 
 
 @dataclass(frozen=True)
@@ -275,11 +270,6 @@ class SweepRequest:
             for text in value if isinstance(value, tuple) else (value,):
                 words += [option, str(text)]
         return words
-
-
-def program_command(arguments: Sequence[str]) -> list[str]:
-    """What to start so that the command line does this in a process of its own."""
-    return [sys.executable, "-c", _PROGRAM.format(path=sys.path), *arguments]
 
 
 _FORM = "Write NAME=LOW:HIGH, NAME=LOW:HIGH:log, NAME=LOW:HIGH:int or NAME=a,b,c."
