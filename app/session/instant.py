@@ -8,6 +8,7 @@ from PySide6.QtCore import QObject, QTimer, Signal, Slot
 
 from stereotrack_core.body.mesh import PartMesh, body_mesh
 from stereotrack_core.depth.cloud import Cloud
+from stereotrack_core.recording.keypoints import Keypoints
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.tracking.estimate import Correspondences
 from stereotrack_core.tracking.frame import TrackedFrame
@@ -16,6 +17,7 @@ from ..widgets.style.colours import LineStyle
 from .clouds import CloudPresenter
 from .document import DocumentPresenter
 from .judgement import reference_at
+from .keypoints import KeypointPresenter
 from .pictures import Ghost, Instant, StepDrawing
 from .runs import RunList
 from .tracking import TrackPresenter
@@ -38,10 +40,13 @@ class InstantPresenter(QObject):
         clouds: CloudPresenter,
         runs: RunList,
         track: TrackPresenter,
+        keypoints: KeypointPresenter,
         view_state: ViewState,
         parent: QObject,
     ) -> None:
         super().__init__(parent)
+        self._keypoints = keypoints
+        keypoints.changed.connect(self.tell_soon)
         self._document, self._clouds, self._runs, self._track = document, clouds, runs, track
         self._view_state = view_state
         self._newest: TrackedFrame | None = None
@@ -109,6 +114,7 @@ class InstantPresenter(QObject):
             runs=self._shown_runs(),
             correspondences=self._correspondences(frame) if drawing is None else None,
             inside=None if drawing is None else drawing.scene,
+            keypoints=self._keypoints_at(frame),
         )
         self.ready.emit(self.told)
 
@@ -164,6 +170,10 @@ class InstantPresenter(QObject):
             if newest is not None and newest.frame == frame
             else None
         )
+
+    def _keypoints_at(self, frame: int) -> Keypoints | None:
+        shown = "keypoints" in self._view_state.displayed.overlays
+        return self._keypoints.at(frame) if shown else None
 
     def _drawing_at(self, frame: int) -> StepDrawing | None:
         drawing = self._view_state.drawing

@@ -16,6 +16,7 @@ from stereotrack_core.body.pose import Pose
 from stereotrack_core.depth.cloud import Cloud, DepthGeometry, ViewDepth
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.recording.description import Recording, View
+from stereotrack_core.recording.keypoints import Keypoints
 from stereotrack_core.recording.reader import FrameSet, ViewImages
 from stereotrack_core.tracking.estimate import Correspondences
 
@@ -29,6 +30,7 @@ from ..widgets.camera.overlays import (
 )
 from ..widgets.camera.picture import Picture, PictureKind
 from ..widgets.style.colours import LineStyle
+from .keypoint_drawing import keypoint_drawing
 
 _NEAR_PERCENTILE, _FAR_PERCENTILE = 1.0, 99.0
 
@@ -62,6 +64,8 @@ class Instant:
     correspondences: Correspondences | None = None
     inside: InsideScene | None = None
     """What a step inside the frame draws."""
+    keypoints: Keypoints | None = None
+    """Of detectors, in all pictures."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -169,7 +173,9 @@ def _camera_picture(
             )
         pixels = images.left
     eye = camera.position_world
-    overlay = partial(_overlay, instant, view.name, camera.project, eye, overlays)
+    overlay = partial(
+        _overlay, instant, view.name, camera.project, eye, overlays, camera=camera.name
+    )
     ranged = depth if kind == "image" else None
     return Picture(
         view.name,
@@ -185,11 +191,17 @@ def _camera_picture(
 
 
 def _overlay(
-    instant: Instant, view: str, project: Projection, eye: FloatArray, shown: frozenset[str]
+    instant: Instant,
+    view: str,
+    project: Projection,
+    eye: FloatArray,
+    shown: frozenset[str],
+    camera: str = "",
 ) -> Overlay:
     shapes = part_shapes(instant.meshes, project, eye, wire="wire" in shown)
     reference = instant.reference
     points = pairs = limbs = None
+    found = instant.keypoints if camera else None
     cloud = instant.cloud
     if "points" in shown and cloud is not None and view in cloud.view_names:
         points = project(cloud.points[cloud.view == cloud.view_names.index(view)])
@@ -211,6 +223,7 @@ def _overlay(
         correspondences=pairs,
         limbs=limbs,
         inside=None if instant.inside is None else instant.inside.projected(project),
+        keypoints=None if found is None else keypoint_drawing(found, camera),
     )
 
 

@@ -22,6 +22,7 @@ from .document import DocumentPresenter
 from .edits import EditStack
 from .instant import InstantPresenter
 from .judgement import JudgementPresenter
+from .keypoints import KeypointPresenter
 from .opening import Opening
 from .project import ProjectPresenter
 from .runs import RunList
@@ -66,6 +67,8 @@ class Session(QObject):
         self.edits = EditStack(self)
         """Everything that a person did, to be undone and redone in one order."""
         self._lead_edits()
+        self.keypoints = KeypointPresenter(self.project, self.edits, self)
+        """What 2-D detectors have predicted."""
         self.clouds = CloudPresenter(self)
         self.processes = processes or Processes()
         """Where work is done that lasts."""
@@ -82,7 +85,7 @@ class Session(QObject):
         self.cameras = CameraDoubts(self.document, self.project, self)
         """Whether a camera contradicts the others."""
         self.instant = InstantPresenter(
-            self.document, self.clouds, self.runs, self.track, view_state, self
+            self.document, self.clouds, self.runs, self.track, self.keypoints, view_state, self
         )
         """Everything known about the frame that is shown."""
         self.tracker = TrackControl(
@@ -116,7 +119,7 @@ class Session(QObject):
             document.frame_changed, document.playing_changed, document.count_changed,
             document.findings_changed, self.track.state_changed, runs.changed, runs.grew,
             runs.active_changed, project.opened, project.closed, project.changed,
-            self.edits.changed,
+            self.edits.changed, self.keypoints.changed,
         ):  # fmt: skip
             changed.connect(self._tell_change)
 

@@ -17,6 +17,7 @@ from stereotrack_core.annotation.click import Click, Prediction
 from stereotrack_core.annotation.epipolar import in_image
 from stereotrack_core.annotation.fit.results import GAP, TrajectoryFit
 from stereotrack_core.annotation.follow import follow_clicks
+from stereotrack_core.annotation.keypoint_proposals import landmark_predictions
 from stereotrack_core.annotation.landmark_filter import ProposalQuestion
 from stereotrack_core.annotation.landmark_set import NINE, LandmarkSet
 from stereotrack_core.annotation.propose import PROPOSED, Proposer
@@ -29,6 +30,7 @@ from stereotrack_core.project.clicks import AcceptPredictions
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.selection import Selection, gaps_of, landmark_gaps_of
 from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.keypoints import of_one_person
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.tracking.frame import Run
 
@@ -114,7 +116,7 @@ _FARTHEST = 60  # frames outside the selection within which a click is followed 
 class Filling:
     """Where predictions come from."""
 
-    source: str  # the word under which they are kept
+    sources: tuple[str, ...]  # the words under which they are kept
     words: str  # what a person calls it: ``the fit``
     make: Callable[[range], Iterable[Prediction]]
     """Gives those of some frames; others that it gives are left out."""
@@ -122,13 +124,23 @@ class Filling:
 
 def fit_filling(fit: TrajectoryFit, cameras: Mapping[str, Camera]) -> Filling:
     """From the body fitted to the clicks of the recording."""
-    return Filling(FIT, "the fit", partial(from_fit, fit, cameras))
+    return Filling((FIT,), "the fit", partial(from_fit, fit, cameras))
 
 
 def run_filling(run: Run, name: str, cameras: Mapping[str, Camera], project: Project) -> Filling:
     """From a tracker's run, of which the frames that are not tracked are left out."""
     make = partial(from_run, run, name, cameras, project.landmark_set())
-    return Filling(source_of_run(name), f"run “{name}”", make)
+    return Filling((source_of_run(name),), f"run “{name}”", make)
+
+
+def detector_filling(project: Project) -> Filling:
+    """From the keypoints of the project's detectors."""
+
+    def make(frames: range) -> Iterable[Prediction]:
+        rows = of_one_person(project.keypoints.within(frames))
+        return landmark_predictions(rows, project.landmark_set().names)
+
+    return Filling(tuple(project.keypoints.sources()), "the keypoints", make)
 
 
 def fill_in(
@@ -164,7 +176,10 @@ def fill_in(
             and one.frame not in barred
             and one.frame not in of_landmarks.get(one.landmark, ())
         ]
-    kept = _keep_predictions(project, filling.source, found, selection)
+    kept = 0
+    for source in filling.sources:
+        own = [one for one in found if one.source == source]
+        kept += _keep_predictions(project, source, own, selection)
     if not kept:
         return f"Nothing to predict from {filling.words} in {selection.words()}."
     return f"{counted(kept, 'point')} predicted from {filling.words}."
@@ -183,22 +198,25 @@ def _keep_predictions(
     return project.predictions.replace(source, [*here, *others], frames=frames) - len(others)
 
 
-def accept_predictions(project: Project, source: str, selection: Selection) -> AcceptPredictions:
-    """The edit that makes clicks of what a source has found in the selection.
+def accept_predictions(
+    project: Project, sources: Sequence[str], selection: Selection, called: str
+) -> AcceptPredictions:
+    """The edit that makes clicks of what sources have found in the selection.
 
-    Raises InputError where there is nothing to take.
+    Of several sources the one counts that is surest of a place. Raises InputError where there is
+    nothing to take; `called` says what that would be.
     """
-    edit = project.predictions.acceptance(source, selection.frames, selection.landmarks)
-    if edit is None:
-        called = {
-            PROPOSED: "proposals",
-            FIT: "points from the fit",
-        }.get(source, "points from the run")
+    found: list[Prediction] = []
+    for source in sources:
+        edit = project.predictions.acceptance(source, selection.frames, selection.landmarks)
+        found += () if edit is None else edit.predictions
+    if not found:
         raise InputError(
             f"there are no {called} in {selection.words()}",
             remedy="Predict points for this selection first, then accept them.",
         )
-    return edit
+    found.sort(key=lambda one: -(one.sigma or np.inf))
+    return AcceptPredictions(tuple({one.key: one for one in found}.values()))
 
 
 def propose_selection(

@@ -7,7 +7,10 @@ import pytest
 from stereotrack_core.annotation.click import Click, ClickKey, Prediction, Visibility
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.clicks import DeleteClicks, MoveClicks, PlaceClicks
+from stereotrack_core.project.prefilling import accept_predictions, detector_filling, fill_in
 from stereotrack_core.project.project import Project
+from stereotrack_core.project.selection import Selection
+from stereotrack_core.recording.keypoints import keypoints_of
 
 
 def predicted(frame, camera="N_right", landmark="left_elbow", sigma=3.0, source="fit"):
@@ -66,6 +69,36 @@ def test_a_selection_is_taken_by_one_edit_and_can_be_undone(project):
     assert project.clicks.count() == 1
     assert project.predictions.acceptance("fit", landmarks={"head"}) is None
     assert project.predictions.acceptance("other") is None
+
+
+def test_keypoints_of_detectors_fill_a_selection_and_the_surest_is_accepted(project):
+    rows = [
+        (frame, "N_right", name, x, 20.0 * frame, sure, source, 0)
+        for source, x, sure in (("rough", 10.0, 0.2), ("fine", 12.0, 0.9))
+        for frame in range(3)
+        for name in ("left_elbow", "left_wrist")
+    ]
+    project.keypoints.replace(keypoints_of(rows))
+    chosen = Selection(range(1, 3))
+    said = fill_in(project, detector_filling(project), chosen, lambda *_: None, lambda: False)
+    assert said == "8 points predicted from the keypoints."
+    assert {one.landmark for one in project.predictions.at(1)} == {"left_elbow", "left_hand"}
+    project.apply(accept_predictions(project, ("rough", "fine"), chosen, "points"))
+    clicks = {click.key: click.position for click in project.clicks.all()}
+    assert len(clicks) == 4
+    assert clicks[ClickKey(1, "N_right", "left_elbow")] == (12.0, 20.0)
+    with pytest.raises(InputError, match="no points in"):
+        accept_predictions(project, ("rough",), Selection(range(1)), "points")
+
+
+def test_files_of_single_cameras_of_one_detector_stay_together(project):
+    def of(camera, x):
+        return keypoints_of([(0, camera, "nose", x, 1.0, 1.0, "rtm", 0)])
+
+    project.keypoints.replace(of("N_right", 1.0))
+    project.keypoints.replace(of("S_cam", 2.0))
+    project.keypoints.replace(of("S_cam", 3.0))
+    assert project.keypoints.all().place[:, 0].tolist() == [1.0, 3.0]
 
 
 def test_a_click_that_was_accepted_and_moved_is_a_person_s_own(project):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 
 from PySide6.QtCore import Qt
@@ -31,8 +31,9 @@ _SELECTION = f"{_MENU}/&Selection"
 
 _IN_THE_MENU = (
     *("annotate-interpolate", "", "annotate-propose"),
-    *("annotate-fill-fit", "annotate-fill-run", ""),
-    *("annotate-accept", "annotate-accept-fit", "annotate-accept-run", ""),
+    *("annotate-fill-fit", "annotate-fill-run", "annotate-fill-detector", ""),
+    *("annotate-accept", "annotate-accept-fit", "annotate-accept-run"),
+    *("annotate-accept-detector", ""),
     *("annotate-clear", "annotate-gap", "annotate-no-gap", ""),
     *("annotate-flag", "annotate-unflag", ""),
     *("annotate-keyframes", "annotate-done", "annotate-not-done", "annotate-no-keyframes", ""),
@@ -46,12 +47,16 @@ def add_commands(
     panels: AnnotationPanels,
     dialogs: AnnotationDialogs,
     predicting: PredictionWork,
+    exchange: Sequence[Command] = (),
 ) -> None:
-    """Add all commands, in the order of their menus, and those of the selection to the timeline."""
+    """Add all commands, in the order of their menus, and those of the selection to the timeline.
+
+    `exchange` are commands that follow those for clicks in the menu File.
+    """
     actions.add(_going(panels))
     actions.add(_selection(panels, predicting))
     actions.add(_trust(panels, dialogs))
-    actions.add(_setup_and_files(panels, dialogs))
+    actions.add([*_setup_and_files(panels, dialogs), *exchange])
     panels.changed.connect(actions.refresh)
     panels.bar.set_selection_actions(
         [actions.action(name) if name else None for name in _IN_THE_MENU]

@@ -19,6 +19,7 @@ from .clicking.actions import commands
 from .clicking.clicked_frames import ClickedFrames
 from .clicking.controller import ClickController
 from .dialogs import AnnotationDialogs
+from .exchange.prediction_work import PredictionExchange
 from .filling.predicting import PredictionWork
 from .filling.retracking import Retracking, retrack_commands
 from .panels import AnnotationPanels
@@ -37,6 +38,8 @@ class Annotate:
     """Predictions over a selection."""
     personalising: Personalising
     """The subject's offsets by a few clicked frames."""
+    exchange: PredictionExchange
+    """Predictions of detectors from files."""
     retracking: Retracking
     """Failures of a run that are tracked again with clicks."""
 
@@ -48,7 +51,9 @@ def register(context: Context) -> Annotate:
         docks.timeline, context.tasks, context.session.edits, docks.dialog_parent
     )
     clicking = ClickController(context, lambda: panels.repeats)
-    predicting, dialogs = PredictionWork(panels), AnnotationDialogs(panels)
+    keypoints = context.session.keypoints
+    predicting = PredictionWork(panels, lambda: tuple(keypoints.sources))
+    dialogs, exchange = AnnotationDialogs(panels), PredictionExchange(context, panels)
     _AnnotateController(context, panels, predicting, clicking)
     clicked = ClickedFrames(context.session.project, context.session)
     personalising = Personalising(context, clicked, lambda: panels.reference.settings)
@@ -69,11 +74,11 @@ def register(context: Context) -> Annotate:
         )
     )
     context.actions.add(commands(context.session, clicking))
-    add_commands(context.actions, panels, dialogs, predicting)
+    add_commands(context.actions, panels, dialogs, predicting, exchange.commands())
     context.actions.add(retrack_commands(retracking))
     context.actions.add(personal_commands(personalising))
     _offer_in_body(context, clicking, retracking)
-    return Annotate(clicking, panels, predicting, personalising, retracking)
+    return Annotate(clicking, panels, predicting, personalising, exchange, retracking)
 
 
 def _offer_in_body(context: Context, clicking: ClickController, retracking: Retracking) -> None:

@@ -23,7 +23,8 @@ _MENU = "&View"
 _OVERLAY_KEYS = {
     "outline": ("O", "model"), "others": ("Alt+O", "compare"), "shading": ("S", ""),
     "wire": ("W", ""), "reference": ("R", "reference"), "points": ("D", "points"),
-    "correspondences": ("C", "correspondences"), "clicks": ("Shift+C", "clicks"),
+    "keypoints": ("Shift+K", ""), "correspondences": ("C", "correspondences"),
+    "clicks": ("Shift+C", "clicks"),
     "predictions": ("Shift+X", "prediction"), "epipolar": ("Shift+E", "epipolar"),
     "residuals": ("Shift+R", "ruler"), "fit": ("Shift+O", "fitted"),
 }  # fmt: skip
@@ -96,14 +97,18 @@ def _pictures(session: Session, state: ViewState) -> list[Command]:
 
 
 def _overlays(session: Session, view: ViewController) -> list[Command]:
-    depth = {"points", "correspondences"}
+    def no_keypoints() -> str:
+        none = "The project has no predictions of a detector. Import predictions first."
+        return session.no_recording() or ("" if session.keypoints.cameras else none)
+
+    depth = dict.fromkeys(("points", "correspondences"), session.no_depth)
+    needs = {**depth, "keypoints": no_keypoints}
     return [
         Command(
             f"overlay_{name}", f"{_MENU}/Overlay", text,
             f"Show or hide {text.lower()}.{_IN_ANNOTATE if name in LEADING else ''}",
             partial(view.toggle_overlay, name), keys, icon,
-            session.no_depth if name in depth else session.no_recording,
-            partial(view.overlay_on, name),
+            needs.get(name, session.no_recording), partial(view.overlay_on, name),
         )
         for name, text in (*OVERLAYS.items(), *CLICK_OVERLAYS.items())
         for keys, icon in (_OVERLAY_KEYS[name],)

@@ -30,6 +30,7 @@ OVERLAYS: dict[str, str] = {
     "others": "Silhouettes of other runs",
     "reference": "Reference skeleton",
     "points": "Measured points",
+    "keypoints": "Keypoints of detectors",
     "correspondences": "Correspondences",
 }
 """Overlays that can be switched one by one, with their names."""
@@ -118,6 +119,8 @@ class Overlay:
     """(m,) int64. Index into ``LIMBS`` of each correspondence."""
     inside: InsideScene | None = None
     """What a step inside the frame draws."""
+    keypoints: InsideScene | None = None
+    """What detectors have predicted in this picture."""
 
     def person_box(self) -> QRectF | None:
         """Box around model, reference or points, whichever is there first; in pixels."""
@@ -216,6 +219,8 @@ def paint_overlay(
         _paint_points(painter, overlay.points, scale)
     painter.setBrush(Qt.BrushStyle.NoBrush)
     _paint_models(painter, overlay, shown, highlighted, scale)
+    if "keypoints" in shown and overlay.keypoints is not None:
+        _paint_inside(painter, overlay.keypoints, scale)
     if "correspondences" in shown:
         _paint_correspondences(painter, overlay, scale)
     if overlay.inside is not None:

@@ -109,7 +109,9 @@ def alike(a: Any, b: Any) -> bool:
 class Display:
     """How pictures are displayed, the same for all views."""
 
-    overlays: frozenset[str] = frozenset({"outline", "others", "reference", *CLICK_OVERLAYS})
+    overlays: frozenset[str] = frozenset(
+        {"outline", "others", "reference", "keypoints", *CLICK_OVERLAYS}
+    )
     """Names of the overlays that are switched on."""
     highlighted: str = ""
     """Limb that is selected everywhere, or empty."""

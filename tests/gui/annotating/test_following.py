@@ -21,7 +21,7 @@ FRAMES, STEP = 12, 3
 
 
 def accept_proposed(project, selection):
-    return accept_predictions(project, PROPOSED, selection)
+    return accept_predictions(project, (PROPOSED,), selection, "proposals")
 
 
 def never() -> bool:

@@ -168,10 +168,10 @@ def test_the_menu_of_the_timeline_has_the_commands(qtbot, stage):
     menu = stage.panels.bar.selection_menu
     assert menu.isVisible()
     texts = [action.text() for action in menu.actions() if action.text()]
-    assert texts[:8] == [
+    assert texts[:10] == [
         *("Interpolate", "Propose landmarks", "Fill from the fit", "Fill from the active run"),
-        *("Accept proposals", "Accept points from the fit"),
-        *("Accept points from the active run", "Clear clicks"),
+        *("Fill from keypoints", "Accept proposals", "Accept points from the fit"),
+        *("Accept points from the active run", "Accept points from keypoints", "Clear clicks"),
     ]
     menu.hide()
 

@@ -14,6 +14,7 @@ from stereotrack_core.project.prefilling import (
     FIT,
     Filling,
     accept_predictions,
+    detector_filling,
     fill_in,
     fit_filling,
     propose_selection,
@@ -28,19 +29,27 @@ from ....services.tasks.task import Task
 from ....session.runs import RunEntry
 from ..panels import AnnotationPanels, click_cameras
 
-Source: TypeAlias = Literal["proposed", "fit", "run"]
+Source: TypeAlias = Literal["proposed", "fit", "run", "detector"]
 
 NO_FIT = "The whole recording has not been fitted yet. Choose Fit whole recording first."
 
 
 class PredictionWork(QObject):
-    """Fills in the selection beside the window's thread, one source after the other."""
+    """Fills in the selection beside the window's thread, one source after the other.
+
+    Parameters
+    ----------
+    detectors : callable
+        Names of the detectors that the project has keypoints of.
+    """
 
     found = Signal(str)
     """Other predictions are kept than before; what was done, in words."""
     busy_changed = Signal()
 
-    def __init__(self, panels: AnnotationPanels) -> None:
+    def __init__(
+        self, panels: AnnotationPanels, detectors: Callable[[], tuple[str, ...]] = tuple
+    ) -> None:
         super().__init__(panels)
         self._p = panels
         panels.leaving.connect(self._cancel)
@@ -48,6 +57,7 @@ class PredictionWork(QObject):
         self.found.connect(panels.said)
         self.found.connect(panels.repeat_changed)
         self._task: Task | None = None
+        self._detectors = detectors
         self.run: RunEntry | None = None
         """The tracker's run to fill in from, which does not grow."""
 
@@ -102,6 +112,8 @@ class PredictionWork(QObject):
         def make() -> Filling:
             if source == "fit" and now is not None and now.fit is not None:
                 return fit_filling(now.fit, cameras)
+            if source == "detector":
+                return detector_filling(project)
             run = held.run() if source == "run" and held is not None else None
             if run is not None:
                 return run_filling(run, name, cameras, project)
@@ -119,14 +131,22 @@ class PredictionWork(QObject):
 
     def why_no_accept(self, source: Source) -> str:
         """Why nothing can be taken from there, as a sentence; empty where it can."""
-        no_run = "There is no finished run. Run the tracker first."
-        return self._p.no_edit() or (no_run if source == "run" and self.run is None else "")
+        none = ""
+        if source == "run" and self.run is None:
+            none = "There is no finished run. Run the tracker first."
+        elif source == "detector" and not self._detectors():
+            none = "The project has no keypoints of a detector. Import predictions first."
+        return self._p.no_edit() or none
 
     def accept(self, source: Source) -> None:
         """Let what a source has found in the selection be clicks: one edit."""
         run = source_of_run(self.run.name) if self.run is not None else ""
-        kept = {"proposed": PROPOSED, "fit": FIT, "run": run}[source]
-        self._p.edit_selection(lambda project, chosen: accept_predictions(project, kept, chosen))
+        kept = {"proposed": (PROPOSED,), "fit": (FIT,), "run": (run,)}.get(source)
+        sources = self._detectors() if kept is None else kept
+        called = _ACCEPTED[source]
+        self._p.edit_selection(
+            lambda project, chosen: accept_predictions(project, sources, chosen, called)
+        )
 
 
 _NOT_YET = (
@@ -142,8 +162,19 @@ _SOURCES: tuple[tuple[Source, str, str, str, str, str], ...] = (
     ("run", "annotate-fill-run", "Fill from the active run", "Predict landmarks in the selected "
      f"frames from the tracker's active run. {_NOT_YET}",
      "points from the active run", "was filled from the tracker's active run"),
+    ("detector", "annotate-fill-detector", "Fill from keypoints", "Predict landmarks in the "
+     f"selected frames from the keypoints of the detectors. {_NOT_YET}",
+     "points from keypoints", "was filled from keypoints or proposed when they were imported"),
 )  # fmt: skip
 """Source, command that predicts, its text and tip; what is accepted, and what that is."""
+
+_ACCEPTED: dict[Source, str] = {
+    "proposed": "proposals",
+    "fit": "points from the fit",
+    "run": "points from the run",
+    "detector": "points from keypoints",
+}
+"""What is accepted of each."""
 
 
 def prediction_commands(work: PredictionWork, menu: str) -> list[Command]:

@@ -1,0 +1,95 @@
+"""Keypoints that 2-D detectors have predicted, as the open project keeps them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from PySide6.QtCore import QObject, Signal, Slot
+
+from stereotrack_core.project.detectors import DetectorImport, removal
+from stereotrack_core.project.keypoints import DetectorState
+from stereotrack_core.project.project import Project
+from stereotrack_core.recording.keypoints import Keypoints
+
+from .edits import EditStack, WindowEdit
+from .project import ProjectPresenter
+
+
+class KeypointPresenter(QObject):
+    """Knows which detectors the project has keypoints of; imports and removals are edits."""
+
+    changed = Signal()
+    """Other keypoints or proposals of detectors are kept than before."""
+
+    def __init__(self, project: ProjectPresenter, edits: EditStack, parent: QObject) -> None:
+        super().__init__(parent)
+        self._project, self._edits = project, edits
+        self._written: DetectorState | None = None
+        self._known: tuple[Project, Mapping[str, int], tuple[str, ...]] | None = None
+        self._frame: tuple[int, Keypoints] | None = None
+        project.opened.connect(self._read_again)
+        project.closed.connect(self._read_again)
+
+    @property
+    def sources(self) -> Mapping[str, int]:
+        """Number of keypoints by detector."""
+        known = self._read()
+        return {} if known is None else known[1]
+
+    @property
+    def cameras(self) -> tuple[str, ...]:
+        """Cameras with keypoints."""
+        known = self._read()
+        return () if known is None else known[2]
+
+    def all(self) -> Keypoints | None:
+        """Keypoints of all detectors; None where there are none."""
+        project = self._project.project
+        return project.keypoints.all() if project is not None and self.cameras else None
+
+    def at(self, frame: int) -> Keypoints | None:
+        """Keypoints of a frame; None where the project has none of any frame."""
+        project = self._project.project
+        if project is None or not self.cameras:
+            return None
+        if self._frame is None or self._frame[0] != frame:
+            self._frame = frame, project.keypoints.at(frame)
+        return self._frame[1]
+
+    def written(self, project: Project, plan: DetectorImport) -> None:
+        """Make an edit of an import that was written to the project beside the window's thread."""
+        if project is self._project.project:
+            self._written = plan.after
+            words = f"import predictions of {', '.join(plan.after.sources)}"
+            self._do(project, words, plan.before, plan.after)
+
+    def remove(self, source: str) -> None:
+        """Remove a detector's keypoints and proposals; an edit."""
+        project = self._project.project
+        if project is not None:
+            self._do(project, f"remove predictions of {source}", *removal(project, source))
+
+    def _do(
+        self, project: Project, words: str, before: DetectorState, after: DetectorState
+    ) -> None:
+        def put(state: DetectorState) -> None:
+            if state is not self._written:
+                project.keypoints.put(state)
+            self._written = state
+            self._read_again()
+
+        self._edits.do(WindowEdit(words, put, before, after, "annotate"))
+
+    def _read(self) -> tuple[Project, Mapping[str, int], tuple[str, ...]] | None:
+        """What is known of the open project, which is asked once."""
+        project = self._project.project
+        if project is None:
+            return None
+        if self._known is None or self._known[0] is not project:
+            self._known = project, project.keypoints.sources(), project.keypoints.cameras()
+        return self._known
+
+    @Slot()
+    def _read_again(self) -> None:
+        self._known = self._frame = None
+        self.changed.emit()

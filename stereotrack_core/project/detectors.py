@@ -1,0 +1,152 @@
+"""What importing a detector's files does to a project: told first, then done."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from stereotrack_core.annotation.click import Prediction
+from stereotrack_core.annotation.keypoint_proposals import landmark_predictions
+from stereotrack_core.annotation.propose import PROPOSED
+from stereotrack_core.counting import counted
+from stereotrack_core.errors import InputError
+from stereotrack_core.interop.keypoints.reading import read_keypoints
+from stereotrack_core.interop.keypoints.source import KeypointSource
+from stereotrack_core.project.keypoints import DetectorState
+from stereotrack_core.project.prefilling import FIT
+from stereotrack_core.project.project import Project
+from stereotrack_core.recording.keypoint_names import LANDMARK_OF
+from stereotrack_core.recording.keypoints import (
+    Keypoints,
+    Row,
+    keypoints_of,
+    of_one_person,
+    rows_of,
+)
+
+_TAKEN = (FIT, PROPOSED)
+"""Names under which the program keeps predictions of its own."""
+
+
+@dataclass(frozen=True, eq=False)
+class DetectorImport:
+    """What files of a detector bring into a project; nothing is written yet."""
+
+    keypoints: Keypoints
+    """That are kept."""
+    left_out: Mapping[str, int]
+    """Keypoints that are not, by the reason in words."""
+    replaced: int
+    """Keypoints of the project that go, because these come in their place."""
+    proposed: int
+    """Landmarks that are proposed as clicks."""
+    before: DetectorState
+    after: DetectorState
+    """What the project keeps of the detectors, without and with the files."""
+
+    def facts(self) -> dict[str, Any]:
+        """Numbers and names, for a person or a program."""
+        kept = self.keypoints
+        return {
+            "keypoints": len(kept),
+            "of_landmarks": sum(name in LANDMARK_OF for name in kept.keypoint.tolist()),
+            "frames": len(set(kept.frame.tolist())),
+            "cameras": ", ".join(kept.cameras),
+            "detectors": ", ".join(self.after.sources),
+            "replaced": self.replaced,
+            "left_out": dict(self.left_out),
+        }
+
+    def left_out_words(self) -> str:
+        """What is left out and why, in a line; ``nothing`` where all is taken."""
+        told = [f"{counted(count, 'keypoint')} {why}" for why, count in self.left_out.items()]
+        return "; ".join(told) or "nothing"
+
+
+def plan_import(
+    project: Project,
+    sources: Sequence[KeypointSource],
+    frames: int | None = None,
+    *,
+    all_people: bool = False,
+    propose: bool = False,
+    go_on: Callable[[], object] = lambda: None,
+) -> DetectorImport:
+    """Read files of a detector and work out what they change; the project stays as it is.
+
+    They take the place of what the project has of the same detector in the same cameras.
+
+    Parameters
+    ----------
+    frames : int, optional
+        Number of frames of the recording, where it is known.
+    all_people : bool
+        Keep all people; otherwise the surest one of each picture.
+    propose : bool
+        Propose landmarks as clicks. Otherwise what the detector has proposed before stays.
+    go_on : callable
+        Called before every file; may raise :class:`Cancelled`.
+
+    Raises
+    ------
+    InputError
+        Where a file cannot be read, or the detector's name is taken.
+    """
+    left_out: Counter[str] = Counter()
+    rows: list[Row] = []
+    for source in sources:
+        go_on()
+        found = read_keypoints(source, frames)
+        left_out.update(found.left_out)
+        rows += rows_of(found.keypoints)
+    every = keypoints_of({(row[0], row[1], row[2], *row[6:]): row for row in rows}.values())
+    if twice := len(rows) - len(every):
+        left_out["that another one of the same name replaces"] += twice
+    kept = every if all_people else of_one_person(every)
+    if others := len(every) - len(kept):
+        left_out["of other people"] += others
+    names = tuple(sorted(set(kept.source.tolist())))
+    for name in names:
+        if name in _TAKEN:
+            raise InputError(
+                f"the detector cannot be called {name!r}",
+                where=str(sources[0].path),
+                remedy="Give another name of the detector.",
+            )
+    before = project.keypoints.state(names)
+    new = tuple(landmark_predictions(of_one_person(kept), project.landmark_set().names))
+    after = _joined(before, kept, new if propose else None)
+    replaced = len(before.keypoints) - (len(after.keypoints) - len(kept))
+    proposed = _open(project, new) if propose else 0
+    return DetectorImport(kept, dict(left_out), replaced, proposed, before, after)
+
+
+def removal(project: Project, source: str) -> tuple[DetectorState, DetectorState]:
+    """What the project keeps of a detector, and that it keeps nothing."""
+    before = project.keypoints.state((source,))
+    return before, DetectorState((source,), keypoints_of(()), ())
+
+
+def _joined(
+    before: DetectorState, new: Keypoints, proposed: tuple[Prediction, ...] | None
+) -> DetectorState:
+    """The detectors' rows with `new` in place of those of the same cameras."""
+    here = set(zip(new.source.tolist(), new.camera.tolist(), strict=True))
+    old = before.keypoints
+    of = zip(old.source.tolist(), old.camera.tolist(), strict=True)
+    stays = np.array([place not in here for place in of], dtype=np.bool_)
+    keypoints = keypoints_of([*rows_of(old[stays]), *rows_of(new)])
+    if proposed is None:
+        return DetectorState(before.sources, keypoints, before.proposed)
+    kept = [one for one in before.proposed if (one.source, one.camera) not in here]
+    return DetectorState(before.sources, keypoints, (*kept, *proposed))
+
+
+def _open(project: Project, predictions: Sequence[Prediction]) -> int:
+    """How many of them are of places of which a person has not said anything."""
+    said = {click.key for click in project.clicks.all(with_deleted=True)}
+    return sum(one.key not in said for one in predictions)

@@ -1,0 +1,92 @@
+"""A detector's files come into the project in the window, are drawn, accepted and removed."""
+
+from __future__ import annotations
+
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+
+from app.features.annotate.exchange.predictions import PredictionsDialog
+from stereotrack_core.annotation.click import Click
+from stereotrack_core.interop.keypoints.table import write_table
+from stereotrack_core.project.clicks import PlaceClicks
+from stereotrack_core.project.project import Project
+from stereotrack_core.simulation.keypoints import KeypointErrors, simulated_keypoints
+from tests.tracking.keypoints.mono import mono_recording, truth
+
+pytestmark = pytest.mark.window
+
+
+@pytest.fixture
+def opened(window, qtbot, tmp_path):
+    """The window with a project of four mono views, and a file of keypoints for each of two."""
+    (tmp_path / "mono").mkdir()
+    recording = mono_recording(tmp_path / "mono")
+    keypoints = simulated_keypoints(truth(), recording.cameras, KeypointErrors(noise=0.3), seed=3)
+    for name in ("N", "S"):
+        write_table(tmp_path / f"{name}.csv", keypoints[keypoints.camera == name], recording)
+    with (tmp_path / "N.csv").open("a") as file:
+        file.write("2,N,tail,3.0,2.0,0.25,0,x\n99,N,nose,3.0,2.0,0.25,0,x\n")
+    path = tmp_path / "mono.stereotrack"
+    Project.create(path, recording.folder, who="A").close()
+    session = window.context.session
+    session.opening.open(path)
+    qtbot.waitUntil(lambda: session.document.frame_set is not None)
+    qtbot.waitUntil(window.context.tasks.settled)
+    return window
+
+
+def imported(window, qtbot, folder):
+    """Import both files with the dialog; what it has said before."""
+    window.context.actions.action("annotate-import-predictions").trigger()
+    dialog = window.findChild(PredictionsDialog)
+    dialog.add([folder / "N.csv", folder / "S.csv"])
+    qtbot.waitUntil(dialog.settled)
+    assert "several files need the name" in dialog.words.text()
+    assert not dialog.accept_button.isEnabled()
+    QTest.keyClicks(dialog.detector, "rtm")
+    qtbot.waitUntil(dialog.accept_button.isEnabled)
+    said = dialog.preview.text()
+    QTest.mouseClick(dialog.accept_button, Qt.MouseButton.LeftButton)
+    qtbot.waitUntil(window.context.tasks.settled)
+    return said
+
+
+def test_files_are_told_imported_undone_and_removed(opened, qtbot, tmp_path):
+    window, session = opened, opened.context.session
+    project, action = session.project.project, window.context.actions.action
+    project.apply(PlaceClicks((Click(0, "N", "head", (5.0, 5.0)),)))
+    assert not action("run").isEnabled()
+    said = imported(window, qtbot, tmp_path)
+    count = project.keypoints.sources()["rtm"]
+    assert f"{count} keypoints in 8 frames of N, S, detector rtm" in said
+    assert "1 keypoint of keypoints that are no part of the body" in said
+    assert "1 keypoint of frames that the recording does not have" in said
+    proposed = project.predictions.of_source("rtm")
+    assert f"{len(proposed)} landmarks" in said
+    assert not any(one.key == (0, "N", "head") for one in proposed)
+    assert [one.position for one in project.clicks.all()] == [(5.0, 5.0)]
+    assert action("run").isEnabled(), action("run").statusTip()
+    assert session.edits.to_undo().words == "import predictions of rtm"
+
+    window.context.docks.show_workspace("annotate")
+    session.document.go_to(0)
+    qtbot.waitUntil(window.context.tasks.settled)
+    tile = window.context.docks.views.tiles["N"].camera
+    assert {mark.landmark for mark in tile.marks.predictions} >= {"left_elbow", "left_hand"}
+
+    action("undo").trigger()
+    assert project.keypoints.sources() == {}
+    assert not project.predictions.of_source("rtm")
+    assert not action("run").isEnabled()
+    action("redo").trigger()
+    assert project.keypoints.sources() == {"rtm": count}
+    assert len(project.predictions.of_source("rtm")) == len(proposed)
+
+    window.context.docks.timeline.set_selection(range(2, 4))
+    qtbot.waitUntil(window.context.tasks.settled)
+    action("annotate-accept-detector").trigger()
+    assert {click.frame for click in project.clicks.all()} == {0, 2, 3}
+    window.features.annotate.exchange.remove("rtm")
+    assert project.keypoints.sources() == {}
+    assert session.edits.to_undo().words == "remove predictions of rtm"
