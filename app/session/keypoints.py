@@ -9,7 +9,9 @@ from PySide6.QtCore import QObject, Signal, Slot
 from stereotrack_core.project.detectors import DetectorImport, removal
 from stereotrack_core.project.keypoints import DetectorState
 from stereotrack_core.project.project import Project
+from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.keypoints import Keypoints
+from stereotrack_core.tracking.parameters import Settings
 
 from .edits import EditStack, WindowEdit
 from .project import ProjectPresenter
@@ -27,6 +29,9 @@ class KeypointPresenter(QObject):
         self._written: DetectorState | None = None
         self._known: tuple[Project, Mapping[str, int], tuple[str, ...]] | None = None
         self._frame: tuple[int, Keypoints] | None = None
+        self._all: Keypoints | None = None
+        self.wanted = True
+        """Whether runs and trials are tracked with them."""
         project.opened.connect(self._read_again)
         project.closed.connect(self._read_again)
 
@@ -42,10 +47,34 @@ class KeypointPresenter(QObject):
         known = self._read()
         return () if known is None else known[2]
 
-    def all(self) -> Keypoints | None:
-        """Keypoints of all detectors; None where there are none."""
+    def for_run(self, settings: Settings) -> Keypoints | None:
+        """What a run or a trial is tracked with; None where that is nothing."""
         project = self._project.project
-        return project.keypoints.all() if project is not None and self.cameras else None
+        if project is None or not (settings.follows_data and self.wanted and self.cameras):
+            return None
+        if self._all is None:
+            self._all = project.keypoints.all()
+        return self._all
+
+    def mono_views(self, recording: Recording) -> tuple[str, ...]:
+        """Mono views that are tracked by keypoints; none where any view gives depth."""
+        views = recording.views if self.wanted else ()
+        if any(view.kind != "mono" for view in views):
+            return ()
+        return tuple(view.name for view in views if view.image.camera in self.cameras)
+
+    def why_none(self) -> str:
+        """Why nothing can be tracked with them, as a sentence."""
+        none = (
+            "The project has no keypoints. Import those of a detector with File, Import "
+            "predictions."
+        )
+        return "" if self.cameras else none
+
+    def toggle(self) -> None:
+        """Track with them, or do not."""
+        self.wanted = not self.wanted
+        self.changed.emit()
 
     def at(self, frame: int) -> Keypoints | None:
         """Keypoints of a frame; None where the project has none of any frame."""
@@ -91,5 +120,5 @@ class KeypointPresenter(QObject):
 
     @Slot()
     def _read_again(self) -> None:
-        self._known = self._frame = None
+        self._known = self._frame = self._all = None
         self.changed.emit()

@@ -30,6 +30,9 @@ from .tracker import TrackControl
 from .tracking import TrackPresenter
 from .view_state import ViewState
 
+_FEWEST_VIEWS = 2
+"""Mono views with keypoints that can be tracked without depth."""
+
 
 class Session(QObject):
     """The open recording with its project, its runs and what follows from them."""
@@ -78,6 +81,7 @@ class Session(QObject):
         self.track = TrackPresenter(self.runs, self.processes.run, self)
         """The tracker at work."""
         self.track.subject_for_run = self.subject
+        self.track.keypoints_for_run = self.keypoints.for_run
         self.opening = Opening(self.document, self.project, self.track, tasks, settings, self)
         """Opens recordings, projects and runs."""
         self.judging = JudgementPresenter(self.document, self.runs, self)
@@ -93,6 +97,7 @@ class Session(QObject):
         )
         """What its commands mean in the state that the session is in."""
         self.clouds.set_parameters(self.track.settings.depth)
+        self.keypoints.changed.connect(self._on_subject)
         self._connect()
         tasks.watch(self.settled)
 
@@ -182,20 +187,19 @@ class Session(QObject):
         recording = self.document.recording
         if recording is not None and recording.guessed:
             return "The calibration is a guess. Replace it with a calibration of these cameras."
-        none = (
-            "No view of this recording provides depth. Tracking needs a stereo or depth view, or "
-            "keypoints of two mono views in the project."
-        )
+        none = "This needs depth, which no view of this recording provides."
         return self.no_frames() or ("" if self.clouds.available else none)
 
-    def no_trials(self) -> str:
-        """No stretch can be tried and no step inspected: nothing but keypoints is tracked."""
+    def not_tracked(self) -> str:
+        """Nothing can be tracked: there is neither depth nor keypoints in its place."""
         reason, recording = self.no_depth(), self.document.recording
         if not reason or recording is None or recording.guessed or self.no_frames():
             return reason
+        if len(self.keypoints.mono_views(recording)) >= _FEWEST_VIEWS:
+            return ""
         return (
-            "Trials and the inspection of steps need a stereo or depth view. Mono views are "
-            "tracked in whole runs. Try other parameters with `stereotrack track --set`."
+            "No view of this recording provides depth. Tracking needs a stereo or depth view, or "
+            "keypoints of two mono views: use File, Import predictions."
         )
 
     def no_run(self) -> str:
@@ -240,16 +244,20 @@ class Session(QObject):
     def _keep_recording(self, recording: Recording) -> None:
         """Have trials track the subject that runs track."""
         unaided = dataclasses.replace(recording, reference=None, subject=self.subject())
-        self.kept = KeptRecording(unaided)
+        self.kept = KeptRecording(unaided, self.keypoints.mono_views(recording))
 
     @Slot(object)
     def _on_edited(self, changed: Changed) -> None:
         if changed.tables & {SUBJECT.name, CHOICE.name}:
             self._on_subject()
 
+    @Slot()
     def _on_subject(self) -> None:
         recording, kept = self.document.recording, self.kept
-        if recording is not None and kept is not None and kept.recording.subject != self.subject():
+        if recording is None or kept is None:
+            return
+        known = self.subject(), self.keypoints.mono_views(recording)
+        if (kept.recording.subject, kept.mono) != known:
             self._keep_recording(recording)
 
     @Slot()

@@ -161,7 +161,7 @@ class TrackPresenter(QObject):
         self.preset = "accurate"
         self.settings = self.base = preset(self.preset)
         self.place_for_run: Callable[[], Path | None] = lambda: None
-        self.keypoints_for_run: Callable[[], Keypoints | None] = lambda: None
+        self.keypoints_for_run: Callable[[Settings], Keypoints | None] = lambda _settings: None
         self.subject_for_run: Callable[[], Subject | None] = lambda: None
         self._since = QElapsedTimer()
         self._since.start()
@@ -244,7 +244,7 @@ class TrackPresenter(QObject):
         name = self._runs.next_name(self.name_of(self.settings))
         entry = RunEntry(name, self.preset, self.settings, body, frames)
         entry.journal = self.place_for_run()
-        seen = self.keypoints_for_run()
+        seen = self.keypoints_for_run(self.settings)
         spec = RunSpec(self.settings, self.preset, frames=frames, init=init, keypoints=seen)
         # the tracker never sees the truth
         unaided = dataclasses.replace(recording, reference=None, subject=subject)

@@ -45,6 +45,14 @@ def changes(what: str) -> Option:
 
 
 RECORDING = option("recording RECORDING", "folder that contains recording.toml", type=Path)
+KEYPOINTS = option(
+    "--keypoints PROJECT|FILE",
+    "keypoints of a 2-D detector, used as measurements: those of a project, or a detector's file; "
+    "of several recordings give them for each, in the same order. Mono views need them",
+    type=Path,
+    action="append",
+    default=[],
+)
 JSON = flag("--json", "print the result as JSON")
 PRESET = option(
     "--preset accurate|thesis|fast|FILE.toml",

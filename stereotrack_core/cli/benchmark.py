@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-import dataclasses
 import itertools
 from argparse import Namespace
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from stereotrack_core.annotation.fit.settings import FitSettings
-from stereotrack_core.annotation.fit.stretch import recorded_depth
 from stereotrack_core.atomic import write_file
 from stereotrack_core.cli.arguments import (
     FRAMES,
     JSON,
+    KEYPOINTS,
     VIEWS,
     changes,
     check_least,
@@ -22,21 +20,29 @@ from stereotrack_core.cli.arguments import (
     flag,
     option,
 )
+from stereotrack_core.cli.benchmark_annotation import annotation_benchmark
 from stereotrack_core.cli.demo import made_demo
 from stereotrack_core.cli.output import OK, put_json, put_result, put_table, say
 from stereotrack_core.cli.progress import progress, stoppable
+from stereotrack_core.cli.sources import keypoints_from
 from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
-from stereotrack_core.evaluation.errors import reference_within, truth_of
+from stereotrack_core.evaluation.errors import truth_of
 from stereotrack_core.experiments.benchmark.accuracy import ABLATIONS, Row, Score, accuracy, pooled
-from stereotrack_core.experiments.benchmark.annotation import CASES, AnnotationScore, annotated
 from stereotrack_core.experiments.benchmark.growth import Cost, cost_of_points, cost_of_views
 from stereotrack_core.experiments.benchmark.speed import chain_speed, exponent
 from stereotrack_core.locks import writing
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.folder import open_recordings
+from stereotrack_core.recording.keypoints import Keypoints
 from stereotrack_core.recording.reader import FrameReader
-from stereotrack_core.recording.selection import frames_within, seeds_of, usable_views, views_of
+from stereotrack_core.recording.selection import (
+    frames_within,
+    gives_depth,
+    seeds_of,
+    tracked_views,
+    views_of,
+)
 from stereotrack_core.tables import (
     Table,
     csv_text,
@@ -46,7 +52,7 @@ from stereotrack_core.tables import (
 )
 from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.presets import PRESETS, preset
-from stereotrack_core.tracking.run_spec import RunSpec
+from stereotrack_core.tracking.run_spec import RunSpec, measured_keypoints
 
 DESCRIPTION = (
     "Track every recording with every preset and seed, and print one table: errors against "
@@ -89,6 +95,7 @@ OPTIONS = (
     flag(
         "--annotation", "fit the body to clicks simulated from the reference, instead of tracking"
     ),
+    KEYPOINTS,
     changes("change one parameter for all runs"),
     option(
         "--speed-frames N",
@@ -108,7 +115,7 @@ OPTIONS = (
 def run(args: Namespace) -> int:
     """Track, measure, print."""
     if args.growth:
-        _refuse_others(args, "--growth", ("ablation", "seeds", "frames", "output"))
+        _refuse_others(args, "--growth", ("ablation", "seeds", "frames", "output", "keypoints"))
     if args.annotation:
         return _annotation(args)
     seeds = seeds_of(args.seeds or "0,1,2,3,4")
@@ -132,9 +139,10 @@ def _accuracy(
 ) -> int:
     scores: list[Score] = []
     speeds: dict[tuple[str, str], Mapping[str, float]] = {}
-    for recording in recordings:
-        scores += _scores(recording, contestants, seeds, args)
-        speeds |= _speeds(recording, contestants, args)
+    for recording, seen in zip(recordings, _keypoints(args, recordings), strict=True):
+        given = _that_follow(recording, contestants, asked=bool(args.presets))
+        scores += _scores(recording, given, seeds, seen, args)
+        speeds |= _speeds(recording, given, seen, args)
     rows = pooled(scores, speeds)
     what = "Ablation" if args.ablation else "Presets and baselines"
     table = readable(rows, seeds, what)
@@ -146,7 +154,8 @@ def _accuracy(
 
 
 def _annotation(args: Namespace) -> int:
-    _refuse_others(args, "--annotation", ("growth", "ablation", "presets", "views", "output"))
+    others = "growth", "ablation", "presets", "views", "output", "keypoints"
+    _refuse_others(args, "--annotation", others)
     if args.changes:
         raise InputError("nothing is tracked", where="--set", remedy="Omit this option.")
     return annotation_benchmark(_recordings(args.recordings), seeds_of(args.seeds or "0"), args)
@@ -184,10 +193,40 @@ def _recordings(folders: Sequence[Path]) -> list[Recording]:
     return recordings
 
 
+def _keypoints(args: Namespace, recordings: Sequence[Recording]) -> list[Keypoints | None]:
+    """Keypoints of each recording; of none, where none are given."""
+    if not args.keypoints:
+        return [None] * len(recordings)
+    if len(args.keypoints) != len(recordings):
+        raise InputError(
+            f"keypoints are given {len(args.keypoints)} times for "
+            f"{counted(len(recordings), 'recording')}",
+            where="--keypoints",
+            remedy="Give them once for each recording, in the order of the recordings.",
+        )
+    return [keypoints_from(*one) for one in zip(args.keypoints, recordings, strict=True)]
+
+
+def _that_follow(
+    recording: Recording, contestants: Mapping[str, Settings], *, asked: bool
+) -> Mapping[str, Settings]:
+    """Those that can track a recording; if asked for, those that need depth say so."""
+    if asked or gives_depth(recording):
+        return contestants
+    found = {name: one for name, one in contestants.items() if not one.needs_depth}
+    if left := [name for name in contestants if name not in found]:
+        say(f"{recording.name}: left out because no view provides depth: {', '.join(left)}")
+    return found
+
+
 def _scores(
-    recording: Recording, contestants: Mapping[str, Settings], seeds: list[int], args: Namespace
+    recording: Recording,
+    contestants: Mapping[str, Settings],
+    seeds: list[int],
+    keypoints: Keypoints | None,
+    args: Namespace,
 ) -> Sequence[Score]:
-    views = usable_views(recording, views_of(recording, args.views))
+    views = tracked_views(recording, views_of(recording, args.views), keypoints)
     with FrameReader(recording, views=views, read_ahead=0) as reader:
         frames = frames_within(args.frames, reader.frame_count)
     total = len(frames) * len(contestants) * len(seeds)
@@ -196,9 +235,12 @@ def _scores(
         f"{counted(len(seeds), 'seed')}."
     )
     specs = {
-        name: RunSpec(settings, preset=name, frames=frames, views=views, init=args.init)
+        name: RunSpec(
+            settings, preset=name, frames=frames, views=views, init=args.init,
+            keypoints=measured_keypoints(recording, settings, keypoints),
+        )
         for name, settings in contestants.items()
-    }
+    }  # fmt: skip
     done = itertools.count(1)
     with progress("Tracking", total) as show, stoppable() as stopped:
         return accuracy(
@@ -207,16 +249,19 @@ def _scores(
 
 
 def _speeds(
-    recording: Recording, contestants: Mapping[str, Settings], args: Namespace
+    recording: Recording,
+    contestants: Mapping[str, Settings],
+    keypoints: Keypoints | None,
+    args: Namespace,
 ) -> dict[tuple[str, str], Mapping[str, float]]:
     if not args.speed_frames:
         return {}
     say(f"Timing on {recording.name}. Do not run anything else meanwhile.")
-    views = usable_views(recording, views_of(recording, args.views))
+    views = tracked_views(recording, views_of(recording, args.views), keypoints)
     with progress("Timing", len(contestants)) as show:
         timed = chain_speed(
             recording, contestants, views=views, frames=args.speed_frames, rounds=1,
-            on_progress=show,
+            on_progress=show, keypoints=keypoints,
         )  # fmt: skip
     return {
         (recording.name, one.preset): {
@@ -329,85 +374,3 @@ def _growth_table(title: str, what: str, costs: Sequence[Cost]) -> Table:
     power = exponent([cost.size for cost in costs], [cost.milliseconds for cost in costs])
     grows = f"{title} grows as {what}^{number(power, 2)} (processor time)"
     return Table(grows, (f">{what}", ">ms", ">ms for each"), rows)
-
-
-_ANNOTATION_HEADINGS = (
-    *("recording", "clicks", ">upper arms", ">forearms", ">cross axis"),
-    *(">inside 95 %", ">limbs inside", ">outliers found", ">false alarms"),
-)
-
-
-def annotation_benchmark(
-    recordings: Sequence[Recording], seeds: Sequence[int], args: Namespace
-) -> int:
-    """Simulate clicks, fit them, and print the table."""
-    scores = [
-        score
-        for recording in recordings
-        for score in _annotation_scores(recording, seeds, args.frames)
-    ]
-    title = (
-        "Fitted references; degrees, means over all frames, share of limbs inside their 95 % "
-        "interval"
-    )
-    table = Table(title, _ANNOTATION_HEADINGS, [_annotation_line(score, seeds) for score in scores])
-    put_result([_annotation_facts(score) for score in scores], table, as_json=args.json)
-    return OK
-
-
-def _annotation_scores(
-    recording: Recording, seeds: Sequence[int], frames: str | None
-) -> list[AnnotationScore]:
-    settings, found = FitSettings(), []
-    with FrameReader(recording, read_ahead=0) as reader:
-        asked = frames_within(frames, reader.frame_count)
-    recording = dataclasses.replace(recording, reference=reference_within(recording, asked))
-    clicked = truth_of(recording).frame.tolist()
-    with recorded_depth(recording, settings) as depth:
-        clouds = None
-        if depth is not None:
-            say(f"Depth of {recording.name}: {len(clicked)} frames.")
-            with progress("Depth", len(clicked)) as show:
-                made = {}
-                for frame in clicked:
-                    made[frame] = depth(frame)
-                    show(len(made))
-            clouds = made.get
-        cases = [case for case in CASES if clouds is not None or not case.depth]
-        with progress("Fitting", len(cases) * len(seeds)) as show:
-            for case in cases:
-                for seed in seeds:
-                    found.append(annotated(recording, case, seed, settings, clouds))
-                    show(len(found))
-    return found
-
-
-def _values(score: AnnotationScore) -> dict[str, float]:
-    means = {
-        name: score.summary.measure(name).statistics.mean
-        for name in ("upper_arms", "forearms", "torso_cross")
-    }
-    return {
-        **means,
-        "inside": 100.0 * score.inside,
-        "limbs_inside": 100.0 * score.limbs_inside,
-        "found": 100.0 * score.found,
-        "accused": 100.0 * score.accused,
-    }
-
-
-def _annotation_line(score: AnnotationScore, seeds: Sequence[int]) -> tuple[str, ...]:
-    seed = f", seed {score.seed}" if len(seeds) > 1 else ""
-    return (score.recording, f"{score.case}{seed}", *(number(v) for v in _values(score).values()))
-
-
-def _annotation_facts(score: AnnotationScore) -> dict[str, Any]:
-    return {
-        "recording": score.recording,
-        "case": score.case,
-        "seed": score.seed,
-        "frames": score.summary.frames,
-        "clicks": score.clicks,
-        "outliers": score.outliers,
-        **_values(score),
-    }

@@ -36,12 +36,14 @@ from stereotrack_core.interop.run_file import (
     read_timed_trajectory,
     read_trajectory,
 )
+from stereotrack_core.project.detectors import keypoints_in
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.whereabouts import SUFFIX
 from stereotrack_core.recording.description import Recording, Segment, read_segments
 from stereotrack_core.recording.detections import Detections
 from stereotrack_core.recording.findings import check_size
 from stereotrack_core.recording.folder import describe, fingerprint, open_recording
+from stereotrack_core.recording.keypoints import Keypoints
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.tables import csv_text
 from stereotrack_core.tracking.frame import Run
@@ -191,6 +193,19 @@ def say_notes(notes: Iterable[Finding]) -> None:
     """Say what the person should know about a project."""
     for note in notes:
         say(f"{note.severity}: {note.where}: {note.what}. {note.remedy}")
+
+
+def keypoints_from(path: Path, recording: Recording) -> Keypoints:
+    """Keypoints of a project or of a detector's file; says what is left out.
+
+    Raises InputError where there are none.
+    """
+    found = keypoints_in(path, recording)
+    if found.left_out:
+        say(f"{path}: left out: {found.summary()}")
+    number, cameras = counted(len(found.keypoints), "keypoint"), len(found.keypoints.cameras)
+    say(f"{path}: {number} of {counted(cameras, 'camera')}")
+    return found.keypoints
 
 
 def recording_of(project: Project) -> Recording:

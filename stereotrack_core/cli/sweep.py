@@ -13,6 +13,7 @@ from stereotrack_core.cli.arguments import (
     FRAMES,
     INIT,
     JSON,
+    KEYPOINTS,
     SETTINGS,
     TLS,
     VIEWS,
@@ -83,7 +84,8 @@ OPTIONS = (
     option(
         "--minimise MEASURE",
         "column that the search minimises (default: forearms where all recordings have a "
-        "reference, else unexplained_fraction); measures for which higher is better are maximised",
+        "reference, else unexplained_fraction, or keypoint_error for mono views); measures for "
+        "which higher is better are maximised",
     ),
     option("--seeds 0,1,2", "comma-separated seeds (default: 0)", default="0"),
     *SETTINGS,
@@ -91,6 +93,7 @@ OPTIONS = (
     VIEWS,
     INIT,
     flag("--smooth", "smooth the runs"),
+    KEYPOINTS,
     option("--workers N", "number of processes on this machine (default: one per core)", type=int),
     option(
         "--together N",
@@ -236,6 +239,7 @@ def _report(store: SweepStore, outcome: SweepOutcome, by: str, *, as_json: bool)
 
 _WITH_TRUTH = ("torso_position", "upper_arms", "forearms", "lost", "not_tracked")
 _WITHOUT = ("gaps", "unexplained_fraction", "residual", "limb_sigma", "limb_lost")
+_CLOUDLESS = ("gaps", "keypoint_error", "limb_sigma")
 _MOST_ROWS = 40
 
 
@@ -243,7 +247,9 @@ def _point_table(summaries: Sequence[PointSummary], by: str) -> Table:
     """Mean and spread of every point over recordings and seeds, best first."""
     varied = varied_names(summary.point for summary in summaries)
     known = any(math.isfinite(one.values["forearms"].mean) for one in summaries)
-    names = dict.fromkeys((by, *(_WITH_TRUTH if known else _WITHOUT), "frames_per_second"))
+    clouds = any(math.isfinite(one.values["residual"].mean) for one in summaries)
+    without = _WITHOUT if clouds else _CLOUDLESS
+    names = dict.fromkeys((by, *(_WITH_TRUTH if known else without), "frames_per_second"))
     measures = [measure for name in names if (measure := measure_named(name)) is not None]
     rows = [_row(summary, varied, measures) for summary in summaries[:_MOST_ROWS]]
     more = len(summaries) - len(rows)

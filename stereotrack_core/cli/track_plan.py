@@ -13,18 +13,15 @@ from typing import Any
 
 from stereotrack_core.cli.output import say
 from stereotrack_core.cli.progress import progress, stoppable
-from stereotrack_core.cli.sources import clicks_for_tracking, open_project
+from stereotrack_core.cli.sources import clicks_for_tracking, keypoints_from
 from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
 from stereotrack_core.experiments.tracked_run import TrackedRun, steps, track_recording
 from stereotrack_core.interop.first_pose import first_pose
-from stereotrack_core.interop.keypoints.reading import read_keypoints
-from stereotrack_core.interop.keypoints.source import KeypointSource
 from stereotrack_core.interop.run_file import read_run, write_run
 from stereotrack_core.interop.run_journal import Wish, has_frames, part_of, read_unfinished
 from stereotrack_core.interop.run_npz import check_run
 from stereotrack_core.parameters import parsed_settings
-from stereotrack_core.project.whereabouts import SUFFIX
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.detections import Detections, own_detections, read_detections
 from stereotrack_core.recording.keypoints import Keypoints
@@ -365,26 +362,12 @@ def _keypoints(path: Path | None, recording: Recording, settings: Settings) -> K
     if path is None:
         return None
     _check_used("keypoints", settings)
-    if path.suffix.lower() != SUFFIX:
-        found = read_keypoints(KeypointSource(path, recording))
-        if found.left_out:
-            say(f"{path}: left out: {found.summary()}")
-        return found.keypoints
-    with open_project(path) as project:
-        keypoints = project.keypoints.all()
-    if not len(keypoints):
-        raise InputError(
-            "the project has no keypoints",
-            where=str(path),
-            remedy="Import them with `stereotrack import predictions`.",
-        )
-    say(f"{path}: {counted(len(keypoints), 'keypoint')} of {len(keypoints.cameras)} cameras")
-    return keypoints
+    return keypoints_from(path, recording)
 
 
 def _check_used(what: str, settings: Settings) -> None:
     """Refuse clicks or keypoints where the settings' tracker does not use them."""
-    if settings.tracking.matching == "model_to_data":
+    if not settings.follows_data:
         raise InputError(
             f"this preset does not use {what}",
             where=f"--{what}",

@@ -10,8 +10,11 @@ from stereotrack_core.body.skeleton import FOREARMS, UPPER_ARMS
 from stereotrack_core.evaluation import summary
 from stereotrack_core.evaluation.errors import at_frames, errors_against
 from stereotrack_core.evaluation.summary import doubts_against
+from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.keypoints import Keypoints
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.tracking.frame import Run
+from stereotrack_core.tracking.keypoint_misfit import keypoint_error
 
 
 @dataclass(frozen=True)
@@ -60,6 +63,7 @@ MEASURES: tuple[SweepMeasure, ...] = (
     SweepMeasure("gaps", "frames without a pose", "%", short="no pose"),
     SweepMeasure("unexplained_fraction", "unexplained fraction", "%", short="unexplained"),
     SweepMeasure("residual", "residual", "mm"),
+    SweepMeasure("keypoint_error", "keypoint error, median", "px", short="keypoints"),
     SweepMeasure("innovation", "normalised innovation", ""),
     SweepMeasure("limb_sigma", "uncertainty of the limbs", "deg", short="uncertain"),
     SweepMeasure("limb_lost", "mean failure probability of arm segments",
@@ -75,13 +79,22 @@ def measure_named(name: str) -> SweepMeasure | None:
     return next((measure for measure in MEASURES if measure.name == name), None)
 
 
-def measured(run: Run, reference: LandmarkTrajectory | None) -> dict[str, float]:
+def measured(
+    run: Run,
+    reference: LandmarkTrajectory | None,
+    recording: Recording | None = None,
+    keypoints: Keypoints | None = None,
+) -> dict[str, float]:
     """All measures of a run but its times; NaN where one is not known.
 
     Frames of the reference beside the run's enter nothing. Without one that knows some of the
-    frames these are the run's own signs alone.
+    frames these are the run's own signs alone. The recording and the keypoints are those that the
+    run was tracked with, if any.
     """
-    return {**_errors_of(run, reference), **_signs(run)}
+    found = {**_errors_of(run, reference), **_signs(run)}
+    if recording is not None and keypoints is not None:
+        found["keypoint_error"] = keypoint_error(run, recording, keypoints)
+    return found
 
 
 def _errors_of(run: Run, reference: LandmarkTrajectory | None) -> Mapping[str, float]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,10 +16,12 @@ from stereotrack_core.annotation.propose import PROPOSED
 from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.keypoints.reading import read_keypoints
-from stereotrack_core.interop.keypoints.source import KeypointSource
+from stereotrack_core.interop.keypoints.source import FoundKeypoints, KeypointSource
 from stereotrack_core.project.keypoints import DetectorState
 from stereotrack_core.project.prefilling import FIT
 from stereotrack_core.project.project import Project
+from stereotrack_core.project.whereabouts import SUFFIX
+from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.keypoint_names import LANDMARK_OF
 from stereotrack_core.recording.keypoints import (
     Keypoints,
@@ -30,6 +33,24 @@ from stereotrack_core.recording.keypoints import (
 
 _TAKEN = (FIT, PROPOSED)
 """Names under which the program keeps predictions of its own."""
+
+
+def keypoints_in(path: Path, recording: Recording) -> FoundKeypoints:
+    """Keypoints of a project (.stereotrack), or of a detector's file or folder.
+
+    Raises InputError where there are none.
+    """
+    if path.suffix.lower() != SUFFIX:
+        return read_keypoints(KeypointSource(path, recording))
+    with Project.open(path, read_only=True) as project:
+        keypoints = project.keypoints.all()
+    if not len(keypoints):
+        raise InputError(
+            "the project has no keypoints",
+            where=str(path),
+            remedy="Import them with `stereotrack import predictions`.",
+        )
+    return FoundKeypoints(keypoints)
 
 
 @dataclass(frozen=True, eq=False)

@@ -107,6 +107,11 @@ def check_calibrated(recording: Recording) -> None:
         )
 
 
+def gives_depth(recording: Recording) -> bool:
+    """Whether any view measures depth; mono views do not."""
+    return any(view.kind != "mono" for view in recording.views)
+
+
 def tracked_views(
     recording: Recording, views: Sequence[str] | None, keypoints: Keypoints | None
 ) -> tuple[str, ...]:
@@ -114,8 +119,7 @@ def tracked_views(
 
     Raises InputError where there are none, or keypoints of only one view: it has no depth.
     """
-    deep = any(view.kind != "mono" for view in recording.views)
-    if deep or keypoints is None:
+    if gives_depth(recording) or keypoints is None:
         return usable_views(recording, views)
     check_calibrated(recording)
     known = set(keypoints.cameras)

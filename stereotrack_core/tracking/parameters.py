@@ -158,3 +158,13 @@ class Settings(ParameterGroup):
     depth: DepthParameters = dataclasses.field(default_factory=DepthParameters)
     body: BodyParameters = dataclasses.field(default_factory=BodyParameters)
     tracking: TrackingParameters = dataclasses.field(default_factory=TrackingParameters)
+
+    @property
+    def follows_data(self) -> bool:
+        """Whether what is measured looks for the model, keypoints and clicks as well."""
+        return self.tracking.matching == "data_to_model"
+
+    @property
+    def needs_depth(self) -> bool:
+        """Whether the tracker is one that follows nothing but clouds."""
+        return not self.follows_data or self.tracking.estimator != "iterated"

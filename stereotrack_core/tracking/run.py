@@ -15,13 +15,11 @@ from stereotrack_core.blas_threads import one_blas_thread
 from stereotrack_core.body.model import BodyModel, body_of_subject, landmarks
 from stereotrack_core.body.parameters import BodyShape
 from stereotrack_core.body.pose import Pose
-from stereotrack_core.depth.chain import DepthChain
 from stereotrack_core.depth.cloud import FRAMES_APART, Cloud, contradicted_share
-from stereotrack_core.depth.volume import settled
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.detections import Detections
 from stereotrack_core.recording.folder import fingerprint
-from stereotrack_core.recording.reader import FrameReader, has_colours
+from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.recording.selection import tracked_views
 from stereotrack_core.recording.sighted_keypoints import keypoints_in_views
 from stereotrack_core.tracking.estimate import Estimate
@@ -31,7 +29,11 @@ from stereotrack_core.tracking.initialise.first_pose import (
     first_pose_in,
     shape_in,
 )
-from stereotrack_core.tracking.initialise.keypoint_beginning import FIRST_FRAMES, beginning_of
+from stereotrack_core.tracking.initialise.keypoint_beginning import (
+    FIRST_FRAMES,
+    Beginning,
+    beginning_of,
+)
 from stereotrack_core.tracking.initialise.seeds import t_pose_in_cloud
 from stereotrack_core.tracking.lengths_fit import (
     ESTIMATING_LENGTHS,
@@ -44,7 +46,7 @@ from stereotrack_core.tracking.parameters import TrackingParameters
 from stereotrack_core.tracking.repair import repaired, with_repaired
 from stereotrack_core.tracking.run_checks import with_warnings
 from stereotrack_core.tracking.run_spec import RunSpec
-from stereotrack_core.tracking.shared_clouds import CloudSource, made_ahead, read_cloud
+from stereotrack_core.tracking.shared_clouds import CloudSource, chain_of, made_ahead, read_cloud
 from stereotrack_core.tracking.smoothing import smoothed
 from stereotrack_core.tracking.stored import subject_of_meta
 from stereotrack_core.tracking.tracker import (
@@ -108,19 +110,12 @@ class Pipeline:
         self.recording = recording
         self.spec = spec
         self.views = tracked_views(recording, spec.views, spec.keypoints)
-        deep = tuple(name for name in self.views if recording.view(name).kind != "mono")
         self._keypoints = keypoints_in_views(recording, self.views, spec.keypoints)
         self._shared = clouds
         self._detections = spec.detections or Detections()
         self._owns_reader = clouds is None and reader is None
         if clouds is None:
-            coloured = spec.settings.tracking.wants_colour and has_colours(recording, deep)
-            self.reader = reader or FrameReader(
-                recording, views=self.views, colour=coloured if spec.colour is None else spec.colour
-            )
-            depth = settled(recording, spec.settings.depth, self.reader, deep)
-            mono = [name for name in self.views if name not in deep]
-            self.chain = DepthChain(recording, depth, views=deep, mono=mono, colour=coloured)
+            self.chain, self.reader = chain_of(recording, spec, self.views, reader)
         else:
             self.chain, self.reader = clouds.chain, clouds.reader
         self.settings = settings = dataclasses.replace(spec.settings, depth=self.chain.parameters)
@@ -175,7 +170,7 @@ class Pipeline:
 
     def _estimate(self, cloud: Cloud) -> Estimate:
         enough = len(cloud.points) >= self.settings.tracking.least_points
-        if not self.started and (enough if self._has_clouds else isinstance(self._init, Pose)):
+        if not self.started and (enough if self.has_clouds else isinstance(self._init, Pose)):
             self.tracker.start(self.first_pose(cloud))
             self.started = True
         return self.tracker.step(cloud)
@@ -194,7 +189,7 @@ class Pipeline:
         self.learn(frames)
         checkpoint = None if self._begun is None else self._begun.checkpoint
         if checkpoint is None or not checkpoint.started:
-            (self._get_ready if self._has_clouds else self._begin_with_keypoints)(frames)
+            (self._get_ready if self.has_clouds else self._begin_with_keypoints)(frames)
         if checkpoint is not None:
             self._go_on_after(checkpoint, frames)
 
@@ -205,20 +200,25 @@ class Pipeline:
         if self._init == "auto":
             clouds = self._first_clouds(frames)
             self._found = self._look_for_pose(clouds) if clouds else None
-        if self.settings.tracking.fit_shape and self._follows_data:
+        if self.settings.tracking.fit_shape and self.settings.follows_data:
             self.fit_shape(frames)
 
     def _begin_with_keypoints(self, frames: range) -> None:
-        """Track the first frames in advance; all clouds that are made for it are kept."""
+        """Track the first frames in advance, and begin where they do."""
+        found = self._beginning(frames)
+        if found is not None and found.pose is not None and not isinstance(self._init, Pose):
+            self.tracker.start(found.pose)
+            self.started = True
+
+    def _beginning(self, frames: range) -> Beginning | None:
+        """Track a body as the first frames show it; all clouds that are made for it are kept."""
         for done, frame in enumerate(frames[:FIRST_FRAMES]):
             self.on_preparing("measuring the first frames", done, FIRST_FRAMES)
             self._made[frame] = self.cloud(frame)
         clouds = [cloud for cloud, _ in self._made.values()]
         found = beginning_of(self.tracker, clouds, self.before_step, self.on_preparing)
         self._track(self.body if found is None else self.body.with_shape(found.shape))
-        if found is not None and found.pose is not None and not isinstance(self._init, Pose):
-            self.tracker.start(found.pose)
-            self.started = True
+        return found
 
     def _go_on_after(self, checkpoint: Checkpoint, frames: range) -> None:
         """Be as after the frames that are done; a background that learns on sees them again."""
@@ -260,7 +260,7 @@ class Pipeline:
         """Track the first part once with lengths after the height, and estimate them from it."""
         expected = lengths_by_height(self._first_clouds(frames), self.settings.depth.upright)
         p = self.settings.tracking
-        follows = p if self._follows_data else TrackingParameters()
+        follows = p if self.settings.follows_data else TrackingParameters()
         settings = dataclasses.replace(self.settings, tracking=follows)
         settings, seed = settings.replaced(proportions="individual"), self.spec.seed
         with Pipeline(
@@ -287,6 +287,9 @@ class Pipeline:
 
     def fit_shape(self, frames: range) -> BodyShape:
         """Follow the first frames in which somebody is there, and fit the shape to them."""
+        if not self.has_clouds:
+            self._beginning(frames)
+            return self.body.shape
         clouds = self._first_clouds(frames)
         told = self.before_step, self.on_preparing
         found = shape_in(self._initialiser(), clouds, self.first_pose, *told)
@@ -311,16 +314,11 @@ class Pipeline:
 
     def _look_for_pose(self, clouds: Sequence[Cloud]) -> Pose | None:
         told = partial(self.on_preparing, "finding the initial pose")
-        if self._follows_data:
+        if self.settings.follows_data:
             return first_pose_in(self._initialiser(), clouds, told)
         frames, known = [cloud.frame for cloud in clouds], self._asked or range(0)
         seen = self._initialiser(), self.reader, self.views, frames, known
         return first_pose_from_images(*seen, told)
-
-    @property
-    def _follows_data(self) -> bool:
-        """Whether the tracker is one that can look for poses."""
-        return self.settings.tracking.matching == "data_to_model"
 
     def _initialiser(self) -> PersonTracker:
         return initialiser_for(
@@ -330,11 +328,11 @@ class Pipeline:
     def _track(self, body: BodyModel) -> None:
         """Make the tracker anew, for this body."""
         fps, seed = self.recording.fps, self.spec.seed
-        given, clouds = (body, self.settings, self._cameras, fps, seed), self._has_clouds
+        given, clouds = (body, self.settings, self._cameras, fps, seed), self.has_clouds
         self.tracker: Tracker = tracker_for(*given, clouds=clouds)
 
     @property
-    def _has_clouds(self) -> bool:
+    def has_clouds(self) -> bool:
         """Whether any view gives depth; else keypoints alone are followed."""
         return bool(self.chain.view_names)
 
@@ -368,7 +366,7 @@ class Pipeline:
 
     def smoothed_run(self, frames: Sequence[TrackedFrame]) -> Run:
         """Go over successive frames backwards and put them together to a run."""
-        back = smoothed(frames, self.tracker.setup, fit_movement=not self._has_clouds)
+        back = smoothed(frames, self.tracker.setup, fit_movement=not self.has_clouds)
         origin = dataclasses.replace(self.origin(), smoothed=True, bridged=back.bridged)
         return run_of(back.frames, origin)
 

@@ -7,8 +7,10 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from stereotrack_core.body.pose import Pose
+from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.detections import Detections
 from stereotrack_core.recording.keypoints import Keypoints
+from stereotrack_core.recording.selection import gives_depth
 from stereotrack_core.tracking.parameters import Settings
 
 FirstPose: TypeAlias = str | Pose
@@ -50,3 +52,10 @@ class RunSpec:
     def frames_of(self, count: int) -> range:
         """Frames to track of a recording that has so many."""
         return range(count) if self.frames is None else self.frames
+
+
+def measured_keypoints(
+    recording: Recording, settings: Settings, keypoints: Keypoints | None
+) -> Keypoints | None:
+    """Keypoints that a run is given: none beside a cloud whose tracker does not measure any."""
+    return keypoints if settings.follows_data or not gives_depth(recording) else None

@@ -5,14 +5,17 @@ from __future__ import annotations
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from typing import Protocol, TypeAlias
 
 from stereotrack_core.depth.chain import DepthChain
 from stereotrack_core.depth.cloud import Cloud
-from stereotrack_core.recording.reader import FrameReader
+from stereotrack_core.depth.volume import settled
+from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.reader import FrameReader, has_colours
 from stereotrack_core.tracking.frame import cloudless
+from stereotrack_core.tracking.run_spec import RunSpec
 
 _AHEAD = 2
 """Clouds that are made while the tracker works on an earlier one."""
@@ -41,6 +44,22 @@ def read_cloud(chain: DepthChain, reader: FrameReader, frame: int) -> tuple[Clou
     frame_set = reader.frame_set(frame)
     read = time.perf_counter() - begun
     return chain.process(frame_set), read
+
+
+def chain_of(
+    recording: Recording, spec: RunSpec, views: Sequence[str], reader: FrameReader | None = None
+) -> tuple[DepthChain, FrameReader]:
+    """What makes the clouds of a run over these views, and the reader, a new one where not given.
+
+    Of mono views, clouds have the silhouettes at most.
+    """
+    deep = tuple(name for name in views if recording.view(name).kind != "mono")
+    coloured = spec.settings.tracking.wants_colour and has_colours(recording, deep)
+    colour = coloured if spec.colour is None else spec.colour
+    reader = reader or FrameReader(recording, views=views, colour=colour)
+    depth = settled(recording, spec.settings.depth, reader, deep)
+    mono = [name for name in views if name not in deep]
+    return DepthChain(recording, depth, views=deep, mono=mono, colour=coloured), reader
 
 
 class CloudSource(Protocol):

@@ -350,11 +350,11 @@ def tracker_for(
     depth = settings.depth
     setup = Setup(body, p, cameras, fps, seed, Volume.of(depth), depth.upright)
     if not clouds:
-        if p.matching == "model_to_data":
+        if settings.needs_depth:
             raise InputError(
-                "the thesis's tracker needs depth, and no view provides it",
+                "this preset's tracker needs depth, and no view provides it",
                 where="--preset",
-                remedy="Use another preset.",
+                remedy="Use the preset accurate or fast.",
             )
         return KeypointTracker(PoseFilter(setup, IteratedEstimator(setup), DataToModel(setup)))
     if p.matching == "model_to_data":

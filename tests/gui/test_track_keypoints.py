@@ -47,3 +47,38 @@ def test_mono_views_are_tracked_with_the_keypoints_of_the_project(window, qtbot,
     assert np.median(np.linalg.norm(found - truth().points, axis=2)) < 0.015
     session.document.go_to(3)
     qtbot.waitUntil(window.context.tasks.settled)
+    tried_and_inspected(window, qtbot)
+    swept(window, qtbot)
+
+
+def tried_and_inspected(window, qtbot):
+    """A parameter is tried on a stretch, and a step is shown, as with stereo views."""
+    context = window.context
+    context.view_state.select(range(2, 5))
+    context.docks.show_workspace("tune")
+    context.session.tracker.use(context.session.track.settings.replaced(keypoint_sigma=0.1))
+    qtbot.waitUntil(lambda: len(window.features.tune.trials.entries) == 1)
+    qtbot.waitUntil(context.tasks.settled)
+    trial = window.features.tune.trials.entries[0]
+    assert sorted(trial.frames) == [2, 3, 4]
+    assert trial.frames[4].tracked
+    context.actions.action("look_inside").trigger()
+    inspect = window.features.inspect
+    qtbot.waitUntil(lambda: inspect.known is not None)
+    assert inspect.known.compared == "The result equals the pose of the run."
+    kinds = [step.kind for step in inspect.known.steps[:4]]
+    assert kinds == ["predict", "pairs", "sigma", "correct"]
+    inspect.go(1)
+    assert "There is no cloud" in inspect.step.words
+    context.actions.action("look_inside").trigger()
+
+
+def swept(window, qtbot):
+    """The dialog of sweeps takes the keypoints of the project."""
+    sweep, project = window.features.sweep, window.context.session.project.path
+    sweep.show_dialog()
+    assert sweep.dialog.form.request().keypoints == (project,)
+    qtbot.waitUntil(lambda: sweep.dialog.settled)
+    assert sweep.dialog.count_label.text().startswith("3 runs (1 point)")
+    assert not sweep.dialog.error_label.text()
+    sweep.dialog.close()

@@ -144,6 +144,8 @@ def _points_table(correction: Correction) -> Table:
 
 def _pairs(trace: StepTrace, step: Step, correction: Correction) -> StepContent:
     points = correction.points
+    if not len(points.residual):
+        return _keypoints(trace, step, correction)
     residual = correction.normalised_residual
     words = f"{_said(points)} Normalised residual {residual:.2f}; 1 is expected."
     sides = _SIDES
@@ -157,6 +159,39 @@ def _pairs(trace: StepTrace, step: Step, correction: Correction) -> StepContent:
     return _content(
         step, trace, words, histogram=residual_histogram(points, words, sides), tables=tuple(tables)
     )
+
+
+def _keypoints(trace: StepTrace, step: Step, correction: Correction) -> StepContent:
+    """What is measured in a frame without a cloud."""
+    tables = [_rows_table(correction.rows)]
+    for row in correction.rows:
+        if row.kind == "detection" and row.unit == "px":
+            tables.insert(0, _keypoints_table(row))
+    return _content(step, trace, tables=tuple(tables))
+
+
+def _keypoints_table(row: Rows) -> Table:
+    """Keypoints of all cameras by the part that they measure; each has a column and a row."""
+    distance = np.hypot(*row.residual.reshape(-1, 2).T)
+    part, sigma = row.part[::2], row.sigma[::2]
+    found = [
+        (
+            part_words(one),
+            str(np.count_nonzero(part == one)),
+            f"{np.sqrt(np.mean(distance[part == one] ** 2)):.1f}",
+            f"{sigma[part == one].mean():.1f}",
+        )
+        for one in np.unique(part).tolist()
+    ]
+    limbs = tuple(map(limb_of_part, np.unique(part).tolist()))
+    tips = (
+        "",
+        "Keypoints of all cameras that have weight",
+        "Root mean square of the distances from the body's points",
+        "Assumed standard deviation of a coordinate; larger where the weight is small",
+    )
+    headings = ("Part", "Keypoints", "RMS", "σ")
+    return Table("Keypoints by part, in pixels", headings, tuple(found), limbs, tips=tips)
 
 
 def _said(points: Correspondences) -> str:
@@ -256,10 +291,10 @@ def _degrees(radians: float) -> str:
 
 def _pull_table(correction: Correction) -> Table:
     """What pulled where, in the state's own numbers."""
-    sources: list[tuple[str, FloatArray]] = [
-        ("measured points", correction.gain @ correction.points.residual),
-        ("prior (prediction)", correction.from_prior),
-    ]
+    points, from_prior = correction.points, ("prior (prediction)", correction.from_prior)
+    sources: list[tuple[str, FloatArray]] = [from_prior]
+    if len(points.residual):
+        sources.insert(0, ("measured points", correction.gain @ points.residual))
     sources += [(_KINDS.get(row.kind, row.kind).lower(), row.dx) for row in correction.rows]
     rows = tuple(
         (

@@ -33,13 +33,13 @@ def _commands(session: Session, inspect: InspectController) -> list[Command]:
             "iterate", _MENU, "Inspect next frame",
             "Show step by step how the tracker processes its next frame. The frame is tracked "
             "after the last stage.", inspect.iterate, "F11", "iterate",
-            lambda: session.no_trials() or session.tracker_works(), section=True,
+            lambda: session.not_tracked() or session.tracker_works(), section=True,
         ),
         Command(
             "look_inside", _MENU, "Inspect step", "Show step by step how the tracker "
             "processes this frame: prediction, points, correspondences, sigma points, "
             "cross-covariance, correction.", inspect.toggle, "F12", "search",
-            lambda: session.no_trials() or session.tracker_works(),
+            lambda: session.not_tracked() or session.tracker_works(),
             checked=lambda: inspect.inspects,
         ),
         Command(

@@ -11,15 +11,14 @@ import numpy as np
 
 from stereotrack_core.body.model import body_of_subject
 from stereotrack_core.errors import Cancelled
-from stereotrack_core.recording.description import Recording
-from stereotrack_core.recording.selection import usable_views
+from stereotrack_core.recording.keypoints import Keypoints
 from stereotrack_core.tracking.estimate import Estimate
 from stereotrack_core.tracking.inspection import RecordedStep
 from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.repeating import stored_spec
 from stereotrack_core.tracking.trace import StepTrace, movement
 from stereotrack_core.tracking.tracker import Tracker, cameras_of, tracker_for
-from stereotrack_core.tracking.tuning.process import RecordStep
+from stereotrack_core.tracking.tuning.process import KeptRecording, RecordStep
 
 from ...session.runs import RunEntry
 from ...session.session import Session
@@ -86,8 +85,9 @@ def run_question(
     assert kept is not None  # noqa: S101 - there are no frames without
     seen = (entry.at(k) if entry is not None else None for k in (frame - 1, frame))
     before, here = (one.estimate if one is not None else None for one in seen)
-    make = _maker(kept.recording, entry, settings)
-    task = RecordStep(kept, frame, settings.depth, make, before, here)
+    make = _maker(kept, entry, settings)
+    keypoints = _keypoints(session, entry, settings)
+    task = RecordStep(kept, frame, settings.depth, make, before, here, keypoints)
     smoothed = entry is not None and entry.stored is not None and entry.stored.meta.get("smoothed")
 
     def work() -> RecordedStep:
@@ -97,18 +97,26 @@ def run_question(
     return Question(frame, work, here, entry, settings)
 
 
-def _maker(
-    recording: Recording, entry: RunEntry | None, settings: Settings
-) -> Callable[[], Tracker]:
+def _keypoints(session: Session, entry: RunEntry | None, settings: Settings) -> Keypoints | None:
+    """What a run was tracked with; what the next one would be, where there is none."""
+    if entry is not None and entry.origin is not None:
+        return entry.origin.spec.keypoints
+    if entry is not None and entry.stored is not None and not entry.stored.meta.get("keypoints"):
+        return None
+    return session.track.keypoints_for_run(settings)
+
+
+def _maker(of: KeptRecording, entry: RunEntry | None, settings: Settings) -> Callable[[], Tracker]:
     """What makes a tracker as a run has it; as the next one would, where there is none."""
-    usable = usable_views(recording, None)
+    recording, usable = of.recording, of.views
     if entry is None:
         body, views, seed = body_of_subject(recording.subject, settings.body), usable, 0
     else:
         spec = entry.spec()
         kept = tuple(name for name in (spec and spec.views) or () if name in usable)
         body, views, seed = entry.body, kept or usable, spec.seed if spec else 0
-    return partial(tracker_for, body, settings, cameras_of(recording, views), recording.fps, seed)
+    cameras, clouds = cameras_of(recording, views), not of.mono
+    return partial(tracker_for, body, settings, cameras, recording.fps, seed, clouds=clouds)
 
 
 def settings_of(entry: RunEntry) -> Settings:

@@ -128,16 +128,37 @@ _MANIFOLD: dict[StepKind, tuple[str, str, str]] = {
     ),
     "result": _THESIS["result"],
 }
+_KEYPOINTS: dict[StepKind, tuple[str, str, str]] = {
+    **_MANIFOLD,
+    "pairs": (
+        "Measure",
+        "There is no cloud. Each keypoint is compared with the picture of the point of the body "
+        "that it names, and contours with those of the body. The weight of a keypoint falls with "
+        "its distance; where three cameras agree, what contradicts them is left out.",
+        "Not in the thesis; docs/keypoints.md",
+    ),
+    "correct": (
+        "Correct",
+        "The prediction is corrected by all keypoints and contours at once, linearised at the "
+        "start of the iteration. Joint limits and the prediction itself contribute as well.",
+        _MANIFOLD["correct"][2],
+    ),
+}
 _IN_ITERATION: tuple[StepKind, ...] = ("points", "pairs", "sigma", "cross", "correct")
+_OF_POINTS = frozenset[StepKind]({"points", "cross"})
+"""Stages that are about points of a cloud alone."""
 
 
 def steps_of(trace: StepTrace) -> tuple[Step, ...]:
     """All steps of a frame in their order."""
-    texts = _THESIS if trace.method == "thesis" else _MANIFOLD
+    cloudless = bool(trace.corrections) and not any(len(c.points.part) for c in trace.corrections)
+    texts = _THESIS if trace.method == "thesis" else _KEYPOINTS if cloudless else _MANIFOLD
     steps = [_step("predict", texts, heading="Prediction")]
     for index, correction in enumerate(trace.corrections):
         heading = _heading_of(correction)
         for kind in _IN_ITERATION:
+            if cloudless and kind in _OF_POINTS:
+                continue
             steps.append(_step(kind, texts, heading, index))
             heading = ""
     if trace.measured:

@@ -45,7 +45,7 @@ def register(context: Context) -> Review:
             bottom_shares=(0.27, 0.16),
             side_heights=(1, 2),
             tall_side=True,
-            why_not=lambda: context.session.no_run() and context.session.no_depth(),
+            why_not=lambda: context.session.no_run() and context.session.not_tracked(),
         )
     )
     context.actions.add(_commands(context.session, review.panels, review.plot))

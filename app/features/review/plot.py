@@ -99,10 +99,8 @@ class ErrorCurves(QObject):
     def _hint(self) -> str:
         if self._session.document.recording is None:
             return ""
-        if not self._session.clouds.available:
-            return (
-                "No view of this recording provides depth. Tracking needs a stereo or depth view."
-            )
+        if why_not := self._session.not_tracked():
+            return why_not
         keys = self._context.actions.shortcut("run")
         return f"Run the tracker ({keys}) to see a lane for each limb."
 
@@ -180,9 +178,10 @@ def lanes_of(
         values = _spread(judgement, judgement.limbs[limb], count)
         unit = with_quality("°", judgement.quality.get(measure_of(limb)))
         lanes.append(Lane(limb_words(limb), LIMB_COLOURS[limb], "heat", values, _FULL_DEG, unit))
-    unexplained_fraction = _spread(judgement, 100.0 * judgement.unexplained_fraction, count)
-    colour = EXTRA_COLOURS["unexplained %"]
-    lanes.append(Lane("unexplained", colour, "heat", unexplained_fraction, 60.0, "% of the cloud"))
+    if np.isfinite(judgement.unexplained_fraction).any():  # mono views have no cloud
+        share = _spread(judgement, 100.0 * judgement.unexplained_fraction, count)
+        colour = EXTRA_COLOURS["unexplained %"]
+        lanes.append(Lane("unexplained", colour, "heat", share, 60.0, "% of the cloud"))
     doubted = _doubted(judgement)
     if doubted:
         lanes.append(Lane("likely wrong", "#d08a50", "bars", doubted))

@@ -126,7 +126,11 @@ class SweepController(QObject):
         form.show_base(track.preset, changes)
         recording = document.recording
         if recording is not None and not form.recordings():
-            form.add_recording(recording.folder.resolve())
+            folder, project = recording.folder.resolve(), self._session.project.path
+            form.add_recording(folder)
+            keypoints = self._session.keypoints
+            if project is not None and keypoints.wanted and keypoints.cameras:
+                form.set_keypoints(str(folder), project)
         if not form.table.text():
             form.table.setText(str(self.presenter.now.table or self._proposed_table()))
         selection = self._context.view_state.selection

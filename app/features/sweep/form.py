@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import Qt, Signal, Slot
@@ -40,6 +41,7 @@ _CERTIFICATES = {
     "tls_key": ("Key", "Key of the certificate, without a password"),
 }
 """Files of an encrypted cluster: their names, and what they are."""
+_KEYPOINTS = "Projects and predictions (*.stereotrack *.json *.csv *.h5 *.slp *.npy)"
 
 
 class SweepForm(QWidget):
@@ -50,6 +52,7 @@ class SweepForm(QWidget):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._preset, self._changes = "accurate", tuple[str, ...]()
+        self._keypoints: dict[str, Path] = {}
         self.points = SweepPoints()
         self.points.changed.connect(self.changed)
         right = vbox(self._on_what(), self._where(), None)
@@ -69,6 +72,26 @@ class SweepForm(QWidget):
             item.setData(Qt.ItemDataRole.UserRole, str(folder))
             self.list.addItem(item)
             self.changed.emit()
+
+    def set_keypoints(self, folder: str, path: Path) -> None:
+        """Track a recording of the list with keypoints of a project, or of a detector's file."""
+        self._keypoints[folder] = path
+        for row in range(self.list.count()):
+            item = self.list.item(row)
+            if item.data(Qt.ItemDataRole.UserRole) == folder:
+                item.setText(f"{Path(folder).name}, keypoints of {path.name}")
+                item.setToolTip(f"{folder}\nKeypoints: {path}")
+        self.changed.emit()
+
+    def _keypoints_of(self, recordings: Sequence[str]) -> tuple[Path, ...]:
+        """Keypoints of each recording, or none; InputError where only some have any."""
+        found = [self._keypoints[one] for one in recordings if one in self._keypoints]
+        if found and len(found) < len(recordings):
+            raise InputError(
+                f"{len(found)} of {len(recordings)} recordings have keypoints",
+                remedy="Choose keypoints for the others as well, or remove them from the list.",
+            )
+        return tuple(found)
 
     def recordings(self) -> tuple[str, ...]:
         """Folders of the recordings."""
@@ -96,6 +119,7 @@ class SweepForm(QWidget):
             changes=self._changes,
             seeds=self.seeds.text().strip() or "0",
             frames=self.frames.text().strip() or None,
+            keypoints=self._keypoints_of(recordings),
             workers=None if scheduler else self.processes.value(),
             scheduler=scheduler or None,
             tls_ca=self._certificate("tls_ca"),
@@ -120,7 +144,12 @@ class SweepForm(QWidget):
         form = QFormLayout(box)
         form.addRow("Recordings", self.list)
         add = push_button("A&dd …", self._ask_recording)
-        form.addRow("", hbox(add, push_button("Re&move", self._remove_recording), None))
+        remove = push_button("Re&move", self._remove_recording)
+        about = (
+            "Track the selected recording with keypoints of a 2-D detector; mono views need them"
+        )
+        keypoints = push_button("&Keypoints …", self._ask_keypoints, about)
+        form.addRow("", hbox(add, remove, keypoints, None))
         form.addRow("Seeds", self.seeds)
         form.addRow("Frames", self.frames)
         return box
@@ -199,8 +228,17 @@ class SweepForm(QWidget):
         ask_for_folder(self, "Add a recording", start, self.add_recording)
 
     @Slot()
+    def _ask_keypoints(self) -> None:
+        chosen = [item.data(Qt.ItemDataRole.UserRole) for item in self.list.selectedItems()]
+        folders = chosen or self.recordings()[-1:]
+        for folder in folders[:1]:
+            title, start = f"Keypoints of {Path(folder).name}", str(Path(folder).parent)
+            ask_to_open(self, title, start, _KEYPOINTS, partial(self.set_keypoints, folder))
+
+    @Slot()
     def _remove_recording(self) -> None:
         for item in self.list.selectedItems():
+            self._keypoints.pop(item.data(Qt.ItemDataRole.UserRole), None)
             self.list.takeItem(self.list.row(item))
         self.changed.emit()
 

@@ -40,13 +40,14 @@ from ...widgets.style.building import choice, hbox, label, vbox
 
 _LOOK_MS = 1000
 _MOST_COLOURS = 8
-_FAVOURITES = ("forearms", "unexplained_fraction")
+_FAVOURITES = ("forearms", "unexplained_fraction", "keypoint_error")
 _TOLD = (
     "torso_position",
     "upper_arms",
     "forearms",
     "lost",
     "unexplained_fraction",
+    "keypoint_error",
     "frames_per_second",
 )
 

@@ -11,14 +11,13 @@ from ...session.session import Session
 from ...session.tracker import FIRST_POSES
 from ...session.truth import Against
 from .controller import RunsController
-from .keypoints import RunKeypoints
 
 _MENU = "&Track"
 
 
 def register(context: Context) -> RunsController:
     """Offer the workspace Track, its panels and its commands."""
-    runs, keypoints = RunsController(context), RunKeypoints(context.session)
+    runs = RunsController(context)
     context.docks.add_workspace(
         Workspace(
             "track",
@@ -30,20 +29,20 @@ def register(context: Context) -> RunsController:
             side_share=0.37,
             bottom_shares=(0.15, 0.17),
             side_heights=(2, 1),
-            why_not=keypoints.why_not_tracked,
+            why_not=context.session.not_tracked,
         )
     )
-    context.actions.add(_commands(context, runs, keypoints))
+    context.actions.add(_commands(context, runs))
     return runs
 
 
-def _commands(context: Context, runs: RunsController, keypoints: RunKeypoints) -> list[Command]:
+def _commands(context: Context, runs: RunsController) -> list[Command]:
     """Commands of the menu Track."""
     session = context.session
-    track, tracker = session.track, session.tracker
+    track, tracker, keypoints = session.track, session.tracker, session.keypoints
 
     def idle() -> str:
-        return keypoints.why_not_tracked() or session.tracker_works()
+        return session.not_tracked() or session.tracker_works()
 
     def no_selection() -> str:
         return (
@@ -99,7 +98,8 @@ def _commands(context: Context, runs: RunsController, keypoints: RunKeypoints) -
             "use_keypoints", _MENU, "Use keypoints",
             "Track the next run with the keypoints that a detector has predicted, beside the "
             "point cloud or, in mono views, in its place.", keypoints.toggle,
-            why_not=keypoints.why_none, checked=lambda: keypoints.wanted,
+            why_not=lambda: session.no_project() or keypoints.why_none(),
+            checked=lambda: keypoints.wanted,
         ),
         Command(
             "follow", _MENU, "Follow tracker", "Show each frame as soon as it is tracked.",

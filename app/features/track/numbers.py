@@ -65,6 +65,10 @@ def _frame_rows(
     if not tracked.tracked:
         return [*rows, ("", "not tracked", tracked.reason, "Why this frame has no pose.")]
     total = 1000.0 * sum(tracked.seconds.values())
+    time = ("", "time", f"{total:.0f} ms", _stages(tracked))
+    if not np.isfinite(tracked.estimate.unexplained_fraction):
+        none = "Without depth there is no cloud. The pose is measured by keypoints and contours."
+        return [*rows, ("", "points", "none", none), time]
     return [
         *rows,
         (
@@ -86,7 +90,7 @@ def _frame_rows(
             "Distance of the points from the prediction, relative to its predicted standard "
             "deviation; 1 is expected.",
         ),
-        ("", "time", f"{total:.0f} ms", _stages(tracked)),
+        time,
     ]
 
 

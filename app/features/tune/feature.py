@@ -36,7 +36,7 @@ def register(context: Context) -> TuneController:
             bottom_shares=(0.20, 0.16),
             side_heights=(2, 4, 3),
             tall_side=True,
-            why_not=context.session.no_trials,
+            why_not=context.session.not_tracked,
         )
     )
     context.actions.add(_commands(context.session, tuning))
@@ -49,7 +49,7 @@ def _commands(session: Session, tuning: TuneController) -> list[Command]:
     chosen = tuning.with_selected
 
     def no_try() -> str:
-        return session.no_trials() or session.tracker_works()
+        return session.not_tracked() or session.tracker_works()
 
     def no_trial() -> str:
         return "" if tuning.trials.entries else "There is no trial. Change a parameter first."
@@ -107,7 +107,7 @@ def _commands(session: Session, tuning: TuneController) -> list[Command]:
         ),
         Command(
             "parameter_search", _MENU, "Search parameters", "Search parameters by name or "
-            "description.", tuning.search_parameters, "Ctrl+F", "search", session.no_depth,
+            "description.", tuning.search_parameters, "Ctrl+F", "search", session.not_tracked,
             section=True,
         ),
         *_presets(session, tuning.presets),

@@ -15,6 +15,7 @@ from ...session.runs import RunEntry
 from ...widgets.tables.panels import TRIAL_TIP, number_cell
 from ...widgets.tables.table import Cell, CellRow
 
+_UNKNOWN = "Not known here. Without depth there is no cloud to be explained."
 _ERROR = ("arms °", "torso °", "lost %", "unexpl. %", "untracked")
 _SIGMA = ("arms ± °", "torso ± °", "unexpl. %", "untracked")
 
@@ -90,8 +91,11 @@ def trial_table(
         is_base = entry is chosen
         name = f"{'◆ ' if is_base else ''}{_two_lines(entry, is_run=is_run)}"
         values = _values(judgement, frames, truth)
+        unknown = Cell("–", _UNKNOWN, "muted") if len(frames) else None
         numbers = [
-            number_cell(value, np.nan if is_base else a - b, digits)
+            unknown
+            if unknown is not None and np.isnan(value)
+            else number_cell(value, np.nan if is_base else a - b, digits)
             for value, a, b, digits in zip(values, here, there, (*ones, 0), strict=True)
         ]
         rows.append((Cell(name, f"{entry.name}. {TRIAL_TIP}", bold=is_run), *numbers))

@@ -102,7 +102,8 @@ class TrialRunner(QObject):
     def _on_opened(self) -> None:
         recording = self._session.document.recording
         views = recording.views if recording is not None else ()
-        self.kept = Holdings(tuple(view.name for view in views if view.kind == "stereo"))
+        deep = any(view.kind != "mono" for view in views)
+        self.kept = Holdings(tuple(view.name for view in views if view.kind == "stereo"), deep)
 
     def track(self, title: str, tried: Sequence[tuple[RunEntry, Trial]]) -> Trials:
         """Have trials tracked, when those before have ended; their entries get the frames."""

@@ -91,9 +91,11 @@ class TrialPresenter(QObject):
     def trial(self, settings: Settings, preset: str) -> Trial | None:
         """The trial of the stretch with these settings; None where there is nothing to track."""
         stretch, base = self._stretch(), self.base()
-        if not self._session.clouds.available or not len(stretch):
+        if self._session.not_tracked() or not len(stretch):
             return None
-        spec = RunSpec(settings, preset, stretch, init=self._session.tracker.first_pose)
+        seen = self._session.track.keypoints_for_run(settings)
+        first = self._session.tracker.first_pose
+        spec = RunSpec(settings, preset, stretch, init=first, keypoints=seen)
         made = self._made.get(base) if base is not None else None
         return Trial(spec) if base is None else _trial_beside(base, made, spec)
 

@@ -26,6 +26,7 @@ from stereotrack_core.evaluation.failure_segments.stretches import (
 )
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
+from stereotrack_core.recording.selection import gives_depth
 from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.stored import fps_of_run
 
@@ -132,7 +133,7 @@ def explained(
         "truth": whereabouts(search.run, search.fps, search.reference),
         "signs": whereabouts(search.run, search.fps, None),
     }
-    if search.recording is None or not search.pictures or not failures:
+    if search.recording is None or not _looks_for_causes(search) or not failures:
         return tuple(_judged(search, e, places[e.found], (), {}, []) for e in failures)
     usual_frames = _outside(search, failures)
     with Looker(search.recording, search.run) as looker:
@@ -159,6 +160,11 @@ def explained(
             )
             for e in failures
         )  # fmt: skip
+
+
+def _looks_for_causes(search: FailureSearch) -> bool:
+    """Whether clouds of frames are made: mono views have none."""
+    return search.pictures and search.recording is not None and gives_depth(search.recording)
 
 
 def _judged(

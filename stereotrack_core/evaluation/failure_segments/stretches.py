@@ -283,12 +283,14 @@ def lost_chances(run: Run, fps: float, fitted: Coefficients = _FITTED) -> FloatA
     by what it is the probability of: not of a limb that is off in this frame, but of one that is
     in a stretch in which it is. A run that does not say how likely limbs are lost is judged by
     the other signs alone. In frames that are not tracked all limbs fail; NaN for torso and head
-    elsewhere, which failed too rarely to learn from.
+    elsewhere, which failed too rarely to learn from. Runs of mono views have no clouds to learn
+    anything from: NaN in all frames that are tracked.
     """
     said = bool(np.isfinite(run.limb_lost[run.tracked]).any())
+    seen = said or bool(np.isfinite(run.unexplained_fraction[run.tracked]).any())
     signs = failure_signs(run, fps, said=said)
     result: FloatArray = np.full((len(run.frame), len(LIMBS)), np.nan)
-    for half, limbs in ARM_HALVES.items():
+    for half, limbs in ARM_HALVES.items() if seen else ():
         constant, *slopes = fitted[half if said else f"{half}{UNSAID}"]
         result[:, list(limbs)] = scipy.special.expit(
             constant + signs[:, list(limbs)] @ np.array(slopes)

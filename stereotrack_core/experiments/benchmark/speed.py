@@ -17,11 +17,12 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.filtering.correction import Correction, correct
 from stereotrack_core.filtering.sigma_points import SigmaWeights, scaled_weights, sigma_deviations
 from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.keypoints import Keypoints
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.tracking.frame import TrackedFrame
 from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.run import FIT_FRAMES, Pipeline
-from stereotrack_core.tracking.run_spec import RunSpec
+from stereotrack_core.tracking.run_spec import RunSpec, measured_keypoints
 
 DISPARITIES, WINDOW = 64, 15
 _WARM_UP = 3
@@ -64,6 +65,7 @@ def chain_speed(
     frames: int = 40,
     rounds: int = 5,
     on_progress: Callable[[int], None] = lambda _: None,
+    keypoints: Keypoints | None = None,
 ) -> tuple[ChainSpeed, ...]:
     """Alternate bare block matching and the chain with every preset.
 
@@ -79,6 +81,8 @@ def chain_speed(
         Frame sets in a round, and rounds.
     on_progress : callable, optional
         Told how many passes are done, of ``rounds * len(presets)``.
+    keypoints : Keypoints, optional
+        That are measured as well, by presets that do so.
     """
     stereo = [view.name for view in recording.views if view.kind == "stereo"]
     views = stereo if views is None else views
@@ -97,14 +101,18 @@ def chain_speed(
         for left, right in pairs:
             matcher.compute(left, right)
 
-    for settings in presets.values():
-        _timed(recording, settings, views, min(_WARM_UP, count))
+    specs = {
+        name: RunSpec(one, views=views, keypoints=measured_keypoints(recording, one, keypoints))
+        for name, one in presets.items()
+    }
+    for spec in specs.values():
+        _timed(recording, spec, min(_WARM_UP, count))
     matching: dict[str, list[float]] = {name: [] for name in presets}
     passes: dict[str, list[_Pass]] = {name: [] for name in presets}
     for turn in range(rounds):
-        for k, (name, settings) in enumerate(presets.items(), start=1):
+        for k, (name, spec) in enumerate(specs.items(), start=1):
             matching[name].append(seconds_of(match) if pairs else math.nan)
-            passes[name].append(_timed(recording, settings, views, count))
+            passes[name].append(_timed(recording, spec, count))
             on_progress(turn * len(presets) + k)
     return tuple(
         ChainSpeed(
@@ -147,13 +155,13 @@ class _Pass:
     frames: Sequence[TrackedFrame]
 
 
-def _timed(recording: Recording, settings: Settings, views: Sequence[str], frames: int) -> _Pass:
+def _timed(recording: Recording, spec: RunSpec, frames: int) -> _Pass:
     """Track with a new pipeline; the clock for the frames starts when the track has settled.
 
     The shape is fitted to clouds that the first frames use again, so these are not timed.
     """
     found: list[TrackedFrame] = []
-    with Pipeline(recording, RunSpec(settings, views=views)) as pipeline:
+    with Pipeline(recording, spec) as pipeline:
         begun = min(FIT_FRAMES, pipeline.reader.frame_count - frames)
         timed = range(begun, begun + frames)
         preparation = seconds_of(lambda: pipeline.prepare(range(timed.stop)))

@@ -23,7 +23,6 @@ from stereotrack_core.project.setups import Corrections
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.detections import own_detections
 from stereotrack_core.recording.folder import fingerprint, open_recording
-from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.run_spec import RunSpec
 
@@ -48,7 +47,7 @@ class Job:
     part, and what it has to be."""
     point: Point
     spec: RunSpec
-    """With its frames; without detections, which the recording has."""
+    """With its frames and keypoints; without detections, which the recording has."""
     keep: str = ""
     """File that the complete run goes to, for which no error is measured; empty: only measures."""
     corrections: Corrections | None = None
@@ -177,7 +176,7 @@ def do_batch(
         ):
             if seconds is None:
                 seconds = (time.perf_counter() - begun) / len(jobs)
-            yield _result(waiting.pop(0), run, recording.reference, seconds)
+            yield _result(waiting.pop(0), run, recording, seconds)
     except Cancelled:
         raise
     except Exception as error:  # noqa: BLE001 - told as the result of every job
@@ -211,12 +210,10 @@ def is_kept(job: Job) -> bool:
         return False
 
 
-def _result(
-    job: Job, tracked: LockstepRun, reference: LandmarkTrajectory | None, seconds: float
-) -> JobResult:
+def _result(job: Job, tracked: LockstepRun, recording: Recording, seconds: float) -> JobResult:
     """What has become of a job that took this share of the time of its batch."""
-    if job.keep:
-        reference = None  # errors of a run that is kept are measured whenever they are asked for
+    # errors of a run that is kept are measured whenever they are asked for
+    reference = None if job.keep else recording.reference
     if tracked.error is not None:
         return _failed(job, tracked.error)
     begun = time.perf_counter()
@@ -226,7 +223,8 @@ def _result(
         if job.keep:
             _keep(job, run, seconds)
         speed = len(run.frame) / tracked.seconds if tracked.seconds > 0 else float("nan")
-        values = measured(run, reference) | {"frames_per_second": speed, "seconds": seconds}
+        values = measured(run, reference, recording, job.spec.keypoints)
+        values |= {"frames_per_second": speed, "seconds": seconds}
     except Exception as error:  # noqa: BLE001 - told as the result of the job
         return _failed(job, error)
     known = {name: value for name, value in values.items() if math.isfinite(value)}

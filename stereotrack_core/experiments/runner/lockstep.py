@@ -11,16 +11,13 @@ from typing import Any
 import numpy as np
 
 from stereotrack_core.body.pose import Pose
-from stereotrack_core.depth.chain import DepthChain
-from stereotrack_core.depth.volume import settled
 from stereotrack_core.errors import Cancelled
 from stereotrack_core.recording.description import Recording
-from stereotrack_core.recording.reader import FrameReader, has_colours
-from stereotrack_core.recording.selection import usable_views
+from stereotrack_core.recording.selection import tracked_views
 from stereotrack_core.tracking.frame import Run, TrackedFrame, assembled
 from stereotrack_core.tracking.run import Pipeline
 from stereotrack_core.tracking.run_spec import RunSpec
-from stereotrack_core.tracking.shared_clouds import CloudTaker, SharedClouds
+from stereotrack_core.tracking.shared_clouds import CloudTaker, SharedClouds, chain_of
 
 _KEPT = 64
 """Tracked frames of a run that are held before they are packed into arrays."""
@@ -159,12 +156,10 @@ def cloud_key(spec: RunSpec) -> tuple[Any, ...]:
 
 
 def _clouds_for(given: RunInput, stack: ExitStack) -> SharedClouds:
-    recording, settings = given.recording, given.spec.settings
-    names = usable_views(recording, given.spec.views)
-    colour = settings.tracking.wants_colour and has_colours(recording, names)
-    reader = stack.enter_context(FrameReader(recording, views=names, colour=colour))
-    depth = settled(recording, settings.depth, reader, names)
-    chain = stack.enter_context(closing(DepthChain(recording, depth, views=names, colour=colour)))
+    views = tracked_views(given.recording, given.spec.views, given.spec.keypoints)
+    chain, reader = chain_of(given.recording, given.spec, views)
+    stack.enter_context(reader)
+    stack.callback(chain.close)
     return SharedClouds(chain, reader)
 
 

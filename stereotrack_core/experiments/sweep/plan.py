@@ -27,15 +27,23 @@ from stereotrack_core.experiments.sweep.points import (
 )
 from stereotrack_core.interop.first_pose import first_pose
 from stereotrack_core.parameters import Value, parsed_settings
+from stereotrack_core.project.detectors import keypoints_in
 from stereotrack_core.reading import TABLE_BYTES, read_bytes
 from stereotrack_core.recording.description import Recording, Subject
 from stereotrack_core.recording.detections import OWN_FILE
 from stereotrack_core.recording.folder import calibration_fingerprint, fingerprint
+from stereotrack_core.recording.keypoints import Keypoints
 from stereotrack_core.recording.reader import FrameReader
-from stereotrack_core.recording.selection import frames_within, seeds_of, usable_views, views_of
+from stereotrack_core.recording.selection import (
+    frames_within,
+    gives_depth,
+    seeds_of,
+    tracked_views,
+    views_of,
+)
 from stereotrack_core.tables import read_csv_table
 from stereotrack_core.tracking.presets import preset
-from stereotrack_core.tracking.run_spec import FirstPose, RunSpec
+from stereotrack_core.tracking.run_spec import FirstPose, RunSpec, measured_keypoints
 from stereotrack_core.version import __version__
 
 
@@ -56,11 +64,16 @@ class SweepPlan:
 
     def __init__(self, request: SweepRequest, recordings: Sequence[Recording]) -> None:
         self.request = request
-        self.by = _judged_by(request.minimise, recordings)
+        given = request.keypoints or (None,) * len(recordings)
+        keypoints = [
+            None if path is None else keypoints_in(path, recording).keypoints
+            for path, recording in zip(given, recordings, strict=True)
+        ]
+        self.by = _judged_by(request.minimise, recordings, with_keypoints=None not in keypoints)
         preset(request.preset, request.changes)
         self._changes = parsed_settings(request.changes)
         self.seeds = seeds_of(request.seeds)
-        self._sources = tuple(_Source(recording) for recording in recordings)
+        self._sources = tuple(map(_Source, recordings, keypoints))
         self.ranges = tuple(parsed_range(text) for text in request.search)
         self.jobs = () if self.ranges else self.jobs_of(_points(request))
 
@@ -139,14 +152,22 @@ def _points(request: SweepRequest) -> tuple[Point, ...]:
     return grid_points([parsed_axis(text) for text in request.grid])
 
 
-def _judged_by(asked: str | None, recordings: Sequence[Recording]) -> str:
+def _judged_by(asked: str | None, recordings: Sequence[Recording], *, with_keypoints: bool) -> str:
     """Measure that says which point is best.
 
-    Raises InputError for an unknown one, or one that needs a reference that is not there.
+    Raises InputError for an unknown one, or one that needs what is not there.
     """
     without = [one for one in recordings if one.reference is None]
     if asked is None:
-        return "unexplained_fraction" if without else "forearms"
+        clouds = all(gives_depth(one) for one in recordings)
+        of_itself = "unexplained_fraction" if clouds else "keypoint_error"
+        return of_itself if without else "forearms"
+    if asked == "keypoint_error" and not with_keypoints:
+        raise InputError(
+            "the keypoint error needs keypoints",
+            where="--minimise",
+            remedy="Give them with --keypoints, or choose another measure.",
+        )
     measure = measure_named(asked)
     if measure is None:
         names = [one.name for one in MEASURES]
@@ -194,8 +215,8 @@ def expected_seconds(
 class _Source:
     """A recording from which jobs are made."""
 
-    def __init__(self, recording: Recording) -> None:
-        self._recording = recording
+    def __init__(self, recording: Recording, keypoints: Keypoints | None) -> None:
+        self._recording, self._keypoints = recording, keypoints
         with FrameReader(recording, read_ahead=0) as reader:
             self._count = reader.frame_count
         self._fingerprint = fingerprint(recording)
@@ -206,7 +227,8 @@ class _Source:
         name = point.special("preset") or base.preset
         settings = preset(name).replaced(**{**changes, **point.parameters})
         asked = views_of(self._recording, point.special("views") or base.views)
-        views = usable_views(self._recording, asked)
+        keypoints = measured_keypoints(self._recording, settings, self._keypoints)
+        views = tracked_views(self._recording, asked, keypoints)
         views = tuple(view.name for view in self._recording.views if view.name in views)
         frames = frames_within(point.special("frames") or base.frames, self._count)
         init = first_pose(point.special("init") or base.init, frames.start)
@@ -227,6 +249,8 @@ class _Source:
             "smooth": smooth,
             "reference": self._truth,
         }
+        if keypoints is not None:
+            whole["keypoints"] = keypoints.fingerprint()
         return Job(
             identity=_digest(whole),
             clouds=_digest(clouds),
@@ -234,7 +258,7 @@ class _Source:
             folder=str(self._recording.folder.resolve()),
             fingerprint=self._fingerprint,
             point=point,
-            spec=RunSpec(settings, name, frames, views, seed, init, smooth),
+            spec=RunSpec(settings, name, frames, views, seed, init, smooth, keypoints=keypoints),
         )
 
 

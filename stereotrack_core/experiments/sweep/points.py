@@ -12,6 +12,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Literal
 
+from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError, did_you_mean
 from stereotrack_core.experiments.runner.certificates import Certificates, certificates_of
 from stereotrack_core.parameters import ParameterRow, Value
@@ -206,6 +207,8 @@ class SweepRequest:
     """`frames` and `views`: none: all."""
     init: str = "auto"
     smooth: bool = False
+    keypoints: tuple[Path, ...] = ()
+    """Projects or files of detectors: none, or one for each recording in their order."""
     workers: int | None = None
     together: int | None = None
     """`workers` and `together`: processes on this machine, and jobs that one does together; None:
@@ -235,6 +238,13 @@ class SweepRequest:
                 "a sweep uses a grid, a list or a search",
                 where="--grid, --list, --search",
                 remedy="Use only one of them.",
+            )
+        if self.keypoints and len(self.keypoints) != len(self.recordings):
+            raise InputError(
+                f"keypoints are given {len(self.keypoints)} times for "
+                f"{counted(len(self.recordings), 'recording')}",
+                where="--keypoints",
+                remedy="Give them once for each recording, in the order of the recordings.",
             )
         if self.scheduler and self.workers is not None:
             raise InputError(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections import OrderedDict
-from collections.abc import Callable, Hashable, Mapping
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 from weakref import WeakKeyDictionary
@@ -23,7 +23,7 @@ from stereotrack_core.memory import Memory, bytes_of
 from stereotrack_core.parameters import Value
 from stereotrack_core.recording.description import Recording, View
 from stereotrack_core.recording.reader import FrameReader, FrameSet, ViewImages
-from stereotrack_core.recording.selection import usable_views
+from stereotrack_core.tracking.frame import cloudless
 from stereotrack_core.tracking.tuning.stages import Stage, stage_key
 
 _CHAINS = 4
@@ -55,6 +55,8 @@ class Holdings:
 
     views: tuple[str, ...] = ()
     """That are matched."""
+    depth: bool = True
+    """Whether any view gives depth; else there are silhouettes at most."""
     matched: Mapping[Hashable, set[int]] = field(default_factory=dict)
     """Frames by view and parameters."""
     measured: Mapping[Hashable, Mapping[int, frozenset[Hashable]]] = field(default_factory=dict)
@@ -75,6 +77,8 @@ class Holdings:
         str
             ``matching and points of 20 frames, the background and tracking``, ``tracking only``.
         """
+        if not self.depth:
+            return "the body's shape and tracking" if shape else "tracking only"
         known = self.measured.get(key.until(Stage.POINTS), {})
         clouds, matching = key.until(Stage.FUSION), key.until(Stage.MATCHING)
         unmeasured = [frame for frame in stretch if frame not in known]
@@ -104,6 +108,8 @@ class CloudStore:
         Of images in grey; may be shared, it is not closed.
     limit : int, optional
         Bytes that may be kept; see :class:`Memory`.
+    mono : sequence of str
+        Mono views that are tracked by keypoints, where no view gives depth.
 
     Attributes
     ----------
@@ -112,8 +118,15 @@ class CloudStore:
     """
 
     def __init__(
-        self, recording: Recording, reader: FrameReader, *, limit: int | None = None
+        self,
+        recording: Recording,
+        reader: FrameReader,
+        *,
+        limit: int | None = None,
+        mono: Sequence[str] = (),
     ) -> None:
+        self._mono = tuple(mono)
+        self._deep = tuple(view.name for view in recording.views if view.kind != "mono")
         self.recording = recording
         self.reader = reader
         self.memory = Memory(limit)
@@ -168,7 +181,7 @@ class CloudStore:
                 matched.setdefault(of, set()).add(frame)
         views = tuple(view.name for view in self.recording.views if view.kind == "stereo")
         known = frozenset(key.until(Stage.BACKGROUND) for key in self._chains)
-        return Holdings(views, matched, measured, known)
+        return Holdings(views, bool(self._deep), matched, measured, known)
 
     def chain(self, key: CloudKey) -> DepthChain:
         """What makes these clouds."""
@@ -191,7 +204,10 @@ class CloudStore:
             of = key.until(Stage.MATCHING), view.name
             return _RememberingStereo(self._rectified[place], p, of, self)
 
-        chain = DepthChain(self.recording, self._settled(key), sources=source)
+        views = None if self._deep or not self._mono else ()
+        chain = DepthChain(
+            self.recording, self._settled(key), views=views, mono=self._mono, sources=source
+        )
         learned = self._learned(key)
         try:
             if learned is not None:
@@ -208,8 +224,7 @@ class CloudStore:
         before = key.depth.values()
         wanted = stage_key(key.depth, Stage.MATCHING), key.depth.background_empty_scene
         if wanted not in self._fitting:
-            views = usable_views(self.recording, None)
-            found = settled(self.recording, key.depth, self.pictures, views).values()
+            found = settled(self.recording, key.depth, self.pictures, self._deep).values()
             self._fitting[wanted] = {k: v for k, v in found.items() if v != before[k]}
         return key.depth.replaced(**self._fitting[wanted])
 
@@ -258,6 +273,8 @@ class KeptClouds:
         store = self._store
         store.cancelled = self._cancelled
         store.go_on()
+        if not (self.chain.view_names or self.chain.silhouettes):
+            return cloudless(frame), 0.0
         if not self.chain.learns:
             self.chain = store.chain(self.key)
             return self._kept(frame)

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from uuid import uuid4
 
 from stereotrack_core.body.model import BodyModel
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.keypoints import Keypoints
 from stereotrack_core.recording.reader import FrameReader
+from stereotrack_core.recording.sighted_keypoints import keypoints_in_views
 from stereotrack_core.tracking.estimate import Estimate
 from stereotrack_core.tracking.frame import Origin, TrackedFrame
 from stereotrack_core.tracking.inspection import RecordedStep, beginning_at, traced_step
@@ -27,17 +29,25 @@ class KeptRecording:
     """A recording whose clouds a process keeps from task to task, until another one comes."""
 
     recording: Recording
+    mono: tuple[str, ...] = ()
+    """Mono views that are tracked by keypoints, where no view gives depth."""
     key: str = field(default_factory=lambda: uuid4().hex)
     """What tells it from others, also from itself before it was corrected."""
+
+    @property
+    def views(self) -> tuple[str, ...]:
+        """Views that are tracked: those that give depth, else the mono ones."""
+        deep = tuple(view.name for view in self.recording.views if view.kind != "mono")
+        return deep or self.mono
 
     def store(self, asker: Asker) -> CloudStore:
         """What the process keeps of it."""
         key, store = asker.kept.get(_STORE, ("", None))
         if key != self.key:
             forget(asker)
-            views = [view.name for view in self.recording.views if view.kind != "mono"]
-            reader = FrameReader(self.recording, views=views, colour=False)
-            store = CloudStore(self.recording, reader)
+            reader = FrameReader(self.recording, views=self.views, colour=False)
+            mono = [name for name in self.views if name in self.mono]
+            store = CloudStore(self.recording, reader, mono=mono)
             asker.kept[_STORE] = self.key, store
         known: CloudStore = store
         return known
@@ -123,12 +133,16 @@ class RecordStep:
     before: Estimate | None
     here: Estimate | None
     """`before` and `here`: what the run says of the frame before, and of the frame itself."""
+    keypoints: Keypoints | None = None
+    """That the run is tracked with."""
 
     def __call__(self, asker: Asker) -> RecordedStep:
         """Do it in the process."""
         store = self.of.store(asker)
         key = CloudKey(self.depth, range(store.reader.frame_count))
         cloud, _ = store.clouds(key, cancelled=asker.cancelled).take(self.frame)
+        seen = keypoints_in_views(store.recording, self.of.views, self.keypoints)
+        cloud = replace(cloud, keypoints=seen.at(self.frame))
         tracker = self.make()
         words = beginning_at(tracker, cloud, self.before, self.here)
         return RecordedStep(traced_step(tracker, cloud), cloud, words)

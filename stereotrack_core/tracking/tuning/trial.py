@@ -115,7 +115,7 @@ class Trial:
 
     def _go_on(self, pipeline: Pipeline, start: Start, shapes: dict[Hashable, BodyShape]) -> None:
         """Find out what is not known of the body, and begin where the run was."""
-        if self.settings.body.proportions == "sequence":
+        if self.settings.body.proportions == "sequence" and pipeline.has_clouds:
             if start.lengths is not None:
                 pipeline.go_on_with(EstimatedLengths(start.lengths))
             else:

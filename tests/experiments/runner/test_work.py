@@ -95,7 +95,7 @@ def test_what_nobody_expected_is_told_as_well(plan, monkeypatch):
     def broken(*_, **__):
         raise ZeroDivisionError("a library's")
 
-    monkeypatch.setattr(lockstep, "DepthChain", broken)
+    monkeypatch.setattr(lockstep, "chain_of", broken)
     for result in do_batch(plan(Point(), seeds=(0, 1))):
         assert (result.error, result.final) == ("ZeroDivisionError: a library's", False)
 

@@ -274,11 +274,10 @@ class PredictionsDialog(FormDialog):
 def _told(plan: DetectorImport, *, propose: bool) -> str:
     """What an import does, in short paragraphs."""
     facts = plan.facts()
-    frames = counted(facts["frames"], "frame")
+    frames, kept = counted(facts["frames"], "frame"), counted(facts["keypoints"], "keypoint")
     lines = [
-        f"Will be imported: {counted(facts['keypoints'], 'keypoint')} in {frames} of "
-        f"{facts['cameras']}, detector {facts['detectors']}. "
-        f"{facts['of_landmarks']} of them tell of landmarks.",
+        f"Will be imported: {kept} in {frames} of {facts['cameras']}, detector "
+        f"{facts['detectors']}. Those of landmarks: {counted(facts['of_landmarks'], 'keypoint')}.",
         f"Left out: {plan.left_out_words()}.",
     ]
     if propose:

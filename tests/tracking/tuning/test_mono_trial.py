@@ -1,0 +1,94 @@
+"""Mono views with keypoints are tried, inspected and tracked together as stereo views are."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+import pytest
+
+from stereotrack_core.experiments.runner.lockstep import RunInput, track_together
+from stereotrack_core.simulation.keypoints import KeypointErrors, simulated_keypoints
+from stereotrack_core.tracking.presets import preset
+from stereotrack_core.tracking.run import Pipeline
+from stereotrack_core.tracking.run_spec import RunSpec
+from stereotrack_core.tracking.tracker import cameras_of, tracker_for
+from stereotrack_core.tracking.tuning.clouds import Holdings
+from stereotrack_core.tracking.tuning.process import KeptRecording, RecordStep, forget
+from stereotrack_core.tracking.tuning.trial import Start, Trial
+from tests.tracking.keypoints.mono import FRAMES, mono_recording, truth
+
+WHOLE = range(FRAMES)
+
+
+class Alone:
+    """In place of the process that keeps what trials need."""
+
+    cancelled = staticmethod(lambda: False)
+
+    def __init__(self):
+        self.kept = {}
+
+
+@pytest.fixture(scope="module")
+def mono(tmp_path_factory):
+    """A recording with silhouettes, a run's specification, and its frames."""
+    recording = mono_recording(tmp_path_factory.mktemp("mono"), seen=True)
+    keypoints = simulated_keypoints(truth(), recording.cameras, KeypointErrors(noise=1.0), seed=3)
+    spec = RunSpec(preset("accurate"), "accurate", WHOLE, keypoints=keypoints)
+    with Pipeline(recording, spec) as pipeline:
+        frames = list(pipeline.frames(WHOLE))
+        return recording, spec, frames, pipeline.origin().shape, pipeline.body
+
+
+@pytest.fixture
+def asker():
+    alone = Alone()
+    yield alone
+    forget(alone)
+
+
+def landmarks(frames):
+    return np.array([frame.landmarks for frame in frames])
+
+
+def test_a_trial_gives_the_run_again_and_fits_the_same_shape(mono, asker):
+    recording, spec, frames, shape, _ = mono
+    store = KeptRecording(recording, tuple("NOSW")).store(asker)
+    assert store.holdings().depth is False
+    before = Start(frames[4].pose, frames[4].estimate.P, shape)
+    stretch = replace(spec, frames=range(5, 8))
+    trial = Trial(stretch, before, WHOLE)
+    with trial.begun(store) as pipeline:
+        np.testing.assert_array_equal(
+            landmarks(pipeline.frames(trial.stretch)), landmarks(frames[5:])
+        )
+    with Trial(stretch, replace(before, shape=None), WHOLE).begun(store) as pipeline:
+        assert pipeline.body.shape == shape
+    with Trial(spec).begun(store) as pipeline:
+        np.testing.assert_array_equal(landmarks(pipeline.frames(WHOLE)), landmarks(frames))
+    assert trial.work(Holdings(depth=False)) == "tracking only"
+
+
+def test_a_step_is_done_again_with_the_frame_s_keypoints(mono, asker):
+    recording, spec, frames, _, body = mono
+    views = tuple("NOSW")
+    make = partial(
+        tracker_for, body, spec.settings, cameras_of(recording, views), recording.fps, 0,
+        clouds=False,
+    )  # fmt: skip
+    kept = KeptRecording(recording, views)
+    known = frames[3].estimate, frames[4].estimate
+    done = RecordStep(kept, 4, spec.settings.depth, make, *known, spec.keypoints)(asker)
+    np.testing.assert_array_equal(done.trace.after.pose.position, frames[4].pose.position)
+    rows = done.trace.corrections[0].rows
+    assert any(row.kind == "detection" and len(row.residual) > 40 for row in rows)
+
+
+def test_runs_go_forward_together(mono):
+    recording, spec, frames, _, _ = mono
+    other = replace(spec, settings=spec.settings.replaced(keypoint_sigma=0.1))
+    runs = [one.run() for one in track_together([RunInput(recording, o) for o in (spec, other)])]
+    np.testing.assert_array_equal(runs[0].landmarks, landmarks(frames))
+    assert np.abs(runs[1].landmarks - runs[0].landmarks).max() > 1e-4
