@@ -24,7 +24,6 @@ from stereotrack_core.cli.sources import (
     angle_source,
     angles_of_file,
     some_segments,
-    write_angles,
 )
 from stereotrack_core.errors import InputError
 from stereotrack_core.evaluation.errors import none_of_the_frames
@@ -38,6 +37,7 @@ from stereotrack_core.evaluation.joint_angles.motion import (
     range_of_motion,
 )
 from stereotrack_core.evaluation.joint_angles.series import JointAngles, angles_of_trajectory
+from stereotrack_core.project.exporting.runs import write_angles
 from stereotrack_core.recording.selection import asked_frames
 from stereotrack_core.report.run_tables import range_table, side_table
 from stereotrack_core.tables import Table, number

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 from argparse import Namespace
-from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.cli.arguments import (
@@ -20,39 +18,41 @@ from stereotrack_core.cli.arguments import (
     flag,
     option,
 )
-from stereotrack_core.cli.export_clicks import export_clicks
-from stereotrack_core.cli.export_scene import export_rerun
 from stereotrack_core.cli.output import OK, put_result, say
+from stereotrack_core.cli.progress import watched
 from stereotrack_core.cli.sources import (
     angle_source,
     open_project,
     recording_of,
+    recording_of_run,
     say_if_unfinished,
     stated_in,
-    write_angles,
 )
-from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
-from stereotrack_core.evaluation.joint_angles.definitions import NAMES as NAMES_OF_ANGLES
-from stereotrack_core.evaluation.joint_angles.series import JointAngles, angles_of_reference
-from stereotrack_core.evaluation.limb_colours import LIMB_COLOURS
-from stereotrack_core.interop.keypoints.coco import write_results
-from stereotrack_core.interop.keypoints.table import write_table
-from stereotrack_core.interop.motion.gltf import write_glb
-from stereotrack_core.interop.motion.mot import write_mot
-from stereotrack_core.interop.point_tables import POINT_TABLES
-from stereotrack_core.interop.reference_npz import write_reference
-from stereotrack_core.interop.run_file import (
-    holds_run,
-    read_run,
-    read_timed_trajectory,
-    write_trajectory,
+from stereotrack_core.interop.run_file import holds_run, read_run, read_timed_trajectory
+from stereotrack_core.project.exporting.formats import (
+    FORMATS,
+    ExportFormat,
+    check_kind,
+    format_named,
+    format_of_file,
 )
+from stereotrack_core.project.exporting.labels import export_clicks, export_keypoints
+from stereotrack_core.project.exporting.runs import (
+    ANGLE_FORMATS,
+    Exported,
+    export_angles,
+    export_reference,
+    export_run,
+    export_trajectory,
+)
+from stereotrack_core.project.exporting.scene import SCENE, export_scene
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.setups import load_reference
 from stereotrack_core.project.whereabouts import SUFFIX
+from stereotrack_core.recording.selection import asked_frames, views_of
 from stereotrack_core.tables import Table
-from stereotrack_core.tracking.stored import upright_run
+from stereotrack_core.tracking.frame import Run
 
 DESCRIPTION = (
     "Write clicks (csv, coco, slp, dlc, dltdv, argus, xmalab), keypoints (csv, coco), a trajectory "
@@ -64,18 +64,6 @@ DESCRIPTION = (
     "the raw image, the centre of the first one (0, 0), in dltdv (1, 1), in argus (0, height) with "
     "y up. Frames count from 0."
 )
-
-KEYPOINT_FORMATS = ("csv", "coco")
-CLICK_FORMATS = ("csv", "coco", "slp", "dlc", *POINT_TABLES)
-TRAJECTORY_FORMATS = ("csv", "trc", "c3d", "bvh", "nc")
-REFERENCE_FORMATS = (*TRAJECTORY_FORMATS, "npz")
-ANGLE_FORMATS = ("angles", "mot")
-MODEL, SCENE = "glb", "rrd"
-RUN_FORMATS = (*TRAJECTORY_FORMATS, *ANGLE_FORMATS, MODEL, SCENE)
-FORMATS = (*REFERENCE_FORMATS, *ANGLE_FORMATS, MODEL, SCENE, *CLICK_FORMATS[1:])
-_SUFFIX = {"coco": ".json", **dict.fromkeys(("dlc", "angles", *POINT_TABLES), ".csv")}
-_OF_SUFFIX = {".h5": "dlc"} | {_SUFFIX.get(form, f".{form}"): form for form in reversed(FORMATS)}
-"""The format that is meant where only a file's name is given: for ``.csv`` this program's own."""
 
 OPTIONS = (
     option(
@@ -91,7 +79,7 @@ OPTIONS = (
         "npz, which keeps the uncertainty of a project's reference; complete runs: glb (the body "
         "as a glTF model) and rrd (for the Rerun viewer). Without this option the file's name "
         "decides, and .csv is csv",
-        choices=FORMATS,
+        choices=tuple(one.name for one in FORMATS),
     ),
     option("-o --output FILE", "file to write", type=Path, required=True),
     option(
@@ -126,43 +114,38 @@ OPTIONS = (
 
 def run(args: Namespace) -> int:
     """Read and write."""
-    args.format = args.format or _format_of(args.output)
-    further = (".h5",) if args.format == "dlc" else ()
-    check_suffix(args.output, _SUFFIX.get(args.format, f".{args.format}"), *further)
+    form = format_named(args.format) if args.format else format_of_file(args.output)
+    check_suffix(args.output, *form.suffixes)
     check_output(args.output)
-
-    project = args.source.suffix.lower() == SUFFIX
-    facts = _project(args) if project else _trajectory(args)
-    rows = [(str(path), what) for path, what in facts["files"].items()]
+    written = (_project if args.source.suffix.lower() == SUFFIX else _trajectory)(args, form)
+    for note in written.notes:
+        say(note)
+    rows = [(str(path), what) for path, what in written.files.items()]
     table = Table(f"Exported from {args.source}", ("file", "what"), rows)
-    put_result(facts, table, as_json=args.json)
+    put_result({"files": written.files}, table, as_json=args.json)
     return OK
 
 
-def _format_of(output: Path) -> str:
-    """The format that a file's name means; InputError where it means none."""
-    form = _OF_SUFFIX.get(output.suffix.lower())
-    if form is None:
-        raise InputError(
-            f"the suffix {output.suffix!r} means no format",
-            where=str(output),
-            remedy=f"Give --format, or a name that ends in one of {', '.join(sorted(_OF_SUFFIX))}.",
-        )
-    return form
-
-
-def _project(args: Namespace) -> dict[str, Any]:
+def _project(args: Namespace, form: ExportFormat) -> Exported:
     with open_project(args.source) as project:
         if args.predictions is not None:
-            return _project_keypoints(args, project)
-        if args.reference is not None or args.format not in CLICK_FORMATS:
-            return _project_reference(args, project)
-        return export_clicks(args, project)
+            return _project_keypoints(args, project, form)
+        if args.reference is not None or "clicks" not in form.kinds:
+            return _project_reference(args, project, form)
+        recording = recording_of(project)
+        check_output(args.output, recording)
+        labels = args.output, project.clicks.all(), recording, project.landmark_set(), form
+        if not args.pictures:
+            return export_clicks(*labels)
+        outcome = "The labels and some pictures were written."
+        with watched("Writing pictures", outcome) as (report, stopped):
+            return export_clicks(
+                *labels, pictures=True, report=lambda share: report(share, ""), stopped=stopped
+            )
 
 
-def _project_keypoints(args: Namespace, project: Project) -> dict[str, Any]:
-    if args.format not in KEYPOINT_FORMATS:
-        raise _wrong_kind(args.format, KEYPOINT_FORMATS)
+def _project_keypoints(args: Namespace, project: Project, form: ExportFormat) -> Exported:
+    check_kind(form, "keypoints")
     recording = recording_of(project)
     check_output(args.output, recording)
     known = project.keypoints.sources()
@@ -174,27 +157,16 @@ def _project_keypoints(args: Namespace, project: Project) -> dict[str, Any]:
             "`stereotrack import predictions`.",
         )
     keypoints = project.keypoints.all(args.predictions or None)
-    others = 0
-    if args.format == "csv":
-        write_table(args.output, keypoints, recording)
-    else:
-        others = write_results(args.output, keypoints, recording)
-    told = f", {others} that COCO does not have left out" if others else ""
-    return {"files": {args.output: f"{counted(len(keypoints) - others, 'keypoint')}{told}"}}
+    return export_keypoints(args.output, keypoints, recording, form)
 
 
-def _project_reference(args: Namespace, project: Project) -> dict[str, Any]:
-    if args.format not in (*REFERENCE_FORMATS, *ANGLE_FORMATS):
-        raise _wrong_kind(args.format, (*REFERENCE_FORMATS, *ANGLE_FORMATS))
+def _project_reference(args: Namespace, project: Project, form: ExportFormat) -> Exported:
+    check_kind(form, "reference")
     reference = _reference(project, args.reference or None)
-    if args.format == "npz":
-        write_reference(args.output, reference)
-    else:
+    fps = None
+    if form.name != "npz":
         fps = recording_of(project).fps if args.fps is None else args.fps
-        if args.format in ANGLE_FORMATS:
-            return _angles(args, angles_of_reference(reference), fps)
-        write_trajectory(args.output, reference.trajectory(), fps)
-    return {"files": {args.output: f"{len(reference.frame)} frames"}}
+    return export_reference(args.output, reference, form, fps)
 
 
 def _reference(project: Project, name: str | None) -> Reference:
@@ -216,7 +188,7 @@ def _reference(project: Project, name: str | None) -> Reference:
     return load_reference(project.references, chosen)
 
 
-def _trajectory(args: Namespace) -> dict[str, Any]:
+def _trajectory(args: Namespace, form: ExportFormat) -> Exported:
     """Export a run, a reference or landmarks."""
     for option_name, given, what in (
         ("--reference", args.reference, "references"),
@@ -229,57 +201,47 @@ def _trajectory(args: Namespace) -> dict[str, Any]:
                 where=option_name,
                 remedy="Omit this option.",
             )
-    if args.format in ANGLE_FORMATS:
+    if form.name in ANGLE_FORMATS:
         source = angle_source(args.source, args.fps)
-        return _angles(args, source.angles, source.fps)
-    if args.format not in RUN_FORMATS:
-        raise _wrong_kind(args.format, RUN_FORMATS)
-    if args.format == SCENE:
-        return {"files": {args.output: f"{export_rerun(args)} frames"}}
-    if args.format == MODEL:
-        return _model(args)
-    trajectory, fps = read_timed_trajectory(args.source, stated_in(args))
-    residual = None
+        return export_angles(args.output, source.angles, form, source.fps)
+    check_kind(form, "run")
     if holds_run(args.source):
         run = read_run(args.source)
         say_if_unfinished(args.source, run)
-        residual = run.residual
-        if args.format != "csv":
-            trajectory = upright_run(run).trajectory()
-    write_trajectory(args.output, trajectory, fps if args.fps is None else args.fps, residual)
-    return {"files": {args.output: f"{len(trajectory.frame)} frames"}}
-
-
-def _angles(args: Namespace, angles: JointAngles, fps: float) -> dict[str, Any]:
-    if args.format == "mot":
-        held = write_mot(args.output, angles.frame, NAMES_OF_ANGLES, angles.angle, fps)
-        if held:
-            say(
-                f"{counted(held, 'value')} not known stay as they were last known, because OpenSim "
-                f"stops reading at a gap. {args.output.name}.json lists them."
-            )
-    else:
-        write_angles(args.output, angles, fps, None)
-    return {"files": {args.output: f"joint angles of {len(angles.frame)} frames"}}
-
-
-def _model(args: Namespace) -> dict[str, Any]:
-    """The moving body of a complete run."""
-    if not holds_run(args.source):
+        if form.name == SCENE:
+            return _scene(args, run)
+        return export_run(args.output, run, form, args.fps)
+    if "trajectory" not in form.kinds:
         raise InputError(
-            "a model of the body is made of a complete run",
+            f"{form.name} is made of a complete run",
             where=str(args.source),
             remedy="Use an .npz file written by `stereotrack track`, or export as bvh.",
         )
-    run = read_run(args.source)
-    say_if_unfinished(args.source, run)
-    write_glb(args.output, run, LIMB_COLOURS)
-    return {"files": {args.output: f"{len(run.frame)} frames"}}
+    trajectory, fps = read_timed_trajectory(args.source, stated_in(args))
+    rate = fps if args.fps is None else args.fps
+    return export_trajectory(args.output, trajectory, form, rate)
 
 
-def _wrong_kind(given: str, possible: Sequence[str]) -> InputError:
-    return InputError(
-        f"this cannot be exported as {given}",
-        where="--format",
-        remedy=f"Use one of {', '.join(possible)}.",
-    )
+def _scene(args: Namespace, run: Run) -> Exported:
+    """A run with images and clouds of its recording."""
+    recording = recording_of_run(args.recording, run, "there are no images to write")
+    if recording is None:
+        raise InputError(
+            "the run's recording was not found",
+            where=str(args.source),
+            remedy="Give its folder with --recording.",
+        )
+    check_output(args.output, recording)
+    asked = asked_frames(args.frames)
+    frames = [frame for frame in run.frame.tolist() if frame in asked]
+    if not frames:
+        raise InputError(
+            "the run has none of these frames",
+            where="--frames",
+            remedy=f"It has the frames {run.frame.min()}:{run.frame.max() + 1}.",
+        )
+    with watched("Exporting", "Nothing was written.") as (report, stopped):
+        return export_scene(
+            args.output, run, recording, frames=frames, views=views_of(recording, args.views),
+            clouds=not args.no_clouds, report=lambda share: report(share, ""), stopped=stopped,
+        )  # fmt: skip

@@ -10,16 +10,9 @@ from typing import Any
 
 from stereotrack_core.annotation.click import USUAL_SIGMA, Click, click_detections
 from stereotrack_core.annotation.reference import Reference
-from stereotrack_core.atomic import write_file
 from stereotrack_core.cli.output import say
 from stereotrack_core.counting import counted
 from stereotrack_core.errors import Finding, InputError
-from stereotrack_core.evaluation.joint_angles.motion import (
-    CUT_OFF_HZ,
-    frame_columns,
-    frame_rows,
-    motion_of,
-)
 from stereotrack_core.evaluation.joint_angles.series import (
     JointAngles,
     angles_of_reference,
@@ -45,7 +38,6 @@ from stereotrack_core.recording.findings import check_size
 from stereotrack_core.recording.folder import describe, fingerprint, open_recording
 from stereotrack_core.recording.keypoints import Keypoints
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
-from stereotrack_core.tables import csv_text
 from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.stored import fps_of_run
 from stereotrack_core.tracking.unfinished import INCOMPLETE
@@ -255,13 +247,6 @@ def angle_source(path: Path, fps: float | None) -> AngleSource:
 def angles_of_file(path: Path) -> JointAngles:
     """Angles of a run, a reference or landmarks alone."""
     return _read(path)[0]
-
-
-def write_angles(path: Path, angles: JointAngles, fps: float, cut_off: float | None) -> int:
-    """Write the angles of every frame as CSV; the number of frames."""
-    motion = motion_of(angles, fps, CUT_OFF_HZ if cut_off is None else cut_off)
-    write_file(path, csv_text(frame_columns(), frame_rows(angles, motion)))
-    return len(angles.frame)
 
 
 def _read(path: Path) -> tuple[JointAngles, Recording | None, float | None]:

@@ -17,7 +17,6 @@ from stereotrack_core.annotation.click import Click, Visibility
 from stereotrack_core.annotation.landmark_set import NINE, write_landmark_set
 from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.calibrate.verdict import Verdict
-from stereotrack_core.cli.sources import write_angles
 from stereotrack_core.evaluation.failure_segments.export import film_of, write_strips
 from stereotrack_core.evaluation.failure_segments.find import FailureSearch, find_failures
 from stereotrack_core.evaluation.joint_angles.definitions import NAMES
@@ -50,6 +49,7 @@ from stereotrack_core.interop.run_npz import write_npz
 from stereotrack_core.interop.sleap import write_sleap
 from stereotrack_core.interop.trace_file import write_trace
 from stereotrack_core.interop.trc import write_trc
+from stereotrack_core.project.exporting.runs import write_angles
 from stereotrack_core.recording.calibration import write_calibration
 from stereotrack_core.recording.description import Recording, Segment, write_segments, write_subject
 from stereotrack_core.recording.detections import Detection, write_detections

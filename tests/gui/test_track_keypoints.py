@@ -56,6 +56,9 @@ def tried_and_inspected(window, qtbot):
     context = window.context
     context.view_state.select(range(2, 5))
     context.docks.show_workspace("tune")
+    line = window.features.tune.parameters.line
+    assert line("keypoint_sigma").isVisibleTo(window)
+    assert not line("disparity_count").isVisibleTo(window)
     context.session.tracker.use(context.session.track.settings.replaced(keypoint_sigma=0.1))
     qtbot.waitUntil(lambda: len(window.features.tune.trials.entries) == 1)
     qtbot.waitUntil(context.tasks.settled)

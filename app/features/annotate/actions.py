@@ -184,10 +184,11 @@ def _setup_and_files(p: AnnotationPanels, dialogs: AnnotationDialogs) -> list[Co
         file("annotate-import", "Import clicks …", "Import clicks, labels of other tools or a "
              "reference. New and conflicting clicks are shown before anything is written.",
              dialogs.ask_to_import, icon="open", why_not=p.no_edit, section=True),
-        file("annotate-export", "Export clicks …", "Write the project's clicks to a file.",
+        file("annotate-export", "Export clicks …", "Write the project's clicks as a table, or as "
+             "labels of COCO, SLEAP, DeepLabCut, DLTdv, Argus or XMALab.",
              partial(dialogs.export, None), icon="export"),
         file("annotate-export-reference", "Export the reference …", "Write the trajectory fitted "
-             "to the clicks, in the format of a recording or with its uncertainty.",
+             "to the clicks: with its uncertainty, or in the format of another program.",
              dialogs.ask_to_export_reference, icon="export", why_not=no_reference),
         Menu(_SELECTION, p.no_project).command(
             "annotate-export-selection", "Export selected clicks …", "Write the selected clicks "

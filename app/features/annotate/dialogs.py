@@ -8,18 +8,19 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from PySide6.QtCore import QObject, Qt, Slot
-from PySide6.QtWidgets import QDialog, QFileDialog
+from PySide6.QtWidgets import QDialog
 
 from stereotrack_core.annotation.agreement import click_sigmas, differences
 from stereotrack_core.annotation.click import USUAL_SIGMA, Click
 from stereotrack_core.annotation.reference import Reference
-from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.label_source import LabelSource
 from stereotrack_core.interop.labels import is_trajectory, read_labels
-from stereotrack_core.interop.reference_npz import export_reference
 from stereotrack_core.interop.run_file import reference_in
 from stereotrack_core.project.entries import Choose
+from stereotrack_core.project.exporting.formats import ExportFormat, formats_of
+from stereotrack_core.project.exporting.labels import export_keypoints
+from stereotrack_core.project.exporting.runs import export_reference
 from stereotrack_core.project.merging import clicks_of_project, incoming
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.schema import REFERENCE
@@ -28,7 +29,7 @@ from stereotrack_core.project.setups import save_reference
 from stereotrack_core.recording.description import Recording
 
 from ...services.failures import message_of
-from ...widgets.forms.form_dialog import ask_to_open
+from ...widgets.forms.form_dialog import ask_to_export, ask_to_open
 from .exchange.agreement import AgreementDialog, AgreementReport, agreement_report
 from .exchange.click_files import ExportDialog, ImportDialog
 from .exchange.merging import TakeIn, TakeInDialog
@@ -37,7 +38,6 @@ from .setup.landmark_set import LandmarkSetDialog
 from .setup.subject_dialog import SubjectDialog
 
 _PROJECTS = "Projects (*.stereotrack)"
-_REFERENCE_FILES = ("As in a recording (*.csv)", "With its uncertainty (*.npz)")
 _Elsewhere: TypeAlias = tuple[tuple[Click, ...], tuple[InputError, ...], tuple[str, ...]]
 """Clicks from elsewhere, what is wrong with them, and what their source cannot say of them."""
 
@@ -146,10 +146,10 @@ class AnnotationDialogs(QObject):
 
         def show(project: Project, recording: Recording, clicks: tuple[Click, ...]) -> None:
             path, panels = Path(self._folder()) / "clicks.csv", self._panels
-            names = project.landmark_set().names
             dialog = ExportDialog(
-                clicks, names, recording, selection, path, panels.tasks, panels.window
-            )
+                clicks, project.landmark_set(), recording, selection, path, panels.tasks,
+                panels.window,
+            )  # fmt: skip
             dialog.written.connect(panels.said)
             self._show(dialog)
 
@@ -158,23 +158,37 @@ class AnnotationDialogs(QObject):
     def ask_to_export_reference(self) -> None:
         """Let the person choose where the reference is written to."""
         if self._panels.reference.now is not None:
-            dialog = QFileDialog(self._panels.window, "Export the reference", self._folder())
-            dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)
-            dialog.setNameFilters(list(_REFERENCE_FILES))
-            dialog.selectFile("reference.csv")
-            dialog.fileSelected.connect(lambda chosen: self.export_reference(Path(chosen)))
-            self._show(dialog)
+            proposed, formats = Path(self._folder()) / "reference.csv", formats_of("reference")
+            title = "Export the reference"
+            ask_to_export(self._panels.window, title, proposed, formats, self.export_reference)
 
-    def export_reference(self, path: Path) -> None:
+    def export_reference(self, path: Path, form: ExportFormat) -> None:
         """Write the reference that is shown; says so when it is done."""
-        now = self._panels.reference.now
-        if now is None:
+        now, recording = self._panels.reference.now, self._panels.recording
+        if now is None or recording is None:
             return
-        path = path if path.suffix else path.with_suffix(".csv")
-        if self._attempt(lambda: export_reference(path, now.reference)):
-            kept = ", with uncertainty" if path.suffix.lower() == ".npz" else ""
-            frames = counted(len(now.reference.frame), "frame")
-            self._panels.said.emit(f"{frames} of the reference saved to {path}{kept}.")
+        reference, fps = now.reference, recording.fps
+        self._panels.tasks.begin(
+            "exporting the reference",
+            lambda _task: export_reference(path, reference, form, fps),
+            lambda written: self._panels.said.emit(f"Reference: {written.words()}"),
+        )
+
+    def ask_to_export_predictions(self) -> None:
+        """Let the person choose where the keypoints of all detectors are written to."""
+        proposed, formats = Path(self._folder()) / "predictions.csv", formats_of("keypoints")
+        title = "Export predictions"
+        ask_to_export(self._panels.window, title, proposed, formats, self.export_predictions)
+
+    def export_predictions(self, path: Path, form: ExportFormat) -> None:
+        """Write the keypoints of all detectors; says so when it is done."""
+        self._begin(
+            "exporting predictions",
+            lambda project, recording: export_keypoints(
+                path, project.keypoints.all(), recording, form
+            ),
+            lambda _project, _recording, written: self._panels.said.emit(written.words()),
+        )
 
     # ---- trust
 

@@ -53,7 +53,8 @@ def register(context: Context) -> Annotate:
     clicking = ClickController(context, lambda: panels.repeats)
     keypoints = context.session.keypoints
     predicting = PredictionWork(panels, lambda: tuple(keypoints.sources))
-    dialogs, exchange = AnnotationDialogs(panels), PredictionExchange(context, panels)
+    dialogs = AnnotationDialogs(panels)
+    exchange = PredictionExchange(context, panels, dialogs.ask_to_export_predictions)
     _AnnotateController(context, panels, predicting, clicking)
     clicked = ClickedFrames(context.session.project, context.session)
     personalising = Personalising(context, clicked, lambda: panels.reference.settings)

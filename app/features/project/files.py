@@ -10,6 +10,9 @@ from PySide6.QtCore import QObject, Slot
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.run_file import read_run, write_run
 from stereotrack_core.interop.run_places import runs_beside
+from stereotrack_core.project.exporting.formats import ExportFormat, formats_of
+from stereotrack_core.project.exporting.runs import Exported, export_run
+from stereotrack_core.project.exporting.scene import SCENE, export_scene
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.simulation.make import DemoPlaces, demo_places, make_demo
 from stereotrack_core.tracking.unfinished import INCOMPLETE
@@ -18,12 +21,11 @@ from ...context import Context
 from ...services.stored import stored_texts
 from ...services.tasks.task import Task
 from ...session.runs import RunEntry, entry_of_run
-from ...widgets.forms.form_dialog import ask_for_folder, ask_to_open, ask_to_save
+from ...widgets.forms.form_dialog import ask_for_folder, ask_to_export, ask_to_open
 from ...widgets.forms.message import Message
 
 _DECLINED = "runs_declined"
 _MOST_DECLINED = 50
-_RUN_FILTER = "Complete run (*.npz);;Landmarks (*.csv);;OpenSim (*.trc);;C3D (*.c3d);;BVH (*.bvh)"
 
 
 class FileController(QObject):
@@ -227,14 +229,34 @@ class FileController(QObject):
         if active is None:
             return
         parent, name = self._context.docks.dialog_parent, active.path or Path("run.npz")
-        ask_to_save(parent, "Save run", name, _RUN_FILTER, partial(self.save_run, active))
+        first, *others = sorted(formats_of("run"), key=lambda form: form.name != "npz")
+        ask_to_export(parent, "Save run", name, [first, *others], partial(self.export, active))
+
+    def export(self, entry: RunEntry, path: Path, form: ExportFormat) -> None:
+        """Write a run in any format, in the background; says so when it is done."""
+        held, recording = entry.now(), self._session.document.recording
+
+        def write(task: Task) -> Exported:
+            run = held.run()
+            if run is None or recording is None:
+                raise InputError("the run has no frames", remedy="Track the recording first.")
+            if form.name == SCENE:
+                stopped = task.token.cancelled
+                return export_scene(path, run, recording, report=task.report, stopped=stopped)
+            return export_run(path, run, form)
+
+        def done(written: Exported) -> None:
+            if form.name == "npz":
+                entry.path = path
+            self._context.notifier.say(written.words(), 8000)
+
+        self._context.tasks.begin(f"saving {path.name}", write, done)
 
     def save_run(self, entry: RunEntry, path: Path) -> None:
         """Write a run; says so when it is done."""
         run = entry.run()
         if run is None:
             return
-        path = path if path.suffix else path.with_suffix(".npz")
         if self._context.notifier.attempt(lambda: write_run(path, run)):
             entry.path = path
             self._context.notifier.say(f"Run saved to {path}.", 6000)

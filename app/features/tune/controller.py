@@ -8,8 +8,10 @@ from PySide6.QtCore import QObject, Slot
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.parameters import ParameterRow
+from stereotrack_core.recording.selection import gives_depth
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.tuning.series import all_values, spread_values
+from stereotrack_core.tracking.tuning.stages import acts_without_depth
 from stereotrack_core.tracking.tuning.trial import Trial
 
 from ...context import Context
@@ -30,6 +32,9 @@ _SECONDS = 2.0
 """Length of the stretch around the frame where neither a selection nor the zoom says another."""
 
 _LONGEST_SECONDS = 10.0
+_WITHOUT_DEPTH = (
+    "No view of this recording provides depth. Parameters that act on points of a cloud are hidden."
+)
 _TOUCHED = "tune/parameter"
 """Where the parameter is kept that a person has touched last."""
 
@@ -98,6 +103,7 @@ class TuneController(QObject):
         docks.dock("trials").visibilityChanged.connect(self.show)
         docks.dock("parameters").visibilityChanged.connect(self.parameters.set_seen)
         session.leaving.connect(self.stop)
+        session.opened.connect(self._show_acting)
         context.tasks.watch(self.settled)
 
     # ---- facts
@@ -208,7 +214,18 @@ class TuneController(QObject):
                 base, against = settings, "run"
         panel.set_settings(track.settings, base, against)
         panel.set_preset(track.preset)
-        self.series_panel.set_rows(track.settings.rows())
+        self._show_acting()
+
+    @Slot()
+    def _show_acting(self) -> None:
+        """Leave out parameters that do nothing in the open recording."""
+        recording, rows = self._session.document.recording, self._session.track.settings.rows()
+        if recording is None or gives_depth(recording):
+            self.parameters.set_acting(lambda _name: True, "")
+        else:
+            self.parameters.set_acting(acts_without_depth, _WITHOUT_DEPTH)
+            rows = tuple(row for row in rows if acts_without_depth(row.name))
+        self.series_panel.set_rows(rows)
 
     @Slot(str)
     def _on_compared(self, word: str) -> None:

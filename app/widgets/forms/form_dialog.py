@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TypeAlias
 
+from PySide6.QtCore import Qt
 from PySide6.QtWidgets import (
     QDialog,
     QDialogButtonBox,
@@ -17,6 +18,7 @@ from PySide6.QtWidgets import (
 )
 
 from stereotrack_core.errors import InputError
+from stereotrack_core.project.exporting.formats import ExportFormat
 
 from ..style.building import Item, label, vbox
 
@@ -95,6 +97,37 @@ def ask_to_save(
     chosen, _ = QFileDialog.getSaveFileName(parent, title, str(proposed), files, options=options)
     if chosen:
         use(Path(chosen))
+
+
+def file_filter(form: ExportFormat) -> str:
+    """A format as file dialogs list it: ``C3D (*.c3d)``; says where a library is missing."""
+    files = " ".join(f"*{suffix}" for suffix in form.suffixes)
+    return f"{form.label}{', not installed' if form.missing else ''} ({files})"
+
+
+def ask_to_export(
+    parent: QWidget,
+    title: str,
+    proposed: Path | str,
+    formats: Sequence[ExportFormat],
+    use: Callable[[Path, ExportFormat], object],
+) -> None:
+    """Let the person choose a file to write and the format; a suffix that is typed decides."""
+    filters, proposed = {file_filter(form): form for form in formats}, Path(proposed)
+    dialog = QFileDialog(parent, title, str(proposed.parent))
+    dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+    dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)
+    dialog.setNameFilters(list(filters))
+    dialog.selectFile(proposed.name)
+
+    def take(chosen: str) -> None:
+        path, form = Path(chosen), filters.get(dialog.selectedNameFilter(), formats[0])
+        if path.suffix.lower() not in form.suffixes:
+            form = next((one for one in formats if path.suffix.lower() in one.suffixes), form)
+        use(form.named(path), form)
+
+    dialog.fileSelected.connect(take)
+    dialog.show()
 
 
 def ask_for_folder(parent: QWidget, title: str, start: Path | str, use: Use) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from PySide6.QtCore import Qt, QTimer, Signal, Slot
 from PySide6.QtGui import QAction, QResizeEvent
@@ -63,13 +63,16 @@ class ParameterPanel(QWidget):
         """The parameter that the panel opens at."""
         self._opening = QTimer(self, singleShot=True, interval=0)
         self._opening.timeout.connect(self._open_at_last)
+        self._acts: Callable[[str], bool] = lambda _name: True
         self._lines: dict[str, ParameterLine] = {}
         self._groups: dict[str, QWidget] = {}
+        self._idle = label("", "muted")
+        self._idle.hide()
         self._nothing = label("", "muted")
         self._nothing.setAlignment(Qt.AlignmentFlag.AlignHCenter)
         self._scroll = scrolled(QWidget(), "Parameters")
         head = self._make_head(presets)
-        self.setLayout(vbox(head, (self._scroll, 1), margins=(6, 6, 0, 0), spacing=4))
+        self.setLayout(vbox(head, self._idle, (self._scroll, 1), margins=(6, 6, 0, 0), spacing=4))
         self.setMinimumWidth(260)
         self._fill()
 
@@ -101,6 +104,13 @@ class ParameterPanel(QWidget):
         self._behind = True
         if self._seen:
             self._catch_up()
+
+    def set_acting(self, acts: Callable[[str], bool], why: str) -> None:
+        """Show only parameters that change anything; `why` says why the others do not."""
+        self._acts = acts
+        self._idle.setText(why)
+        self._idle.setVisible(bool(why))
+        self._sift()
 
     def set_presets(self, names: Sequence[str]) -> None:
         """Offer these presets; which one is shown stays."""
@@ -210,7 +220,9 @@ class ParameterPanel(QWidget):
         found = [
             line
             for line in self._lines.values()
-            if finds(line.row, words) and (line.is_changed or not only_changed)
+            if self._acts(line.row.name)
+            and finds(line.row, words)
+            and (line.is_changed or not only_changed)
         ]
         for line in self._lines.values():
             line.setVisible(line in found)
@@ -219,9 +231,9 @@ class ParameterPanel(QWidget):
         seen = {line.row.group for line in found}
         for group, heading in self._groups.items():
             heading.setVisible(group in seen)
-        count = sum(line.is_changed for line in self._lines.values())
-        self.only_changed.setText(f"{count} changed")
-        self.revert_all.setEnabled(count > 0)
+        changed = [line.row.name for line in self._lines.values() if line.is_changed]
+        self.only_changed.setText(f"{sum(map(self._acts, changed))} changed")
+        self.revert_all.setEnabled(bool(changed))
         self._nothing.setVisible(not seen)
         self._nothing.setText(
             f"No parameter differs from {AGAINST[self._against]}."

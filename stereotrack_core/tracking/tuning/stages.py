@@ -62,6 +62,20 @@ _OF_SHAPE = frozenset({row.name for row in BodyParameters.rows()} | {"fit_shape"
 _DEPTH = frozenset(row.name for row in DepthParameters.rows())
 
 
+_WITHOUT_DEPTH = frozenset({row.name for row in BodyParameters.rows()}) | {
+    *("background_empty_scene", "silhouettes", "measure_silhouettes", "silhouette_sigma"),
+    *("iterations", "sigma_position", "sigma_rotation", "sigma_joint", "sigma_girdle"),
+    *("clearance", "arms_apart", "least_elbow_angle", "fit_shape", "longest_bridge"),
+    *("keypoint_sigma", "detection_gate"),
+}
+"""Parameters that act where keypoints and contours alone are tracked; all others act on a cloud."""
+
+
+def acts_without_depth(name: str) -> bool:
+    """Whether a parameter changes anything in mono views, which are tracked by keypoints."""
+    return name in _WITHOUT_DEPTH
+
+
 def stage_of(name: str) -> Stage:
     """The first stage on which a parameter acts."""
     if name in _DEPTH:

@@ -16,6 +16,7 @@ from stereotrack_core.tracking.run_spec import RunSpec
 from stereotrack_core.tracking.tracker import cameras_of, tracker_for
 from stereotrack_core.tracking.tuning.clouds import Holdings
 from stereotrack_core.tracking.tuning.process import KeptRecording, RecordStep, forget
+from stereotrack_core.tracking.tuning.stages import acts_without_depth
 from stereotrack_core.tracking.tuning.trial import Start, Trial
 from tests.tracking.keypoints.mono import FRAMES, mono_recording, truth
 
@@ -92,3 +93,38 @@ def test_runs_go_forward_together(mono):
     runs = [one.run() for one in track_together([RunInput(recording, o) for o in (spec, other)])]
     np.testing.assert_array_equal(runs[0].landmarks, landmarks(frames))
     assert np.abs(runs[1].landmarks - runs[0].landmarks).max() > 1e-4
+
+
+def test_parameters_that_act_without_depth_are_parameters():
+    names = set(preset("accurate").values())
+    acting = {name for name in names if acts_without_depth(name)}
+    assert "keypoint_sigma" in acting
+    assert "disparity_count" not in acting
+
+
+def other_values(row, value):
+    """A smaller and a larger value, or every other choice."""
+    if row.type is bool:
+        return [not value]
+    if row.choices:
+        return [choice for choice in row.choices if choice != value]
+    found = []
+    for factor in (0.5, 3.0):
+        other = row.type(value * factor) if value else row.type(factor > 1.0)
+        low = other if row.minimum is None else max(other, row.type(row.minimum))
+        found.append(low if row.maximum is None else min(low, row.type(row.maximum)))
+    return [other for other in found if other != value]
+
+
+@pytest.mark.slow
+def test_all_others_change_nothing(mono):
+    recording, spec, frames, _, _ = mono
+    settings = spec.settings
+    for row in settings.rows():
+        if acts_without_depth(row.name) or row.name in ("matching", "estimator"):
+            continue
+        for value in other_values(row, settings.values()[row.name]):
+            changed = replace(spec, settings=settings.replaced(**{row.name: value}))
+            with Pipeline(recording, changed) as pipeline:
+                found = landmarks(pipeline.frames(WHOLE))
+            np.testing.assert_array_equal(found, landmarks(frames), err_msg=row.name)

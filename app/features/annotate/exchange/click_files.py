@@ -6,20 +6,30 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from PySide6.QtCore import Signal, Slot
-from PySide6.QtWidgets import QFileDialog, QFormLayout, QWidget
+from PySide6.QtWidgets import QCheckBox, QFileDialog, QFormLayout, QWidget
 
 from stereotrack_core.annotation.click import Click
+from stereotrack_core.annotation.landmark_set import LandmarkSet
 from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.label_source import LabelSource, stated_names
-from stereotrack_core.interop.labels import read_clicks, write_clicks
+from stereotrack_core.interop.labels import read_clicks
+from stereotrack_core.project.exporting.formats import ExportFormat, format_named, formats_of
+from stereotrack_core.project.exporting.labels import export_clicks
 from stereotrack_core.project.selection import Selection
 from stereotrack_core.recording.description import Recording
 
-from ....services.tasks.task import TaskList
-from ....widgets.forms.form_dialog import FormDialog, line_edit, push_button
+from ....services.tasks.task import Task, TaskList
+from ....widgets.forms.form_dialog import (
+    FormDialog,
+    ask_to_save,
+    file_filter,
+    line_edit,
+    push_button,
+)
 from ....widgets.style.building import choice, hbox, label
 
+_FORMATS = formats_of("clicks")
 _FILES = (
     "Labels and references (*.csv *.json *.npz *.trc *.c3d);;"
     "Clicks and DeepLabCut (*.csv);;COCO keypoints (*.json);;"
@@ -94,11 +104,11 @@ class ImportDialog(FormDialog):
 
 
 class ExportDialog(FormDialog):
-    """Which clicks, to which file, and what becomes of that file.
+    """Which clicks, as what, to which file, and what becomes of that file.
 
     Parameters
     ----------
-    clicks, landmarks : tuple
+    clicks : tuple
         All of the project.
     """
 
@@ -108,7 +118,7 @@ class ExportDialog(FormDialog):
     def __init__(
         self,
         clicks: tuple[Click, ...],
-        landmarks: tuple[str, ...],
+        landmarks: LandmarkSet,
         recording: Recording,
         selection: Selection | None,
         path: Path,
@@ -122,14 +132,28 @@ class ExportDialog(FormDialog):
         if selection is not None:
             self.choice.addItem(f"Only {selection.words()}")
             self.choice.setCurrentIndex(1)
+        formats = [(one.name, f"{one.label} ({', '.join(one.suffixes)})") for one in _FORMATS]
+        self.format_box = choice("Format", formats)
+        self.pictures = QCheckBox("Write the clicked pictures as well")
+        self.pictures.setToolTip("As PNG, where the other program looks for them.")
         self.path = line_edit("File", str(path))
         self.preview = label()
-        note = "Flags, click uncertainties and annotators cannot be stored in this format."
+        note = "Flags, click uncertainties and annotators cannot be stored in these formats."
         row = hbox((self.path, 1), push_button("&Choose …", self._ask))
-        self.lay_out(self.choice, row, self.preview, label(note, "muted"), None, size=(560, 260))
+        form = QFormLayout()
+        form.addRow("Clicks", self.choice)
+        form.addRow("Format", hbox((self.format_box, 1), self.pictures))
+        form.addRow("File", row)
+        self.lay_out(form, self.preview, label(note, "muted"), None, size=(600, 280))
         self.path.editingFinished.connect(self._look)
         self.choice.currentIndexChanged.connect(self._look)
+        self.format_box.activated.connect(self._on_format)
         self._look()
+
+    @property
+    def form(self) -> ExportFormat:
+        """The format that is chosen."""
+        return format_named(self.format_box.currentData())
 
     def clicks(self) -> Sequence[Click]:
         """The clicks that would be written."""
@@ -141,35 +165,61 @@ class ExportDialog(FormDialog):
     def target(self) -> Path:
         """The file that would be written."""
         path = Path(self.path.text().strip())
-        return path if path.suffix or not path.name else path.with_suffix(".csv")
+        return path if path.suffix or not path.name else self.form.named(path)
+
+    @Slot()
+    def _on_format(self) -> None:
+        """Let the file have a suffix of the format."""
+        path = Path(self.path.text().strip())
+        if path.name and path.suffix.lower() not in self.form.suffixes:
+            self.path.setText(str(path.with_suffix(self.form.suffixes[0])))
+        self._look()
 
     @Slot()
     def _look(self) -> None:
-        clicks = self.clicks()
-        names = tuple(dict.fromkeys((*self._landmarks, *(click.landmark for click in clicks))))
-        words, warning = _preview(clicks, self.target(), self._recording, names)
+        clicks, form, path = self.clicks(), self.form, self.target()
+        names = tuple(
+            dict.fromkeys((*self._landmarks.names, *(click.landmark for click in clicks)))
+        )
+        if form.name == "csv":
+            words, warning = _preview(clicks, path, self._recording, names)
+        else:
+            words, warning = _counted(clicks), ""
+            if path.exists():
+                warning = "The existing file will be replaced."
+        fits = path.suffix.lower() in form.suffixes
+        if not fits:
+            warning = f"The name of the file must end in {' or '.join(form.suffixes)}."
+        warning = form.missing or warning
+        self.pictures.setEnabled(form.pictures)
         self.preview.setText(words if clicks else "There are no clicks to export.")
         self.say(warning, error=True)
-        self.accept_button.setEnabled(bool(clicks) and bool(self.path.text().strip()))
+        self.accept_button.setEnabled(bool(clicks) and fits and not form.missing)
 
     def _ask(self) -> None:
-        chosen, _ = QFileDialog.getSaveFileName(
-            self,
-            "Export clicks",
-            self.path.text(),
-            "Clicks (*.csv)",
-            options=QFileDialog.Option.DontConfirmOverwrite,
-        )
-        if chosen:
-            self.path.setText(chosen)
-            self._look()
+        files = file_filter(self.form)
+        ask_to_save(self, "Export clicks", self.path.text(), files, self._take, goes_on=True)
+
+    def _take(self, path: Path) -> None:
+        self.path.setText(str(path))
+        self._look()
 
     def _write(self) -> None:
-        clicks, path, recording = self.clicks(), self.target(), self._recording
+        clicks, path, recording, form = self.clicks(), self.target(), self._recording, self.form
+        pictures = self.pictures.isChecked() and form.pictures
+        landmarks = self._landmarks
         self.accept_button.setEnabled(False)
-        task = self._tasks.begin(
-            "writing clicks", lambda _task: _write(clicks, path, recording), self._on_written
-        )
+
+        def write(task: Task) -> str:
+            written = export_clicks(
+                path, clicks, recording, landmarks, form, pictures=pictures,
+                report=task.report, stopped=task.token.cancelled,
+            )  # fmt: skip
+            if form.name == "csv":
+                _check_back(clicks, path, recording)
+            return written.words()
+
+        task = self._tasks.begin("writing clicks", write, self._on_written)
         task.failed.connect(self._on_failed)
 
     @Slot(object)
@@ -183,12 +233,16 @@ class ExportDialog(FormDialog):
         self.accept_button.setEnabled(True)
 
 
+def _counted(clicks: Sequence[Click]) -> str:
+    frames = len({click.frame for click in clicks})
+    return f"{counted(len(clicks), 'click')} in {counted(frames, 'frame')} will be written."
+
+
 def _preview(
     clicks: Sequence[Click], path: Path, recording: Recording, landmarks: Sequence[str]
 ) -> tuple[str, str]:
     """What writing would do, and what would be lost of the file that would be replaced."""
-    frames = len({click.frame for click in clicks})
-    words = f"{counted(len(clicks), 'click')} in {counted(frames, 'frame')} will be written."
+    words = _counted(clicks)
     if not path.exists():
         return words, ""
     try:
@@ -207,9 +261,8 @@ def _preview(
     return words, f"{counted(lost, 'line')} of the existing file will be lost." if lost else ""
 
 
-def _write(clicks: Sequence[Click], path: Path, recording: Recording) -> str:
-    """Write clicks and read them back; what was done, in words."""
-    write_clicks(path, clicks, recording)
+def _check_back(clicks: Sequence[Click], path: Path, recording: Recording) -> None:
+    """Read clicks that were written, and compare their number."""
     names = tuple(dict.fromkeys(click.landmark for click in clicks))
     again = read_clicks(path, recording, landmarks=names).checked()
     if len(again) != len(clicks):
@@ -218,4 +271,3 @@ def _write(clicks: Sequence[Click], path: Path, recording: Recording) -> str:
             where=str(path),
             remedy="Export to a different drive.",
         )
-    return f"{counted(len(clicks), 'click')} saved to {path}."

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from PySide6.QtCore import QObject, Qt, Slot
 from PySide6.QtWidgets import QInputDialog
 
@@ -18,9 +20,11 @@ from .predictions import PredictionsDialog
 class PredictionExchange(QObject):
     """Asks which files, or which detector."""
 
-    def __init__(self, context: Context, panels: AnnotationPanels) -> None:
+    def __init__(
+        self, context: Context, panels: AnnotationPanels, export: Callable[[], None]
+    ) -> None:
         super().__init__(panels)
-        self._context, self._panels = context, panels
+        self._context, self._panels, self._export = context, panels, export
         self._keypoints = context.session.keypoints
         self._keypoints.changed.connect(panels.read_kept)
         self._keypoints.changed.connect(panels.repeat_changed)
@@ -35,13 +39,16 @@ class PredictionExchange(QObject):
             command("annotate-import-predictions", "Import predictions …", "Import the keypoints "
                     "of a 2-D detector. What is taken and what is left out is shown before "
                     "anything is written.", self.ask_to_import, icon="prediction"),
+            command("annotate-export-predictions", "Export predictions …", "Write the keypoints "
+                    "of all detectors as a table or as COCO results.", self._export,
+                    icon="export", why_not=self.why_none),
             command("annotate-remove-predictions", "Remove predictions …", "Remove the keypoints "
                     "and proposals of a detector. You can undo this.", self.ask_to_remove,
                     icon="delete", why_not=self.why_none),
         ]  # fmt: skip
 
     def why_none(self) -> str:
-        """Why nothing can be removed, as a sentence."""
+        """Why nothing can be removed or exported, as a sentence."""
         none = "The project has no predictions of a detector."
         return self._panels.no_edit() or ("" if self._keypoints.sources else none)
 

@@ -1,0 +1,111 @@
+"""The one list of formats that are written; command and window offer what stands here."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Literal, TypeAlias
+
+from stereotrack_core.errors import InputError
+from stereotrack_core.interop.point_tables import POINT_TABLES
+
+Kind: TypeAlias = Literal["run", "trajectory", "reference", "clicks", "keypoints"]
+"""What is written: a complete run, landmarks of any origin, a project's reference, its clicks, or
+what a detector has predicted."""
+
+
+@dataclass(frozen=True)
+class ExportFormat:
+    """A format of this or of another program."""
+
+    name: str
+    """As ``--format`` calls it."""
+    label: str
+    """As a dialog calls it."""
+    suffixes: tuple[str, ...]
+    """Of its files; the first one is usual."""
+    kinds: tuple[Kind, ...]
+    """What can be written."""
+    module: str = ""
+    extra: str = ""
+    """`module` and `extra`: library that it needs besides, and what installs that."""
+    pictures: bool = False
+    """Whether labels may come with their pictures."""
+
+    @property
+    def missing(self) -> str:
+        """How what it needs is installed, as a sentence; empty where all is there."""
+        if not self.module or find_spec(self.module) is not None:
+            return ""
+        return f"It needs `pip install 'stereotrack[{self.extra}]'`."
+
+    def named(self, path: Path) -> Path:
+        """The path with a suffix, where it has none of this format."""
+        if path.suffix.lower() in self.suffixes:
+            return path
+        return path.with_name(f"{path.name}{self.suffixes[0]}")
+
+
+_MOTION: tuple[Kind, ...] = ("run", "trajectory", "reference")
+_LABELS: tuple[Kind, ...] = ("clicks",)
+
+FORMATS: tuple[ExportFormat, ...] = (
+    ExportFormat("csv", "Table", (".csv",), (*_MOTION, "clicks", "keypoints")),
+    ExportFormat("trc", "TRC, OpenSim", (".trc",), _MOTION),
+    ExportFormat("c3d", "C3D", (".c3d",), _MOTION),
+    ExportFormat("bvh", "BVH", (".bvh",), _MOTION),
+    ExportFormat("nc", "netCDF, movement", (".nc",), _MOTION, "h5netcdf", "movement"),
+    ExportFormat("npz", "Complete, with uncertainty", (".npz",), ("run", "reference")),
+    ExportFormat("angles", "Joint angles", (".csv",), _MOTION),
+    ExportFormat("mot", "Joint angles, OpenSim", (".mot",), _MOTION),
+    ExportFormat("glb", "Moving body, glTF", (".glb",), ("run",)),
+    ExportFormat("rrd", "Images and clouds, Rerun", (".rrd",), ("run",), "rerun", "rerun"),
+    ExportFormat("coco", "COCO keypoints", (".json",), ("clicks", "keypoints"), pictures=True),
+    ExportFormat("slp", "SLEAP", (".slp",), _LABELS, "sleap_io", "sleap", pictures=True),
+    ExportFormat("dlc", "DeepLabCut", (".csv", ".h5"), _LABELS, pictures=True),
+    *(ExportFormat(name, one.program, (".csv",), _LABELS) for name, one in POINT_TABLES.items()),
+)
+
+
+def formats_of(*kinds: Kind) -> tuple[ExportFormat, ...]:
+    """Formats that any of these can be written as, in the order in which they are offered."""
+    return tuple(one for one in FORMATS if set(kinds) & set(one.kinds))
+
+
+def names_of(*kinds: Kind) -> tuple[str, ...]:
+    """Their names."""
+    return tuple(one.name for one in formats_of(*kinds))
+
+
+def format_named(name: str) -> ExportFormat:
+    """The format of that name; LookupError where there is none."""
+    found = next((one for one in FORMATS if one.name == name), None)
+    if found is None:
+        raise LookupError(name)
+    return found
+
+
+def format_of_file(path: Path) -> ExportFormat:
+    """The format that a file's name means, of several the first one; InputError for none."""
+    suffix = path.suffix.lower()
+    found = next((one for one in FORMATS if suffix in one.suffixes), None)
+    if found is None:
+        every = sorted({one for form in FORMATS for one in form.suffixes})
+        raise InputError(
+            f"the suffix {suffix!r} means no format",
+            where=str(path),
+            remedy=f"Give --format, or a name that ends in one of {', '.join(every)}.",
+        )
+    return found
+
+
+def check_kind(form: ExportFormat, kind: Kind, kinds: Sequence[Kind] = ()) -> None:
+    """Refuse a format that this cannot be written as; `kinds` are others that could be meant."""
+    if kind not in form.kinds:
+        raise InputError(
+            f"this cannot be exported as {form.name}",
+            where="--format",
+            remedy=f"Use one of {', '.join(names_of(kind, *kinds))}.",
+        )

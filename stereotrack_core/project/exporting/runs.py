@@ -1,0 +1,122 @@
+"""Runs, trajectories and references in the formats of other programs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from stereotrack_core.annotation.reference import Reference
+from stereotrack_core.atomic import write_file
+from stereotrack_core.counting import counted
+from stereotrack_core.evaluation.joint_angles.definitions import NAMES
+from stereotrack_core.evaluation.joint_angles.motion import (
+    CUT_OFF_HZ,
+    frame_columns,
+    frame_rows,
+    motion_of,
+)
+from stereotrack_core.evaluation.joint_angles.series import (
+    JointAngles,
+    angles_of_reference,
+    angles_of_run,
+    angles_of_trajectory,
+)
+from stereotrack_core.evaluation.limb_colours import LIMB_COLOURS
+from stereotrack_core.interop.motion.gltf import write_glb
+from stereotrack_core.interop.motion.mot import write_mot
+from stereotrack_core.interop.reference_npz import write_reference
+from stereotrack_core.interop.run_file import write_trajectory
+from stereotrack_core.interop.run_npz import write_npz
+from stereotrack_core.project.exporting.formats import ExportFormat, check_kind
+from stereotrack_core.recording.landmarks import LandmarkTrajectory
+from stereotrack_core.tables import csv_text
+from stereotrack_core.tracking.frame import Run
+from stereotrack_core.tracking.stored import fps_of_run, upright_run
+
+ANGLE_FORMATS = ("angles", "mot")
+"""Formats of joint angles."""
+
+
+@dataclass(frozen=True)
+class Exported:
+    """What was written."""
+
+    files: Mapping[Path, str]
+    """Files or folders, and in words what is in them."""
+    notes: tuple[str, ...] = ()
+    """What the person has to know about them, as sentences."""
+
+    def words(self) -> str:
+        """``30 frames saved to run.trc``; of several files the first one is named."""
+        path, what = next(iter(self.files.items()))
+        others = f" and {counted(len(self.files) - 1, 'file')}" if len(self.files) > 1 else ""
+        return " ".join((f"{what} saved to {path}{others}.", *self.notes))
+
+
+def export_run(path: Path, run: Run, form: ExportFormat, fps: float | None = None) -> Exported:
+    """Write a complete run; frames per second are the run's where they are not given.
+
+    For ``rrd``, which needs images, see :func:`.scene.export_scene`. Raises InputError where the
+    format cannot hold it, or the file cannot be written.
+    """
+    check_kind(form, "run")
+    if fps is None and ("fps" in run.meta or form.name in ANGLE_FORMATS):
+        fps = fps_of_run(run)
+    if form.name == "npz":
+        write_npz(path, run)
+    elif form.name == "glb":
+        write_glb(path, run, LIMB_COLOURS)
+    elif form.name in ANGLE_FORMATS and fps is not None:
+        return export_angles(path, angles_of_run(run), form, fps)
+    else:
+        own_world = form.name == "csv"
+        trajectory = (run if own_world else upright_run(run)).trajectory()
+        write_trajectory(path, trajectory, fps, run.residual)
+    return Exported({path: counted(len(run.frame), "frame")})
+
+
+def export_trajectory(
+    path: Path, trajectory: LandmarkTrajectory, form: ExportFormat, fps: float | None
+) -> Exported:
+    """Write landmarks of any origin; see :func:`export_run`."""
+    check_kind(form, "trajectory")
+    if form.name in ANGLE_FORMATS and fps is not None:
+        return export_angles(path, angles_of_trajectory(trajectory), form, fps)
+    write_trajectory(path, trajectory, fps)
+    return Exported({path: counted(len(trajectory.frame), "frame")})
+
+
+def export_reference(
+    path: Path, reference: Reference, form: ExportFormat, fps: float | None
+) -> Exported:
+    """Write a reference, as ``npz`` with its uncertainty; see :func:`export_run`."""
+    check_kind(form, "reference")
+    if form.name == "npz":
+        write_reference(path, reference)
+        return Exported({path: counted(len(reference.frame), "frame")})
+    if form.name in ANGLE_FORMATS and fps is not None:
+        return export_angles(path, angles_of_reference(reference), form, fps)
+    return export_trajectory(path, reference.trajectory(), form, fps)
+
+
+def export_angles(path: Path, angles: JointAngles, form: ExportFormat, fps: float) -> Exported:
+    """Write joint angles of every frame."""
+    notes: tuple[str, ...] = ()
+    if form.name == "mot":
+        held = write_mot(path, angles.frame, NAMES, angles.angle, fps)
+        if held:
+            notes = (
+                f"{counted(held, 'value')} not known stay as they were last known, because OpenSim "
+                f"stops reading at a gap. {path.name}.json lists them.",
+            )
+    else:
+        write_angles(path, angles, fps)
+    return Exported({path: f"joint angles of {counted(len(angles.frame), 'frame')}"}, notes)
+
+
+def write_angles(path: Path, angles: JointAngles, fps: float, cut_off: float | None = None) -> int:
+    """Write the angles of every frame as CSV; the number of frames."""
+    motion = motion_of(angles, fps, CUT_OFF_HZ if cut_off is None else cut_off)
+    write_file(path, csv_text(frame_columns(), frame_rows(angles, motion)))
+    return len(angles.frame)
