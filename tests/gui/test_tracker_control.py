@@ -13,6 +13,7 @@ import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
+from stereotrack_core.project.exporting.formats import formats_of
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run import track
 from stereotrack_core.tracking.run_spec import RunSpec
@@ -262,6 +263,14 @@ def test_a_run_is_saved_and_opened_again(opened, qtbot, tmp_path):
     assert again is not made
     np.testing.assert_array_equal(again.at(0).landmarks, made.at(0).landmarks)
     np.testing.assert_allclose(again.at(0).pose.position, made.at(0).pose.position)
+    for form in formats_of("run"):
+        path = tmp_path / f"export{form.suffixes[0]}"
+        opened.features.files.export(made, path, form)
+        qtbot.waitUntil(opened.context.tasks.settled, timeout=60_000)
+        assert path.exists() is not bool(form.missing), form.name
+        if form.missing:
+            assert "pip install" in opened.messages.text()
+            opened.messages.close_message()
 
 
 def test_closing_while_tracking_ends_the_run_and_the_process(opened, qtbot):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+
 import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, QSettings, Qt
@@ -30,7 +32,8 @@ from stereotrack_core.interop.labels import read_clicks, write_clicks
 from stereotrack_core.interop.reference_npz import read_reference
 from stereotrack_core.interop.run_file import read_trajectory
 from stereotrack_core.project.clicks import BlindRepeat, MoveClicks, PlaceClicks, place
-from stereotrack_core.project.exporting.formats import format_named
+from stereotrack_core.project.exporting import formats
+from stereotrack_core.project.exporting.formats import format_named, names_of
 from stereotrack_core.project.marks import SetKeyframes
 from stereotrack_core.project.project import Project
 from stereotrack_core.recording.folder import open_recording
@@ -356,7 +359,7 @@ def test_a_project_of_another_recording_is_refused(qtbot, project, stage, tmp_pa
     assert "this project is already open" in str(stage.problems[0])
 
 
-def test_the_selection_is_exported(qtbot, project, stage, tmp_path):
+def test_the_selection_is_exported(qtbot, project, stage, tmp_path, monkeypatch):
     select(qtbot, stage, 5, 25)
     stage.trigger("export-selection")
     settled(qtbot, stage)
@@ -374,11 +377,29 @@ def test_the_selection_is_exported(qtbot, project, stage, tmp_path):
     settled(qtbot, stage)
     again = stage.findChildren(ExportDialog)[-1]
     again.path.setText(str(tmp_path / "out.csv"))
-    qtbot.keyClick(again.path, Qt.Key.Key_Return)
+    qtbot.keyClick(again.path, Qt.Key.Key_Tab)
     assert "Of the 72 clicks in the existing file, 72 stay the same and 0 change; 144 are new" in (
         again.preview.text()
     )
     assert not again.words.isVisible()
+    names = {again.format_box.itemData(k) for k in range(again.format_box.count())}
+    assert names == set(names_of("clicks"))
+    for name in ("argus", "coco"):
+        again.format_box.setCurrentIndex(again.format_box.findData(name))
+        again.format_box.activated.emit(again.format_box.currentIndex())
+        assert again.pictures.isEnabled() is (name == "coco")
+    assert again.target() == tmp_path / "out.json"
+    monkeypatch.setattr(formats, "find_spec", lambda _module: None)
+    again.format_box.setCurrentIndex(again.format_box.findData("slp"))
+    again.format_box.activated.emit(0)
+    assert "pip install 'stereotrack[sleap]'" in again.words.text()
+    assert not again.accept_button.isEnabled()
+    again.format_box.setCurrentIndex(again.format_box.findData("coco"))
+    again.format_box.activated.emit(0)
+    qtbot.mouseClick(again.accept_button, LEFT)
+    settled(qtbot, stage)
+    assert str(tmp_path / "out.json") in stage.heard[-1]
+    assert len(json.loads((tmp_path / "out.json").read_text())["images"]) == 24
 
 
 def test_a_large_edit_does_not_hold_the_window(qtbot, project, stage):
