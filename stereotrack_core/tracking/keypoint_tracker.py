@@ -10,12 +10,11 @@ from __future__ import annotations
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray
-from stereotrack_core.body.angles import state_names
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.tracking.estimate import Estimate, Memory
-from stereotrack_core.tracking.iekf import PoseFilter
 from stereotrack_core.tracking.initialise.keypoint_pose import pose_of_keypoints
+from stereotrack_core.tracking.leader import LeaderTracker
 from stereotrack_core.tracking.residuals.reprojection import KeypointFit, KeypointObservation
 from stereotrack_core.tracking.step_recorder import StepRecorder
 
@@ -29,40 +28,16 @@ _BETTER = 0.08
 """Cost by which a pose from triangulated keypoints must fit better to be taken."""
 
 
-class KeypointTracker:
+class KeypointTracker(LeaderTracker):
     """Follow a person from keypoints to keypoints; find the pose wherever it was not there before.
 
-    Parameters
-    ----------
-    leader : PoseFilter
-        Follows the pose that is stated.
+    What is found is taken at once: no other pose is on trial beside it.
     """
-
-    def __init__(self, leader: PoseFilter) -> None:
-        self.setup = leader.setup
-        self.leader = leader
-        self.state_names = state_names(self.setup.joints)
-        self._present = False
-
-    @property
-    def pose(self) -> Pose:
-        """Where the person is."""
-        return self.leader.state.pose
-
-    @property
-    def P(self) -> FloatArray:  # noqa: N802
-        """Covariance (n, n) of the pose's error state."""
-        return self.leader.state.P
 
     def start(self, pose: Pose, time: float | None = None, *, P: FloatArray | None = None) -> None:
         """Begin from a pose that is roughly right; see :meth:`PoseFilter.start`."""
         self.leader.start(pose, time, P=P)
         self._present = True
-
-    def reinitialise(self) -> None:
-        """Know nothing: the next keypoints are triangulated."""
-        self.start(self.pose)
-        self._present = False
 
     def step(self, cloud: Cloud, trace: StepRecorder | None = None) -> Estimate:
         """Follow to the next frame's keypoints."""

@@ -10,7 +10,6 @@ from typing import TypeAlias
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray
-from stereotrack_core.body.angles import state_names
 from stereotrack_core.body.model import BodyModel, body_model
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.posing import TRUNK
@@ -35,6 +34,7 @@ from stereotrack_core.tracking.initialise.people import own_points, share_at_sid
 from stereotrack_core.tracking.initialise.seeds import upright_pose
 from stereotrack_core.tracking.initialise.trunk import turned_round
 from stereotrack_core.tracking.keypoint_tracker import KeypointTracker
+from stereotrack_core.tracking.leader import LeaderTracker
 from stereotrack_core.tracking.parameters import Settings, TrackingParameters
 from stereotrack_core.tracking.residuals.clicks import contradicted, pose_by_clicks
 from stereotrack_core.tracking.state import Setup, elapsed
@@ -88,7 +88,7 @@ _FASTEST = 3.0
 """Metres per second beyond which hips have not moved: another pose has been taken."""
 
 
-class PersonTracker:
+class PersonTracker(LeaderTracker):
     """Follow a person with a filter, and look for the pose wherever it was not there before.
 
     What is found may be mistaken, above all front for back. So other poses that explain the
@@ -97,29 +97,12 @@ class PersonTracker:
 
     Once a body was partly out of sight, a pose that is found is stated from the third frame on: at
     the edge of the volume, what is left of a body is easily explained by a whole one elsewhere.
-
-    Parameters
-    ----------
-    leader : PoseFilter
-        Follows the pose that is stated.
     """
 
     def __init__(self, leader: PoseFilter) -> None:
-        self.setup = leader.setup
-        self.leader = leader
+        super().__init__(leader)
         self.finder = PoseFinder(leader.setup)
-        self.state_names = state_names(self.setup.joints)
         self.start(leader.state.pose)
-
-    @property
-    def pose(self) -> Pose:
-        """Where the person is."""
-        return self.leader.state.pose
-
-    @property
-    def P(self) -> FloatArray:  # noqa: N802
-        """Covariance (n, n) of the pose's error state."""
-        return self.leader.state.P
 
     def start(
         self,
@@ -135,11 +118,6 @@ class PersonTracker:
         self._cost = self._doubt = 0.0
         self._rivals: list[Candidate] = []
         self._unconfirmed = self._told = 0
-
-    def reinitialise(self) -> None:
-        """Know nothing: the next cloud that shows somebody is searched."""
-        self.start(self.pose)
-        self._present = False
 
     def step(self, cloud: Cloud, trace: StepRecorder | None = None) -> Estimate:
         """Follow to the next cloud; look for the person first where nobody was followed."""

@@ -359,7 +359,7 @@ def test_a_project_of_another_recording_is_refused(qtbot, project, stage, tmp_pa
     assert "this project is already open" in str(stage.problems[0])
 
 
-def test_the_selection_is_exported(qtbot, project, stage, tmp_path, monkeypatch):
+def test_the_selection_is_exported(qtbot, project, stage, tmp_path):
     select(qtbot, stage, 5, 25)
     stage.trigger("export-selection")
     settled(qtbot, stage)
@@ -377,11 +377,19 @@ def test_the_selection_is_exported(qtbot, project, stage, tmp_path, monkeypatch)
     settled(qtbot, stage)
     again = stage.findChildren(ExportDialog)[-1]
     again.path.setText(str(tmp_path / "out.csv"))
-    qtbot.keyClick(again.path, Qt.Key.Key_Tab)
+    qtbot.keyClick(again.path, Qt.Key.Key_Return)
     assert "Of the 72 clicks in the existing file, 72 stay the same and 0 change; 144 are new" in (
         again.preview.text()
     )
     assert not again.words.isVisible()
+    settled(qtbot, stage)
+
+
+def test_clicks_are_exported_in_every_format(qtbot, stage, tmp_path, monkeypatch):
+    stage.trigger("export")
+    settled(qtbot, stage)
+    again = stage.findChild(ExportDialog)
+    again.path.setText(str(tmp_path / "out.csv"))
     names = {again.format_box.itemData(k) for k in range(again.format_box.count())}
     assert names == set(names_of("clicks"))
     for name in ("argus", "coco"):
