@@ -41,6 +41,7 @@ _CERTIFICATES = {
     "tls_key": ("Key", "Key of the certificate, without a password"),
 }
 """Files of an encrypted cluster: their names, and what they are."""
+
 _KEYPOINTS = "Projects and predictions (*.stereotrack *.json *.csv *.h5 *.slp *.npy)"
 
 
