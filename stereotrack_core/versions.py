@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import platform
+import sys
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from types import ModuleType
@@ -33,11 +34,10 @@ def extra_library(module: str, extra: str, *, missing: str, where: str, instead:
     try:
         return importlib.import_module(module)
     except ImportError:
-        raise InputError(
-            missing,
-            where=where,
-            remedy=f"Install it with `pip install 'stereotrack[{extra}]'`, or use {instead}.",
-        ) from None
+        remedy = f"Install it with `pip install 'stereotrack[{extra}]'`, or use {instead}."
+        if getattr(sys, "frozen", False):  # nothing can be installed into it
+            remedy = f"The stand-alone program does not have it. {remedy}"
+        raise InputError(missing, where=where, remedy=remedy) from None
 
 
 @cache  # it reads and parses a file

@@ -14,6 +14,7 @@ from stereotrack_core.cli.track_plan import UnfinishedOutput
 from stereotrack_core.cli.workbench import show_window
 from stereotrack_core.evaluation.accuracy import Accuracy, accuracy_facts, accuracy_of, error_facts
 from stereotrack_core.evaluation.errors import truth_of
+from stereotrack_core.locks import writing
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
@@ -83,8 +84,8 @@ def _without_window(args: Namespace, settings: Settings) -> int:
         frames = range(reader.frame_count)
     say(f"Tracking {len(frames)} frames with preset {args.preset}.")
     output = UnfinishedOutput(places.recording, places.run)
-    output.part.unlink(missing_ok=True)  # all of the demo is made again
-    with output.telling():
+    with writing(places.run), output.telling():
+        output.part.unlink(missing_ok=True)  # all of the demo is made again
         job = output.track(recording, RunSpec(settings, args.preset, frames))
         if not len(job.run.frame):
             say("Stopped before the first frame.")
