@@ -1,6 +1,6 @@
 # make demo and make test do everything that is needed, on a fresh machine too.
 .POSIX:
-.PHONY: help demo test test-slow test-newest test-oldest lint ready docs docs-site pictures texts lock clean
+.PHONY: help demo test test-slow test-newest test-oldest lint ready bundle docs docs-site pictures texts lock clean
 
 # Number of processes that run tests.
 WORKERS = 2
@@ -15,6 +15,7 @@ help:
 	@echo 'make test-slow  the slow tests: accuracy, endurance, thousands of cases'
 	@echo 'make test-newest  install a wheel with the newest versions of everything, and try it'
 	@echo 'make test-oldest  the same with the oldest versions that pyproject.toml allows'
+	@echo 'make bundle     a folder and an archive of the program that need no Python, and try them'
 	@echo 'make lint       lint, types and import contract alone'
 	@echo 'make docs       docs/parameters.md from the declared parameters'
 	@echo 'make docs-site  the documentation as a site, in build/docs-site'
@@ -46,6 +47,9 @@ test-newest:
 
 test-oldest:
 	@python=$$(tools/find_python $(OLDEST)) && "$$python" tools/fresh_install.py --oldest
+
+bundle:
+	@python=$$(tools/find_python) && "$$python" tools/make_bundle.py
 
 lint: ready
 	$(PY) -m ruff check .
