@@ -136,7 +136,7 @@ class FileLock:
                 remedy="Remove it.",
             )
         while True:
-            file = self._path.open("ab", buffering=0)
+            file = self._opened()
             try:
                 self.holds = take_lock(file)
             except BlockingIOError:
@@ -146,6 +146,14 @@ class FileLock:
                 if not self.holds or os.path.samestat(os.fstat(file.fileno()), self._path.stat()):
                     return file
             file.close()  # its owner removed it between opening and locking
+
+    def _opened(self) -> IO[bytes]:
+        try:
+            return self._path.open("ab", buffering=0)
+        except PermissionError:
+            if not (self._path.exists() and os.access(self._path.parent, os.W_OK)):
+                raise
+            return self._path.open("rb", buffering=0)  # that another user's process has left
 
     def release(self) -> None:
         """Give the lock back; a second time does nothing."""

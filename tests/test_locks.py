@@ -4,6 +4,7 @@ import json
 import os
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -61,3 +62,20 @@ def test_what_stands_where_the_lock_goes_is_not_touched(tmp_path):
         pass
     with writing(None):
         pass
+
+
+@pytest.mark.skipif(not hasattr(os, "geteuid"), reason="files have other rights there")
+def test_a_lock_that_another_user_has_left_is_not_in_the_way(tmp_path, monkeypatch):
+    left = lock_path(tmp_path / "run.npz")
+    left.write_text("")
+    opened = Path.open
+
+    def refused(path, mode="r", **how):
+        if path == left and mode == "ab":  # root may write to everything
+            raise PermissionError(13, "Permission denied", str(path))
+        return opened(path, mode, **how)
+
+    monkeypatch.setattr(Path, "open", refused)
+    with writing(tmp_path / "run.npz"):
+        assert is_held(tmp_path / "run.npz", unsure=False)
+    assert not left.exists()
