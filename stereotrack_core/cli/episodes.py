@@ -32,7 +32,7 @@ from stereotrack_core.evaluation.failure_segments.segment import (
     agreement_of,
     limbs_words,
 )
-from stereotrack_core.evaluation.failure_segments.stretches import FailureRules
+from stereotrack_core.evaluation.failure_segments.stretches import FailureRules, has_signs
 from stereotrack_core.interop.run_file import read_run, read_trajectory
 from stereotrack_core.parameters import parsed_settings
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
@@ -78,6 +78,11 @@ def run(args: Namespace) -> int:
         every = find_failures(search, report, stopped)
     chosen = _chosen(every, args)
     agreed = agreement_of(every) if search.reference is not None else None
+    if search.reference is None and not has_signs(search.run):
+        say(
+            "Without depth, failures are detected against a reference alone (--reference). Without "
+            "one, only frames that are not tracked are listed."
+        )
     if args.json:
         put_json(_facts(args, search, chosen, agreed))
     elif chosen:

@@ -7,6 +7,7 @@ import pytest
 from stereotrack_core.interop.keypoints.table import write_table
 from stereotrack_core.interop.run_npz import read_npz
 from stereotrack_core.project.project import Project
+from stereotrack_core.recording.landmarks import write_landmarks
 from stereotrack_core.simulation.keypoints import KeypointErrors, simulated_keypoints
 from tests.tracking.keypoints.mono import FRAMES, mono_recording, truth
 
@@ -50,3 +51,28 @@ def test_what_cannot_be_followed_is_said(run, mono, tmp_path):
     thesis = run("track", folder, *out, "--keypoints", file, "--preset", "thesis")
     assert thesis.status == 2
     assert "this preset does not use keypoints" in thesis.err
+
+
+def test_a_sweep_and_a_benchmark_follow_keypoints(run, mono, tmp_path):
+    folder, file = mono
+    table, given = tmp_path / "sweep.csv", ("--keypoints", file)
+    grid = ("--grid", "keypoint_sigma=0.02,0.05", "--frames", "0:4", "--workers", 1)
+    assert "no view provides depth" in run("sweep", folder, "-o", table, *grid).err
+    twice = run("sweep", folder, "-o", table, *grid, *given, *given)
+    assert "keypoints are given 2 times for 1 recording" in twice.err
+    ended = run("sweep", folder, "-o", table, *grid, *given, "--json")
+    assert ended.status == 0, ended.err
+    assert ended.json["judged_by"] == "keypoint_error"
+    assert all(0.0 < point["mean"]["keypoint_error"] < 3.0 for point in ended.json["points"])
+    again = run("sweep", folder, "-o", table, *grid, *given, "--json").json
+    assert (again["computed"], again["reused"]) == (0, 2)
+    write_landmarks(folder / "reference.csv", truth())
+    description = folder / "recording.toml"
+    description.write_text('reference = "reference.csv"\n' + description.read_text())
+    less = ("--seeds", 0, "--frames", "0:4", "--speed-frames", 0)
+    ended = run("benchmark", folder, *given, *less, "--json")
+    assert ended.status == 0, ended.err
+    assert "left out because no view provides depth: thesis" in ended.err
+    assert [row["preset"] for row in ended.json["rows"]] == ["accurate", "fast"]
+    asked = run("benchmark", folder, *given, *less, "--presets", "ekf")
+    assert "this preset's tracker needs depth" in asked.err

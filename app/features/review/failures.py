@@ -23,7 +23,7 @@ from stereotrack_core.evaluation.failure_segments.segment import (
     FailureSegment,
     agreement_of,
 )
-from stereotrack_core.evaluation.failure_segments.stretches import FailureRules
+from stereotrack_core.evaluation.failure_segments.stretches import FailureRules, has_signs
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.reader import FrameReader
 
@@ -61,6 +61,11 @@ def _bgr(colour: str) -> tuple[int, int, int]:
 
 _AROUND = 0.3
 """Seconds before and after a failure that its loop shows as well."""
+
+_NOT_JUDGED = (
+    "Without depth, failures are detected against a reference alone. Choose one under Track, "
+    "Errors against."
+)
 
 
 class FailureController(QObject):
@@ -250,7 +255,8 @@ class FailureController(QObject):
         if found.search is None:
             return "The source recording of the run is not known, so failures cannot be detected."
         if not every:
-            return "No failure was detected."
+            judged = found.search.reference is not None or has_signs(found.search.run)
+            return "No failure was detected." if judged else _NOT_JUDGED
         words = (
             f"{len(listed)} of {len(every)} failures"
             if len(listed) < len(every)

@@ -274,6 +274,12 @@ _FITTED: Coefficients = MappingProxyType(
 )
 
 
+def has_signs(run: Run) -> bool:
+    """Whether a run says anything that failures are told by; one of mono views does not."""
+    said = (run.limb_lost[run.tracked], run.unexplained_fraction[run.tracked])
+    return any(bool(np.isfinite(one).any()) for one in said)
+
+
 def lost_chances(run: Run, fps: float, fitted: Coefficients = _FITTED) -> FloatArray:
     """Probability (F, 6) that each limb is in a failure by its error, by a run's own signs.
 
@@ -287,10 +293,9 @@ def lost_chances(run: Run, fps: float, fitted: Coefficients = _FITTED) -> FloatA
     anything from: NaN in all frames that are tracked.
     """
     said = bool(np.isfinite(run.limb_lost[run.tracked]).any())
-    seen = said or bool(np.isfinite(run.unexplained_fraction[run.tracked]).any())
     signs = failure_signs(run, fps, said=said)
     result: FloatArray = np.full((len(run.frame), len(LIMBS)), np.nan)
-    for half, limbs in ARM_HALVES.items() if seen else ():
+    for half, limbs in ARM_HALVES.items() if has_signs(run) else ():
         constant, *slopes = fitted[half if said else f"{half}{UNSAID}"]
         result[:, list(limbs)] = scipy.special.expit(
             constant + signs[:, list(limbs)] @ np.array(slopes)

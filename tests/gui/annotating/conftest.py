@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from PySide6.QtCore import QSettings
 
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.annotation.landmark_set import NINE
@@ -18,9 +19,12 @@ from stereotrack_core.body.skeleton import PARTS
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.rotation import rotation_from_vector
 from stereotrack_core.geometry.transform import RigidTransform
+from stereotrack_core.project.clicks import PlaceClicks
 from stereotrack_core.project.project import Project
 from stereotrack_core.recording.description import Recording, Stream, View
+from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.writing import write_png, write_recording_description
+from tests.gui.annotating.stage import Stage
 
 MATRIX = np.array([[520.0, 0, 319.5], [0, 520.0, 239.5], [0, 0, 1]])
 DISTORTIONS = np.array([-0.2, 0.05, 0.001, -0.001, 0.0])
@@ -125,3 +129,19 @@ def make():
     return SimpleNamespace(
         clicks_at=clicks_at, places_at=places_at, pose_at=pose_at, CAMERAS=CAMERAS, FRAMES=FRAMES
     )
+
+
+@pytest.fixture
+def stage(qtbot, project, make, shown, tmp_path):
+    project.apply(PlaceClicks(make.clicks_at(range(0, FRAMES, 10), sigma=1.0)))
+    settings = QSettings(str(tmp_path / "settings.ini"), QSettings.Format.IniFormat)
+    made = Stage(settings)
+    made.timeline.set_range(FRAMES, 10.0)
+    recording = open_recording(project.find_recording().folder)
+    made.edits.set_project(project)
+    project.on_change(made.edits.follow)
+    made.panels.set_project(project, recording, FRAMES)
+    shown(made, 1100, 900)
+    yield made
+    made.panels.shutdown()
+    made.tasks.shutdown()

@@ -2,116 +2,29 @@
 
 from __future__ import annotations
 
-import json
-
 import numpy as np
 import pytest
-from PySide6.QtCore import QPoint, QSettings, Qt
+from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QKeySequence
-from PySide6.QtWidgets import QInputDialog, QMainWindow, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QInputDialog
 
-from app.features.annotate.actions import add_commands
-from app.features.annotate.dialogs import AnnotationDialogs
 from app.features.annotate.exchange.agreement import AgreementDialog
-from app.features.annotate.exchange.click_files import ExportDialog, ImportDialog
+from app.features.annotate.exchange.click_files import ImportDialog
 from app.features.annotate.exchange.merging import TakeInDialog
-from app.features.annotate.filling.predicting import PredictionWork
-from app.features.annotate.panels import AnnotationPanels
 from app.features.annotate.setup.subject_dialog import SubjectDialog
-from app.services.actions import ActionRegistry
-from app.services.tasks.task import TaskList
-from app.session.edits import EditStack
-from app.widgets.redraw import RedrawQueue
 from app.widgets.timeline.lanes import LaneFilter, Mark
 from app.widgets.timeline.painting import RULER_HEIGHT
-from app.widgets.timeline.timeline_view import TimelineView
 from stereotrack_core.annotation.click import ClickKey
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.interop.label_source import LabelSource
-from stereotrack_core.interop.labels import read_clicks, write_clicks
-from stereotrack_core.interop.reference_npz import read_reference
-from stereotrack_core.interop.run_file import read_trajectory
-from stereotrack_core.project.clicks import BlindRepeat, MoveClicks, PlaceClicks, place
-from stereotrack_core.project.exporting import formats
-from stereotrack_core.project.exporting.formats import format_named, names_of
+from stereotrack_core.interop.labels import write_clicks
+from stereotrack_core.project.clicks import BlindRepeat, MoveClicks, PlaceClicks
 from stereotrack_core.project.marks import SetKeyframes
 from stereotrack_core.project.project import Project
-from stereotrack_core.recording.folder import open_recording
-from stereotrack_core.recording.landmarks import LandmarkTrajectory, read_landmarks, write_landmarks
+from stereotrack_core.recording.landmarks import LandmarkTrajectory, write_landmarks
+from tests.gui.annotating.stage import LEFT, select, settled
 
-LEFT = Qt.MouseButton.LeftButton
 FRAMES = 60
-
-
-class Stage(QMainWindow):
-    """A window with nothing but the panels of annotation."""
-
-    def __init__(self, settings):
-        super().__init__()
-        self.timeline, self.tasks = TimelineView(), TaskList(self)
-        self.edits = EditStack(self)
-        self.panels = AnnotationPanels(self.timeline, self.tasks, self.edits, self)
-        self.book = ActionRegistry(self, settings, RedrawQueue(self))
-        self.dialogs = AnnotationDialogs(self.panels)
-        add_commands(self.book, self.panels, self.dialogs, PredictionWork(self.panels))
-        self.book.fill(self.menuBar(), ())
-        page = QWidget()
-        column = QVBoxLayout(page)
-        column.addWidget(self.panels.repeat_bar)
-        column.addWidget(self.panels.next_panel)
-        column.addWidget(self.panels.history_panel)
-        column.addWidget(self.panels.bar)
-        column.addWidget(self.timeline)
-        self.setCentralWidget(page)
-        self.heard, self.problems = [], []
-        self.panels.said.connect(self.heard.append)
-        self.panels.message.connect(self.problems.append)
-        self.tasks.failed.connect(self.problems.append)
-        self.panels.frame_requested.connect(self.go_to)
-        self.timeline.frame_requested.connect(self.panels.set_frame)
-
-    def go_to(self, frame):
-        self.timeline.set_frame(frame)
-        self.panels.set_frame(frame)
-
-    def trigger(self, name):
-        self.book.refresh()
-        action = self.book.action(f"annotate-{name}")
-        assert action.isEnabled(), action.toolTip()
-        action.trigger()
-
-
-@pytest.fixture
-def stage(qtbot, project, make, shown, tmp_path):
-    project.apply(PlaceClicks(make.clicks_at(range(0, FRAMES, 10), sigma=1.0)))
-    settings = QSettings(str(tmp_path / "settings.ini"), QSettings.Format.IniFormat)
-    made = Stage(settings)
-    made.timeline.set_range(FRAMES, 10.0)
-    recording = open_recording(project.find_recording().folder)
-    made.edits.set_project(project)
-    project.on_change(made.edits.follow)
-    made.panels.set_project(project, recording, FRAMES)
-    shown(made, 1100, 900)
-    yield made
-    made.panels.shutdown()
-    made.tasks.shutdown()
-
-
-def at(view, frame, y):
-    return QPoint(round(view.scale.x_of(frame + 0.5)), y)
-
-
-def select(qtbot, stage, first, last):
-    """Drag in the ruler."""
-    port = stage.timeline.viewport()
-    qtbot.mousePress(port, LEFT, pos=at(stage.timeline, first, 10))
-    qtbot.mouseMove(port, at(stage.timeline, (first + last) // 2, 10))
-    qtbot.mouseMove(port, at(stage.timeline, last, 10))
-    qtbot.mouseRelease(port, LEFT, pos=at(stage.timeline, last, 10))
-
-
-def settled(qtbot, stage):
-    qtbot.waitUntil(lambda: stage.panels.settled() and not stage.tasks.tasks, timeout=60_000)
 
 
 def lane(stage, name):
@@ -359,57 +272,6 @@ def test_a_project_of_another_recording_is_refused(qtbot, project, stage, tmp_pa
     assert "this project is already open" in str(stage.problems[0])
 
 
-def test_the_selection_is_exported(qtbot, project, stage, tmp_path):
-    select(qtbot, stage, 5, 25)
-    stage.trigger("export-selection")
-    settled(qtbot, stage)
-    dialog = stage.findChild(ExportDialog)
-    assert dialog.choice.currentText() == "Only frames 5 – 25"
-    dialog.path.setText(str(tmp_path / "out"))
-    qtbot.keyClick(dialog.path, Qt.Key.Key_Tab)
-    assert dialog.preview.text() == "72 clicks in 2 frames will be written."
-    qtbot.mouseClick(dialog.accept_button, LEFT)
-    settled(qtbot, stage)
-    found = read_clicks(tmp_path / "out.csv", stage.panels.recording).checked()
-    assert {click.frame for click in found} == {10, 20}
-    project.apply(place(found[0]))
-    stage.trigger("export")
-    settled(qtbot, stage)
-    again = stage.findChildren(ExportDialog)[-1]
-    again.path.setText(str(tmp_path / "out.csv"))
-    qtbot.keyClick(again.path, Qt.Key.Key_Return)
-    assert "Of the 72 clicks in the existing file, 72 stay the same and 0 change; 144 are new" in (
-        again.preview.text()
-    )
-    assert not again.words.isVisible()
-    settled(qtbot, stage)
-
-
-def test_clicks_are_exported_in_every_format(qtbot, stage, tmp_path, monkeypatch):
-    stage.trigger("export")
-    settled(qtbot, stage)
-    again = stage.findChild(ExportDialog)
-    again.path.setText(str(tmp_path / "out.csv"))
-    names = {again.format_box.itemData(k) for k in range(again.format_box.count())}
-    assert names == set(names_of("clicks"))
-    for name in ("argus", "coco"):
-        again.format_box.setCurrentIndex(again.format_box.findData(name))
-        again.format_box.activated.emit(again.format_box.currentIndex())
-        assert again.pictures.isEnabled() is (name == "coco")
-    assert again.target() == tmp_path / "out.json"
-    monkeypatch.setattr(formats, "find_spec", lambda _module: None)
-    again.format_box.setCurrentIndex(again.format_box.findData("slp"))
-    again.format_box.activated.emit(0)
-    assert "pip install 'stereotrack[sleap]'" in again.words.text()
-    assert not again.accept_button.isEnabled()
-    again.format_box.setCurrentIndex(again.format_box.findData("coco"))
-    again.format_box.activated.emit(0)
-    qtbot.mouseClick(again.accept_button, LEFT)
-    settled(qtbot, stage)
-    assert str(tmp_path / "out.json") in stage.heard[-1]
-    assert len(json.loads((tmp_path / "out.json").read_text())["images"]) == 24
-
-
 def test_a_large_edit_does_not_hold_the_window(qtbot, project, stage):
     stage.timeline.set_range(2000, 10.0)
     stage.panels.set_frame_count(2000)
@@ -438,25 +300,6 @@ def test_commands_have_words_and_say_why_not(stage):
         assert "Unavailable:" in stage.book.action(command.id).toolTip()
     keys = [c.shortcut for c in stage.book.commands if c.shortcut]
     assert len({QKeySequence(k).toString() for k in keys}) == len(keys)
-
-
-def test_the_reference_is_exported_with_and_without_its_uncertainty(qtbot, stage, tmp_path):
-    assert not stage.book.action("annotate-export-reference").isEnabled()
-    stage.trigger("fit")
-    settled(qtbot, stage)
-    stage.trigger("export-reference")
-    for name in ("csv", "npz", "c3d"):
-        path = tmp_path / f"reference.{name}"
-        stage.dialogs.export_reference(path, format_named(name))
-        settled(qtbot, stage)
-        assert str(path) in stage.heard[-1]
-    known = read_landmarks(tmp_path / "reference.csv")
-    np.testing.assert_allclose(known.points, stage.panels.reference.now.fit.nine, atol=1e-5)
-    again = read_reference(tmp_path / "reference.npz")
-    np.testing.assert_array_equal(
-        again.limb_sigma_deg, stage.panels.reference.now.fit.limb_sigma_deg
-    )
-    assert len(read_trajectory(tmp_path / "reference.c3d").frame) == len(known.frame)
 
 
 def test_a_project_that_can_only_be_read_is_shown(qtbot, project, stage, make):

@@ -1,0 +1,83 @@
+"""Clicks and references are written from the window in the formats of the export command."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+from PySide6.QtCore import Qt
+
+from app.features.annotate.exchange.click_files import ExportDialog
+from stereotrack_core.interop.labels import read_clicks
+from stereotrack_core.interop.reference_npz import read_reference
+from stereotrack_core.interop.run_file import read_trajectory
+from stereotrack_core.project.clicks import place
+from stereotrack_core.project.exporting import formats
+from stereotrack_core.project.exporting.formats import format_named, names_of
+from stereotrack_core.recording.landmarks import read_landmarks
+from tests.gui.annotating.stage import LEFT, select, settled
+
+
+def test_the_selection_is_exported(qtbot, project, stage, tmp_path):
+    select(qtbot, stage, 5, 25)
+    stage.trigger("export-selection")
+    settled(qtbot, stage)
+    dialog = stage.findChild(ExportDialog)
+    assert dialog.choice.currentText() == "Only frames 5 – 25"
+    dialog.path.setText(str(tmp_path / "out"))
+    qtbot.keyClick(dialog.path, Qt.Key.Key_Tab)
+    assert dialog.preview.text() == "72 clicks in 2 frames will be written."
+    qtbot.mouseClick(dialog.accept_button, LEFT)
+    settled(qtbot, stage)
+    found = read_clicks(tmp_path / "out.csv", stage.panels.recording).checked()
+    assert {click.frame for click in found} == {10, 20}
+    project.apply(place(found[0]))
+    stage.trigger("export")
+    settled(qtbot, stage)
+    again = stage.findChildren(ExportDialog)[-1]
+    again.path.setText(str(tmp_path / "out.csv"))
+    qtbot.keyClick(again.path, Qt.Key.Key_Return)
+    assert "Of the 72 clicks in the existing file, 72 stay the same and 0 change; 144 are new" in (
+        again.preview.text()
+    )
+    assert not again.words.isVisible()
+    settled(qtbot, stage)
+
+
+def test_clicks_are_exported_in_every_format(qtbot, stage, tmp_path, monkeypatch):
+    stage.trigger("export")
+    settled(qtbot, stage)
+    again = stage.findChild(ExportDialog)
+    again.path.setText(str(tmp_path / "out.csv"))
+    box = again.format_box
+    assert {box.itemData(k) for k in range(box.count())} == set(names_of("clicks"))
+    monkeypatch.setattr(formats, "find_spec", lambda _module: None)
+    for name in ("argus", "slp", "coco"):
+        box.setCurrentIndex(box.findData(name))
+        box.activated.emit(box.currentIndex())
+        assert again.pictures.isEnabled() is (name != "argus")
+        assert ("pip install 'stereotrack[sleap]'" in again.words.text()) is (name == "slp")
+        assert again.accept_button.isEnabled() is (name != "slp")
+    qtbot.mouseClick(again.accept_button, LEFT)
+    settled(qtbot, stage)
+    assert str(tmp_path / "out.json") in stage.heard[-1]
+    assert len(json.loads((tmp_path / "out.json").read_text())["images"]) == 24
+
+
+def test_the_reference_is_exported_with_and_without_its_uncertainty(qtbot, stage, tmp_path):
+    assert not stage.book.action("annotate-export-reference").isEnabled()
+    stage.trigger("fit")
+    settled(qtbot, stage)
+    stage.trigger("export-reference")
+    for name in ("csv", "npz", "c3d"):
+        path = tmp_path / f"reference.{name}"
+        stage.dialogs.export_reference(path, format_named(name))
+        settled(qtbot, stage)
+        assert str(path) in stage.heard[-1]
+    known = read_landmarks(tmp_path / "reference.csv")
+    np.testing.assert_allclose(known.points, stage.panels.reference.now.fit.nine, atol=1e-5)
+    again = read_reference(tmp_path / "reference.npz")
+    np.testing.assert_array_equal(
+        again.limb_sigma_deg, stage.panels.reference.now.fit.limb_sigma_deg
+    )
+    assert len(read_trajectory(tmp_path / "reference.c3d").frame) == len(known.frame)
