@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from functools import partial
 
 from PySide6.QtCore import QObject, Signal, Slot
 
@@ -13,6 +14,7 @@ from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.keypoints import Keypoints
 from stereotrack_core.tracking.parameters import Settings
 
+from ..services.tasks.task import Task, TaskList
 from .edits import EditStack, WindowEdit
 from .project import ProjectPresenter
 
@@ -23,10 +25,14 @@ class KeypointPresenter(QObject):
     changed = Signal()
     """Other keypoints or proposals of detectors are kept than before."""
 
-    def __init__(self, project: ProjectPresenter, edits: EditStack, parent: QObject) -> None:
+    def __init__(
+        self, project: ProjectPresenter, edits: EditStack, tasks: TaskList, parent: QObject
+    ) -> None:
         super().__init__(parent)
-        self._project, self._edits = project, edits
+        self._project, self._edits, self._tasks = project, edits, tasks
         self._written: DetectorState | None = None
+        self._waiting: list[tuple[Project, DetectorState]] = []
+        self._writing: Task | None = None
         self._known: tuple[Project, Mapping[str, int], tuple[str, ...]] | None = None
         self._frame: tuple[int, Keypoints] | None = None
         self._all: Keypoints | None = None
@@ -85,29 +91,69 @@ class KeypointPresenter(QObject):
             self._frame = frame, project.keypoints.at(frame)
         return self._frame[1]
 
-    def written(self, project: Project, plan: DetectorImport) -> None:
-        """Make an edit of an import that was written to the project beside the window's thread."""
-        if project is self._project.project:
-            self._written = plan.after
-            words = f"import predictions of {', '.join(plan.after.sources)}"
-            self._do(project, words, plan.before, plan.after)
+    def write(
+        self,
+        project: Project,
+        words: str,
+        make: Callable[[], tuple[DetectorState, DetectorState]],
+        done: Callable[[], object],
+    ) -> Task:
+        """Change in the background what the project keeps of some detectors; an edit.
 
-    def remove(self, source: str) -> None:
-        """Remove a detector's keypoints and proposals; an edit."""
+        `make` gives what it keeps before and afterwards, `done` is called when that is written.
+        """
+
+        def work(_task: Task) -> tuple[DetectorState, DetectorState]:
+            states = make()
+            project.keypoints.put(states[1])
+            return states
+
+        def written(states: tuple[DetectorState, DetectorState]) -> None:
+            if project is self._project.project:
+                before, self._written = states
+                put = partial(self._put, project)
+                self._edits.do(WindowEdit(words, put, before, self._written, "annotate"))
+                done()
+
+        return self._tasks.begin(words, work, written)
+
+    def bring(self, project: Project, plan: DetectorImport, done: Callable[[], object]) -> Task:
+        """Write an import; see :meth:`write`."""
+        words = f"import predictions of {', '.join(plan.after.sources)}"
+        return self.write(project, words, lambda: (plan.before, plan.after), done)
+
+    def remove(self, source: str, done: Callable[[], object] = lambda: None) -> None:
+        """Remove a detector's keypoints and proposals; see :meth:`write`."""
         project = self._project.project
         if project is not None:
-            self._do(project, f"remove predictions of {source}", *removal(project, source))
+            words = f"remove predictions of {source}"
+            self.write(project, words, lambda: removal(project, source), done)
 
-    def _do(
-        self, project: Project, words: str, before: DetectorState, after: DetectorState
-    ) -> None:
-        def put(state: DetectorState) -> None:
-            if state is not self._written:
-                project.keypoints.put(state)
-            self._written = state
+    def _put(self, project: Project, state: DetectorState) -> None:
+        """Undo or redo; what is written takes a moment, and is written in the order of its time."""
+        if state is self._written:
             self._read_again()
+            return
+        self._written = state
+        self._waiting.append((project, state))
+        if self._writing is None:
+            self._begin_writing()
 
-        self._edits.do(WindowEdit(words, put, before, after, "annotate"))
+    def _begin_writing(self) -> None:
+        self._writing = self._tasks.begin("saving predictions", self._write_waiting)
+        self._writing.ended.connect(self._on_put)
+
+    def _write_waiting(self, _task: Task) -> None:
+        while self._waiting:
+            project, state = self._waiting.pop(0)
+            project.keypoints.put(state)
+
+    @Slot()
+    def _on_put(self) -> None:
+        self._writing = None
+        if self._waiting:
+            self._begin_writing()
+        self._read_again()
 
     def _read(self) -> tuple[Project, Mapping[str, int], tuple[str, ...]] | None:
         """What is known of the open project, which is asked once."""

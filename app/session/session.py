@@ -70,7 +70,7 @@ class Session(QObject):
         self.edits = EditStack(self)
         """Everything that a person did, to be undone and redone in one order."""
         self._lead_edits()
-        self.keypoints = KeypointPresenter(self.project, self.edits, self)
+        self.keypoints = KeypointPresenter(self.project, self.edits, tasks, self)
         """What 2-D detectors have predicted."""
         self.clouds = CloudPresenter(self)
         self.processes = processes or Processes()

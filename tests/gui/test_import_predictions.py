@@ -76,10 +76,12 @@ def test_files_are_told_imported_undone_and_removed(opened, qtbot, tmp_path):
     assert {mark.landmark for mark in tile.marks.predictions} >= {"left_elbow", "left_hand"}
 
     action("undo").trigger()
+    qtbot.waitUntil(window.context.tasks.settled)
     assert project.keypoints.sources() == {}
     assert not project.predictions.of_source("rtm")
     assert not action("run").isEnabled()
     action("redo").trigger()
+    qtbot.waitUntil(window.context.tasks.settled)
     assert project.keypoints.sources() == {"rtm": count}
     assert len(project.predictions.of_source("rtm")) == len(proposed)
 
@@ -88,5 +90,11 @@ def test_files_are_told_imported_undone_and_removed(opened, qtbot, tmp_path):
     action("annotate-accept-detector").trigger()
     assert {click.frame for click in project.clicks.all()} == {0, 2, 3}
     window.features.annotate.exchange.remove("rtm")
+    qtbot.waitUntil(window.context.tasks.settled)
     assert project.keypoints.sources() == {}
     assert session.edits.to_undo().words == "remove predictions of rtm"
+    action("undo").trigger()
+    action("redo").trigger()
+    action("undo").trigger()
+    qtbot.waitUntil(window.context.tasks.settled)
+    assert project.keypoints.sources() == {"rtm": count}

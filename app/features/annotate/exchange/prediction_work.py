@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 
 from PySide6.QtCore import QObject, Qt, Slot
 from PySide6.QtWidgets import QInputDialog
@@ -58,19 +59,18 @@ class PredictionExchange(QObject):
         if panels.project is None or panels.recording is None:
             return
         dialog = PredictionsDialog(
-            panels.project, panels.recording, panels.frame_count or None, panels.tasks,
-            panels.window,
-        )  # fmt: skip
+            panels.project, panels.recording, panels.frame_count or None, panels.window
+        )
         dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        dialog.imported.connect(self._on_imported)
+        dialog.import_requested.connect(self._on_requested)
         self._keypoints.changed.connect(dialog.read_again)
         dialog.show()
 
     @Slot(object, object)
-    def _on_imported(self, project: Project, plan: DetectorImport) -> None:
-        self._keypoints.written(project, plan)
+    def _on_requested(self, project: Project, plan: DetectorImport) -> None:
         kept = counted(len(plan.keypoints), "keypoint")
-        self._panels.said.emit(f"{kept} of {', '.join(plan.after.sources)} imported.")
+        said = f"{kept} of {', '.join(plan.after.sources)} imported."
+        self._keypoints.bring(project, plan, partial(self._panels.said.emit, said))
 
     def ask_to_remove(self) -> None:
         """Let the person choose a detector."""
@@ -89,8 +89,8 @@ class PredictionExchange(QObject):
 
     def remove(self, detector: str) -> None:
         """Remove what a detector has predicted."""
-        self._keypoints.remove(detector)
-        self._panels.said.emit(f"Predictions of {detector} removed. Undo brings them back.")
+        said = f"Predictions of {detector} removed. Undo brings them back."
+        self._keypoints.remove(detector, partial(self._panels.said.emit, said))
 
     def _settled(self) -> bool:
         return all(one.settled() for one in self._panels.window.findChildren(PredictionsDialog))

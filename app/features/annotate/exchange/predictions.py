@@ -29,7 +29,6 @@ from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.keypoint_names import LAYOUTS
 
 from ....services.tasks.newest import LatestOnly
-from ....services.tasks.task import TaskList
 from ....widgets.forms.form_dialog import FormDialog, line_edit, push_button
 from ....widgets.style.building import choice, hbox, label
 
@@ -75,20 +74,18 @@ class PredictionsDialog(FormDialog):
         Number of frames of the recording.
     """
 
-    imported = Signal(object, object)
-    """The project, and what was written to it."""
+    import_requested = Signal(object, object)
+    """The project, and what is to be written to it."""
 
     def __init__(
         self,
         project: Project,
         recording: Recording,
         frames: int | None,
-        tasks: TaskList,
         parent: QWidget | None = None,
     ) -> None:
         super().__init__("Import predictions", "Import", self._write, parent)
         self._project, self._recording, self._frames = project, recording, frames
-        self._tasks = tasks
         self._paths: list[Path] = []
         self._plan: DetectorImport | None = None
         self._asked: _Question | None = None
@@ -255,20 +252,9 @@ class PredictionsDialog(FormDialog):
     # ---- writing
 
     def _write(self) -> None:
-        plan, project = self._plan, self._project
-        if plan is None:
-            return
-        self.accept_button.setEnabled(False)
-        task = self._tasks.begin(
-            "importing predictions",
-            lambda _task: project.keypoints.put(plan.after),
-            lambda _result: self._on_written(plan),
-        )
-        task.failed.connect(lambda error: self.say(str(error), error=True))
-
-    def _on_written(self, plan: DetectorImport) -> None:
-        self.imported.emit(self._project, plan)
-        self.accept()
+        if self._plan is not None:
+            self.import_requested.emit(self._project, self._plan)
+            self.accept()
 
 
 def _told(plan: DetectorImport, *, propose: bool) -> str:
