@@ -107,7 +107,8 @@ def _parse_c3d(data: bytes) -> _C3DContent:
         processor = _PROCESSORS.get(data[start + 3]) if start >= 0 else None
         if processor is None:
             raise ValueError("the file is damaged or uses an unsupported processor type")
-        return _content(data, processor, _parameters(data, start, processor))
+        with np.errstate(invalid="ignore"):  # damaged floats may be signalling NaN
+            return _content(data, processor, _parameters(data, start, processor))
     except (struct.error, IndexError, KeyError, OverflowError) as error:
         raise ValueError("the file is damaged") from error
 
@@ -125,10 +126,9 @@ def _content(data: bytes, processor: _Processor, parameters: dict[str, _Paramete
     if begin < _BLOCK or end > len(data):
         raise ValueError("the file ends before its last frame")
     values = numbers(data[begin:end]).reshape(frames, 4 * count + analog)
-    with np.errstate(invalid="ignore"):  # damaged floats may be signalling NaN
-        rows = values[:, : 4 * count].reshape(frames, count, 4).astype(np.float64)
+    rows = values[:, : 4 * count].reshape(frames, count, 4).astype(np.float64)
     points = rows[..., :3] if scale < 0 else rows[..., :3] * scale
-    points[rows[..., 3] < 0] = np.nan
+    points[(rows[..., 3] < 0) | ~np.isfinite(points).all(axis=-1)] = np.nan
     units, labels, right, vertical = (
         parameters[name].texts() if name in parameters else ()
         for name in ("UNITS", "LABELS", "X_SCREEN", "Y_SCREEN")

@@ -77,7 +77,7 @@ def read_trc(path: Path, stated: Stated | None = None) -> tuple[LandmarkTrajecto
     """
     stated = stated or Stated()
     lines = read_cells(path, delimiter="\t", quoting=csv.QUOTE_NONE)
-    if lines and lines[0][0].startswith("PathFileType,"):
+    if lines and "".join(lines[0][:1]).startswith("PathFileType,"):
         lines = read_cells(path)
     if len(lines) < 5 or lines[0][:1] != ["PathFileType"]:
         raise InputError(

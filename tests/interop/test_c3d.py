@@ -121,6 +121,20 @@ def test_damage_anywhere_gives_a_sentence_or_numbers(tmp_path, random, body_traj
     assert refused > 100
 
 
+@pytest.mark.parametrize("bits", [0x7F800000, 0xFF800000, 0x7F800001])
+def test_numbers_that_are_none_are_unknown(tmp_path, random, body_trajectory, bits):
+    path = tmp_path / "a.c3d"
+    write_c3d(path, body_trajectory(random, range(2)), 10.0)
+    data = bytearray(path.read_bytes())
+    begin = 512 * (int.from_bytes(data[16:18], "little") - 1)
+    data[begin : begin + 4] = bits.to_bytes(4, "little")
+    path.write_bytes(data)
+    found, _ = read_c3d(path)
+    known = np.isfinite(found.points)
+    assert known.sum() == found.points.size - 3
+    assert (known.all(axis=-1) == known.any(axis=-1)).all()
+
+
 def test_a_file_without_frames_has_none(tmp_path, random, body_trajectory):
     path = tmp_path / "a.c3d"
     write_c3d(path, body_trajectory(random, range(1)), 10.0)

@@ -72,6 +72,9 @@ def test_missing_and_binary_file(tmp_path):
     (tmp_path / "b.trc").write_bytes(bytes(range(256)))
     with pytest.raises(InputError, match="cannot be read"):
         read_trc(tmp_path / "b.trc")
+    (tmp_path / "c.trc").write_text("\nPathFileType\t4\t(X/Y/Z)\tc.trc\n")
+    with pytest.raises(InputError, match="not a TRC file"):
+        read_trc(tmp_path / "c.trc")
 
 
 def test_frames_in_any_order_are_read_in_theirs(tmp_path, random, body_trajectory):
