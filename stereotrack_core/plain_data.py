@@ -84,6 +84,8 @@ def _wrong(value: Any, kind: Kind, place: tuple[Any, ...]) -> Iterator[_Wrong]:
     """Everything that is wrong, the first one first."""
     if not _is(value, kind):
         yield place, value, kind
+    elif isinstance(kind, tuple):
+        yield from _wrong(value, next(one for one in kind if _is(value, one)), place)
     elif isinstance(kind, Mapping):
         for key, one in value.items():
             own = kind.get(str, kind.get(key))

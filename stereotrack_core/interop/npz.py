@@ -38,8 +38,12 @@ def read_number_array(path: Path, remedy: str) -> FloatArray:
     It is read as a whole before its header is believed.
     """
     content = read_bytes(path, TABLE_BYTES)
-    with decoding(path, "this is no NumPy array of numbers", remedy):
-        return np.lib.format.read_array(io.BytesIO(content), allow_pickle=False).astype(np.float64)
+    what = "this is no NumPy array of numbers"
+    with decoding(path, what, remedy):
+        array = np.lib.format.read_array(io.BytesIO(content), allow_pickle=False)
+        if array.dtype.kind not in "fiub":
+            raise InputError(f"{what} ({array.dtype})", where=str(path), remedy=remedy)
+        return array.astype(np.float64)
 
 
 @dataclass(frozen=True)

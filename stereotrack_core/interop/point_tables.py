@@ -227,7 +227,8 @@ def _stated_beside(path: Path, source: LabelSource) -> tuple[dict[str, str], dic
                 where=str(beside),
                 remedy=f"Its cameras are {', '.join(source.recording.cameras)}.",
             )
-    return stated, dict(content.get("points") or {})
+    points = content.get("points") or {}
+    return stated, {theirs: ours for theirs, ours in points.items() if ours}
 
 
 def _value(cells: Sequence[str], column: int, path: Path, line: int) -> float:

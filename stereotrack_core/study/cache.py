@@ -64,7 +64,8 @@ class StudyCache:
         except InputError:
             return
         if content.get("format") == _FORMAT and content.get("version") == __version__:
-            self._entries = dict(content["entries"])
+            entries = (content.get("entries") or {}).items()
+            self._entries = {name: one for name, one in entries if _is_whole(one)}
 
     def known(self, name: str, made: Callable[[Mapping[str, Any]], T]) -> T | None:
         """What was read last, which may no longer be right; None where nothing was.
@@ -133,6 +134,12 @@ class StudyCache:
             return os.path.relpath(path, self.path.parent)
         except ValueError:  # another drive of Windows
             return str(path)
+
+
+def _is_whole(entry: Mapping[str, Any] | None) -> bool:
+    """Whether an entry of a file lacks nothing."""
+    found = entry or {}
+    return all(found.get(key) is not None for key in ("sources", "also", "facts"))
 
 
 def _attempted(made: Callable[[Mapping[str, Any]], T], facts: Mapping[str, Any]) -> T | None:

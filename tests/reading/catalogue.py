@@ -61,6 +61,7 @@ from stereotrack_core.tracking.repeating import stored_spec, what_differs
 from stereotrack_core.tracking.stored import body_of_run, fps_of_run, pose_of_run
 from tests.interop.calibrations import layouts
 from tests.reading.label_files import label_files
+from tests.reading.more_files import more_files
 from tests.reading.mutations import (
     Mutation,
     mutated_arrays,
@@ -108,6 +109,7 @@ def readers(samples: Samples, folder: Path) -> dict[str, Reader]:
         **_of_sweeps(folder),
         **_of_pictures(folder),
         **{name: Reader(*entry) for name, entry in label_files(samples, folder).items()},
+        **{name: Reader(*entry) for name, entry in more_files(samples, folder).items()},
     }
 
 
@@ -198,7 +200,7 @@ def _in_recording(
         for file in own.iterdir():
             if file.is_dir() and not (path.parent / file.name).exists():
                 shutil.copytree(file, path.parent / file.name)
-            elif file.is_file() and file.name != name:
+            elif file.is_file() and not (path.parent / file.name).exists():
                 shutil.copy(file, path.parent)
         return read(path)
 

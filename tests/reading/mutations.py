@@ -11,6 +11,7 @@ import tomllib
 import zipfile
 import zlib
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -139,7 +140,8 @@ def _places(root: list[Any]) -> Any:
 def mutated_json(content: bytes, choose: random.Random) -> bytes:
     """Another tree two times out of three, else spoilt text."""
     if choose.randrange(3):
-        return json.dumps(mutated_tree(json.loads(content), choose)).encode()
+        with suppress(ValueError):  # spoilt before
+            return json.dumps(mutated_tree(json.loads(content), choose)).encode()
     return _mutated_text(content, b":", choose)
 
 
@@ -252,6 +254,17 @@ def mutated_arrays(content: bytes, choose: random.Random) -> bytes:
         for name, data in members.items():
             archive.writestr(name, data)
     return file.getvalue()
+
+
+def mutated_array(content: bytes, choose: random.Random) -> bytes:
+    """An ``.npy`` of another kind and shape, with a lying header, or spoilt bytes."""
+    match choose.randrange(4):
+        case 0:
+            return mutated_bytes(content, choose)
+        case 1:
+            return _lying_header(content, choose)
+        case _:
+            return _other_array(content, choose)
 
 
 def with_meta(content: bytes, change: Callable[[Any], Any]) -> bytes:

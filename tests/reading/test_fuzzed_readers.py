@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import shutil
+import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -11,7 +14,10 @@ from stereotrack_core.errors import InputError
 from tests.reading.catalogue import Reader, damaged
 from tests.reading.label_files import OF_HDF5
 
-FEW, MANY = 30, 2000
+FEW, MANY = 30, int(os.environ.get("STEREOTRACK_FUZZ", "10000"))
+"""Damaged files for each reader in the fast tests, and in the slow ones."""
+MOST_SECONDS, MOST_MB = 5.0, 256
+"""A reader's time on the processor for one of these small files, and its memory for all of them."""
 NAMES = (
     *("recording.toml", "calibration.toml", "recording, examined", "calibration alone"),
     *("subject.toml", "reference.csv", "segments.csv", "detections.csv", "board_corners_2d.csv"),
@@ -22,8 +28,19 @@ NAMES = (
     *("MATLAB JSON", "MATLAB MAT"),
     *("Argus", "XMALab", *OF_HDF5),
     *("sweep journal", "sweep state", "sweep table", "sweep points"),
+    *("study", "study cache", "DLTdv", "DLTdv, notes", "ROS bag", "ROS MCAP", "ROS SQLite"),
+    *(f"keypoints, {kind}" for kind in ("MMPose", "COCO results", "COCO", "table", "wide")),
+    *(f"keypoints, {kind}" for kind in ("array", "DeepLabCut", "OpenPose")),
     *("PNG", "depth PNG", "JPEG", "TIFF", "BMP", "MP4", "Matroska", "AVI"),
 )
+
+
+NEEDED = {
+    "SLEAP": "sleap_io",
+    **dict.fromkeys(OF_HDF5, "h5py"),
+    **dict.fromkeys(("ROS bag", "ROS MCAP", "ROS SQLite"), "rosbags"),
+}
+"""Libraries that not everybody installs."""
 
 
 def unhandled(reader: Reader, name: str, numbers: range, folder: Path) -> dict[int, str]:
@@ -32,6 +49,7 @@ def unhandled(reader: Reader, name: str, numbers: range, folder: Path) -> dict[i
     for number in numbers:
         path = folder / reader.file
         path.write_bytes(damaged(reader, name, number))
+        begun = time.thread_time()
         try:
             reader.read(path)
         except InputError as refusal:
@@ -39,22 +57,30 @@ def unhandled(reader: Reader, name: str, numbers: range, folder: Path) -> dict[i
                 wrong[number] = f"no remedy: {refusal}"
         except Exception as error:  # noqa: BLE001 - every other one is what is looked for
             wrong[number] = f"{type(error).__name__}: {error}"[:300]
+        if (seconds := time.thread_time() - begun) > MOST_SECONDS:
+            wrong[number] = f"it took {seconds:.1f} s"
     shutil.rmtree(folder)
     return wrong
+
+
+def most_bytes() -> int:
+    """The most memory that this process has had so far."""
+    resource = pytest.importorskip("resource")
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (
+        1 if sys.platform == "darwin" else 1024
+    )
 
 
 @pytest.fixture
 def reader(name, catalogue):
     """The reader of that name."""
-    if name == "SLEAP":
-        pytest.importorskip("sleap_io")
-    if name in OF_HDF5:
-        pytest.importorskip("h5py")
+    if name in NEEDED:
+        pytest.importorskip(NEEDED[name])
     return catalogue[name]
 
 
 def test_every_reader_is_here(catalogue):
-    assert set(NAMES) - {"SLEAP", *OF_HDF5} <= set(catalogue) <= set(NAMES)
+    assert set(NAMES) - set(NEEDED) <= set(catalogue) <= set(NAMES)
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -71,4 +97,6 @@ def test_a_damaged_file_gives_a_sentence(name, reader, tmp_path):
 @pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 def test_thousands_of_damaged_files_give_sentences(name, reader, tmp_path):
+    before = most_bytes()
     assert unhandled(reader, name, range(FEW, MANY), tmp_path) == {}
+    assert most_bytes() - before < MOST_MB << 20

@@ -24,9 +24,11 @@ from stereotrack_core.recording.keypoint_names import COCO_17
 from stereotrack_core.recording.keypoints import Keypoints, Row, rows_of
 
 _REMEDY = "A results file is a list of image_id, keypoints and score."
+_VALUES: Kind = [(float, [float])]
 _RESULTS: Kind = [
-    {"image_id": (int, str), "keypoints": [(float, [float])], "score": float, "source": str}
+    {"image_id": (int, str), "keypoints": _VALUES, "score": float, "source": str}
 ]
+_OF_POINTS = "Write x, y and confidence of every point."
 _MOST_SURE = 2.0
 """COCO's mark of a visible point; annotations have 0, 1 and 2 where results have confidences."""
 
@@ -66,6 +68,7 @@ def read_annotations(source: KeypointSource) -> Iterator[Row]:
         place = place_of_picture(images.get(one.get("image_id")), source.labels, where)
         person = people[place]
         people[place] += 1
+        check_kind(one["keypoints"], _VALUES, where, _OF_POINTS)
         values = _triples(one["keypoints"], where)
         named = categories.get(one.get("category_id"))
         names = source.points_of(len(values), where) if named is None else map(str, named)
@@ -90,7 +93,7 @@ def _triples(values: Sequence[Any], where: str) -> list[tuple[float, float, floa
         raise InputError(
             f"keypoints has {len(flat)} numbers, not three for each point",
             where=where,
-            remedy="Write x, y and confidence of every point.",
+            remedy=_OF_POINTS,
         )
     return list(zip(flat[0::3], flat[1::3], flat[2::3], strict=True))
 

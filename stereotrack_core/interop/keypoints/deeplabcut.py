@@ -34,8 +34,12 @@ def read_csv(source: KeypointSource) -> Iterator[Row]:
         raise InputError("it lacks bodyparts or coords", where=str(path), remedy=_REMEDY)
     coords = header["coords"]
     first = next((k for k, name in enumerate(coords) if name in _NUMBERS), len(coords))
-    people = header.get("individuals", [""] * len(coords))
-    columns = list(zip(people, header["bodyparts"], coords, strict=True))[first:]
+    people, parts = header.get("individuals", [""] * len(coords)), header["bodyparts"]
+    if not len(people) == len(parts) == len(coords):
+        raise InputError(
+            "the lines before the numbers are not equally long", where=str(path), remedy=_REMEDY
+        )
+    columns = list(zip(people, parts, coords, strict=True))[first:]
     for number, line in enumerate(lines[len(header) :], start=len(header) + 1):
         if any(line):
             place = place_of_row(line[:first], _video(source), f"{path}, line {number}")

@@ -50,7 +50,9 @@ def read_mmpose(source: KeypointSource, content: Any) -> Iterator[Row]:
         content = content.get("instance_info") or []
     check_kind(content, _FRAMES, where, _REMEDY)
     for one in content:
-        frame = checked_frame(float(one["frame_id"] - first), where=where)
+        if (number := one.get("frame_id")) is None:
+            raise InputError("a frame has no frame_id", where=where, remedy=_REMEDY)
+        frame = checked_frame(float(number - first), where=where)
         for person, instance in enumerate(one.get("instances") or []):
             yield from _rows(instance, source, named, (frame, camera, person))
 
@@ -70,7 +72,7 @@ def _rows(
             "keypoints and keypoint_scores do not belong together", where=where, remedy=_REMEDY
         )
     names = (
-        [named.get(str(i), f"point_{i}") for i in range(len(points))]
+        [named.get(str(i)) or f"point_{i}" for i in range(len(points))]
         if named and source.layout is None
         else source.points_of(len(points), where)
     )

@@ -45,7 +45,8 @@ _LAST_PARTS = frozenset(
     | {"image_mono", "compressed", "compressedDepth", "raw"}
 )
 _DAMAGE = (
-    *(OSError, ValueError, KeyError, IndexError, AssertionError, struct.error, DamagedFrame),
+    *(ArithmeticError, AssertionError, AttributeError, LookupError, MemoryError, OSError),
+    *(RuntimeError, TypeError, ValueError, struct.error, DamagedFrame),
 )
 _OF_VIEWER = re.compile(r"/device_\d+/sensor_\d+/(\w+)/image/data")
 """Topics of the bags that RealSense's viewer writes: Depth_0, Color_0, Infrared_1."""

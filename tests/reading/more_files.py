@@ -1,0 +1,218 @@
+"""Further readers for the catalogue: predicted keypoints, bags of ROS, studies, point tables."""
+
+from __future__ import annotations
+
+import io
+import json
+from collections.abc import Callable
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from stereotrack_core.annotation.landmark_set import NINE
+from stereotrack_core.interop.deeplabcut import write_deeplabcut
+from stereotrack_core.interop.keypoints.reading import read_keypoints
+from stereotrack_core.interop.keypoints.source import KeypointSource
+from stereotrack_core.interop.keypoints.table import write_table
+from stereotrack_core.interop.label_source import LabelSource
+from stereotrack_core.interop.labels import read_labels
+from stereotrack_core.interop.point_tables import write_points
+from stereotrack_core.recording.importing.sources import look_at
+from stereotrack_core.recording.keypoint_names import BODY_25, COCO_17, MEDIAPIPE_33
+from stereotrack_core.recording.keypoints import keypoints_of
+from stereotrack_core.study.cache import Read, StudyCache
+from stereotrack_core.study.file import Study, StudyRow, read_study, selected, write_study
+from tests.reading.mutations import (
+    Mutation,
+    mutated_array,
+    mutated_bytes,
+    mutated_json,
+    mutated_table,
+)
+from tests.reading.samples import FRAMES, Samples
+
+Entry = tuple[str, bytes, Mutation, Callable[[Path], object]]
+"""What a reader of the catalogue is made of."""
+
+
+def more_files(samples: Samples, folder: Path) -> dict[str, Entry]:
+    """Name of the file, valid content, damage, and what reads it, by the reader's name."""
+    return {
+        **_of_keypoints(samples, folder),
+        **_of_studies(folder),
+        **_of_points(samples, folder),
+        **(_of_bags(folder) if find_spec("rosbags") is not None else {}),
+    }
+
+
+def _written(path: Path, write: Callable[[Path], object]) -> bytes:
+    write(path)
+    return path.read_bytes()
+
+
+# ---- keypoints
+
+
+def _of_keypoints(samples: Samples, folder: Path) -> dict[str, Entry]:
+    def read(path: Path) -> object:
+        found = read_keypoints(KeypointSource(path, samples.recording, camera="S"), FRAMES)
+        return found.summary(), len(found.keypoints)
+
+    def one_of_openpose(path: Path) -> object:
+        return read(path.parent)
+
+    entries: dict[str, tuple[str, bytes, Mutation]] = {
+        "keypoints, MMPose": ("S.json", _json(_mmpose()), mutated_json),
+        "keypoints, COCO results": ("S.json", _json([_result(k) for k in range(3)]), mutated_json),
+        "keypoints, COCO": ("S.json", _json(_annotations()), mutated_json),
+        "keypoints, table": (
+            "S.csv",
+            _written(folder / "k.csv", lambda path: _table(path, samples)),
+            mutated_table,
+        ),
+        "keypoints, wide": ("S.csv", _wide(), mutated_table),
+        "keypoints, array": ("S.npy", _array(), mutated_array),
+        "keypoints, DeepLabCut": (
+            "S.csv",
+            _written(
+                folder / "d.csv", lambda path: write_deeplabcut(path, samples.clicks, NINE.names)
+            ),
+            mutated_table,
+        ),
+    }
+    openpose = _json({"people": [{"person_id": [-1], "pose_keypoints_2d": _values(25)}]})
+    return {
+        **{name: (*entry, read) for name, entry in entries.items()},
+        "keypoints, OpenPose": (
+            "S_000000000002_keypoints.json", openpose, mutated_json, one_of_openpose
+        ),
+    }  # fmt: skip
+
+
+def _json(content: Any) -> bytes:
+    return json.dumps(content).encode()
+
+
+def _values(count: int) -> list[float]:
+    return [value for i in range(count) for value in (3.0 + i, 4.0 + i, 0.5)]
+
+
+def _result(image: int) -> dict[str, Any]:
+    return {"image_id": image, "category_id": 1, "keypoints": _values(17), "score": 0.9}
+
+
+def _mmpose() -> dict[str, Any]:
+    places = [[3.0 + i, 4.0 + i] for i in range(17)]
+    instance = {"keypoints": places, "keypoint_scores": [0.5] * 17}
+    frames = [{"frame_id": k + 1, "instances": [instance]} for k in range(2)]
+    named = {str(i): name for i, name in enumerate(COCO_17)}
+    return {"meta_info": {"keypoint_id2name": named}, "instance_info": frames}
+
+
+def _annotations() -> dict[str, Any]:
+    return {
+        "images": [{"id": 5, "file_name": "S/000002.png"}],
+        "annotations": [
+            {"id": 1, "image_id": 5, "category_id": 1, "keypoints": [1, 2, 2, 3, 4, 1, 0, 0, 0]}
+        ],
+        "categories": [{"id": 1, "keypoints": list(COCO_17[:3])}],
+    }
+
+
+def _table(path: Path, samples: Samples) -> None:
+    rows = ((k, "S", BODY_25[i], 3.0 + k, 7.5, 0.5, "x", 0) for k in range(3) for i in range(4))
+    write_table(path, keypoints_of(rows), samples.recording)
+
+
+def _wide() -> bytes:
+    header = ["frame", *(f"{name}_{axis}" for name in ("nose", "neck") for axis in "xy")]
+    rows = [",".join(header), *(f"{k},{k + 1},2.5,3,{k}" for k in range(4))]
+    return ("\n".join([*rows, ""])).encode()
+
+
+def _array() -> bytes:
+    file = io.BytesIO()
+    places = np.random.default_rng(1).uniform(0, 30, (4, len(MEDIAPIPE_33), 3))
+    np.save(file, places)
+    return file.getvalue()
+
+
+# ---- studies
+
+
+def _of_studies(folder: Path) -> dict[str, Entry]:
+    rows = (
+        StudyRow("a/one", "one.stereotrack", "", {"gait": "slow"}),
+        StudyRow("a/two", factors={"gait": "fast"}),
+    )
+    file = _written(folder / "s.study.csv", lambda path: write_study(Study(path, ("gait",), rows)))
+
+    def study(path: Path) -> object:
+        found = read_study(path)
+        return [found.runs_of(row) for row in selected(found, ["gait=slow"])], found.cache
+
+    def cache(path: Path) -> object:
+        opened = StudyCache(path)
+        opened.known("a", dict)
+        opened.facts("a", lambda: Read({"frames": 3}, (path,)), dict)
+        opened.save(forget=True)
+        return opened
+
+    def known(path: Path) -> None:
+        made = StudyCache(path)
+        made.facts("a", lambda: Read({"frames": 3, "fps": 10.0}, (folder / "s.study.csv",)), dict)
+        made.save()
+
+    return {
+        "study": ("s.study.csv", file, mutated_table, study),
+        "study cache": (
+            "s.study-cache.json", _written(folder / "c.json", known), mutated_json, cache
+        ),
+    }  # fmt: skip
+
+
+# ---- tables of points, bags
+
+
+def _of_points(samples: Samples, folder: Path) -> dict[str, Entry]:
+    def write(path: Path) -> None:
+        write_points(path, samples.clicks, samples.recording, NINE.names, "dltdv")
+
+    def labels(path: Path) -> object:
+        return read_labels(LabelSource(path, samples.recording, NINE.names), 6).problems
+
+    content = _written(folder / "p.csv", write)
+    beside = (folder / "p.csv.json").read_bytes()
+
+    def with_table(path: Path) -> object:
+        path.with_name("p.csv.json").write_bytes(beside)
+        return labels(path)
+
+    def with_notes(path: Path) -> object:
+        table = path.with_name("p.csv")
+        if not table.exists():
+            table.write_bytes(content)
+        return labels(table)
+
+    return {
+        "DLTdv": ("p.csv", content, mutated_table, with_table),
+        "DLTdv, notes": ("p.csv.json", beside, mutated_json, with_notes),
+    }
+
+
+def _of_bags(folder: Path) -> dict[str, Entry]:
+    from tests.recording.importing.bags import depth_bag, stereo_bag
+
+    def look(path: Path) -> object:
+        return look_at([path])
+
+    one = stereo_bag(folder / "one.bag", frames=2)
+    two = next(depth_bag(folder / "two", "mcap", frames=2).glob("*.mcap"))
+    three = next(stereo_bag(folder / "three", "sqlite3", frames=2).glob("*.db3"))
+    return {
+        "ROS bag": ("one.bag", one.read_bytes(), mutated_bytes, look),
+        "ROS MCAP": ("two.mcap", two.read_bytes(), mutated_bytes, look),
+        "ROS SQLite": ("three.db3", three.read_bytes(), mutated_bytes, look),
+    }
