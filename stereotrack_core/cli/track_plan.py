@@ -56,7 +56,7 @@ class UnfinishedOutput:
 
     def begun(self) -> tuple[UnfinishedRun, Wish]:
         """The run to go on with. Raises InputError where there is none, or it cannot be read."""
-        if not self.part.is_file():
+        if not has_frames(self.part):  # or was killed before its first frame
             raise InputError(
                 "there is no unfinished run to resume",
                 where=str(self.part),

@@ -13,7 +13,7 @@ from typing import Any, ClassVar
 from stereotrack_core.arrays import IntArray
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.run_file import read_run
-from stereotrack_core.interop.run_journal import PART_SUFFIX
+from stereotrack_core.interop.run_journal import PART_SUFFIX, has_frames
 from stereotrack_core.interop.run_npz import run_bytes, run_of_bytes
 from stereotrack_core.locks import take_lock
 from stereotrack_core.project.database import making_sense
@@ -324,6 +324,9 @@ def take_in(project: Project, path: Path) -> TakenIn | None:
     InputError where the file holds something else, or the project cannot be written to; it
     stays then.
     """
+    if not has_frames(path):  # killed before the first one
+        path.unlink(missing_ok=True)
+        return None
     run = read_run(path)
     taken = None
     known = [kept.facts for kept in kept_runs(project.runs)]

@@ -233,6 +233,8 @@ def test_another_recording_is_refused(copy, place, left, run):
 
 def test_there_has_to_be_something_to_go_on_with(sound, place, run):
     assert "no unfinished run" in run("track", sound, "-o", place, "--resume").sentence
+    part_of(place).write_bytes(b"strun 1\n")  # killed before the first frame
+    assert "no unfinished run" in run("track", sound, "-o", place, "--resume").sentence
     part_of(place).write_bytes(b"hello, world")
     assert "not an unfinished run" in run("track", sound, "-o", place, "--resume").sentence
     assert "Resume it with --resume" in run("track", sound, "-o", place, *FAST).sentence

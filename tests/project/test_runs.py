@@ -28,7 +28,10 @@ from stereotrack_core.project.runs import (
     keep_run,
     kept_runs,
     load_run,
+    place_for_run,
     run_facts,
+    take_in,
+    unfinished_runs,
 )
 from stereotrack_core.project.validity import contradiction
 from stereotrack_core.tracking.frame import Run
@@ -331,6 +334,16 @@ def _facts(made):
     from stereotrack_core.project.runs import facts_to_keep
 
     return facts_to_keep(made)
+
+
+@pytest.mark.parametrize("content", [b"", b"strun", b"strun 1\n"])
+def test_a_run_that_was_killed_before_its_first_frame_leaves_nothing(project, content):
+    path = place_for_run(project.path)
+    path.write_bytes(content)
+    assert unfinished_runs(project.path) == (path,)
+    assert take_in(project, path) is None
+    assert not path.exists()
+    assert kept_runs(project.runs) == ()
 
 
 def test_long_runs_are_kept_and_listed_quickly(project):
