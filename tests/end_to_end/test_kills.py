@@ -1,0 +1,199 @@
+"""Programs that are killed at any moment: what was finished stays, nothing is half there."""
+
+from __future__ import annotations
+
+import json
+import os
+import random
+import shutil
+import signal
+import sqlite3
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import closing
+from pathlib import Path
+
+import pytest
+
+from stereotrack_core.annotation.click import Click
+from stereotrack_core.experiments.sweep.store import SweepPlaces, stored_results
+from stereotrack_core.interop.run_file import read_run
+from stereotrack_core.interop.run_journal import has_frames
+from stereotrack_core.project.clicks import PlaceClicks
+from stereotrack_core.project.database import make_database
+from stereotrack_core.project.project import Project
+from stereotrack_core.tracking.repeating import sameness
+from tests.end_to_end.conftest import FAST
+
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(not hasattr(os, "fork"), reason="there is no SIGKILL here"),
+]
+
+PROGRAM = Path(__file__).with_name("killed_program.py")
+ROOT = PROGRAM.parents[2]
+KILLS = int(os.environ.get("STEREOTRACK_KILLS", "200"))
+"""Kills of each kind, at moments drawn from a seed, over the time that the work takes."""
+
+
+class Victims:
+    """Processes that work until they are killed, one after the other."""
+
+    def __init__(self) -> None:
+        self.server = subprocess.Popen(
+            [sys.executable, str(PROGRAM)],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+            cwd=ROOT,
+            env={**os.environ, "PYTHONPATH": str(ROOT), "OPENBLAS_NUM_THREADS": "1"},
+        )
+
+    def do(self, seconds: float | None, *words: object) -> int:
+        """Do it in a child that is killed after so long (None: never); how it ended."""
+        self.server.stdin.write(json.dumps([seconds, *map(str, words)]) + "\n")
+        self.server.stdin.flush()
+        line = self.server.stdout.readline()
+        assert line, "the program that forks has ended"
+        return int(line)
+
+    def seconds_of(self, *words: object) -> float:
+        """Load whatever a command loads by doing it; how long it takes then in a child."""
+        assert self.do(0, *words) == 0
+        begun = time.monotonic()
+        assert self.do(None, *words) == 0
+        return time.monotonic() - begun
+
+    def close(self) -> None:
+        self.server.stdin.close()
+        self.server.wait()
+        self.server.stdout.close()
+
+
+@pytest.fixture
+def victims() -> Iterator[Victims]:
+    started = Victims()
+    yield started
+    started.close()
+
+
+def moments(name: str, longest: float) -> Iterator[float]:
+    """Moments of the kills, in seconds."""
+    chance = random.Random(name)
+    return (chance.uniform(0.0, 1.05 * longest) for _ in range(KILLS))
+
+
+def test_a_run_that_is_killed_again_and_again_is_finished_at_last(victims, sound, tmp_path):
+    """Each attempt goes on from what the one before has kept."""
+    whole, place = tmp_path / "whole.npz", tmp_path / "run.npz"
+    part = place.with_name("run.npz.part")
+    longest = victims.seconds_of("track", sound, "-o", whole, *FAST)
+    wanted, older, kept, finished = read_run(whole), b"", 0, 0
+    for seconds in moments("track", longest):
+        resumes = has_frames(part)
+        words = ("--resume",) if resumes else FAST
+        status = victims.do(seconds, "track", sound, "-o", place, *words)
+        assert status in (0, -signal.SIGKILL)
+        now = place.read_bytes() if place.exists() else b""
+        if part.exists():
+            assert now == older or sameness(read_run(place), wanted).equal
+            left = _frames_of(part)
+            assert left == list(range(len(left)))
+            assert len(left) >= kept or not resumes
+            kept = len(left)
+        elif now != older or status == 0:
+            finished += 1
+            run = read_run(place)
+            assert sameness(run, wanted).equal
+            kept = 0
+        older = now
+    assert finished > 0
+    if has_frames(part):
+        assert victims.do(None, "track", sound, "-o", place, "--resume") == 0
+    assert sameness(read_run(place), wanted).equal
+    assert not has_frames(part)
+
+
+def _frames_of(part: Path) -> list[int]:
+    return read_run(part).frame.tolist() if has_frames(part) else []
+
+
+def test_an_export_is_the_older_file_or_the_newer(victims, sound, tmp_path):
+    run = tmp_path / "run.npz"
+    assert victims.seconds_of("track", sound, "-o", run, *FAST) > 0
+    formats = ("csv", "trc", "c3d", "bvh", "angles", "glb", "mot")
+    seconds, new = {}, {}
+    for form in formats:
+        place = tmp_path / f"new.{'csv' if form == 'angles' else form}"
+        seconds[form] = victims.seconds_of("export", run, "--format", form, "-o", place)
+        new[form] = place.read_bytes()
+        place.unlink()
+    (tmp_path / "there").mkdir()
+    ends = dict.fromkeys(("older", "newer"), 0)
+    for number, share in enumerate(moments("export", 1.0)):
+        form = formats[number % len(formats)]
+        place = tmp_path / "there" / f"new.{'csv' if form == 'angles' else form}"
+        place.write_bytes(b"older")
+        victims.do(share * seconds[form], "export", run, "--format", form, "-o", place)
+        found = place.read_bytes()
+        assert found in (b"older", new[form]), form
+        ends["older" if found == b"older" else "newer"] += 1
+    assert min(ends.values()) > 0, ends
+
+
+def test_a_sweep_goes_on_from_every_result_that_it_has_told(victims, sound, tmp_path):
+    quick = ("--preset", "fast", "--set", "fit_shape=no", "--frames", "0:3", "--init", "tpose")
+    grid = ("--grid", "iterations=2,3", "--workers", 1, "--together", 1)
+    longest = victims.seconds_of("sweep", sound, *quick, *grid, "-o", tmp_path / "whole.csv")
+    table = tmp_path / "sweep.csv"
+    places = SweepPlaces(table)
+    known: dict[str, object] = {}
+    for seconds in moments("sweep", longest):
+        victims.do(seconds, "sweep", sound, *quick, *grid, "-o", table)
+        found = {one.job: one for one in stored_results(places)} if places.journal.exists() else {}
+        assert known.keys() <= found.keys()
+        known = found
+        if len(known) == 2:
+            for path in (places.journal, table):
+                path.unlink(missing_ok=True)
+            known = {}
+
+
+def test_a_project_of_an_earlier_format_is_that_or_this_one(victims, tmp_path):
+    old = tmp_path / "old.stereotrack"
+    make_database(old)
+    clicks = tuple(Click(frame, "S", "head", (1.0, frame)) for frame in range(3000))
+    with Project.open(old, who="A") as project:
+        project.apply(PlaceClicks(clicks))
+    with closing(sqlite3.connect(old, isolation_level=None)) as database:
+        database.execute("DROP TABLE keypoint")
+        database.execute("PRAGMA user_version = 1")
+    (tmp_path / "timed").mkdir()
+    timed = Path(shutil.copy(old, tmp_path / "timed" / "walk.stereotrack"))
+    longest = victims.seconds_of("migrate", timed)
+    shutil.copy(old, timed)
+    timed.with_name("walk.format1.stereotrack").unlink()
+    begun = time.monotonic()
+    assert victims.do(None, "migrate", timed) == 0
+    longest = time.monotonic() - begun
+    formats = []
+    for number, seconds in enumerate(moments("migration", longest)):
+        folder = tmp_path / str(number)
+        folder.mkdir()
+        path = Path(shutil.copy(old, folder / "walk.stereotrack"))
+        victims.do(seconds, "migrate", path)
+        with Project.open(path, read_only=True) as project:
+            assert project.clicks.count() == len(clicks)
+        with closing(sqlite3.connect(path)) as database:
+            formats += database.execute("PRAGMA user_version").fetchone()
+        copy = path.with_name("walk.format1.stereotrack")
+        if formats[-1] == 2 or copy.exists():
+            with Project.open(copy, read_only=True) as project:
+                assert project.clicks.count() == len(clicks)
+        with Project.open(path) as project:
+            assert project.check() == ()
+            assert len(project.clicks.all()) == len(clicks)
+        shutil.rmtree(folder)
+    assert set(formats) == {1, 2}, "kills come before and after"
