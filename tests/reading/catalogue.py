@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import random
 import shutil
 from collections.abc import Callable, Iterable
@@ -200,7 +201,7 @@ def _in_recording(
         for file in own.iterdir():
             if file.is_dir() and not (path.parent / file.name).exists():
                 shutil.copytree(file, path.parent / file.name)
-            elif file.is_file() and not (path.parent / file.name).exists():
+            elif file.is_file() and not os.path.lexists(path.parent / file.name):
                 shutil.copy(file, path.parent)
         return read(path)
 

@@ -25,9 +25,7 @@ from stereotrack_core.recording.keypoints import Keypoints, Row, rows_of
 
 _REMEDY = "A results file is a list of image_id, keypoints and score."
 _VALUES: Kind = [(float, [float])]
-_RESULTS: Kind = [
-    {"image_id": (int, str), "keypoints": _VALUES, "score": float, "source": str}
-]
+_RESULTS: Kind = [{"image_id": (int, str), "keypoints": _VALUES, "score": float, "source": str}]
 _OF_POINTS = "Write x, y and confidence of every point."
 _MOST_SURE = 2.0
 """COCO's mark of a visible point; annotations have 0, 1 and 2 where results have confidences."""
