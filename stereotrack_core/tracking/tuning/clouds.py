@@ -113,6 +113,8 @@ class CloudStore:
 
     Attributes
     ----------
+    has_depth : bool
+        Whether any view gives depth; else clouds are empty, with silhouettes at most.
     shapes : dict
         Shapes that were fitted, by what they depend on.
     """
@@ -127,6 +129,7 @@ class CloudStore:
     ) -> None:
         self._mono = tuple(mono)
         self._deep = tuple(view.name for view in recording.views if view.kind != "mono")
+        self.has_depth = bool(self._deep)
         self.recording = recording
         self.reader = reader
         self.memory = Memory(limit)
@@ -181,7 +184,7 @@ class CloudStore:
                 matched.setdefault(of, set()).add(frame)
         views = tuple(view.name for view in self.recording.views if view.kind == "stereo")
         known = frozenset(key.until(Stage.BACKGROUND) for key in self._chains)
-        return Holdings(views, bool(self._deep), matched, measured, known)
+        return Holdings(views, self.has_depth, matched, measured, known)
 
     def chain(self, key: CloudKey) -> DepthChain:
         """What makes these clouds."""
@@ -204,7 +207,7 @@ class CloudStore:
             of = key.until(Stage.MATCHING), view.name
             return _RememberingStereo(self._rectified[place], p, of, self)
 
-        views = None if self._deep or not self._mono else ()
+        views = None if self.has_depth or not self._mono else ()
         chain = DepthChain(
             self.recording, self._settled(key), views=views, mono=self._mono, sources=source
         )
@@ -273,7 +276,7 @@ class KeptClouds:
         store = self._store
         store.cancelled = self._cancelled
         store.go_on()
-        if not (self.chain.view_names or self.chain.silhouettes):
+        if not (store.has_depth or self.chain.silhouettes):
             return cloudless(frame), 0.0
         if not self.chain.learns:
             self.chain = store.chain(self.key)

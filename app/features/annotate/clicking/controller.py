@@ -343,7 +343,7 @@ class ClickController(QObject):
     def _on_workspace(self) -> None:
         why_not = self._session.project.why_no_edit() if self.active else ""
         self._views.set_clicking(self.active, why_not)
-        self.body.with_depth.setEnabled(self._session.clouds.available)
+        self.body.with_depth.setVisible(self._session.clouds.available)
         self.facts.set_active(self.active)
         self.annotating.follow()
         self.show()
