@@ -8,9 +8,10 @@ from pathlib import Path
 from stereotrack_core.cli.arguments import JSON, flag, option
 from stereotrack_core.cli.output import OK, put_result
 from stereotrack_core.cli.sources import open_project, recording_of
+from stereotrack_core.errors import InputError
 from stereotrack_core.interop.keypoints.source import KeypointSource
 from stereotrack_core.interop.label_source import stated_names
-from stereotrack_core.project.detectors import plan_import
+from stereotrack_core.project.detectors import plan_import, removal
 from stereotrack_core.recording.keypoint_names import LAYOUTS
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.tables import Table
@@ -29,6 +30,7 @@ OPTIONS = (
         "DeepLabCut (.csv, .h5), SLEAP predictions (.slp), or a table (.csv) of frame, view, "
         "keypoint, x, y, confidence",
         type=Path,
+        nargs="?",
     ),
     option("--into PROJECT", "project (.stereotrack)", type=Path, required=True),
     option("--camera NAME", "camera or view of the keypoints, if the file does not state it"),
@@ -54,12 +56,24 @@ OPTIONS = (
         "which can be accepted",
     ),
     flag("--all-people", "keep all people (default: the surest person of each picture)"),
+    option(
+        "--remove DETECTOR",
+        "instead of an import: remove the keypoints and proposals of a detector",
+    ),
     JSON,
 )
 
 
 def run(args: Namespace) -> int:
-    """Read, choose the person, and keep."""
+    """Read, choose the person, and keep; or remove."""
+    if (args.file is None) == (args.remove is None):
+        raise InputError(
+            "give either a file to import or --remove",
+            where="import predictions",
+            remedy="See `stereotrack import predictions --help`.",
+        )
+    if args.remove is not None:
+        return _remove(args)
     names = stated_names(args.names, "--name")
     with open_project(args.into, read_only=False) as project:
         recording = recording_of(project)
@@ -76,5 +90,22 @@ def run(args: Namespace) -> int:
     rows = [(key.replace("_", " "), str(value)) for key, value in facts.items()]
     rows[-1] = ("left out", found.left_out_words())
     table = Table(f"{args.file} into {args.into}", ("", ">"), rows)
+    put_result(facts, table, as_json=args.json)
+    return OK
+
+
+def _remove(args: Namespace) -> int:
+    """Take what a detector has predicted out of a project."""
+    with open_project(args.into, read_only=False) as project:
+        known = project.keypoints.sources()
+        if args.remove not in known:
+            raise InputError(
+                f"the project has no keypoints of {args.remove!r}",
+                where="--remove",
+                remedy=f"Its detectors: {', '.join(known) or 'none'}.",
+            )
+        project.keypoints.put(removal(project, args.remove)[1])
+    facts = {"removed": known[args.remove]}
+    table = Table(f"Removed from {args.into}", ("", ">"), [("keypoints", str(facts["removed"]))])
     put_result(facts, table, as_json=args.json)
     return OK
