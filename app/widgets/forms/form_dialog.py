@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from itertools import chain, count
 from pathlib import Path
 from typing import TypeAlias
 
@@ -112,7 +113,10 @@ def ask_to_export(
     formats: Sequence[ExportFormat],
     use: Callable[[Path, ExportFormat], object],
 ) -> None:
-    """Let the person choose a file to write and the format; a suffix that is typed decides."""
+    """Let the person choose a file to write and the format.
+
+    A suffix that is typed decides; that of the proposed name follows the format that is chosen.
+    """
     filters, proposed = {file_filter(form): form for form in formats}, Path(proposed)
     dialog = QFileDialog(parent, title, str(proposed.parent))
     dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
@@ -120,14 +124,35 @@ def ask_to_export(
     dialog.setNameFilters(list(filters))
     dialog.selectFile(proposed.name)
 
+    def follow(name: str) -> None:
+        path, suffix = (
+            Path(next(iter(dialog.selectedFiles()), proposed.name)),
+            filters[name].suffixes[0],
+        )
+        dialog.setDefaultSuffix(suffix)
+        dialog.selectFile(path.with_suffix(suffix).name)
+
     def take(chosen: str) -> None:
         path, form = Path(chosen), filters.get(dialog.selectedNameFilter(), formats[0])
-        if path.suffix.lower() not in form.suffixes:
-            form = next((one for one in formats if path.suffix.lower() in one.suffixes), form)
-        use(form.named(path), form)
+        typed = next((one for one in formats if path.suffix.lower() in one.suffixes), None)
+        if path.suffix == proposed.suffix and typed is not form:
+            path = path.with_suffix("")
+        elif typed is not None and path.suffix.lower() not in form.suffixes:
+            form = typed
+        named = form.named(path)
+        # the dialog has asked about the file that was chosen, and about no other
+        use(named if str(named) == chosen else free_path(named), form)
 
+    dialog.setDefaultSuffix(formats[0].suffixes[0])
+    dialog.filterSelected.connect(follow)
     dialog.fileSelected.connect(take)
     dialog.show()
+
+
+def free_path(path: Path) -> Path:
+    """The path, or one like it of which there is no file yet."""
+    names = (path.with_stem(f"{path.stem}-{number}") for number in count(2))
+    return next(one for one in chain((path,), names) if not one.exists())
 
 
 def ask_for_folder(parent: QWidget, title: str, start: Path | str, use: Use) -> None:
