@@ -40,7 +40,6 @@ TRIED: tuple[tuple[str, ...], ...] = (
     ("simulate", "small", "--frames", "6", "--views", "NS", "--motion", "t-pose", *SMALL),
     ("info", "small"),
     ("track", "small", "-o", "run.npz", "--preset", "fast"),
-    ("track", "small", "-o", "thesis.npz", "--preset", "thesis", "--frames", "0:2"),
     ("evaluate", "run.npz"),
     ("export", "run.npz", "-o", "run.c3d"),
     # its processes, and one that makes the PDF
@@ -118,7 +117,9 @@ def try_out(program: Path) -> float:
 
 def packed(folder: Path) -> Path:
     """Write the archive of a folder to dist/."""
-    version = re.search(r'"(.+)"', (ROOT / "stereotrack_core" / "version.py").read_text("utf-8"))
+    version = re.search(
+        r'__version__ = "(.+)"', (ROOT / "stereotrack_core" / "version.py").read_text("utf-8")
+    )
     if version is None:
         sys.exit("stereotrack: bundle: the version is not stated")
     name = f"stereotrack-{version[1]}-{sys.platform}-{platform.machine()}"
