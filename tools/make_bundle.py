@@ -123,11 +123,11 @@ def packed(folder: Path) -> Path:
     if version is None:
         sys.exit("stereotrack: bundle: the version is not stated")
     name = f"stereotrack-{version[1]}-{sys.platform}-{platform.machine()}"
-    archive = ROOT / "dist" / f"{name}.tar.xz"
+    archive = ROOT / "dist" / f"{name}.tar.gz"
     archive.parent.mkdir(exist_ok=True)
     debian.say(f"writing {archive.relative_to(ROOT)}")
     unfinished = archive.with_suffix(".part")
-    with tarfile.open(unfinished, "w:xz", preset=1) as tar:
+    with tarfile.open(unfinished, "w:gz", compresslevel=6) as tar:
         tar.add(folder, name)
     unfinished.replace(archive)
     return archive
