@@ -32,6 +32,7 @@ class _CommandList(QDialog):
         self.setWindowTitle(title)
         self.search = QLineEdit()
         self.search.setPlaceholderText("Search commands")
+        self.search.setAccessibleName("Search commands")
         self.list = QTreeWidget()
         self.list.setColumnCount(3)
         self.list.setRootIsDecorated(False)

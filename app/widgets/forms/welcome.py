@@ -34,6 +34,7 @@ class WelcomePage(QWidget):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.open_button = _button("Open a recording …", "open")
+        self.open_button.setToolTip("Open a recording folder.")
         self.demo_button = _button("Create and track demo", "run-tracker")
         self.demo_button.setToolTip(
             "Render four stereo views of a moving person with known ground truth, then track them."

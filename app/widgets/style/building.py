@@ -152,7 +152,7 @@ def choice(name: str, options: Iterable[tuple[str, str]] = (), tip: str = "") ->
     """Make a list to choose from, of keys with what a person reads."""
     box = QComboBox()
     box.setAccessibleName(name)
-    box.setToolTip(tip)
+    box.setToolTip(tip or name)
     for key, text in options:
         box.addItem(text, key)
     return box

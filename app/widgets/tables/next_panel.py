@@ -106,6 +106,7 @@ class NextPanel(Dressed):
         self.next_button = QPushButton("Go to next")
         self.next_button.clicked.connect(self.go_to_next)
         self.fit_button = QPushButton("Fit whole recording")
+        self.fit_button.setToolTip("Fit the body model to all clicks")
         self.fit_button.clicked.connect(self.fit_requested)
         self.reason = label("", "muted", margins=(8, 3, 8, 4))
         self.tree = QTreeView()

@@ -151,6 +151,7 @@ class RunsPanel(QWidget):
         self.note = QLineEdit(self.foot)
         self.note.setPlaceholderText("Note on this run")
         self.note.setAccessibleName("Note on the active run")
+        self.note.setToolTip("Note on the active run")
         self.note.editingFinished.connect(self._on_noted)
         self.details = tool_button("Compare the settings of two runs", text="Details …")
         self.details.setAutoRaise(False)

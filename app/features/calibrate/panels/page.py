@@ -146,11 +146,11 @@ class CalibrationPage(QWidget):
         fresh = state.step == "board" and not state.recognised
         self.do_button.setVisible(bool(do))
         self.do_button.setText(again if made and not fresh else do)
-        _enable(self.do_button, calibration.why_not_calculate())
+        _enable(self.do_button, calibration.why_not_calculate(), "Calculate this step")
         step = state.next_step()
         self.next_button.setVisible(state.step != "save")
         self.next_button.setText(_NEXT[step] if step is not None else "Next")
-        _enable(self.next_button, calibration.why_no_next())
+        _enable(self.next_button, calibration.why_no_next(), "Go to the next step")
         busy = state.busy is not None
         self.stop_button.setVisible(busy)
         for widget in (self.said, self.progress):
@@ -194,6 +194,6 @@ class CalibrationPage(QWidget):
         self.progress.setValue(round(1000 * share))
 
 
-def _enable(button: QWidget, why_not: str) -> None:
+def _enable(button: QWidget, why_not: str, tip: str) -> None:
     button.setEnabled(not why_not)
-    button.setToolTip(f"Unavailable: {why_not}" if why_not else "")
+    button.setToolTip(f"Unavailable: {why_not}" if why_not else tip)
