@@ -151,13 +151,7 @@ def make_database(path: Path, recording: Row | None = None) -> None:
 
     InputError where something of that name exists, or the place cannot be written to.
     """
-    if path.exists():
-        raise InputError(
-            "a file of this name already exists",
-            where=str(path),
-            remedy="Open it, or choose another name for the new project.",
-        )
-    _check_nothing_beside(path)
+    check_free(path)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -179,6 +173,17 @@ def make_database(path: Path, recording: Row | None = None) -> None:
                 database.execute("INSERT INTO recording VALUES (1, ?, ?, ?, ?)", recording)
             database.execute(f"PRAGMA user_version = {FORMAT}")
             database.execute(f"PRAGMA application_id = {APPLICATION}")
+
+
+def check_free(path: Path) -> None:
+    """Refuse a place where a new project would lose something. Raises InputError."""
+    if path.exists():
+        raise InputError(
+            "a file of this name already exists",
+            where=str(path),
+            remedy="Open it, or choose another name for the new project.",
+        )
+    _check_nothing_beside(path)
 
 
 def beside(path: Path) -> tuple[Path, ...]:

@@ -2,21 +2,26 @@
 
 from __future__ import annotations
 
+import errno
+import shutil
 import sqlite3
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import closing, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from stereotrack_core.atomic import replacing
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.connection import connect_to_rescue
 from stereotrack_core.project.database import (
     NONSENSE,
     check_files,
+    check_free,
     copy_files,
     make_database,
+    speaking,
     transaction,
 )
 from stereotrack_core.project.edit import change_of, facts_of
@@ -25,6 +30,7 @@ from stereotrack_core.project.schema import EDITED_TABLES, FORMAT, KEYPOINT, TAB
 from stereotrack_core.project.validity import contradiction, last_words, made, makes_sense, sense
 
 _OTHER_TABLES = ("content", "prediction", KEYPOINT, "annotator", "view_setting", "recording")
+_FULL = (errno.ENOSPC, errno.EFBIG, errno.EDQUOT)
 _HISTORY = ("edit", "edit_change")
 
 
@@ -55,22 +61,31 @@ def rescue(damaged: Path, target: Path) -> Rescued:
         try:
             copy = copy_files(damaged, Path(folder))
         except OSError as error:
+            full = error.errno in _FULL
             raise InputError(
-                f"it cannot be read ({error.strerror})",
+                f"it cannot be {'copied' if full else 'read'} ({error.strerror})",
                 where=str(damaged),
-                remedy="Correct the path.",
+                remedy=f"Free space in {folder}." if full else "Correct the path.",
             ) from error
+        check_free(target)
         _use_own_tables(copy)
-        make_database(target)
-        saved = _fill(copy, target)
-    if not any(saved.rows.values()):
-        target.unlink()
-        raise InputError(
-            f"nothing in it can be read as a project of format {FORMAT}",
-            where=str(damaged),
-            remedy="Use a copy made with File, Project, or a backup of the drive.",
-        )
-    return saved
+        with speaking(target), replacing(target) as temporary:
+            shutil.copyfile(_empty(Path(folder) / "empty"), temporary)
+            saved = _fill(copy, temporary)
+            if not any(saved.rows.values()):
+                raise InputError(
+                    f"nothing in it can be read as a project of format {FORMAT}",
+                    where=str(damaged),
+                    remedy="Use a copy made with File, Project, or a backup of the drive.",
+                )
+    return replace(saved, path=target)
+
+
+def _empty(folder: Path) -> Path:
+    """A project with nothing in it."""
+    path = folder / "empty.stereotrack"
+    make_database(path)
+    return path
 
 
 def _fill(copy: Path, target: Path) -> Rescued:

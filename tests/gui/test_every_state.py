@@ -31,17 +31,19 @@ STATES = (*CLOSED, "open", "with runs", "running", "broken", "no reference", "no
 
 
 @pytest.fixture(scope="module")
-def longer(tmp_path_factory) -> Path:
-    """Two stereo views for a run that lasts."""
-    made = tmp_path_factory.mktemp("recordings")
-    simulate(made / "short", person="P2", motion="t-pose", frames=20, views="NS", seed=3)
-    return repeated(made / "short", made / "longer", FRAMES // 20)
+def short(tmp_path_factory) -> Path:
+    """Two stereo views, long enough for a part of a video to be damaged."""
+    folder = tmp_path_factory.mktemp("recordings") / "short"
+    simulate(folder, person="P2", motion="t-pose", frames=20, views="NS", seed=3)
+    return folder
 
 
 @pytest.fixture
-def recording(longer, tmp_path, state) -> Path:
-    """A copy of it, damaged as the state wants it."""
-    folder = shutil.copytree(longer, tmp_path / "recording")
+def recording(short, tmp_path, state) -> Path:
+    """A copy of it, longer for a run that lasts, or damaged as the state wants it."""
+    if state == "running":
+        return repeated(short, tmp_path / "recording", FRAMES // 20)
+    folder = shutil.copytree(short, tmp_path / "recording")
     if state == "no reference":
         (folder / "reference.csv").unlink()
         text = (folder / "recording.toml").read_text(encoding="utf-8")

@@ -14,6 +14,7 @@ import pytest
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.errors import InputError
 from stereotrack_core.locks import lock_path
+from stereotrack_core.project import rescue as rescue_module
 from stereotrack_core.project.clicks import DeleteClicks, PlaceClicks, place
 from stereotrack_core.project.database import ProjectDamaged
 from stereotrack_core.project.project import Project
@@ -164,3 +165,31 @@ def test_a_full_drive_takes_nothing_that_was_saved(project, project_path):
     execute(project, "PRAGMA max_page_count = 1000000")
     project.apply(many)
     assert project.clicks.count() == 5001
+
+
+@pytest.mark.parametrize("room", [0, 20, 30_000])
+def test_a_rescue_to_a_full_drive_leaves_nothing(
+    tmp_path, project_path, project, room, monkeypatch
+):
+    """Nor does one that is killed: the new project has its name when all of it is there."""
+    from tests.end_to_end.writers import full_disk
+
+    project.apply(PlaceClicks(tuple(Click(k, "S_cam", "head", (1.0, k)) for k in range(2000))))
+    project.close()
+    target = tmp_path / "new" / "rescued.stereotrack"
+    target.parent.mkdir()
+    fill = rescue_module._fill
+
+    def fill_where_it_is_full(copy, path):
+        assert not target.exists()
+        with full_disk(room):
+            return fill(copy, path)
+
+    monkeypatch.setattr(rescue_module, "_fill", fill_where_it_is_full)
+    with pytest.raises(InputError) as refused:
+        rescue(project_path, target)
+    assert str(target) in refused.value.where
+    assert list(target.parent.iterdir()) == []
+    with full_disk(room), pytest.raises(InputError, match="cannot be copied") as refused:
+        rescue(project_path, target)
+    assert refused.value.remedy.startswith("Free space in")

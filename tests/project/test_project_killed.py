@@ -76,7 +76,7 @@ def content(project: Project) -> tuple[object, ...]:
     return clicks, [(entry.number, entry.words, entry.who, entry.state) for entry in entries]
 
 
-@pytest.mark.parametrize("kills", [8, pytest.param(100, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("kills", [8, pytest.param(200, marks=pytest.mark.slow)])
 def test_nothing_acknowledged_is_lost_and_nothing_is_half_done(tmp_path, editors, kills):
     """A twin that nobody kills makes the same edits; both hold the same after every kill."""
     moments = random.Random(3)
