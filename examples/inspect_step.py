@@ -5,7 +5,7 @@ from pathlib import Path
 
 import stereotrack_core as stereotrack
 from stereotrack_core.tracking.inspection import look_inside
-from stereotrack_core.tracking.run import Pipeline
+from stereotrack_core.tracking.pipeline import Pipeline
 
 
 def main(folder: Path, frame: int, preset: str = "accurate") -> None:

@@ -318,7 +318,7 @@ class JudgementPresenter(QObject):
         super().__init__(parent)
         self._document, self._runs = document, runs
         self.besides: tuple[RunEntry, ...] = ()
-        self._known: dict[RunEntry, tuple[int, Truth | None, Judgement]] = {}
+        self._known: dict[RunEntry, tuple[int, int, Truth | None, Judgement]] = {}
         self._wanted: Against | None = None
         self._recorded: Truth | None = None
         self._project: Truth | None = None
@@ -416,19 +416,26 @@ class JudgementPresenter(QObject):
         new = [
             entry
             for entry in entries
-            if entry.frames and self._known.get(entry, ())[:2] != (len(entry.frames), truth)
+            if entry.frames
+            and self._known.get(entry, ())[:3] != (entry.begun, len(entry.frames), truth)
         ]
         if new:
-            runs = {entry: (entry.now(), self.of(entry)) for entry in new}
+            runs = {entry: (entry.now(), self._still_known(entry)) for entry in new}
             self._worker.ask(_Question(truth, runs))
         else:
             self.judged.emit()
+
+    def _still_known(self, entry: RunEntry) -> Judgement | None:
+        """What is known of the frames that a run still has."""
+        known = self._known.get(entry)
+        return known[-1] if known is not None and known[0] == entry.begun else None
 
     @Slot(object, object)
     def _on_answered(self, asked: _Question, found: Mapping[RunEntry, Judgement]) -> None:
         for entry, judgement in found.items():
             if entry in self._runs.entries or entry in self.besides:
-                self._known[entry] = len(judgement.frame), asked.truth, judgement
+                begun = asked.runs[entry][0].begun
+                self._known[entry] = begun, len(judgement.frame), asked.truth, judgement
         self.judged.emit()
 
     @Slot(object, object)

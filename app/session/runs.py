@@ -21,7 +21,12 @@ from stereotrack_core.tracking.estimate import Estimate
 from stereotrack_core.tracking.frame import Origin, Run, TrackedFrame, cloudless, run_of
 from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.repeating import stored_spec
-from stereotrack_core.tracking.run_checks import WARNINGS
+from stereotrack_core.tracking.run_checks import (
+    HEADING,
+    WARNINGS,
+    HeadingWords,
+    heading_words,
+)
 from stereotrack_core.tracking.run_spec import RunSpec
 from stereotrack_core.tracking.stored import body_of_run, pose_of_run
 
@@ -62,6 +67,8 @@ class RunEntry:
     """What the project says about it; its frames are there when they have been read."""
     warnings: tuple[str, ...] = ()
     """What its signs say that is wrong with it."""
+    begun: int = 0
+    """How often its frames have begun again."""
     journal: Path | None = None
     """File that its frames go to while it is tracked, until the project keeps it."""
 
@@ -69,6 +76,20 @@ class RunEntry:
     def waiting(self) -> bool:
         """Whether the project keeps it and its frames have not been read."""
         return bool(self.kept) and self.facts is not None and not self.frames
+
+    def put(self, frame: TrackedFrame) -> None:
+        """Take the next frame; one that comes again takes the place of all from it on."""
+        if self.frames and frame.frame <= next(reversed(self.frames)):
+            self.frames = {k: one for k, one in self.frames.items() if k < frame.frame}
+            self.begun += 1
+        self.frames[frame.frame] = frame
+
+    @property
+    def heading(self) -> HeadingWords | None:
+        """What is to be said of the way that the person faces."""
+        if self.stored is not None:
+            return heading_words(self.stored.meta.get(HEADING))
+        return None if self.origin is None else heading_words(self.origin.heading)
 
     def at(self, frame: int) -> TrackedFrame | None:
         """What the run knows about a frame."""

@@ -22,6 +22,19 @@ from .view_state import ViewState
 FIRST_POSES: dict[str, tuple[str, str]] = {
     "tpose": ("T pose", "Start with the person facing north, both arms stretched out sideways."),
     "auto": ("Found automatically", "Start with whatever pose the person has in the first frame."),
+    **{
+        f"auto {degrees}": (
+            f"Found automatically, facing {way}",
+            f"Start with whatever pose the person has in the first frame, facing {way} "
+            f"(the world's {axis}).",
+        )
+        for degrees, way, axis in (
+            (0, "north", "y axis"),
+            (90, "east", "x axis"),
+            (180, "south", "negative y axis"),
+            (270, "west", "negative x axis"),
+        )
+    },
 }
 """Where a run's first pose may come from, as a title and a sentence."""
 

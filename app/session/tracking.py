@@ -109,7 +109,7 @@ class LiveRun:
         """Let the entry have the frames that have come since the last time."""
         frames, self.waiting = self.waiting, []
         for frame in frames:
-            self.entry.frames[frame.frame] = frame.without_cloud()
+            self.entry.put(frame.without_cloud())
         return frames
 
     def end(self) -> None:
@@ -371,8 +371,15 @@ class TrackPresenter(QObject):
         if not entry.frames:
             self._runs.remove(entry)
         self.state_changed.emit()
+        self._tell_heading(entry)
         self._tell_signs(live)
         self.finished.emit(entry)
+
+    def _tell_heading(self, entry: RunEntry) -> None:
+        """Say where it is not known which way the person faces, or was known late."""
+        if (words := entry.heading) is not None:
+            kind = "warning" if words.undecided else "note"
+            self.message.emit(Message(kind, words.what, entry.name, words.remedy))
 
     def _tell_signs(self, live: LiveRun) -> None:
         """Say why nobody was tracked, where that is so, or that nothing fits."""

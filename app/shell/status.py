@@ -65,6 +65,8 @@ def _tracker_words(session: Session, recording: Recording) -> str:
         newest = entry.frames[max(entry.frames)]
         told = words(shown, active) if shown is not None else words(newest, entry)
         left = track.left_words() if track.running else ""
+        if entry.heading is not None and entry.heading.undecided:
+            left = _joined(left, "direction of the person undecided") if left else left
         return _joined(_joined(f"{verb} {done} of {wanted}", left), told)
     if active is not None and shown is not None:
         return _joined(f"frame {frame}, run “{active.name}”", words(shown, active))

@@ -21,6 +21,7 @@ from stereotrack_core.evaluation.errors import LimbErrors, none_of_the_frames
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.recording.selection import asked_frames
 from stereotrack_core.report.run_tables import error_table, segment_table
+from stereotrack_core.tracking.run_checks import HEADING, heading_words
 
 DESCRIPTION = (
     "Print mean, median and 95th percentile of torso position, torso axes, upper arms and "
@@ -52,6 +53,8 @@ def run(args: Namespace) -> int:
         raise none_of_the_frames("--frames" if args.frames else "--reference")
     _warn_about_frames(trajectory, accuracy.errors, args.frames)
     warn_about_size(truth)
+    if heading := heading_words(meta.get(HEADING)):
+        say(f"{args.run_file}: {heading.what}. {heading.remedy}")
     speed = _frames_per_second(trajectory, meta)
     if args.json:
         facts = {"run": args.run_file, "reference": truth.source, "frames_per_second": speed}

@@ -34,8 +34,8 @@ from stereotrack_core.tracking.lengths_fit import (
     LENGTH_FRAMES,
     EstimatedLengths,
 )
+from stereotrack_core.tracking.pipeline import Pipeline
 from stereotrack_core.tracking.presets import preset
-from stereotrack_core.tracking.run import Pipeline
 from stereotrack_core.tracking.run_spec import RunSpec
 
 DESCRIPTION = (

@@ -38,7 +38,7 @@ from stereotrack_core.tables import Table, number
 from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.repeating import sameness
-from stereotrack_core.tracking.run_checks import CHECK
+from stereotrack_core.tracking.run_checks import CHECK, HEADING, heading_words
 
 
 def _lengths(run: Run) -> str:
@@ -71,6 +71,8 @@ def track_table(job: TrackedRun, title: str) -> Table:
         *_from_recording(job.run),
         ("frames per second", number(facts["frames_per_second"] or math.nan)),
     ]
+    if heading := heading_words(job.run.meta.get(HEADING)):
+        rows.append(("direction that the person faces", heading.brief))
     if facts["repaired"]:
         rows.append(("frames repaired before clicks", str(len(facts["repaired"]))))
     if facts["smoothed"]:
@@ -82,6 +84,8 @@ def track_table(job: TrackedRun, title: str) -> Table:
 
 def say_signs(job: TrackedRun) -> None:
     """Say why nobody was tracked, or that nothing fits, and what to do about it."""
+    if heading := heading_words(job.run.meta.get(HEADING)):
+        say(f"{'warning' if heading.undecided else 'note'}: {heading.what}. {heading.remedy}")
     for warning in job.run.meta["warnings"]:
         say(f"warning: {warning}. {CHECK}")
     if job.nothing and len(job.run.frame):
@@ -121,6 +125,11 @@ OPTIONS = (
         "--init auto|tpose|FILE",
         "initial pose: found automatically (auto, default), the T pose facing north (tpose), "
         "or a run or landmarks file that contains the first frame",
+    ),
+    option(
+        "--heading DIRECTION",
+        "direction that the person faces in the first frame, if the program cannot tell it: north, "
+        "east, south, west (world axes y, x, -y, -x), or degrees from north over east",
     ),
     option(
         "--detections CSV",

@@ -17,7 +17,7 @@ from stereotrack_core.cli.sources import clicks_for_tracking, keypoints_from
 from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
 from stereotrack_core.experiments.tracked_run import TrackedRun, steps, track_recording
-from stereotrack_core.interop.first_pose import first_pose
+from stereotrack_core.interop.first_pose import first_pose, with_heading
 from stereotrack_core.interop.run_file import read_run, write_run
 from stereotrack_core.interop.run_journal import Wish, has_frames, part_of, read_unfinished
 from stereotrack_core.interop.run_npz import check_run
@@ -37,7 +37,7 @@ from stereotrack_core.tracking.repeating import (
     stored_spec,
     what_differs,
 )
-from stereotrack_core.tracking.run_spec import RunSpec
+from stereotrack_core.tracking.run_spec import AUTO, FirstPose, RunSpec, is_found
 from stereotrack_core.tracking.unfinished import UnfinishedRun
 
 USUAL_PRESET = "accurate"
@@ -169,7 +169,7 @@ def _plan(args: Namespace, recording: Recording) -> TrackPlan:
         frames=frames,
         views=views,
         seed=args.seed or 0,
-        init=first_pose(args.init or "auto", frames.start),
+        init=with_heading(first_pose(args.init or AUTO, frames.start), args.heading),
         smooth=bool(args.smooth),
         detections=_detections(args.detections, recording),
         keypoints=keypoints,
@@ -209,7 +209,7 @@ def _plan_like(args: Namespace, recording: Recording) -> TrackPlan:
         frames=frames,
         views=views,
         seed=stored.spec.seed if args.seed is None else args.seed,
-        init=stored.spec.init if args.init is None else first_pose(args.init, frames.start),
+        init=_init_like(args, stored, frames.start),
         smooth=stored.spec.smooth if args.smooth is None else args.smooth,
         detections=_detections_like(args, stored, recording),
         keypoints=keypoints,
@@ -255,6 +255,16 @@ def _plan_resumed(args: Namespace, recording: Recording, output: UnfinishedOutpu
     return TrackPlan(tracked, spec, wish.count or len(begun.asked), begun=begun)
 
 
+def _init_like(args: Namespace, stored: StoredSpec, first: int) -> FirstPose:
+    """The run's first pose, or what the command line says instead."""
+    if args.init is not None:
+        return with_heading(first_pose(args.init, first), args.heading)
+    if args.heading is None:
+        return stored.spec.init
+    init = AUTO if is_found(stored.spec.init) else stored.spec.init
+    return with_heading(init, args.heading)
+
+
 def _refuse_otherwise(args: Namespace, stored: StoredSpec, recording: Recording) -> None:
     """Refuse options that ask for something else than the unfinished run was begun with."""
     count = _count(recording, stored.spec.views)
@@ -265,6 +275,7 @@ def _refuse_otherwise(args: Namespace, stored: StoredSpec, recording: Recording)
         "--views": args.views is None or views_of(recording, args.views) == stored.spec.views,
         "--seed": args.seed in (None, stored.spec.seed),
         "--init": args.init in (None, stored.spec.init),
+        "--heading": args.heading is None or with_heading(AUTO, args.heading) == stored.spec.init,
         "--detections": args.detections is None,
         "--like": args.like is None,
         "--clicks": args.clicks is None,
@@ -300,6 +311,7 @@ def _said(args: Namespace) -> list[str]:
         "--views": args.views,
         "--seed": args.seed,
         "--init": args.init,
+        "--heading": args.heading,
         "--detections": args.detections,
         "--keypoints": args.keypoints,
         "--clicks": args.clicks,

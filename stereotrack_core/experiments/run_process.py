@@ -14,7 +14,7 @@ from stereotrack_core.interop.run_journal import RunJournal
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.tracking.frame import Origin, TrackedFrame
 from stereotrack_core.tracking.inspection import LIVE, RecordedStep, copy_of, traced_step
-from stereotrack_core.tracking.run import Pipeline
+from stereotrack_core.tracking.pipeline import Pipeline
 from stereotrack_core.tracking.run_spec import RunSpec
 from stereotrack_core.tracking.trace import StepTrace
 from stereotrack_core.worker_processes import Asker
@@ -118,7 +118,7 @@ class _Work:
         self._depths = self._inspect = False
         self._begun = time.perf_counter()
         self._paused = self._told = 0.0
-        self._stage = ""
+        self._stage = self._heading = ""
         self._telling = threading.Lock()
         self._journal: RunJournal | None = None
 
@@ -131,13 +131,21 @@ class _Work:
         with Pipeline(task.recording, task.spec, keeper=self._journal) as pipeline:
             pipeline.on_preparing = self._prepare
             wanted = task.spec.frames_of(pipeline.reader.frame_count)
+            pipeline.corrects = True
             pipeline.prepare(wanted)
-            self._asker.tell(Prepared(pipeline.body, pipeline.origin()))
+            self._tell_prepared(pipeline)
             pipeline.before_step = lambda cloud: self._hold(pipeline, cloud)
             for tracked in pipeline.frames(wanted):
                 self._left -= 1
+                if pipeline.heading is not None and pipeline.heading.state != self._heading:
+                    self._tell_prepared(pipeline)
                 self._tell_frame(tracked)
             self._tell_held()
+
+    def _tell_prepared(self, pipeline: Pipeline) -> None:
+        """Say what is tracked; again where another heading, and so another shape, is found."""
+        self._heading = "" if pipeline.heading is None else pipeline.heading.state
+        self._asker.tell(Prepared(pipeline.body, pipeline.origin()))
 
     def close(self) -> None:
         """Let go of the journal."""

@@ -20,7 +20,14 @@ from stereotrack_core.tracking.frame import Run, TrackedFrame
 from stereotrack_core.tracking.lengths_fit import ESTIMATING_LENGTHS, LENGTH_FRAMES
 from stereotrack_core.tracking.repair import REPAIRED
 from stereotrack_core.tracking.run import track
-from stereotrack_core.tracking.run_checks import Blindness, Gap, Untracked, ViewProblems, gaps_of
+from stereotrack_core.tracking.run_checks import (
+    HEADING,
+    Blindness,
+    Gap,
+    Untracked,
+    ViewProblems,
+    gaps_of,
+)
 from stereotrack_core.tracking.run_spec import RunSpec
 from stereotrack_core.tracking.unfinished import INCOMPLETE, UnfinishedRun
 
@@ -59,6 +66,7 @@ class TrackedRun:
             "tracked": int(tracked.sum()),
             "not_tracked": self.gaps,
             "blind_views": self.blind,
+            "heading": run.meta.get(HEADING),
             "warnings": list(run.meta["warnings"]),
             "untracked_because": self.untracked.causes(),
             "points": self.untracked.counts,
@@ -90,12 +98,17 @@ class _Course:
     reasons: list[tuple[int, str]] = field(default_factory=list)
     problems: ViewProblems = field(default_factory=ViewProblems)
     changed: list[int] = field(default_factory=list)
-    done: int = 0
     steps: int = 0
+    noted: list[TrackedFrame] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         for frame in () if self.begun is None else self.begun.done:
-            self._take(frame)
+            self._take(frame.without_cloud())
+
+    @property
+    def done(self) -> int:
+        """Frames that there are."""
+        return len(self.noted)
 
     def prepare(self, stage: str, _done: int, _count: int) -> None:
         """A part of what comes before the first frame that is tracked."""
@@ -106,14 +119,25 @@ class _Course:
             raise Cancelled
 
     def note(self, frame: TrackedFrame) -> None:
-        """A frame of the run."""
-        self._take(frame)
+        """A frame of the run; one that comes again takes the place of all from it on."""
+        if self.noted and frame.frame <= self.noted[-1].frame:
+            self._begin_again(frame.frame)
+        self._take(frame.without_cloud())
         if self.begun is not None and self.begun.changed_by(frame):
             self.changed.append(frame.frame)
         self.show(self.before + self.done)
 
+    def _begin_again(self, first: int) -> None:
+        """Forget the frames from `first` on; what was begun before is done again as well."""
+        kept = [frame for frame in self.noted if frame.frame < first]
+        self.begun, self.problems = None, ViewProblems()
+        self.untracked = Untracked(self.untracked.recording, self.untracked.settings)
+        self.reasons, self.changed, self.noted = [], [], []
+        for frame in kept:
+            self._take(frame)
+
     def _take(self, frame: TrackedFrame) -> None:
-        self.done += 1
+        self.noted.append(frame)
         self.problems.note(frame.frame, frame.cloud.problems)
         self.untracked.note(frame)
         if not frame.tracked:

@@ -9,7 +9,7 @@ import numpy as np
 from stereotrack_core.body.landmark_pose import pose_of_landmarks
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.run_file import holds_run, read_run, read_trajectory
-from stereotrack_core.tracking.run_spec import FirstPose
+from stereotrack_core.tracking.run_spec import AUTO, FirstPose
 from stereotrack_core.tracking.stored import pose_of_run
 
 
@@ -20,6 +20,8 @@ def first_pose(text: str, frame: int) -> FirstPose:
     """
     if text in {"auto", "tpose"}:
         return text
+    if text.startswith(f"{AUTO} "):
+        return with_heading(AUTO, text.removeprefix(f"{AUTO} "))
     path = Path(text)
     if not path.suffix and not path.exists():
         raise InputError(
@@ -28,6 +30,37 @@ def first_pose(text: str, frame: int) -> FirstPose:
             remedy="Use auto, tpose, or the name of a run or landmarks file.",
         )
     return _pose_in_file(path, frame)
+
+
+_COMPASS = {"north": 0.0, "east": 90.0, "south": 180.0, "west": 270.0}
+
+
+def with_heading(init: FirstPose, heading: str | None) -> FirstPose:
+    """A first pose that is looked for, of somebody who faces a heading.
+
+    `heading` is north, east, south, west, or degrees from north over east; None: not known.
+    InputError for anything else, and where the first pose is given.
+    """
+    if heading is None:
+        return init
+    if init != AUTO:
+        raise InputError(
+            "the initial pose is given, and faces a direction already",
+            where="--heading",
+            remedy="Omit --heading, or use it with --init auto.",
+        )
+    try:
+        degrees = _COMPASS.get(heading.lower())
+        degrees = float(heading) if degrees is None else degrees
+    except ValueError:
+        degrees = float("nan")
+    if not -360.0 <= degrees <= 360.0:
+        raise InputError(
+            f"{heading!r} is not a heading",
+            where="--heading",
+            remedy="Use north, east, south, west, or degrees from north over east, such as 135.",
+        )
+    return f"{AUTO} {degrees % 360.0:g}"
 
 
 def _pose_in_file(path: Path, frame: int) -> FirstPose:

@@ -67,6 +67,7 @@ class RunJournal:
 
     def __init__(self, path: Path, seconds: Callable[[], float], wish: Wish | None = None) -> None:
         self.path, self.kept = path, 0
+        self._last = -1
         self._seconds, self._wish = seconds, wish or Wish()
         try:
             self._file = RecordFile(path, _MAGIC)
@@ -90,13 +91,14 @@ class RunJournal:
 
         Raises OSError where the drive is full or gone.
         """
-        if self.kept == 0:
+        if self.kept == 0 or frame.frame <= self._last:  # begun again: of another body
             self._file.append(_head(origin(), self._wish))
+            self.kept = 0
         self._file.append(_record_of(frame, self._seconds()))
         if self.kept % _FRAMES_PER_CHECKPOINT == 0:
             facts = {"frame": after.frame, "started": after.started}
             self._file.append(Record(_TRACKER, facts, after.memory))
-        self.kept += 1
+        self.kept, self._last = self.kept + 1, frame.frame
 
     def close(self) -> None:
         """Leave the file as it is; one without any frame is removed."""
@@ -135,6 +137,9 @@ def read_unfinished(path: Path) -> tuple[UnfinishedRun, Wish]:
                 head = record
             elif record.kind == _FRAME:
                 frame = _frame_of(record)
+                if frames and frame.frame <= max(frames):  # the run has begun again from here
+                    frames = {k: one for k, one in frames.items() if k < frame.frame}
+                    checkpoints = {k: one for k, one in checkpoints.items() if k < frame.frame}
                 frames[frame.frame] = frame
                 seconds = max(seconds, float(record.facts["seconds"]))
             elif record.kind == _TRACKER:

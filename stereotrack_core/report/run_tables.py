@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -19,6 +19,7 @@ from stereotrack_core.tables import Table, number
 from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.repeating import changed_parameters
+from stereotrack_core.tracking.run_checks import HEADING, heading_words
 
 
 def error_table(
@@ -242,7 +243,14 @@ def _versions(reported: Reported) -> Table:
         ("tracked", str(meta.get("made") or "unknown time")),
         ("seed", str(meta.get("seed", "unknown"))),
         ("initial pose", str(meta.get("init", "unknown"))),
+        *_heading_row(meta),
         ("recording's fingerprint", str(meta.get("fingerprint") or "unknown")),
     ]
     rows += [("note", reported.source.note)] if reported.source.note else []
     return Table("", ("", ""), rows)
+
+
+def _heading_row(meta: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Which way the person faces, where that was not plain from the first frames."""
+    words = heading_words(meta.get(HEADING))
+    return [] if words is None else [("direction that the person faces", words.brief)]

@@ -120,6 +120,18 @@ class TrackedFrame:
         return P if self.tracked else np.full_like(P, np.nan)
 
 
+def in_place(found: list[TrackedFrame], tracked: TrackedFrame) -> bool:
+    """Append a frame; one that comes again takes the place of all from it on.
+
+    Returns whether it has come again.
+    """
+    again = bool(found) and found[-1].frame >= tracked.frame
+    while found and found[-1].frame >= tracked.frame:
+        found.pop()
+    found.append(tracked)
+    return again
+
+
 def cloudless(
     frame: int,
     problems: Mapping[str, str] | None = None,
@@ -153,6 +165,8 @@ class Origin:
     """When tracking began, ISO 8601, UTC."""
     resumed_at: tuple[int, ...] = ()
     """Frames with which tracking went on after it had been stopped."""
+    heading: Mapping[str, Any] | None = None
+    """How sure it is which way the person faces; None where that was not looked for."""
     from_recording: Mapping[str, Value] = field(default_factory=dict)
     """Parameters of depth that were not as asked for but follow from the recording."""
 
@@ -186,6 +200,7 @@ class Origin:
             "versions": versions(),
             "made": self.made,
             "resumed_at": list(self.resumed_at),
+            "heading": None if self.heading is None else dict(self.heading),
             "from_recording": dict(self.from_recording),
         }
         json.dumps(meta)

@@ -10,10 +10,10 @@ from stereotrack_core.body.parameters import BodyShape
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.errors import Cancelled
 from stereotrack_core.recording.description import Recording
-from stereotrack_core.tracking.frame import Run, TrackedFrame, assembled
+from stereotrack_core.tracking.frame import Run, TrackedFrame, assembled, in_place
+from stereotrack_core.tracking.pipeline import Pipeline
 from stereotrack_core.tracking.repair import REPAIRED, repaired
 from stereotrack_core.tracking.repeating import RETRACKED
-from stereotrack_core.tracking.run import Pipeline
 from stereotrack_core.tracking.run_spec import RunSpec
 from stereotrack_core.worker_processes import Asker
 
@@ -65,6 +65,7 @@ class Retrack:
         found: list[TrackedFrame] = []
         with Pipeline(self.recording, self.spec) as pipeline:
             pipeline.on_preparing = pipeline.before_step = ask
+            pipeline.corrects = True
             stretch = self.spec.frames_of(pipeline.reader.frame_count)
             if self.beginning is None:
                 pipeline.prepare(stretch)
@@ -73,7 +74,7 @@ class Retrack:
                 start = self.beginning
                 pipeline.go_on_from(start.pose, stretch, P=start.P, shape=self.shape)
             for tracked in pipeline.frames(stretch):
-                found.append(tracked.without_cloud())
+                in_place(found, tracked.without_cloud())
                 on_frame(tracked.frame)
             frames, mended = repaired(pipeline, found, cancelled)
             ask()

@@ -9,6 +9,7 @@ import re
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -20,6 +21,9 @@ from stereotrack_core.tracking.parameters import Settings
 
 WARNINGS = "warnings"
 """Key of a run's meta."""
+
+HEADING = "heading"
+"""Key of a run's meta: how sure it is which way the person faces."""
 
 MOST_UNEXPLAINED = 0.3
 """Unexplained fraction of the cloud, median over the tracked frames, above which nothing fits:
@@ -63,6 +67,44 @@ def misfits(frames: Iterable[TrackedFrame], settings: Settings) -> tuple[str, ..
             "in good recordings); the poses are probably wrong"
         )
     return tuple(found)
+
+
+@dataclass(frozen=True)
+class HeadingWords:
+    """What a run says of the way that the person faces."""
+
+    brief: str
+    what: str
+    """A clause."""
+    remedy: str
+    """Sentences."""
+    undecided: bool = False
+
+
+def heading_words(heading: Mapping[str, Any] | None) -> HeadingWords | None:
+    """Words for what a run states as :data:`HEADING`.
+
+    None where the heading was decided by the first frames, given, or not looked for.
+    """
+    known = heading or {}
+    if known.get("state") == "undecided":
+        chance = 100.0 * float(known.get("probability", 0.5))
+        return HeadingWords(
+            "undecided",
+            "which way the person faces is undecided, so left and right may be exchanged in the "
+            f"whole run (right with a probability of {chance:.0f} %)",
+            "Track again with the direction: --heading, or Track, Initial pose in the window. Or "
+            "click a left or right landmark and track with the clicks.",
+            undecided=True,
+        )
+    if known.get("state") == "corrected":
+        at = known.get("against")
+        return HeadingWords(
+            f"corrected at frame {at}",
+            f"frame {at} showed that the person faces the other way than the run began with",
+            "The frames before it were tracked again, with left and right exchanged.",
+        )
+    return None
 
 
 def with_warnings(run: Run, frames: Iterable[TrackedFrame], settings: Settings) -> Run:

@@ -14,7 +14,22 @@ from stereotrack_core.recording.selection import gives_depth
 from stereotrack_core.tracking.parameters import Settings
 
 FirstPose: TypeAlias = str | Pose
-"""``"auto"``: found without help; ``"tpose"``: the T pose facing north; or a pose."""
+"""``"auto"``: found without help; ``"auto 90"``: the same of somebody who faces so many degrees
+from north over east; ``"tpose"``: the T pose facing north; or a pose."""
+
+AUTO = "auto"
+
+
+def is_found(init: FirstPose) -> bool:
+    """Whether a first pose is looked for."""
+    return isinstance(init, str) and init.split(" ")[0] == AUTO
+
+
+def given_heading(init: FirstPose) -> float | None:
+    """Degrees from north over east that somebody faces whose first pose is looked for."""
+    if isinstance(init, str) and is_found(init) and " " in init:
+        return float(init.split(" ")[1])
+    return None
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,7 +51,7 @@ class RunSpec:
     """None: all that give depth; where none does, those with keypoints."""
     seed: int = 0
     """Of all that is random."""
-    init: FirstPose = "auto"
+    init: FirstPose = AUTO
     """First pose."""
     smooth: bool = False
     """Whether the frames are gone over backwards as well."""

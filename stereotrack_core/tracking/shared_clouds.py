@@ -117,6 +117,12 @@ class SharedClouds:
             self._give_up(taker, frame)
             return found
 
+    def again(self, frame: int) -> tuple[Cloud, float]:
+        """Cloud of a frame that the run has taken before."""
+        with self._lock:
+            held = self._held.get(frame)
+            return held if held is not None else read_cloud(self.chain, self.reader, frame)
+
     def leave(self, taker: CloudTaker) -> None:
         """A run takes no more clouds; those that were kept for it alone are forgotten."""
         with self._lock:
@@ -138,13 +144,20 @@ class CloudTaker:
         self.chain = clouds.chain
         self.reader = clouds.reader
         self._clouds = clouds
+        self._taken = -1
 
     def learn(self, frames: range) -> None:
         """Learn the background from these frames, unless another run has done so."""
         self._clouds.learn(frames)
 
     def take(self, frame: int) -> tuple[Cloud, float]:
-        """Cloud of a frame, and the seconds that reading its images took."""
+        """Cloud of a frame, and the seconds that reading its images took.
+
+        One that this run has taken before is made again, and not kept for others.
+        """
+        if frame <= self._taken:
+            return self._clouds.again(frame)
+        self._taken = frame
         return self._clouds.take(self, frame)
 
     def leave(self) -> None:

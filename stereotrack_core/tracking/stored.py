@@ -40,6 +40,7 @@ _META_KINDS: Mapping[str, Kind] = MappingProxyType(
         "detections": {"source": str, "fingerprint": str, "count": int},
         "clicks": {"source": str, "fingerprint": str, "count": int},
         "repaired": [int],
+        "heading": {"state": str, "probability": float, "against": int},
         "blind": [{"view": str, "first": int, "end": int, "reason": str}],
         "versions": {str: str},
         "resumed_at": [int],
@@ -51,7 +52,16 @@ _META_KINDS: Mapping[str, Kind] = MappingProxyType(
 """What :meth:`Origin.meta` and whoever adds to it state; other keys may hold anything."""
 
 _MAY_BE_NULL = frozenset(
-    {"subject", "first_pose", "detections", "keypoints", "clicks", "frames", "wall_seconds"}
+    {
+        "heading",
+        "subject",
+        "first_pose",
+        "detections",
+        "keypoints",
+        "clicks",
+        "frames",
+        "wall_seconds",
+    }
 )
 """Keys of these that are stated although nothing is known."""
 

@@ -10,8 +10,8 @@ import pytest
 
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.reader import FrameReader, FrameSet
+from stereotrack_core.tracking.pipeline import Pipeline
 from stereotrack_core.tracking.presets import preset
-from stereotrack_core.tracking.run import Pipeline
 from stereotrack_core.tracking.run_spec import RunSpec
 
 QUICK = {

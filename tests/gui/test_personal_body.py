@@ -20,8 +20,8 @@ from stereotrack_core.project.clicks import PlaceClicks
 from stereotrack_core.recording.description import read_subject
 from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.tracking.frame import assembled
+from stereotrack_core.tracking.pipeline import Pipeline
 from stereotrack_core.tracking.presets import preset
-from stereotrack_core.tracking.run import Pipeline
 from stereotrack_core.tracking.run_spec import RunSpec
 from tests.gui.hands import click, undo_words, view
 from tests.gui.kept_window import open_recording

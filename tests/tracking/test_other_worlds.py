@@ -15,9 +15,10 @@ from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.geometry.upright import Upright
 from stereotrack_core.tracking.initialise.people import share_at_sides
 from stereotrack_core.tracking.initialise.seeds import seeds_in, t_pose_in_cloud
+from stereotrack_core.tracking.pipeline import Pipeline
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.residuals.standing import upright
-from stereotrack_core.tracking.run import Pipeline, track
+from stereotrack_core.tracking.run import track
 from stereotrack_core.tracking.run_spec import RunSpec
 from stereotrack_core.tracking.stored import upright_run
 from tests.tracking.recordings import write_depth_recording

@@ -13,8 +13,9 @@ from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.recording.selection import usable_views
 from stereotrack_core.tracking.frame import run_of
+from stereotrack_core.tracking.pipeline import Pipeline
 from stereotrack_core.tracking.presets import preset
-from stereotrack_core.tracking.run import Pipeline, track
+from stereotrack_core.tracking.run import track
 from stereotrack_core.tracking.run_spec import RunSpec
 from stereotrack_core.tracking.stored import body_of_run, pose_of_run
 from tests.tracking.recordings import write_depth_recording

@@ -11,10 +11,10 @@ from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.errors import Cancelled, InputError
 from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.tracking.frame import assembled
+from stereotrack_core.tracking.pipeline import Pipeline
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.repeating import stored_spec
 from stereotrack_core.tracking.retrack import Beginning, Retrack
-from stereotrack_core.tracking.run import Pipeline
 from stereotrack_core.tracking.run_spec import RunSpec
 from stereotrack_core.tracking.stored import shape_of_meta
 from tests.tracking.recordings import write_depth_recording

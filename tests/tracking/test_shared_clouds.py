@@ -7,8 +7,8 @@ import pytest
 
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import AVERAGE
+from stereotrack_core.tracking.pipeline import Pipeline
 from stereotrack_core.tracking.presets import preset
-from stereotrack_core.tracking.run import Pipeline
 from stereotrack_core.tracking.run_spec import RunSpec
 from stereotrack_core.tracking.shared_clouds import SharedClouds
 from tests.tracking.recordings import write_depth_recording

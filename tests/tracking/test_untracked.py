@@ -8,8 +8,8 @@ import pytest
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.recording.writing import write_png
+from stereotrack_core.tracking.pipeline import Pipeline
 from stereotrack_core.tracking.presets import preset
-from stereotrack_core.tracking.run import Pipeline
 from stereotrack_core.tracking.run_checks import Untracked
 from stereotrack_core.tracking.run_spec import RunSpec
 from tests.tracking.recordings import HEIGHT, VIEWS, WIDTH, write_depth_recording

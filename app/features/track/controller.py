@@ -26,6 +26,7 @@ from ...session.comparison import ComparedRuns, compared, shown_beside_each_othe
 from ...session.edits import WindowEdit
 from ...session.judgement import Judgement, score_words
 from ...session.runs import RunEntry, entry_of_run
+from ...session.tracker import FIRST_POSES
 from ...session.truth import Against
 from ...widgets.forms.message import Message
 from ...widgets.tables.comparison_panel import ComparisonPanel
@@ -171,13 +172,15 @@ class RunsController(QObject):
         return "none yet"
 
     def _hint(self, entry: RunEntry) -> str:
+        words = entry.heading
+        heading = f" The direction that the person faces is {words.brief}." if words else ""
         fps = entry.frames_per_second() if entry.frames else None
         speed = f" {fps:.1f} frames per second." if fps is not None else ""
         place = f" From {entry.path}." if entry.path is not None else ""
         if entry.waiting and not entry.visible:
             place += " Check it to load it from the project."
         kept = self.keeper.why_not_kept(entry) or "Stored in the project."
-        return f"{kept}{place}{speed} Press F2 to rename it."
+        return f"{kept}{heading}{place}{speed} Press F2 to rename it."
 
     def _made(self, entry: RunEntry, facts: RunFacts | None) -> str:
         if facts is None:
@@ -327,7 +330,11 @@ class RunsController(QObject):
         return self._compared[1]
 
 
-_FIRST_POSES = {"auto": "found automatically", "tpose": "a T pose", "pose": "given"}
+_FIRST_POSES = {
+    **{name: title[0].lower() + title[1:] for name, (title, _tip) in FIRST_POSES.items()},
+    "tpose": "a T pose",
+    "pose": "given",
+}
 
 
 def _duration(seconds: float | None) -> str:
@@ -357,11 +364,11 @@ def _repeated(
     stored.check_without_clicks()
     detections, otherwise = stored.detections_in(recording)
     differs = (*what_differs(run, recording), *([otherwise] if otherwise else []))
-    begun, done = time.perf_counter(), 0
+    begun, done, first = time.perf_counter(), 0, stored.spec.frames_of(0).start
 
-    def note(_frame: TrackedFrame) -> None:
+    def note(frame: TrackedFrame) -> None:
         nonlocal done
-        done += 1
+        done = frame.frame - first + 1  # frames may come again
         task.report(done / stored.count, f"frame {done} of {stored.count}")
 
     again = track(

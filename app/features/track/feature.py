@@ -88,7 +88,7 @@ def _commands(context: Context, runs: RunsController) -> list[Command]:
         ),
         *(
             Command(
-                f"first_pose_{name}", f"{_MENU}/Initial pose", title, tip,
+                f"first_pose_{name.replace(' ', '_')}", f"{_MENU}/Initial pose", title, tip,
                 partial(tracker.choose_first_pose, name), why_not=session.no_depth,
                 checked=partial(tracker.begins_with, name),
             )

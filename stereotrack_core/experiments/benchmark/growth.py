@@ -16,8 +16,8 @@ from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.selection import usable_views
 from stereotrack_core.tracking.initialise.seeds import t_pose_in_cloud
 from stereotrack_core.tracking.parameters import Settings
+from stereotrack_core.tracking.pipeline import Pipeline
 from stereotrack_core.tracking.presets import preset
-from stereotrack_core.tracking.run import Pipeline
 from stereotrack_core.tracking.run_spec import RunSpec
 from stereotrack_core.tracking.shared_clouds import read_cloud
 from stereotrack_core.tracking.tracker import cameras_of, tracker_for

@@ -20,8 +20,9 @@ from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.keypoints import Keypoints
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.tracking.frame import TrackedFrame
+from stereotrack_core.tracking.initialise.first_pose import FIT_FRAMES
 from stereotrack_core.tracking.parameters import Settings
-from stereotrack_core.tracking.run import FIT_FRAMES, Pipeline
+from stereotrack_core.tracking.pipeline import Pipeline
 from stereotrack_core.tracking.run_spec import RunSpec, measured_keypoints
 
 DISPARITIES, WINDOW = 64, 15

@@ -14,8 +14,8 @@ from stereotrack_core.body.pose import Pose
 from stereotrack_core.errors import Cancelled
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.selection import tracked_views
-from stereotrack_core.tracking.frame import Run, TrackedFrame, assembled
-from stereotrack_core.tracking.run import Pipeline
+from stereotrack_core.tracking.frame import Run, TrackedFrame, assembled, in_place
+from stereotrack_core.tracking.pipeline import Pipeline
 from stereotrack_core.tracking.run_spec import RunSpec
 from stereotrack_core.tracking.shared_clouds import CloudTaker, SharedClouds, chain_of
 
@@ -56,6 +56,7 @@ class LockstepRun:
         self._frames = frames
         self._clouds = clouds
         self._found: list[TrackedFrame] = []
+        self._done = 0
         self._packed: list[Run] = []
         self._pipeline: Pipeline | None = None
         self._going: Generator[TrackedFrame, None, None] | None = None
@@ -66,12 +67,20 @@ class LockstepRun:
         """Track the next frame."""
         if self._going is None:
             self._pipeline = Pipeline(self._given.recording, self._given.spec, clouds=self._clouds)
+            self._pipeline.corrects = not self._given.starts
             self._pipeline.prepare(self._frames)
             self._going = self._stretches(self._pipeline)
-        tracked = next(self._going)
-        self.seconds += _seconds_of(tracked)
-        self._found.append(tracked.without_cloud())
-        if not self._given.spec.smooth and len(self._found) == _KEPT:
+        wanted = self._frames[self._done]
+        while True:  # frames that come again are caught up with at once
+            tracked = next(self._going)
+            self.seconds += _seconds_of(tracked)
+            in_place(self._found, tracked.without_cloud())
+            if tracked.frame == wanted:
+                break
+        self._done += 1
+        watch = self._pipeline.heading if self._pipeline is not None else None
+        settled = watch is None or not (watch.active or watch.faced_away)
+        if settled and not self._given.spec.smooth and len(self._found) >= _KEPT:
             self._pack({})
 
     def run(self) -> Run:

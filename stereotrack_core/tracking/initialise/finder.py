@@ -162,13 +162,16 @@ class PoseFinder:
             found = turned_round(found)
         return Candidate(self.follower(found, cloud.frame), self.cost(found, cloud))
 
-    def _unnatural(self, pose: Pose, cloud: Cloud) -> float:
+    def arms_cost(self, pose: Pose) -> float:
+        """What speaks against the anatomy of both arms of a pose."""
         body = self.setup.body
         frames = body.frames(pose)
         shapes = self._arms.placed_shapes(frames)
         arms = [anatomy_cost(body, s, arm_of_pose(frames, s.side))[0] for s in shapes]
-        facing = self._facing_cost(pose, cloud)
-        return _NATURAL_ARMS * float(np.sum(arms)) + facing
+        return float(np.sum(arms))
+
+    def _unnatural(self, pose: Pose, cloud: Cloud) -> float:
+        return _NATURAL_ARMS * self.arms_cost(pose) + self._facing_cost(pose, cloud)
 
     def _cost_at(self, pose: Pose, cloud: Cloud, evidence: Evidence) -> float:
         body = self.setup.body

@@ -14,7 +14,7 @@ from stereotrack_core.depth.chain import DepthChain
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.volume import settled
-from stereotrack_core.geometry.upright import Z_UP
+from stereotrack_core.geometry.upright import Z_UP, Upright
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.tracking.estimate import Estimate
 from stereotrack_core.tracking.initialise.finder import PoseFinder
@@ -122,6 +122,37 @@ def first_pose_from_images(
     initialiser.start(found)
     estimates = [initialiser.step(cloud) for cloud in clouds]
     return next((estimate.pose for estimate in estimates if estimate.tracked), found)
+
+
+FIT_FRAMES = 12
+"""Frames that the shape is fitted to: more bring nothing (docs/accuracy.md)."""
+
+_LOOK_AHEAD = 5
+"""Frames in which somebody is looked for to fit the shape, for each frame that it needs."""
+
+
+def first_clouds(
+    cloud: Callable[[int], Cloud], frames: range, least: int, told: Told
+) -> list[Cloud]:
+    """The first clouds that show somebody: with at least so many points, made frame by frame."""
+    found: list[Cloud] = []
+    for frame in frames[: _LOOK_AHEAD * FIT_FRAMES]:
+        told(len(found), FIT_FRAMES)
+        made = cloud(frame)
+        if len(made.points) >= least:
+            found.append(made)
+        if len(found) == FIT_FRAMES:
+            break
+    return found
+
+
+def facing(pose: Pose, degrees: float | None, upright: Upright) -> Pose:
+    """The pose, or the one turned round where that is nearer to a heading, from north over east."""
+    if degrees is None:
+        return pose
+    wanted = np.array([np.sin(np.radians(degrees)), np.cos(np.radians(degrees)), 0.0])
+    faces = upright.rotation @ pose.torso[:, 1]
+    return pose if faces @ wanted >= 0.0 else turned_round(pose)
 
 
 _LEAST_SETTLED = 3

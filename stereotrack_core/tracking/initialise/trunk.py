@@ -125,7 +125,12 @@ def facing_cost(body: BodyModel, pose: Pose, points: FloatArray, cameras: FloatA
     """
     frames = body.frames(pose)
     legs = _legs_cost(frames) + _feet_cost(body, frames, points)
-    return legs + _lean_cost(frames) + _away_cost(frames, cameras)
+    return legs + _lean_cost(frames) + away_cost(frames, cameras)
+
+
+def bending_cost(frames: PartFrames) -> float:
+    """What speaks against the direction that a pose faces in how its legs and trunk bend."""
+    return _legs_cost(frames) + _lean_cost(frames)
 
 
 def _legs_cost(frames: PartFrames) -> float:
@@ -151,19 +156,29 @@ def _lean_cost(frames: PartFrames) -> float:
 
 def _feet_cost(body: BodyModel, frames: PartFrames, points: FloatArray) -> float:
     """Toes lie in front of the ankles; nothing is said where no foot is seen."""
-    forward, total = _on_floor(frames), 0.0
+    return sum(
+        0.25 * _FEET * (1.0 - float(np.clip(ahead / 0.04, -1.0, 1.0)))
+        for ahead in feet_ahead(body, frames, points)
+    )
+
+
+def feet_ahead(body: BodyModel, frames: PartFrames, points: FloatArray) -> list[float]:
+    """How far the data of each foot that has some lie in front of its ankle, metres.
+
+    Of points (N, 3) in a world whose z points up.
+    """
+    forward, found = _on_floor(frames), []
     for _, shank in _LEGS:
         along = frames.rotations[shank, :, 2]
         ankle = frames.origins[shank] + body.skeleton.lengths[shank] * along
         off = points[points[:, 2] < ankle[2] + _ANKLE] - ankle
         near = np.hypot(off[:, 0], off[:, 1]) < _ROUND_ANKLE
         if np.count_nonzero(near) >= _LEAST_ON_FOOT:
-            ahead = float(np.median(off[near] @ forward))
-            total += 0.25 * _FEET * (1.0 - float(np.clip(ahead / 0.04, -1.0, 1.0)))
-    return total
+            found.append(float(np.median(off[near] @ forward)))
+    return found
 
 
-def _away_cost(frames: PartFrames, cameras: FloatArray) -> float:
+def away_cost(frames: PartFrames, cameras: FloatArray) -> float:
     """Cost of facing away from where the cameras stand together."""
     to_cameras = (cameras - frames.origins[TORSO])[:, :2]
     distance = np.maximum(np.linalg.norm(to_cameras, axis=1, keepdims=True), 1e-6)

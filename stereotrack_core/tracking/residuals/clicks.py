@@ -79,7 +79,7 @@ def pose_by_clicks(setup: Setup, near: Pose, clicks: tuple[Detection, ...]) -> P
     shown = pose_showing(_triangulated(clicks), setup.body, near)
     starts = (near, turned_round(near), shown)
     found = [_fitted(setup, start, clicks) for start in starts]
-    return min(found, key=lambda pose: _missed(setup.body, pose, clicks))
+    return min(found, key=lambda pose: missed(setup.body, pose, clicks))
 
 
 def _triangulated(clicks: Sequence[Detection]) -> dict[str, FloatArray]:
@@ -107,8 +107,8 @@ def _fitted(setup: Setup, start: Pose, clicks: tuple[Detection, ...]) -> Pose:
     return orthonormal(at.pose)
 
 
-def _missed(body: BodyModel, pose: Pose, clicks: Sequence[Detection]) -> float:
-    """Sum of the distances in pixels, each at most those of a click that means something else."""
+def missed(body: BodyModel, pose: Pose, clicks: Sequence[Detection]) -> float:
+    """Sum of the distances of clicks from a pose, pixels; of each at most that of another place."""
     frames = body.frames(pose)
     places = landmarks_of_frames(body, frames)
     total = 0.0

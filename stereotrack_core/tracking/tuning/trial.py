@@ -13,7 +13,7 @@ from stereotrack_core.body.proportions import Proportions
 from stereotrack_core.errors import Cancelled
 from stereotrack_core.tracking.lengths_fit import EstimatedLengths
 from stereotrack_core.tracking.parameters import Settings
-from stereotrack_core.tracking.run import Pipeline
+from stereotrack_core.tracking.pipeline import Pipeline
 from stereotrack_core.tracking.run_spec import FirstPose, RunSpec
 from stereotrack_core.tracking.tuning.clouds import CloudKey, CloudStore, Holdings
 from stereotrack_core.tracking.tuning.stages import Stage, stage_key

@@ -50,3 +50,12 @@ def test_a_run_that_grows_is_judged_as_one_that_is_complete(small_recording, kno
     if expected.errors is not None:
         for found, value in zip(astuple(judgement.errors), astuple(expected.errors), strict=True):
             np.testing.assert_array_equal(found, value)
+
+
+def test_a_run_that_begins_again_forgets_what_came_after(small_recording):
+    whole = entry_of_run(made_run(open_recording(small_recording)), Path("run.npz"))
+    entry = replace(whole, frames={})
+    for k in (0, 1, 2, 3, 1, 2):
+        entry.put(whole.frames[k])
+    assert list(entry.frames) == [0, 1, 2]
+    assert entry.begun == 1

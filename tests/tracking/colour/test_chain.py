@@ -9,8 +9,9 @@ from stereotrack_core.depth.chain import DepthChain
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.recording.writing import write_png
+from stereotrack_core.tracking.pipeline import Pipeline
 from stereotrack_core.tracking.presets import preset
-from stereotrack_core.tracking.run import Pipeline, track
+from stereotrack_core.tracking.run import track
 from stereotrack_core.tracking.run_spec import RunSpec
 from tests.tracking.recordings import VIEWS, rendered_depth, write_depth_recording
 from tests.tracking.scenes import POSES

@@ -15,9 +15,10 @@ from stereotrack_core.recording.sighted_keypoints import KeypointsInViews
 from stereotrack_core.simulation.keypoints import KeypointErrors, simulated_keypoints
 from stereotrack_core.tracking.frame import cloudless
 from stereotrack_core.tracking.inspection import traced_step
+from stereotrack_core.tracking.pipeline import Pipeline
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.repeating import sameness
-from stereotrack_core.tracking.run import Pipeline, track
+from stereotrack_core.tracking.run import track
 from stereotrack_core.tracking.run_spec import RunSpec
 from tests.tracking.keypoints.mono import mono_recording, truth
 

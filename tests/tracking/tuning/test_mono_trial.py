@@ -10,8 +10,8 @@ import pytest
 
 from stereotrack_core.experiments.runner.lockstep import RunInput, track_together
 from stereotrack_core.simulation.keypoints import KeypointErrors, simulated_keypoints
+from stereotrack_core.tracking.pipeline import Pipeline
 from stereotrack_core.tracking.presets import preset
-from stereotrack_core.tracking.run import Pipeline
 from stereotrack_core.tracking.run_spec import RunSpec
 from stereotrack_core.tracking.tracker import cameras_of, tracker_for
 from stereotrack_core.tracking.tuning.clouds import Holdings

@@ -1,0 +1,429 @@
+"""From a recording to poses: read, make the cloud, follow; stages of successive frames overlap."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Generator, Sequence
+from contextlib import closing
+from datetime import UTC, datetime
+from functools import partial
+
+import numpy as np
+
+from stereotrack_core.arrays import FloatArray
+from stereotrack_core.blas_threads import one_blas_thread
+from stereotrack_core.body.model import BodyModel, body_of_subject, landmarks
+from stereotrack_core.body.parameters import BodyShape
+from stereotrack_core.body.pose import Pose
+from stereotrack_core.depth.cloud import FRAMES_APART, Cloud, contradicted_share
+from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.detections import Detections
+from stereotrack_core.recording.folder import fingerprint
+from stereotrack_core.recording.reader import FrameReader
+from stereotrack_core.recording.selection import tracked_views
+from stereotrack_core.recording.sighted_keypoints import keypoints_in_views
+from stereotrack_core.tracking.estimate import Estimate
+from stereotrack_core.tracking.frame import Origin, Run, TrackedFrame, run_of
+from stereotrack_core.tracking.initialise.first_pose import (
+    facing,
+    first_clouds,
+    first_pose_from_images,
+    first_pose_in,
+    shape_in,
+)
+from stereotrack_core.tracking.initialise.heading_watch import HeadingWatch
+from stereotrack_core.tracking.initialise.keypoint_beginning import (
+    FIRST_FRAMES,
+    Beginning,
+    beginning_of,
+)
+from stereotrack_core.tracking.initialise.seeds import t_pose_in_cloud
+from stereotrack_core.tracking.lengths_fit import (
+    ESTIMATING_LENGTHS,
+    LENGTH_FRAMES,
+    EstimatedLengths,
+    WellSeenFrames,
+    lengths_by_height,
+)
+from stereotrack_core.tracking.parameters import TrackingParameters
+from stereotrack_core.tracking.run_spec import RunSpec, given_heading, is_found
+from stereotrack_core.tracking.shared_clouds import CloudSource, chain_of, made_ahead, read_cloud
+from stereotrack_core.tracking.smoothing import smoothed
+from stereotrack_core.tracking.stored import subject_of_meta
+from stereotrack_core.tracking.tracker import (
+    PersonTracker,
+    Tracker,
+    cameras_of,
+    initialiser_for,
+    tracker_for,
+)
+from stereotrack_core.tracking.unfinished import Checkpoint, RunKeeper, UnfinishedRun, recall
+
+
+class Pipeline:
+    """Everything between a recording and its tracked frames.
+
+    Parameters
+    ----------
+    spec : RunSpec
+        What to track; its frames and its smoothing are up to whoever goes through the frames.
+    reader : FrameReader, optional
+        Shared reader; it is then not closed by :meth:`close`.
+    clouds : CloudSource, optional
+        Clouds that this run shares with others, made with the same views and depth parameters;
+        their chain and reader are then not closed by :meth:`close`.
+    keeper : RunKeeper, optional
+        Is given every frame before anybody else.
+    begun : UnfinishedRun, optional
+        To go on with, where everything else is as it was: to the last bit as if it had never been
+        stopped.
+
+    Attributes
+    ----------
+    before_step : callable
+        Called before each step; may raise :class:`Cancelled`.
+    corrects : bool
+        Whether :meth:`frames` may give frames again, from an earlier one on: see there.
+    heading : HeadingWatch or None
+        What is known of the way that the person faces; None where it is given, or not looked for.
+
+    Raises
+    ------
+    InputError
+        Where a view is unknown or no view gives depth.
+    """
+
+    def __init__(
+        self,
+        recording: Recording,
+        spec: RunSpec,
+        *,
+        reader: FrameReader | None = None,
+        clouds: CloudSource | None = None,
+        keeper: RunKeeper | None = None,
+        begun: UnfinishedRun | None = None,
+    ) -> None:
+        self._keeper, self._begun = keeper, begun
+        if begun is not None:
+            recording = dataclasses.replace(recording, subject=subject_of_meta(begun.meta))
+        self.recording = recording
+        self.spec = spec
+        self.views = tracked_views(recording, spec.views, spec.keypoints)
+        self._keypoints = keypoints_in_views(recording, self.views, spec.keypoints)
+        self._shared = clouds
+        self._detections = spec.detections or Detections()
+        self._owns_reader = clouds is None and reader is None
+        if clouds is None:
+            self.chain, self.reader = chain_of(recording, spec, self.views, reader)
+        else:
+            self.chain, self.reader = clouds.chain, clouds.reader
+        self.settings = settings = dataclasses.replace(spec.settings, depth=self.chain.parameters)
+        self._cameras = cameras_of(recording, self.views)
+        self._track(body_of_subject(recording.subject, settings.body))
+        self._init, self._given = spec.init, "pose"
+        watched = (
+            is_found(spec.init) and given_heading(spec.init) is None and self.settings.follows_data
+        )
+        self.heading = HeadingWatch(recording.fps) if watched and self.has_clouds else None
+        self.corrects = False
+        self._found: Pose | None = None
+        self._release_blas = one_blas_thread.hold()
+        self._asked: range | None = None
+        now = datetime.now(UTC).isoformat(timespec="milliseconds")
+        self._made_at = now if begun is None else str(begun.meta.get("made", now))
+        self.started = False
+        self._prepared = False
+        self._made: dict[int, tuple[Cloud, float]] = {}
+        self.on_preparing: Callable[[str, int, int], None] = lambda _stage, _done, _count: None
+        self.before_step: Callable[[Cloud], None] = lambda _: None
+
+    def frames(self, frames: range) -> Generator[TrackedFrame, None, None]:
+        """Images -> cloud -> the tracker's step -> pose, frame by frame in their order.
+
+        Goes on from the last pose when called again. While the tracker works on a cloud, the next
+        ones are made. Where frames show that the person has faced the other way from the beginning,
+        what comes then are all frames again from the first with somebody: each takes the place of
+        all after it (:func:`in_place`). This happens once at most, if :attr:`corrects`.
+        """
+        self.prepare(frames)
+        if self._begun is not None:
+            frames = self._begun.rest_of(frames)
+        with closing(made_ahead(self.cloud, frames)) as clouds:
+            for cloud, read in clouds:
+                self.before_step(cloud)
+                yield self._keep(self._tracked(cloud, read))
+                if self.corrects and self.heading is not None and self.heading.faced_away:
+                    break
+            else:
+                return
+        first = self._begin_again()
+        yield from self.frames(range(first, frames.stop))
+
+    def cloud(self, frame: int) -> tuple[Cloud, float]:
+        """Cloud of any frame, with keypoints and clicks, and the seconds that reading took."""
+        if frame in self._made:
+            return self._made.pop(frame)
+        if self._shared is not None:
+            cloud, read = self._shared.take(frame)
+        else:
+            cloud, read = read_cloud(self.chain, self.reader, frame)
+        clicks = self.spec.clicks.until(frame) if self.spec.clicks else ()
+        return dataclasses.replace(cloud, keypoints=self._keypoints.at(frame), clicks=clicks), read
+
+    def _tracked(self, cloud: Cloud, read: float) -> TrackedFrame:
+        if len(self._detections):
+            cloud = dataclasses.replace(cloud, detections=self._detections.until(cloud.frame))
+        estimate = self._estimate(cloud)
+        if self.heading is not None and isinstance(self.tracker, PersonTracker):
+            pose = estimate.pose if estimate.tracked else None
+            self.heading.take(self.tracker.finder, pose, cloud)
+        found = np.where(estimate.tracked, landmarks(self.body, estimate.pose), np.nan)
+        seconds = {"read": read, **cloud.seconds, **estimate.seconds}
+        place = cloud.frame - (self._asked or range(0)).start
+        contradicted = np.nan if place % FRAMES_APART else contradicted_share(cloud)
+        return TrackedFrame(cloud.frame, estimate, found, cloud, seconds, contradicted)
+
+    def _estimate(self, cloud: Cloud) -> Estimate:
+        enough = len(cloud.points) >= self.settings.tracking.least_points
+        if not self.started and (enough if self.has_clouds else isinstance(self._init, Pose)):
+            first = self.first_pose(cloud)
+            self.tracker.start(first)
+            self.started = True
+            if self.heading is not None:
+                self.heading.first = cloud.frame, first
+        return self.tracker.step(cloud)
+
+    def _begin_again(self) -> int:
+        """Be about to track from the first pose on, turned round; its frame."""
+        assert self.heading is not None  # noqa: S101 - else nothing is corrected
+        first, self._found = self.heading.correct()
+        self.started, self._begun = False, None
+        self._made.clear()
+        if self.chain.learns:
+            self.learn(self._asked or range(0))
+        self._track(body_of_subject(self.recording.subject, self.settings.body))
+        if self.settings.tracking.fit_shape:
+            self.fit_shape(self._asked or range(0))
+        self._made = {frame: made for frame, made in self._made.items() if frame >= first}
+        return first
+
+    def _keep(self, tracked: TrackedFrame) -> TrackedFrame:
+        if self._keeper is not None:
+            memory = self.tracker.memory()
+            if self.heading is not None:
+                memory = {**memory, **self.heading.memory()}
+            checkpoint = Checkpoint(tracked.frame, self.started, memory)
+            self._keeper.keep(tracked.without_cloud(), checkpoint, self.origin)
+        return tracked
+
+    def prepare(self, frames: range) -> None:
+        """Learn the background and fit the body's shape; once, before the first frame."""
+        if self._prepared:
+            return
+        self._prepared, self._asked = True, frames
+        self.learn(frames)
+        checkpoint = None if self._begun is None else self._begun.checkpoint
+        if checkpoint is None or not checkpoint.started:
+            (self._get_ready if self.has_clouds else self._begin_with_keypoints)(frames)
+        if checkpoint is not None:
+            self._go_on_after(checkpoint, frames)
+
+    def _get_ready(self, frames: range) -> None:
+        """Find out all that has to be known of the person before the first frame."""
+        if self.settings.body.proportions == "sequence":
+            self.take_lengths(frames)
+        if is_found(self._init):
+            clouds = self._first_clouds(frames)
+            self._found = self._look_for_pose(clouds) if clouds else None
+        if self.settings.tracking.fit_shape and self.settings.follows_data:
+            self.fit_shape(frames)
+
+    def _begin_with_keypoints(self, frames: range) -> None:
+        """Track the first frames in advance, and begin where they do."""
+        found = self._beginning(frames)
+        if found is not None and found.pose is not None and not isinstance(self._init, Pose):
+            self.tracker.start(found.pose)
+            self.started = True
+
+    def _beginning(self, frames: range) -> Beginning | None:
+        """Track a body as the first frames show it; all clouds that are made for it are kept."""
+        for done, frame in enumerate(frames[:FIRST_FRAMES]):
+            self.on_preparing("measuring the first frames", done, FIRST_FRAMES)
+            self._made[frame] = self.cloud(frame)
+        clouds = [cloud for cloud, _ in self._made.values()]
+        found = beginning_of(self.tracker, clouds, self.before_step, self.on_preparing)
+        self._track(self.body if found is None else self.body.with_shape(found.shape))
+        return found
+
+    def _go_on_after(self, checkpoint: Checkpoint, frames: range) -> None:
+        """Be as after the frames that are done; a background that learns on sees them again."""
+        if self._begun is not None and checkpoint.started:
+            self._track(body_of_subject(self.recording.subject, self._begun.shape))
+        recall(self.tracker, checkpoint.memory)
+        if self.heading is not None:
+            self.heading.recall(checkpoint.memory)
+        self.started = checkpoint.started
+        done = frames[: frames.index(checkpoint.frame) + 1]
+        for place, frame in enumerate(done):
+            if self._made.pop(frame, None) is None and self.chain.learns:
+                self.cloud(frame)
+            self.on_preparing("going on after the frames that are done", place, len(done))
+
+    def go_on_from(
+        self,
+        pose: Pose,
+        frames: range,
+        *,
+        P: FloatArray | None = None,
+        shape: BodyShape | None = None,
+    ) -> None:
+        """Be about to do `frames` from where another run was, instead of preparing for them."""
+        self._prepared, self._asked, self.started = True, frames, True
+        self._init, self._given, self.heading = pose, "the pose of another run", None
+        self._made.clear()
+        body = self.body
+        self._track(body if shape is None else body.with_shape(shape))
+        self.tracker.start(pose, P=P)
+
+    def learn(self, frames: range) -> None:
+        """Learn the background."""
+        if self._shared is None:
+            told = partial(self.on_preparing, "learning the background")
+            self.chain.learn_background(self.reader, frames, told)
+        else:
+            self._shared.learn(frames)
+
+    def take_lengths(self, frames: range) -> EstimatedLengths:
+        """Track the first part once with lengths after the height, and estimate them from it."""
+        expected = lengths_by_height(self._first_clouds(frames), self.settings.depth.upright)
+        p = self.settings.tracking
+        follows = p if self.settings.follows_data else TrackingParameters()
+        settings = dataclasses.replace(self.settings, tracking=follows)
+        settings, seed = settings.replaced(proportions="individual"), self.spec.seed
+        with Pipeline(
+            dataclasses.replace(self.recording, subject=EstimatedLengths(expected).subject()),
+            RunSpec(settings, views=self.views, seed=seed, init=self._init),
+            reader=self.reader,
+        ) as first:
+            first.before_step = self.before_step
+            seen = WellSeenFrames()
+            first.on_preparing = self.on_preparing
+            wanted = frames[:LENGTH_FRAMES]
+            for done, tracked in enumerate(first.frames(wanted)):
+                seen.add(tracked)
+                self.on_preparing(ESTIMATING_LENGTHS, done, len(wanted))
+        known = seen.lengths(expected, first.tracker.setup)
+        self.go_on_with(known)
+        return known
+
+    def go_on_with(self, lengths: EstimatedLengths) -> None:
+        """Track a body of these lengths."""
+        known = lengths.subject(self.recording.subject)
+        self.recording = dataclasses.replace(self.recording, subject=known)
+        self._track(body_of_subject(known, self.settings.body))
+
+    def fit_shape(self, frames: range) -> BodyShape:
+        """Follow the first frames in which somebody is there, and fit the shape to them."""
+        if not self.has_clouds:
+            self._beginning(frames)
+            return self.body.shape
+        clouds = self._first_clouds(frames)
+        told = self.before_step, self.on_preparing
+        found = shape_in(self._initialiser(), clouds, self.first_pose, *told)
+        if found is not None:
+            self._track(self.body.with_shape(found))
+        return self.body.shape
+
+    def _first_clouds(self, frames: range) -> list[Cloud]:
+        """The first clouds that show somebody; all that are made on the way are kept."""
+
+        def made(frame: int) -> Cloud:
+            if frame not in self._made:
+                self._made[frame] = self.cloud(frame)
+            return self._made[frame][0]
+
+        told = partial(self.on_preparing, "measuring the first frames")
+        return first_clouds(made, frames, self.settings.tracking.least_points, told)
+
+    def _look_for_pose(self, clouds: Sequence[Cloud]) -> Pose | None:
+        told = partial(self.on_preparing, "finding the initial pose")
+        if self.settings.follows_data:
+            found = first_pose_in(self._initialiser(), clouds, told)
+        else:
+            frames, known = [cloud.frame for cloud in clouds], self._asked or range(0)
+            seen = self._initialiser(), self.reader, self.views, frames, known
+            found = first_pose_from_images(*seen, told)
+        heading, upright = given_heading(self._init), self.settings.depth.upright
+        return None if found is None else facing(found, heading, upright)
+
+    def _initialiser(self) -> PersonTracker:
+        return initialiser_for(
+            self.body, self.settings, self._cameras, self.recording, self.spec.seed
+        )
+
+    def _track(self, body: BodyModel) -> None:
+        """Make the tracker anew, for this body."""
+        fps, seed = self.recording.fps, self.spec.seed
+        given, clouds = (body, self.settings, self._cameras, fps, seed), self.has_clouds
+        self.tracker: Tracker = tracker_for(*given, clouds=clouds)
+
+    @property
+    def has_clouds(self) -> bool:
+        """Whether any view gives depth; else keypoints alone are followed."""
+        return bool(self.chain.view_names)
+
+    @property
+    def body(self) -> BodyModel:
+        """What is tracked."""
+        return self.tracker.setup.body
+
+    def origin(self) -> Origin:
+        """Describe where the frames come from."""
+        found = self.chain.parameters.values()
+        spec = dataclasses.replace(
+            self.spec,
+            views=self.views,
+            frames=self._asked,
+            init=self._init,
+            detections=self._detections,
+            colour=self.reader.colour,
+        )
+        return Origin(
+            recording=self.recording,
+            fingerprint=fingerprint(self.recording),
+            spec=spec,
+            state_names=self.tracker.state_names,
+            shape=self.body.shape,
+            given=self._given,
+            made=self._made_at,
+            resumed_at=() if self._begun is None else self._begun.resumed_at,
+            heading=None if self.heading is None else self.heading.to_dict(),
+            from_recording=dict(found.items() - self.spec.settings.depth.values().items()),
+        )
+
+    def smoothed_run(self, frames: Sequence[TrackedFrame]) -> Run:
+        """Go over successive frames backwards and put them together to a run."""
+        back = smoothed(frames, self.tracker.setup, fit_movement=not self.has_clouds)
+        origin = dataclasses.replace(self.origin(), smoothed=True, bridged=back.bridged)
+        return run_of(back.frames, origin)
+
+    def close(self) -> None:
+        """Close the reader, unless it is shared."""
+        if self._shared is None:
+            self.chain.close()
+        self._release_blas()
+        if self._owns_reader:
+            self.reader.close()
+
+    def __enter__(self) -> Pipeline:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def first_pose(self, cloud: Cloud) -> Pose:
+        """Where the track begins in the first cloud that shows somebody."""
+        if isinstance(self._init, Pose):
+            return self._init
+        found = self._found or self._look_for_pose([cloud]) if is_found(self._init) else None
+        return found or t_pose_in_cloud(self.body, cloud.points, self.settings.depth.upright)
