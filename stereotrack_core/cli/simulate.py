@@ -14,7 +14,7 @@ from stereotrack_core.simulation.rig import SceneOptions
 from stereotrack_core.tables import Table
 
 DESCRIPTION = (
-    "Render a stereo recording of a simulated person, with the true landmarks as its "
+    "Render a recording of a simulated person in stereo or depth views (--set kind=depth), with the true landmarks as its "
     "reference and the named motions as its segments."
 )
 

@@ -24,12 +24,13 @@ from stereotrack_core.recording.writing import (
     write_recording_description,
 )
 from stereotrack_core.simulation.actor import Actor, actor
+from stereotrack_core.simulation.depth_camera import DepthCamera, depth_view
 from stereotrack_core.simulation.materials import noise_lattice
 from stereotrack_core.simulation.motions import Chain, Part, chain, motion_names, scheduled
-from stereotrack_core.simulation.people import PEOPLE, Person, person_named
+from stereotrack_core.simulation.people import PEOPLE, Person, grown, person_named
 from stereotrack_core.simulation.postures import line_path, walk
 from stereotrack_core.simulation.render import CameraRenderer, Posed
-from stereotrack_core.simulation.rig import SceneOptions, sensor, stereo_rig, view_names
+from stereotrack_core.simulation.rig import SceneOptions, rig, sensor, view_names
 from stereotrack_core.simulation.room import room
 from stereotrack_core.simulation.skeleton import JointState, landmarks, posed_bones
 
@@ -97,7 +98,7 @@ def build_scene(
 
     `parts` say what happens when; without any the motions follow each other.
     """
-    cameras = stereo_rig(views, options, seed)
+    cameras = rig(views, options, seed)
     things, lattice = room(furnished=options.furnished), noise_lattice(seed)
 
     def renderer(name: str) -> CameraRenderer:
@@ -163,6 +164,8 @@ def simulate(
     folder = Path(folder)
     _check(folder, frames, seed)
     who, names, where = person_named(person), motion_names(motion), view_names(views)
+    if o.stature:
+        who = grown(who, o.stature)
     with filling(folder) as workplace, ThreadPoolExecutor(_WORKERS) as workers:
         scene = build_scene(who, names, frames, where, seed, o, workers, parts)
         with ExitStack() as opened:
@@ -170,14 +173,15 @@ def simulate(
                 camera: opened.enter_context(_video(workplace / f"{camera}.mp4", o, quick))
                 for camera in scene.cameras
             }
-            if o.background_images:
+            if o.background_images and o.kind == "stereo":
                 for camera, renderer in scene.renderers.items():
                     write_png(workplace / f"{camera}_background.png", renderer.background())
+            sensors = _depth_cameras(scene, workplace, o, seed)
             truth = []
             for frame in range(frames):
                 if cancelled is not None and cancelled():
                     raise Cancelled
-                truth.append(_make_frame(scene, frame, videos, workers))
+                truth.append(_make_frame(scene, frame, videos, sensors, workers))
                 if on_progress is not None:
                     on_progress(frame + 1, frames)
         _describe(workplace, folder.name, o, scene, who.subject(), np.array(truth))
@@ -188,14 +192,32 @@ def _video(path: Path, o: SceneOptions, quick: bool) -> VideoWriter:
     return VideoWriter(path, fps=o.fps, **size, colour=o.colour, crf=crf, quick=quick)
 
 
+def _depth_cameras(
+    scene: Scene, folder: Path, o: SceneOptions, seed: int
+) -> dict[str, DepthCamera]:
+    """Those of depth views by their names; none for stereo views."""
+    if o.kind != "depth":
+        return {}
+    return {
+        name: DepthCamera(renderer, o.focal, folder / name, (seed, ord(name)))
+        for name, renderer in scene.renderers.items()
+    }
+
+
 def _make_frame(
-    scene: Scene, frame: int, videos: Mapping[str, VideoWriter], workers: Executor
+    scene: Scene,
+    frame: int,
+    videos: Mapping[str, VideoWriter],
+    sensors: Mapping[str, DepthCamera],
+    workers: Executor,
 ) -> FloatArray:
     """Draw and store all pictures of a frame; return its landmarks (9, 3)."""
     people, points = scene.people(frame)
 
     def draw(camera: str) -> None:
         videos[camera].write(scene.picture(camera, people, frame))
+        if camera in sensors:
+            sensors[camera].write(people, frame)
 
     list(workers.map(draw, videos))
     return points
@@ -207,12 +229,14 @@ def _describe(
     """Write what describes the pictures; `truth` is (F, 9, 3) metres, world."""
 
     def stream(camera: str) -> Stream:
-        background = f"{camera}_background.png" if o.background_images else None
-        return Stream(camera, f"{camera}.mp4", background)
+        background = o.background_images and o.kind == "stereo"
+        return Stream(camera, f"{camera}.mp4", f"{camera}_background.png" if background else None)
 
     names = dict.fromkeys(camera.partition("_")[0] for camera in scene.cameras)
     views = [
-        View(name, "stereo", image=stream(f"{name}_right"), left=stream(f"{name}_left"))
+        depth_view(name, stream(name))
+        if o.kind == "depth"
+        else View(name, "stereo", image=stream(f"{name}_right"), left=stream(f"{name}_left"))
         for name in names
     ]
     frames = np.arange(len(truth), dtype=np.int64)

@@ -1,111 +1,46 @@
-"""Named motions, smooth ways through key postures, and when a person does which of them."""
+"""Named motions, and when a person does which of them."""
 
 from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import cycle
 
 import numpy as np
 
-from stereotrack_core.arrays import FloatArray
 from stereotrack_core.errors import InputError
 from stereotrack_core.recording.description import Segment
+from stereotrack_core.simulation.exercises import EXERCISES
+from stereotrack_core.simulation.keyed import Key, Motion, keyed
 from stereotrack_core.simulation.people import Person
 from stereotrack_core.simulation.postures import (
     STRETCHED,
     Arm,
     Posture,
     circle_path,
-    state_of,
     walk,
 )
 from stereotrack_core.simulation.skeleton import (
     JointState,
     between,
-    difference,
     minimum_jerk,
-    moved,
 )
-
-
-class KeyedWay:
-    """Interpolates joint states in time, at ascending times in seconds; the first is held before.
-
-    Between two keys a cubic Bezier curve on the rotations (Shoemake 1985,
-    doi:10.1145/325165.325242); the velocity at a key is the harmonic mean of those before and
-    after, none where they differ in sign (Fritsch and Butland 1984, doi:10.1137/0905021), so that
-    nothing swings beyond its keys.
-    """
-
-    def __init__(self, times: FloatArray, states: Sequence[JointState]) -> None:
-        self._times = np.asarray(times, dtype=np.float64)
-        self._states = tuple(states)
-        steps = [difference(a, b) for a, b in itertools.pairwise(states)]
-        speeds = np.array(steps) / np.diff(self._times)[:, None]
-        self._velocities = np.zeros((len(states), speeds.shape[1]))
-        before, after = speeds[:-1], speeds[1:]
-        same = before * after > 0
-        total = np.where(same, before + after, 1.0)
-        self._velocities[1:-1] = np.where(same, 2 * before * after / total, 0.0)
-
-    def at(self, time: float) -> JointState:
-        """The state at a time in seconds."""
-        times = self._times
-        if time <= times[0]:
-            return self._states[0]
-        k = min(int(np.searchsorted(times, time, side="left")), len(times) - 1)
-        length = times[k] - times[k - 1]
-        share = float(min((time - times[k - 1]) / length, 1.0))
-        start, end = self._states[k - 1], self._states[k]
-        points = [
-            start,
-            moved(start, self._velocities[k - 1] * length / 3),
-            moved(end, -self._velocities[k] * length / 3),
-            end,
-        ]
-        while len(points) > 1:
-            points = [between(a, b, share) for a, b in itertools.pairwise(points)]
-        return points[0]
-
 
 T_POSE = Posture(STRETCHED, STRETCHED)
 _STANDING = Posture()
 
 
-_Key = tuple[float, Posture]  # the seconds that it takes to reach a posture from the one before
-
-
-@dataclass(frozen=True, eq=False)
-class Motion:
-    """A named motion at pace 1; `states` gives those of a person in a number of frames."""
-
-    seconds: float
-    states: Callable[[Person, int], list[JointState]]
-
-
-def _keyed(*keys: _Key) -> Motion:
-    """A motion through keys; the first key's seconds are spent holding it."""
-    times = np.cumsum([seconds for seconds, _ in keys])
-
-    def states(person: Person, frames: int) -> list[JointState]:
-        way = KeyedWay(times, [state_of(person, posture) for _, posture in keys])
-        return [way.at(times[-1] * frame / max(frames - 1, 1)) for frame in range(frames)]
-
-    return Motion(float(times[-1]), states)
-
-
 def _t_pose() -> Motion:
     lifted = Posture(Arm((0.995, 0.02, 0.03)), Arm((0.995, 0.01, -0.02)), nod=1.0)
-    return _keyed((0.4, T_POSE), (0.4, lifted), (0.4, T_POSE))
+    return keyed((0.4, T_POSE), (0.4, lifted), (0.4, T_POSE))
 
 
 def _arms_at_sides() -> Motion:
     swayed = Posture(sway=0.02, twist=4.0, look=12.0)
     back = Posture(sway=-0.015, twist=-3.0, look=-10.0)
-    return _keyed((0.3, _STANDING), (1.2, swayed), (1.4, back), (1.1, _STANDING))
+    return keyed((0.3, _STANDING), (1.2, swayed), (1.4, back), (1.1, _STANDING))
 
 
 def _travolta() -> Motion:
@@ -117,12 +52,12 @@ def _travolta() -> Motion:
     down = Posture(hip, low, (4.0, 4.0, 4.0), twist=8.0, sway=0.03, look=6.0, drop=0.03)
     middle = Posture(hip_low, front, (2.0, 2.0, 2.0), drop=0.04)
     up = Posture(hip_low, high, twist=-10.0, sway=-0.03, look=-14.0, drop=0.03)
-    return _keyed((0.1, down), *_strokes(up, middle, down, times=3, seconds=0.62))
+    return keyed((0.1, down), *_strokes(up, middle, down, times=3, seconds=0.62))
 
 
 def _strokes(
     up: Posture, middle: Posture, down: Posture, *, times: int, seconds: float
-) -> list[_Key]:
+) -> list[Key]:
     """Up and down again; the middle leads the hand round the body."""
     half = seconds / 2
     return [(half, middle), (half, up), (half, middle), (half, down)] * times
@@ -141,7 +76,7 @@ def _whip() -> Motion:
         (0.5, Posture(balance, through, (8.0, 7.0, 7.0), twist=20.0, drop=0.05)),
         (0.7, Posture(balance, ready)),
     )
-    return _keyed(*keys)
+    return keyed(*keys)
 
 
 def _tie_shoes() -> Motion:
@@ -159,7 +94,7 @@ def _tie_shoes() -> Motion:
     near = tying(lace(0.0, 0.28, 0.13), lace(0.0, 0.28, 0.13))
     pulled = tying(lace(0.05, 0.23, 0.20), lace(0.04, 0.25, 0.22))
     crossed = tying(lace(-0.05, 0.27, 0.14), lace(-0.05, 0.22, 0.18))
-    return _keyed(
+    return keyed(
         (0.1, _STANDING), (0.7, knees), (0.8, near), (0.5, pulled), (0.5, crossed),
         (0.5, pulled), (0.4, near), (0.8, knees), (0.7, _STANDING),
     )  # fmt: skip
@@ -185,7 +120,7 @@ def _crossing() -> tuple[Posture, Posture, Posture]:
 
 def _cross_arms() -> Motion:
     front, crossed, lower = _crossing()
-    return _keyed(
+    return keyed(
         (0.2, _STANDING), (0.9, front), (0.8, crossed), (0.8, lower),
         (0.7, crossed), (0.5, lower), (0.8, front), (0.9, _STANDING),
     )  # fmt: skip
@@ -196,7 +131,7 @@ def _hold_arms_crossed() -> Motion:
     front, crossed, lower = _crossing()
     raised = Posture(right=Arm((0.45, 0.72, 0.48), (0.6, -0.5, -1.0)), twist=-4.0, look=-15.0)
     ahead = Posture(right=Arm((0.22, 0.94, 0.10), (0.6, -0.5, -1.0)), twist=4.0)
-    return _keyed(
+    return keyed(
         (0.5, raised), (1.8, ahead), (2.2, front), (2.0, crossed), (2.5, lower),
         (2.5, crossed), (0.7, front), (0.8, _STANDING),
     )  # fmt: skip
@@ -209,7 +144,7 @@ def _point() -> Motion:
     ahead = at((0.22, 0.94, 0.10), 4.0, 0.0)
     aside = at((0.90, 0.36, 0.16), -10.0, -35.0)
     upwards = at((0.45, 0.72, 0.48), -4.0, -15.0)
-    return _keyed(
+    return keyed(
         (0.2, _STANDING), (0.8, ahead), (0.4, ahead), (0.7, aside), (0.4, aside),
         (0.6, upwards), (0.9, _STANDING),
     )  # fmt: skip
@@ -224,7 +159,7 @@ def _shrug() -> Motion:
     back = Posture(lifted=(8.0, 8.0), forward=(-13.0, -13.0), lean=(0.0, 0.0, -2.0))
     low = Posture(lifted=(-5.0, -5.0))
     ahead = Posture(lifted=(8.0, 8.0), forward=(16.0, 16.0), lean=(0.0, 0.0, 2.0))
-    return _keyed(
+    return keyed(
         (0.3, _STANDING), (0.9, up), (0.5, up), (0.9, _STANDING),
         (0.8, left), (0.4, left), (0.8, _STANDING),
         (0.8, right), (0.4, right), (0.8, _STANDING),
@@ -246,7 +181,7 @@ def _reach() -> Motion:
     left = Posture(left=above, lifted=(22.0, 0.0), side=3.0, nod=-6.0)
     right = Posture(right=above, lifted=(0.0, 22.0), side=-3.0, nod=-6.0)
     back = Posture(drawn, drawn, forward=(-13.0, -13.0), lean=(0.0, -1.0, -3.0))
-    return _keyed(
+    return keyed(
         (0.2, _STANDING), (0.9, level), (0.6, pushed), (0.4, pushed),
         (0.6, level), (0.9, left), (0.4, left), (0.9, level),
         (0.9, right), (0.4, right), (0.9, level), (0.6, Posture(bent, bent)),
@@ -272,6 +207,7 @@ MOTIONS: dict[str, Motion] = {
     "leave-and-return": _round(9.5, 1.7),
     "shrug": _shrug(),
     "reach": _reach(),
+    **EXERCISES,
 }
 """All motions by the name for ``--motion``."""
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import zlib
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
@@ -110,6 +110,17 @@ def person_named(name: str) -> Person:
         raise InputError(
             f"unknown person {name!r}", where="--person", remedy=f"Use one of {', '.join(PEOPLE)}."
         ) from None
+
+
+def grown(person: Person, stature: float) -> Person:
+    """The person scaled to another stature in metres; girth and muscle are factors and stay."""
+    factor = stature / person.stature
+    lengths = {
+        field.name: factor * getattr(person, field.name)
+        for field in fields(person)
+        if field.name not in {"name", "girth", "muscle", "hips"}
+    }
+    return replace(person, **lengths)
 
 
 def girth_scale(person: Person) -> float:

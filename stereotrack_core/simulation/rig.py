@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -30,11 +30,17 @@ class SceneOptions(ParameterGroup):
         "Texture contrast of the clothes."
     )
     furnished: bool = parameter(True, _SCENE)("Furniture in the room.")
+    stature: float = parameter(0.0, _SCENE, (0.0, 2.3), unit="m")(
+        "Height of the person, who is scaled to it; 0 is the named person's own."
+    )
     second_person: bool = parameter(False, _SCENE)(
         "A second person occasionally walks through the background."
     )
     background_images: bool = parameter(True, _SCENE)(
         "Provide a background image for every camera."
+    )
+    kind: str = parameter("stereo", _RIG, choices=("stereo", "depth"))(
+        "Stereo cameras, or structured-light depth cameras with a mask of the person."
     )
     width: int = parameter(640, _RIG, (64, 4096), unit="px")("Width of the images.")
     height: int = parameter(480, _RIG, (48, 4096), unit="px")("Height of the images.")
@@ -87,6 +93,14 @@ def view_names(views: str) -> tuple[str, ...]:
             remedy="Use some of N, O, S and W, each at most once, for example NS.",
         )
     return names
+
+
+def rig(views: tuple[str, ...], options: SceneOptions, seed: int) -> dict[str, Camera]:
+    """The cameras of the kind that the options say; depth cameras have their view's name."""
+    cameras = stereo_rig(views, options, seed)
+    if options.kind == "stereo":
+        return cameras
+    return {view: replace(cameras[f"{view}_right"], name=view) for view in views}
 
 
 def stereo_rig(views: tuple[str, ...], options: SceneOptions, seed: int) -> dict[str, Camera]:

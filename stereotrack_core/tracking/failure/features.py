@@ -6,6 +6,7 @@ None needs a reference.
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 from time import perf_counter
 from typing import Any
 
@@ -41,16 +42,26 @@ from stereotrack_core.tracking.failure.coefficients import CONSTANTS, SLOPES
 from stereotrack_core.tracking.residuals.surface import unexplained_fraction_of
 from stereotrack_core.tracking.state import Setup
 
-FEATURES: tuple[str, ...] = tuple(SLOPES)
+FEATURES: tuple[str, ...] = tuple(SLOPES["several"])
 """What is known of a limb; see :func:`limb_features`."""
 
 LOST_DEG = 45.0
 """Error of a limb's direction beyond which it fails."""
 
-THROUGH, BEHIND, BEFORE, UNKNOWN, AGREED, VISIBLE = range(6)
+THROUGH, BEHIND, BEFORE, UNKNOWN, AGREED, NEEDED, VISIBLE = LOOKS = range(7)
 """Columns of the looks: pixels beside the person, with a range behind or before the body's,
-without a range, with the body's range, and all that are in sight."""
+without a range, with the body's range, with one that no other limb would have there, and all that
+are in sight."""
 
+
+_LITTLE = 0.05
+"""Share of a limb's area that is added before logarithms are taken."""
+
+_SEEN = 0.4
+"""Share of a limb's own area, mean over views, in which its surface has been seen for certain."""
+
+_CLEARLY_WORSE = 0.1
+"""Share of its area by which every other place of a limb explains less than where it is."""
 
 _STEP = 3
 _SQUARED_SIGMA = 0.8**2
@@ -81,7 +92,7 @@ def judged(
     return dataclasses.replace(
         found,
         limb_sigma_deg=OVERCONFIDENCE * sigma,
-        limb_lost=failure_probability(features),
+        limb_lost=failure_probability(features, views_of_somebody(cloud)),
         limb_features=features,
         seconds={**found.seconds, "judge": perf_counter() - begun},
     )
@@ -92,20 +103,55 @@ def with_neighbours(features: FloatArray) -> FloatArray:
     return np.concatenate([features, features[..., list(NEIGHBOUR), :]], axis=-1)
 
 
-def failure_probability(features: FloatArray | None) -> FloatArray:
+def views_of_somebody(cloud: Cloud) -> str:
+    """Whose coefficients hold: those of ``one`` view that sees the person, or of ``several``."""
+    return "one" if len(seen_pictures(cloud, _STEP)) == 1 else "several"
+
+
+def failure_probability(features: FloatArray | None, views: str) -> FloatArray:
     """Probability (6,) that each limb fails: more than 45 deg off; NaN where not known.
 
     A logistic regression of the features (6, S), one for the upper arms and one for the forearms,
     fitted on simulated recordings alone by ``tools/fit_lost_limbs.py``. Torso and head have none:
-    they failed too rarely to learn from.
+    they failed too rarely to learn from. An upper arm that no view shows is suspicious if several
+    look; from one view it may be hidden behind its own forearm. So one view has coefficients of its
+    own. No probability exceeds the :func:`bound` that the cloud sets.
+
+    Parameters
+    ----------
+    views : ``one`` or ``several``
+        See :func:`views_of_somebody`.
     """
-    result: FloatArray = np.full(len(LIMBS), np.nan)
     if features is None:
-        return result
-    every, slopes = with_neighbours(features), np.array(list(SLOPES.values()))
-    for k, limbs in enumerate((UPPER_ARMS, FOREARMS)):
-        own = np.concatenate([slopes[:, k], slopes[:, k + 2]])
-        result[list(limbs)] = scipy.special.expit(CONSTANTS[k] + every[list(limbs)] @ own)
+        return np.full(len(LIMBS), np.nan)
+    slopes = np.array(list(SLOPES[views].values())).reshape(len(FEATURES), 2, 2)
+    free = probability_by(features, CONSTANTS[views], slopes.T.reshape(2, -1))
+    return np.minimum(free, bound(features))
+
+
+def probability_by(
+    features: FloatArray, constants: Sequence[float], slopes: FloatArray
+) -> FloatArray:
+    """Probability (..., 6) by constant and slopes (2 S,) each of upper arms and of forearms."""
+    every = with_neighbours(features)
+    result = np.full(features.shape[:-1], np.nan)
+    for limbs, constant, own in zip((UPPER_ARMS, FOREARMS), constants, slopes, strict=True):
+        result[..., list(limbs)] = scipy.special.expit(constant + every[..., list(limbs), :] @ own)
+    return result
+
+
+def bound(features: FloatArray) -> FloatArray:
+    """What the failure probabilities (..., 6) can be at most, as far as the cloud shows the limbs.
+
+    One half where the cloud has the limb's surface over enough of its area, no other limb would be
+    there, and no other place of the arm explains the pictures as well: of such limbs 1 in 100 was
+    lost in simulated recordings. 1 where there is less than half of that surface.
+    """
+    needed = np.exp(features[..., FEATURES.index("needed")]) - _LITTLE
+    worse = -features[..., FEATURES.index("better")]
+    half = _SEEN / 2.0
+    seen = np.clip((needed - half) / half, 0.0, 1.0) * np.clip(worse / _CLEARLY_WORSE, 0.0, 1.0)
+    result: FloatArray = 1.0 - 0.5 * seen
     return result
 
 
@@ -117,13 +163,13 @@ def limb_features(
     Of a limb's pixels in sight of all views: the shares that lie beside the person
     (``through``), where the range is behind or before the limb's, and where there is none; the
     share through or behind of the view that contradicts most (``worst``); logarithms of the areas
-    in sight and in agreement over the limb's own; the share through or behind of the neighbouring
-    limb. Then the unexplained area in the limb's reach over its own (square root), the logarithm
-    of the posterior's standard deviation, the root mean square distance of the limb's data in
-    centimetres, the logarithm of their number over what its area should have, the logarithm of
-    the jump, the frame's unexplained fraction, and how deep its axis lies in the torso and how
-    near to the other arm, in decimetres; and how good it would be elsewhere, see
-    :func:`elsewhere`.
+    in sight, in agreement, and in agreement where no other limb would be (``needed``), over the
+    limb's own; the share through or behind of the neighbouring limb. Then the unexplained area in
+    the limb's reach over its own (square root), the logarithm of the posterior's standard
+    deviation, the root mean square distance of the limb's data in centimetres, the logarithm of
+    their number over what its area should have, the logarithm of the jump, the frame's unexplained
+    fraction, and how deep its axis lies in the torso and how near to the other arm, in decimetres;
+    and how good it would be elsewhere, see :func:`elsewhere`.
 
     Parameters
     ----------
@@ -154,8 +200,9 @@ def limb_features(
         share[:, BEFORE],
         share[:, UNKNOWN],
         np.max(np.where(enough, against, 0.0), axis=0),
-        np.log(total[:, VISIBLE] / views / own + 0.05),
-        np.log(total[:, AGREED] / views / own + 0.05),
+        np.log(total[:, VISIBLE] / views / own + _LITTLE),
+        np.log(total[:, AGREED] / views / own + _LITTLE),
+        np.log(total[:, NEEDED] / views / own + _LITTLE),
         wrong[list(NEIGHBOUR)],
         np.sqrt(areas @ unexplained / views / own),
         np.log(np.clip(np.nan_to_num(sigma_deg, nan=20.0), 0.1, 90.0)),
@@ -200,20 +247,22 @@ def _own_areas(body: BodyModel) -> FloatArray:
 def _looks(
     body: BodyModel, frames: PartFrames, pictures: tuple[SeenPicture, ...]
 ) -> tuple[FloatArray, FloatArray]:
-    """Looks (V, 7, 6) of limbs and legs, unexplained pixels (V, 6) of limbs, in all views."""
+    """Looks (V, 7, 7) of limbs and legs, unexplained pixels (V, 6) of limbs, in all views."""
     table, limb = outline_table(body.cones, frames), LIMB_OF_PART[body.cones.part]
     images = np.empty((len(table), COLUMNS))
-    looks = np.zeros((len(pictures), len(LIMBS) + 1, 6))
+    looks = np.zeros((len(pictures), len(LIMBS) + 1, len(LOOKS)))
     unexplained = np.zeros((len(pictures), len(LIMBS)))
     lengths = body.skeleton.lengths
     reach = 1.2 * lengths[: len(LIMBS)]
     reach[list(UPPER_ARMS)] += lengths[list(FOREARMS)]
     for v, seen in enumerate(pictures):
         picture = np.zeros(seen.measured.shape, dtype=np.float32)
-        owner = np.full(picture.shape, -1, dtype=np.int8)
+        other, owner = np.zeros_like(picture), np.full(picture.shape, -1, dtype=np.int8)
         cone_images(table, seen.camera_from_world, seen.pinhole, seen.eye, images)
-        _draw_owned(images, limb, seen.left, seen.top, seen.step, picture, owner)
-        _look(picture, owner, seen.measured, seen.person, seen.scale, _SQUARED_SIGMA, looks[v])
+        _draw_owned(images, limb, seen.left, seen.top, seen.step, picture, owner, other)
+        _look(
+            picture, owner, other, seen.measured, seen.person, seen.scale, _SQUARED_SIGMA, looks[v]
+        )
         to_camera = seen.camera_from_world
         joints = frames.origins[: len(LIMBS)] @ to_camera[:, :3].T + to_camera[:, 3]
         box = np.array([seen.left, seen.top, seen.step])
@@ -270,9 +319,16 @@ def _crossed(body: BodyModel, frames: PartFrames) -> FloatArray:
 
 @compiled()
 def _draw_owned(
-    images: Any, part: Any, left: float, top: float, step: float, picture: Any, owner: Any
+    images: Any,
+    part: Any,
+    left: float,
+    top: float,
+    step: float,
+    picture: Any,
+    owner: Any,
+    other: Any,
 ) -> None:
-    """Draw cones as cones, and note the part that is in front; -1 is none."""
+    """Draw cones as cones, note the part that is in front, -1 is none, and the next other one."""
     for c in range(images.shape[0]):
         im = images[c]
         if im[10] < 0.5:
@@ -282,21 +338,26 @@ def _draw_owned(
             for j in range(j0, j1 + 1):
                 near = near_at(im, left + step * j, top + step * i)
                 if near > picture[i, j]:
+                    if owner[i, j] != part[c]:
+                        other[i, j] = picture[i, j]
                     picture[i, j] = near
                     owner[i, j] = part[c]
+                elif owner[i, j] != part[c] and near > other[i, j]:
+                    other[i, j] = near
 
 
 @compiled()
 def _look(
     picture: Any,
     owner: Any,
+    other: Any,
     measured: Any,
     person: Any,
     scale: float,
     squared_sigma: float,
     looks: Any,
 ) -> None:
-    """Add the pixels of one view to the looks (P, 6) of the parts in front."""
+    """Add the pixels of one view to the looks (P, 7) of the parts in front."""
     for i in range(picture.shape[0]):
         for j in range(picture.shape[1]):
             p = owner[i, j]
@@ -309,6 +370,9 @@ def _look(
                 e = scale * (picture[i, j] - measured[i, j])
                 off = e * e / (e * e + squared_sigma)
                 looks[p, AGREED] += 1.0 - off
+                e_other = scale * (other[i, j] - measured[i, j])
+                unlike = e_other * e_other / (e_other * e_other + squared_sigma)
+                looks[p, NEEDED] += (1.0 - off) * (unlike if other[i, j] > 0.0 else 1.0)
                 looks[p, BEHIND if e > 0.0 else BEFORE] += off
             else:
                 looks[p, UNKNOWN] += 1.0

@@ -28,13 +28,27 @@ def test_coefficients_are_found_again(tool, rng):
     signs = rng.normal(size=(30_000, 3)) * [1.0, 5.0, 0.2] + [0.0, 3.0, 1.0]
     true = np.array([-1.5, 1.2, -0.3, 4.0])
     lost = rng.random(len(signs)) < expit(true[0] + signs @ true[1:])
-    np.testing.assert_allclose(tool.fitted(signs, lost, tool.SHRINKAGE), true, rtol=0.1, atol=0.05)
+    np.testing.assert_allclose(tool.fitted(signs, lost, 3.0), true, rtol=0.1, atol=0.05)
 
 
 def test_what_is_written_is_what_the_program_reads(tool):
-    values = np.array(list(SLOPES.values()))
-    assert values.shape == (len(FEATURES), 4)
-    coefficients = [np.r_[CONSTANTS[k], values[:, k], values[:, k + 2]] for k in (0, 1)]
+    assert set(SLOPES) == set(CONSTANTS) == {"one", "several"}
+    for slopes in SLOPES.values():
+        assert tuple(slopes) == FEATURES
     read: dict[str, object] = {}
-    exec(tool.written(coefficients), read)
+    exec(tool.written(CONSTANTS, SLOPES), read)
     assert (read["CONSTANTS"], read["SLOPES"]) == (CONSTANTS, SLOPES)
+    assert tool.WRITTEN.read_text() == tool.written(CONSTANTS, SLOPES)
+
+
+def test_examples_give_the_probabilities_that_the_program_states(tool, rng):
+    """Coefficients of the fit, in the order in which they are written and read."""
+    signs = rng.normal(size=(400, 6, len(FEATURES)))
+    degrees = np.where(rng.random((400, 6)) < expit(2.0 * signs[..., 0] - 1.0), 60.0, 10.0)
+    run = tool.Examples("one", "one depth view", signs, degrees)
+    (judged, said), *_ = tool.left_out([run, tool.Examples("other", run.kind, signs, degrees)], 3.0)
+    assert judged is run
+    lost = degrees[:, tool.ARMS] > 45.0
+    assert said[:, tool.ARMS][lost].mean() > said[:, tool.ARMS][~lost].mean() + 0.2
+    (line,) = tool.tables([(judged, said)])
+    assert line.startswith(f"one depth view: 1600 segments, {lost.sum()} lost")

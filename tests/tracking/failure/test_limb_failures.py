@@ -14,9 +14,11 @@ from stereotrack_core.tracking.arm_search.arms import LEFT, RIGHT, with_arm
 from stereotrack_core.tracking.estimate import Estimate, Prior
 from stereotrack_core.tracking.failure.features import (
     FEATURES,
+    bound,
     failure_probability,
     limb_features,
     unexpected,
+    views_of_somebody,
 )
 from stereotrack_core.tracking.residuals.surface import Trust, surface_residual
 from tests.tracking.scenes import POSES, surface_points
@@ -48,7 +50,7 @@ def signs_of(pose, true, rng):
     signs = features_of(cloud_of_body(BODY, true), found_at(pose, true, rng))
     assert signs is not None
     assert np.isfinite(signs).all()
-    return dict(zip(FEATURES, signs.T, strict=True)), failure_probability(signs)
+    return dict(zip(FEATURES, signs.T, strict=True)), failure_probability(signs, "several")
 
 
 @pytest.mark.parametrize("name", POSES)
@@ -87,7 +89,7 @@ def test_torso_and_head_have_no_probability(rng):
 def test_nothing_is_said_where_nobody_is_seen(rng):
     cloud = dataclasses.replace(cloud_of_body(BODY, POSES["t"]), depths={})
     assert features_of(cloud, found_at(POSES["t"], POSES["t"], rng)) is None
-    assert np.isnan(failure_probability(None)).all()
+    assert np.isnan(failure_probability(None, "one")).all()
 
 
 def test_jumps_are_stated_in_standard_deviations():
@@ -100,3 +102,33 @@ def test_jumps_are_stated_in_standard_deviations():
     assert found[FOREARMS[0]] == pytest.approx(3.0)
     assert np.delete(found, FOREARMS[0]) == pytest.approx(np.zeros(5), abs=1e-12)
     assert (unexpected(movement, None, ALL_JOINTS) == 0.0).all()
+
+
+@pytest.mark.parametrize("views", ["one", "several"])
+def test_a_limb_whose_surface_the_cloud_shows_is_never_called_lost(views, rng):
+    """Whatever the other signs say: the cloud has the surface, and nothing else explains it."""
+    signs = rng.normal(0.0, 20.0, (200, len(LIMBS), len(FEATURES)))
+    signs[..., FEATURES.index("needed")] = np.log(0.45 + 0.05)
+    signs[..., FEATURES.index("better")] = -0.2
+    said = np.array([failure_probability(each, views) for each in signs])[:, ARMS]
+    assert said.max() <= 0.5
+    signs[..., FEATURES.index("better")] = 0.1  # it would be as good elsewhere
+    free = np.array([failure_probability(each, views) for each in signs])[:, ARMS]
+    assert free.max() > 0.99
+
+
+def test_the_bound_falls_as_more_of_the_surface_is_seen():
+    signs = np.zeros((5, len(FEATURES)))
+    signs[:, FEATURES.index("better")] = -0.3
+    signs[:, FEATURES.index("needed")] = np.log(np.array([0.0, 0.2, 0.3, 0.4, 0.9]) + 0.05)
+    assert bound(signs) == pytest.approx([1.0, 1.0, 0.75, 0.5, 0.5])
+
+
+def test_surfaces_that_another_limb_would_have_there_are_not_needed(rng):
+    signs, _ = signs_of(POSES["t"], POSES["t"], rng)
+    needed = np.exp(signs["needed"][ARMS]) - 0.05
+    agreed = np.exp(signs["agreed"][ARMS]) - 0.05
+    assert (needed <= agreed + 1e-9).all()
+    assert (needed[2:] > 0.3).all()  # forearms that stand out
+    cloud = cloud_of_body(BODY, POSES["t"])
+    assert views_of_somebody(cloud) == ("one" if len(cloud.depths) == 1 else "several")
