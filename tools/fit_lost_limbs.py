@@ -70,7 +70,8 @@ class Examples:
 def main(arguments: list[str]) -> int:
     """Simulate what is missing, track, fit, write, and say how good it is."""
     folder, *chosen = arguments
-    constants, slopes = dict(CONSTANTS), dict(SLOPES)
+    constants = dict(CONSTANTS)
+    slopes: dict[str, Mapping[str, Sequence[float]]] = dict(SLOPES)
     for views in chosen or RECORDINGS:
         runs = list(examples_of(Path(folder), RECORDINGS[views]))
         print(f"{views}: each recording judged with coefficients from the others")
@@ -78,7 +79,7 @@ def main(arguments: list[str]) -> int:
         upper, fore = fitted_by_limb(runs, SHRINKAGE[views])
         constants[views] = float(upper[0]), float(fore[0])
         values = np.stack([upper[1:], fore[1:]]).reshape(2, 2, len(FEATURES)).T.reshape(-1, 4)
-        slopes[views] = dict(zip(FEATURES, values.tolist(), strict=True))
+        slopes[views] = {name: tuple(own) for name, own in zip(FEATURES, values, strict=True)}
     WRITTEN.write_text(written(constants, slopes))
     return 0
 

@@ -14,8 +14,8 @@ from stereotrack_core.simulation.rig import SceneOptions
 from stereotrack_core.tables import Table
 
 DESCRIPTION = (
-    "Render a recording of a simulated person in stereo or depth views (--set kind=depth), with the true landmarks as its "
-    "reference and the named motions as its segments."
+    "Render a recording of a simulated person in stereo views, or in depth views with "
+    "--set kind=depth. The true landmarks are its reference, the named motions its segments."
 )
 
 OPTIONS = (
