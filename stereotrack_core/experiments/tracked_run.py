@@ -185,10 +185,11 @@ def track_recording(
             dataclasses.replace(recording, reference=None),  # the tracker never sees the truth
             spec,
             on_frame=course.note,
-            cancelled=lambda: cancelled() or course.done == wanted,
+            cancelled=cancelled,
             on_preparing=course.prepare,
             keeper=journal,
             begun=begun,
+            count=count,
         )
     return _tracked(run, course, clock(), wanted)
 

@@ -22,6 +22,7 @@ def track(
     on_preparing: Callable[[str, int, int], None] | None = None,
     keeper: RunKeeper | None = None,
     begun: UnfinishedRun | None = None,
+    count: int | None = None,
 ) -> Run:
     """Track a recording; a run that is cancelled keeps the frames it has.
 
@@ -36,6 +37,8 @@ def track(
         parts of how many are done; may raise :class:`Cancelled`.
     keeper, begun
         See :class:`Pipeline`.
+    count : int, optional
+        Tracking ends after so many of the frames, as when a run that was stopped is repeated.
 
     Raises
     ------
@@ -55,12 +58,12 @@ def track(
         pipeline.corrects = True
         wanted = spec.frames_of(pipeline.reader.frame_count)
         pipeline.prepare(wanted)
-        complete = begun is not None and cancelled is not None and cancelled()
+        complete = len(found) == (count or len(wanted))
         for tracked in () if complete else pipeline.frames(wanted):
             in_place(found, tracked.without_cloud())
             if on_frame is not None:
                 on_frame(tracked)
-            if cancelled is not None and cancelled():
+            if len(found) == count or (cancelled is not None and cancelled()):
                 break
         found, mended = repaired(pipeline, found, cancelled)
         run = pipeline.smoothed_run(found) if spec.smooth else run_of(found, pipeline.origin())

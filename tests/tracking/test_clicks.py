@@ -15,6 +15,7 @@ from stereotrack_core.body.offsets import offsets_by_landmark
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.errors import InputError
+from stereotrack_core.experiments.tracked_run import track_recording
 from stereotrack_core.recording.description import Subject
 from stereotrack_core.recording.detections import Detection, Detections
 from stereotrack_core.recording.landmarks import LANDMARKS
@@ -33,10 +34,20 @@ from stereotrack_core.tracking.state import Setup
 from stereotrack_core.tracking.tracker import PersonTracker
 from tests.annotation.scenes import cameras
 from tests.tracking.keypoints.cases import BODY
-from tests.tracking.scenes import CAMERAS, POSES, angle_errors, cloud_of, surface_points, turned
+from tests.tracking.recordings import write_depth_recording
+from tests.tracking.scenes import (
+    CAMERAS,
+    POSES,
+    angle_errors,
+    cloud_of,
+    pose_with_arms,
+    surface_points,
+    turned,
+)
 from tests.tracking.test_smoothing import _followed, _pose
 
 RIG = cameras("barrel")
+HANGING = pose_with_arms([0.1, 0.1, -1], [0, 0.2, -1], [-0.1, 0.1, -1], [0, 0.2, -1])
 SETTINGS = preset("accurate").replaced(
     search_arms=False, data_points=400, iterations=4, measure_silhouettes=False
 )
@@ -178,6 +189,24 @@ def test_a_stretch_before_a_clicked_frame_is_repaired(tracker, rng, smooth):
     untouched, none = repaired(Course(tracker, RunSpec(SETTINGS)), frames)
     assert none == []
     assert untouched == frames
+
+
+def test_a_whole_run_is_repaired_once_its_last_frame_is_there(tmp_path):
+    settings = preset("fast").replaced(
+        pixel_step=1, speckle_size=0, search_arms=False, data_points=400, fit_shape=False
+    )
+    body = body_model(AVERAGE, settings.body)
+    poses = [POSES["t"]] * 3 + [HANGING] * 5
+    recording = write_depth_recording(tmp_path / "cones", body, poses)
+    clicks = Detections(clicks_on(body, HANGING, 7), "clicks.csv")
+    spec = RunSpec(settings, frames=range(8), init=POSES["t"], clicks=clicks)
+    alone = track_recording(recording, dataclasses.replace(spec, clicks=None)).run
+    run = track_recording(recording, spec).run
+    truth = recording.reference.points
+    away = [np.linalg.norm(each.landmarks - truth, axis=2).max(axis=1) for each in (alone, run)]
+    assert away[0][3:7].min() > 0.15, "without the search the arms are lost"
+    assert run.meta["repaired"] == [3, 4, 5, 6]
+    assert away[1][3:].max() < 0.1
 
 
 def test_the_run_says_what_was_repaired():
