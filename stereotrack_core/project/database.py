@@ -165,14 +165,19 @@ def make_database(path: Path, recording: Row | None = None) -> None:
         speaking(path),
         closing(sqlite3.connect(temporary, isolation_level=None)) as database,
     ):
-        database.execute(f"PRAGMA page_size = {_PAGE_SIZE}")
-        with transaction(database):
-            for statement in STATEMENTS:
-                database.execute(statement)
-            if recording is not None:
-                database.execute("INSERT INTO recording VALUES (1, ?, ?, ?, ?)", recording)
-            database.execute(f"PRAGMA user_version = {FORMAT}")
-            database.execute(f"PRAGMA application_id = {APPLICATION}")
+        make_tables(database, recording)
+
+
+def make_tables(database: sqlite3.Connection, recording: Row | None = None) -> None:
+    """Make a project of a database without any table; see :func:`make_database`."""
+    database.execute(f"PRAGMA page_size = {_PAGE_SIZE}")
+    with transaction(database):
+        for statement in STATEMENTS:
+            database.execute(statement)
+        if recording is not None:
+            database.execute("INSERT INTO recording VALUES (1, ?, ?, ?, ?)", recording)
+        database.execute(f"PRAGMA user_version = {FORMAT}")
+        database.execute(f"PRAGMA application_id = {APPLICATION}")
 
 
 def check_free(path: Path) -> None:

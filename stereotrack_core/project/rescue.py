@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import errno
-import shutil
 import sqlite3
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
@@ -20,7 +19,7 @@ from stereotrack_core.project.database import (
     check_files,
     check_free,
     copy_files,
-    make_database,
+    make_tables,
     speaking,
     transaction,
 )
@@ -70,7 +69,6 @@ def rescue(damaged: Path, target: Path) -> Rescued:
         check_free(target)
         _use_own_tables(copy)
         with speaking(target), replacing(target) as temporary:
-            shutil.copyfile(_empty(Path(folder) / "empty"), temporary)
             saved = _fill(copy, temporary)
             if not any(saved.rows.values()):
                 raise InputError(
@@ -81,20 +79,18 @@ def rescue(damaged: Path, target: Path) -> Rescued:
     return replace(saved, path=target)
 
 
-def _empty(folder: Path) -> Path:
-    """A project with nothing in it."""
-    path = folder / "empty.stereotrack"
-    make_database(path)
-    return path
-
-
 def _fill(copy: Path, target: Path) -> Rescued:
-    """Put into the new project what can be read."""
+    """Make a project of an empty file, with what can be read."""
     with (
         closing(connect_to_rescue(copy)) as source,
         closing(sqlite3.connect(target, isolation_level=None)) as database,
-        transaction(database),
     ):
+        make_tables(database)
+        return _filled(source, database, target)
+
+
+def _filled(source: sqlite3.Connection, database: sqlite3.Connection, target: Path) -> Rescued:
+    with transaction(database):
         tables = (*_OTHER_TABLES, *_HISTORY, *EDITED_TABLES)
         counts = {table: _copy(source, database, table) for table in tables}
         _drop_wrong_content(database)
