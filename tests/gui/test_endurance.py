@@ -43,7 +43,7 @@ FIRST = 2000
 AT_ONCE = 40
 SHORT = 8
 CACHE = 8 << 20
-MOST_PER_FRAME = 8_000
+MOST_PER_FRAME = 10_000
 """Bytes besides the arrays of a frame, which are kept on purpose: for the ten objects that hold
 them, and the frame's measures."""
 MOST_OBJECTS_PER_FRAME = 25
