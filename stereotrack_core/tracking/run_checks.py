@@ -25,6 +25,10 @@ WARNINGS = "warnings"
 HEADING = "heading"
 """Key of a run's meta: how sure it is which way the person faces."""
 
+LIKELY = 0.95
+"""Probability of a heading below which it is told to be undecided. To turn a run round more is
+needed: what is right must not be made wrong."""
+
 MOST_UNEXPLAINED = 0.3
 """Unexplained fraction of the cloud, median over the tracked frames, above which nothing fits:
 sound recordings have 0.05 to 0.28, those with wrong calibrations 0.15 to 0.6 (docs/runs.md)."""
@@ -84,11 +88,13 @@ class HeadingWords:
 def heading_words(heading: Mapping[str, Any] | None) -> HeadingWords | None:
     """Words for what a run states as :data:`HEADING`.
 
-    None where the heading was decided by the first frames, given, or not looked for.
+    None where the heading was decided by the first frames or likely enough, given, or not looked
+    for.
     """
     known = heading or {}
-    if known.get("state") == "undecided":
-        chance = 100.0 * float(known.get("probability", 0.5))
+    probability = float(known.get("probability", 0.5))
+    if known.get("state") == "undecided" and probability < LIKELY:
+        chance = 100.0 * probability
         return HeadingWords(
             "undecided",
             "which way the person faces is undecided, so left and right may be exchanged in the "

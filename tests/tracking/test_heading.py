@@ -147,6 +147,15 @@ def test_a_watch_goes_on_from_its_memory(finder):
     assert first.first[0] == 0
 
 
+def test_it_is_said_where_a_heading_may_be_wrong():
+    told = {p: heading_words({"state": "undecided", "probability": p}) for p in (0.3, 0.9, 0.97)}
+    assert told[0.3].undecided
+    assert "90 %" in told[0.9].what
+    assert told[0.97] is None
+    assert heading_words({"state": "decided", "probability": 0.999}) is None
+    assert heading_words(None) is None
+
+
 def test_a_given_heading_chooses_between_both_ways():
     south = turned(POSES["reaching"], 180.0)
     assert facing(south, None, Z_UP) is south
