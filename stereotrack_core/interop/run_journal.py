@@ -91,8 +91,9 @@ class RunJournal:
 
         Raises OSError where the drive is full or gone.
         """
-        if self.kept == 0 or frame.frame <= self._last:  # begun again: of another body
-            self._file.append(_head(origin(), self._wish))
+        again = frame.frame <= self._last  # of another body; not what a resumed run tracks again
+        if self.kept == 0 or again:
+            self._file.append(_head(origin(), self._wish, again=again))
             self.kept = 0
         self._file.append(_record_of(frame, self._seconds()))
         if self.kept % _FRAMES_PER_CHECKPOINT == 0:
@@ -130,16 +131,17 @@ def read_unfinished(path: Path) -> tuple[UnfinishedRun, Wish]:
     head: Record | None = None
     frames: dict[int, TrackedFrame] = {}
     checkpoints: dict[int, Checkpoint] = {}
-    seconds = 0.0
+    seconds, again = 0.0, False
     with decoding(path, _FOREIGN, _REMEDY):
         for record in read_records(path, _MAGIC):
             if record.kind == _HEAD:
-                head = record
+                head, again = record, bool(record.facts.get("again"))
             elif record.kind == _FRAME:
                 frame = _frame_of(record)
-                if frames and frame.frame <= max(frames):  # the run has begun again from here
+                if again:
                     frames = {k: one for k, one in frames.items() if k < frame.frame}
                     checkpoints = {k: one for k, one in checkpoints.items() if k < frame.frame}
+                    again = False
                 frames[frame.frame] = frame
                 seconds = max(seconds, float(record.facts["seconds"]))
             elif record.kind == _TRACKER:
@@ -172,11 +174,13 @@ def _unfinished(
     return UnfinishedRun(ordered, names, meta, seconds, last), wish
 
 
-def _head(origin: Origin, wish: Wish) -> Record:
+def _head(origin: Origin, wish: Wish, *, again: bool) -> Record:
+    """What holds for the frames after it; `again`: they take the place of those from there on."""
     facts = {
         "meta": origin.meta(),
         "state_names": origin.state_names,
         "wish": {"smooth": wish.smooth, "count": wish.count},
+        "again": again,
     }
     return Record(_HEAD, facts)
 

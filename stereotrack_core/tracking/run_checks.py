@@ -29,6 +29,9 @@ LIKELY = 0.95
 """Probability of a heading below which it is told to be undecided. To turn a run round more is
 needed: what is right must not be made wrong."""
 
+ENOUGH = 20
+"""Tracked frames that do not decide before it is told: with fewer, that is nothing unusual."""
+
 MOST_UNEXPLAINED = 0.3
 """Unexplained fraction of the cloud, median over the tracked frames, above which nothing fits:
 sound recordings have 0.05 to 0.28, those with wrong calibrations 0.15 to 0.6 (docs/runs.md)."""
@@ -89,11 +92,12 @@ def heading_words(heading: Mapping[str, Any] | None) -> HeadingWords | None:
     """Words for what a run states as :data:`HEADING`.
 
     None where the heading was decided by the first frames or likely enough, given, or not looked
-    for.
+    for, and where too few frames were tracked to tell.
     """
     known = heading or {}
     probability = float(known.get("probability", 0.5))
-    if known.get("state") == "undecided" and probability < LIKELY:
+    enough = int(known.get("frames", ENOUGH)) >= ENOUGH
+    if known.get("state") == "undecided" and probability < LIKELY and enough:
         chance = 100.0 * probability
         return HeadingWords(
             "undecided",

@@ -137,6 +137,7 @@ def test_every_module_that_writes_files_is_tried():
     elsewhere = {
         "stereotrack_core.doctor.correcting": "a recording of its own, tests/doctor",
         "stereotrack_core.project.database": "tests/project",
+        "stereotrack_core.project.rescue": "tests/project/test_project_damaged.py",
         "stereotrack_core.recording.importing.files": "part of importing.making",
         "stereotrack_core.experiments.sweep.store": "a text of its own, tests/cli/test_sweep.py",
         "stereotrack_core.experiments.reproduction.pictures": "bytes of its own",

@@ -152,6 +152,7 @@ def test_it_is_said_where_a_heading_may_be_wrong():
     assert told[0.3].undecided
     assert "90 %" in told[0.9].what
     assert told[0.97] is None
+    assert heading_words({"state": "undecided", "probability": 0.5, "frames": 10}) is None
     assert heading_words({"state": "decided", "probability": 0.999}) is None
     assert heading_words(None) is None
 

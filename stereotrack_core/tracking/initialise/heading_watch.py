@@ -103,7 +103,8 @@ class HeadingWatch:
 
     def to_dict(self) -> dict[str, Any]:
         """What a run states of its heading."""
-        found: dict[str, Any] = {"state": self.state, "probability": round(self.probability, 4)}
+        chance = round(self.probability, 4)
+        found: dict[str, Any] = {"state": self.state, "probability": chance, "frames": self._seen}
         return {**found, "against": self.against} if self.against is not None else found
 
     def take(self, finder: PoseFinder, pose: Pose | None, cloud: Cloud) -> None:
