@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
+import numpy as np
+
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.skeleton import FOREARMS, UPPER_ARMS
 from stereotrack_core.evaluation import summary
@@ -13,8 +15,10 @@ from stereotrack_core.evaluation.summary import doubts_against
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.keypoints import Keypoints
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
+from stereotrack_core.recording.sighted_keypoints import keypoints_in_views
 from stereotrack_core.tracking.frame import Run
-from stereotrack_core.tracking.keypoint_misfit import keypoint_error
+from stereotrack_core.tracking.residuals.reprojection import KeypointObservation
+from stereotrack_core.tracking.stored import body_of_run, pose_of_run
 
 
 @dataclass(frozen=True)
@@ -133,3 +137,24 @@ def _signs(run: Run) -> Mapping[str, float]:
 
 def _mean(values: FloatArray) -> float:
     return summary.statistics(values).mean
+
+
+def keypoint_error(run: Run, recording: Recording, keypoints: Keypoints) -> float:
+    """Median distance in pixels of a detector's keypoints from the points of the poses they name.
+
+    Sides that the detector has exchanged are exchanged back, as they are in tracking. NaN where
+    there are no keypoints.
+    """
+    there = {view.name for view in recording.views}
+    views = [name for name in run.meta.get("views", ()) if name in there]
+    seen, body = keypoints_in_views(recording, views, keypoints), body_of_run(run)
+    found = [np.empty(0)]
+    for i, frame in enumerate(run.frame.tolist()):
+        pose = pose_of_run(run, i)
+        if pose is not None:
+            fit = KeypointObservation(seen.at(frame), 1.0).fitted(body, pose)
+            if fit is not None:
+                found.append(np.linalg.norm(fit.seen.pixel - fit.predicted, axis=2).ravel())
+    every = np.concatenate(found)
+    known = every[np.isfinite(every)]
+    return float(np.median(known)) if len(known) else float("nan")

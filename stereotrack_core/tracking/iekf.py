@@ -6,13 +6,14 @@ Baselines share with it all but the way from a frame's measurements to the pose.
 from __future__ import annotations
 
 import dataclasses
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from time import perf_counter
 
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray, IntArray
-from stereotrack_core.body.angles import state_of_pose
+from stereotrack_core.body.angles import state_names, state_of_pose
 from stereotrack_core.body.manifold import difference, displaced
 from stereotrack_core.body.pose import Pose, orthonormal, t_pose
 from stereotrack_core.body.skeleton import FOREARMS, UPPER_ARMS
@@ -194,6 +195,41 @@ class PoseFilter:
         spread = displaced(state.pose, dX, setup.joints)
         movement = difference(state.pose, self.origin.pose, setup.joints)
         return judged(estimate, cloud, setup, spread, movement)
+
+
+class LeaderTracker(ABC):
+    """What trackers have in common that follow with one filter and know when it has lost the person.
+
+    Parameters
+    ----------
+    leader : PoseFilter
+        Follows the pose that is stated.
+    """
+
+    def __init__(self, leader: PoseFilter) -> None:
+        self.setup = leader.setup
+        self.leader = leader
+        self.state_names = state_names(self.setup.joints)
+        self._present = False
+
+    @property
+    def pose(self) -> Pose:
+        """Where the person is."""
+        return self.leader.state.pose
+
+    @property
+    def P(self) -> FloatArray:  # noqa: N802
+        """Covariance (n, n) of the pose's error state."""
+        return self.leader.state.P
+
+    @abstractmethod
+    def start(self, pose: Pose, time: float | None = None, *, P: FloatArray | None = None) -> None:
+        """Begin from a pose that is roughly right; see :meth:`PoseFilter.start`."""
+
+    def reinitialise(self) -> None:
+        """Know nothing: the next frame that shows somebody is searched."""
+        self.start(self.pose)
+        self._present = False
 
 
 @dataclass(frozen=True, eq=False)

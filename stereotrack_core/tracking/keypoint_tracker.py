@@ -13,8 +13,8 @@ from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.tracking.estimate import Estimate, Memory
+from stereotrack_core.tracking.iekf import LeaderTracker
 from stereotrack_core.tracking.initialise.keypoint_pose import pose_of_keypoints
-from stereotrack_core.tracking.leader import LeaderTracker
 from stereotrack_core.tracking.residuals.reprojection import KeypointFit, KeypointObservation
 from stereotrack_core.tracking.step_recorder import StepRecorder
 

@@ -21,7 +21,7 @@ from stereotrack_core.recording.description import Recording
 from stereotrack_core.tracking.correspondences import DataToModel
 from stereotrack_core.tracking.estimate import Estimate, Memory
 from stereotrack_core.tracking.estimator import Estimator
-from stereotrack_core.tracking.iekf import IteratedEstimator, PoseFilter
+from stereotrack_core.tracking.iekf import IteratedEstimator, LeaderTracker, PoseFilter
 from stereotrack_core.tracking.initialise.finder import (
     TURN_GAIN,
     Candidate,
@@ -34,7 +34,6 @@ from stereotrack_core.tracking.initialise.people import own_points, share_at_sid
 from stereotrack_core.tracking.initialise.seeds import upright_pose
 from stereotrack_core.tracking.initialise.trunk import turned_round
 from stereotrack_core.tracking.keypoint_tracker import KeypointTracker
-from stereotrack_core.tracking.leader import LeaderTracker
 from stereotrack_core.tracking.parameters import Settings, TrackingParameters
 from stereotrack_core.tracking.residuals.clicks import contradicted, pose_by_clicks
 from stereotrack_core.tracking.state import Setup, elapsed
