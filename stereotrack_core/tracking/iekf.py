@@ -198,7 +198,7 @@ class PoseFilter:
 
 
 class LeaderTracker(ABC):
-    """What trackers have in common that follow with one filter and know when it has lost the person.
+    """What trackers that follow with one filter, and know when it is lost, have in common.
 
     Parameters
     ----------
