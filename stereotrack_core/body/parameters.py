@@ -17,7 +17,8 @@ class BodyParameters(ParameterGroup):
         "individual", _GROUP, choices=("individual", "average", "sequence"), thesis="individual"
     )(
         "Segment lengths: of the recording's subject file, average lengths, or estimated from "
-        "the sequence (its first part is then tracked twice)."
+        "the sequence (its first part is then tracked twice). Without a subject file, individual "
+        "lengths are average ones for the height that the first frames show."
     )
     legs: bool = parameter(True, _GROUP, thesis=False)(
         "Add cones for the legs, so that leg points are not assigned to other parts."

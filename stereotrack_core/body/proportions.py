@@ -41,6 +41,11 @@ class Proportions:
         return 0.727 * self.hip_to_head
 
     @property
+    def height(self) -> float:
+        """Height of somebody with these lengths, by the average ratios."""
+        return AVERAGE_HEIGHT * self.hip_to_head / AVERAGE.hip_to_head
+
+    @property
     def hip_to_head(self) -> float:
         """Hip midpoint to head: unlike the torso alone, the same wherever shoulders are put."""
         return self.torso_length + self.shoulder_to_head
@@ -58,6 +63,12 @@ AVERAGE_HEIGHT = 1.75
 
 AVERAGE = Proportions()
 """Average person of that height: the lengths' ratios to height of common anthropometric tables."""
+
+
+def measured(subject: Subject | None) -> bool:
+    """Whether any of a subject's lengths is known."""
+    names = (field.name for field in dataclasses.fields(Proportions))
+    return subject is not None and any(getattr(subject, name) is not None for name in names)
 
 
 def proportions_of(subject: Subject | None) -> Proportions:

@@ -55,6 +55,16 @@ _AROUND = 0.3
 _HEIGHTS = (1.2, 2.3)
 """Metres: where somebody seems smaller or taller, the world's z = 0 is not the floor."""
 
+_SOLE, _CROWN = 1.0, 99.5
+"""Percentiles of the heights of a person's points that are lowest and highest."""
+
+_STANDING = 1.4
+"""Metres: who seems smaller may sit or stoop."""
+
+_FEET = (-0.1, 0.3)
+"""Heights in metres between which the lowest points lie of somebody who stands on z = 0. Floors are
+told from feet by 15 to 25 cm where views are far away."""
+
 _EXPLAINED = 0.7
 """Part of the frames, the best explained ones, that is looked at."""
 
@@ -68,10 +78,12 @@ class EstimatedLengths:
     """Standard deviations by a length's name, metres."""
     frames: int = 0
     """That they were fitted to; 0 where nothing but the height is known."""
+    name: str = ESTIMATED
+    """Of the subject that has them."""
 
     def subject(self, own: Subject | None = None) -> Subject:
         """Who has these lengths; where the bones lie is taken from the recording's own subject."""
-        found = Subject(name=ESTIMATED, **dataclasses.asdict(self.proportions))
+        found = Subject(name=self.name, **dataclasses.asdict(self.proportions))
         return found if own is None else dataclasses.replace(found, offsets=own.offsets)
 
 
@@ -98,7 +110,7 @@ def lengths_by_height(clouds: Sequence[Cloud], upright: Upright = Z_UP) -> Propo
         Of the first frames, in a world whose floor is at the origin's height; where it is not, the
         average of all people is given.
     """
-    seen = [_crown(upright.points(cloud.points)) for cloud in clouds if len(cloud.points)]
+    seen = [_at(upright.points(cloud.points), _CROWN) for cloud in clouds if len(cloud.points)]
     height = float(np.median(seen)) / _SEEN_OF_HEIGHT if seen else float("nan")
     if not _HEIGHTS[0] <= height <= _HEIGHTS[1]:
         return AVERAGE
@@ -106,10 +118,23 @@ def lengths_by_height(clouds: Sequence[Cloud], upright: Upright = Z_UP) -> Propo
     return Proportions(**{name: ratio * v for name, v in dataclasses.asdict(AVERAGE).items()})
 
 
-def _crown(points: FloatArray) -> float:
-    """Height of the highest points near the middle, metres."""
+def lengths_of_standing(clouds: Sequence[Cloud], upright: Upright = Z_UP) -> Proportions | None:
+    """:func:`lengths_by_height` of somebody who is seen to stand upright on the floor, or None.
+
+    Where feet are not seen, or not at the origin's height, nothing tells how tall somebody is.
+    """
+    seen = [upright.points(cloud.points) for cloud in clouds if len(cloud.points)]
+    if not seen:
+        return None
+    feet, crown = (float(np.median([_at(points, q) for points in seen])) for q in (_SOLE, _CROWN))
+    stands = _FEET[0] <= feet <= _FEET[1] and _STANDING <= crown <= _HEIGHTS[1]
+    return lengths_by_height(clouds, upright) if stands else None
+
+
+def _at(points: FloatArray, percent: float) -> float:
+    """Percentile of the heights of points near the middle, metres."""
     away = np.linalg.norm(points[:, :2] - np.median(points[:, :2], axis=0), axis=1)
-    return float(np.percentile(points[away < _AROUND, 2], 99.5))
+    return float(np.percentile(points[away < _AROUND, 2], percent))
 
 
 class WellSeenFrames:

@@ -15,6 +15,7 @@ from stereotrack_core.blas_threads import one_blas_thread
 from stereotrack_core.body.model import BodyModel, body_of_subject, landmarks
 from stereotrack_core.body.parameters import BodyShape
 from stereotrack_core.body.pose import Pose
+from stereotrack_core.body.proportions import measured
 from stereotrack_core.depth.cloud import FRAMES_APART, Cloud, contradicted_share
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.detections import Detections
@@ -44,6 +45,7 @@ from stereotrack_core.tracking.lengths_fit import (
     EstimatedLengths,
     WellSeenFrames,
     lengths_by_height,
+    lengths_of_standing,
 )
 from stereotrack_core.tracking.parameters import TrackingParameters
 from stereotrack_core.tracking.run_spec import RunSpec, given_heading, is_found
@@ -152,12 +154,17 @@ class Pipeline:
             for cloud, read in clouds:
                 self.before_step(cloud)
                 yield self._keep(self._tracked(cloud, read))
-                if self.corrects and self.heading is not None and self.heading.faced_away:
+                if self.begins_again:
                     break
-            else:
-                return
+        if not self.begins_again:
+            return
         first = self._begin_again()
         yield from self.frames(range(first, frames.stop))
+
+    @property
+    def begins_again(self) -> bool:
+        """Whether the frames so far show that they come again, with the body turned."""
+        return self.corrects and self.heading is not None and self.heading.faced_away
 
     def cloud(self, frame: int) -> tuple[Cloud, float]:
         """Cloud of any frame, with keypoints and clicks, and the seconds that reading took."""
@@ -176,7 +183,8 @@ class Pipeline:
         estimate = self._estimate(cloud)
         if self.heading is not None and isinstance(self.tracker, PersonTracker):
             pose = estimate.pose if estimate.tracked else None
-            self.heading.take(self.tracker.finder, pose, cloud)
+            last = self._asked is not None and cloud.frame == self._asked[-1]
+            self.heading.take(self.tracker.finder, pose, cloud, last=last)
         found = np.where(estimate.tracked, landmarks(self.body, estimate.pose), np.nan)
         seconds = {"read": read, **cloud.seconds, **estimate.seconds}
         place = cloud.frame - (self._asked or range(0)).start
@@ -230,8 +238,7 @@ class Pipeline:
 
     def _get_ready(self, frames: range) -> None:
         """Find out all that has to be known of the person before the first frame."""
-        if self.settings.body.proportions == "sequence":
-            self.take_lengths(frames)
+        self.estimate_lengths(frames)
         if is_found(self._init):
             clouds = self._first_clouds(frames)
             self._found = self._look_for_pose(clouds) if clouds else None
@@ -305,9 +312,8 @@ class Pipeline:
             RunSpec(settings, views=self.views, seed=seed, init=self._init),
             reader=self.reader,
         ) as first:
-            first.before_step = self.before_step
+            first.before_step, first.on_preparing = self.before_step, self.on_preparing
             seen = WellSeenFrames()
-            first.on_preparing = self.on_preparing
             wanted = frames[:LENGTH_FRAMES]
             for done, tracked in enumerate(first.frames(wanted)):
                 seen.add(tracked)
@@ -315,6 +321,21 @@ class Pipeline:
         known = seen.lengths(expected, first.tracker.setup)
         self.go_on_with(known)
         return known
+
+    @property
+    def estimates_lengths(self) -> bool:
+        """Whether lengths come from the first frames: as wanted, or as the subject has none."""
+        known = measured(self.recording.subject)
+        return self.settings.body.proportions in ("sequence", "" if known else "individual")
+
+    def estimate_lengths(self, frames: range) -> None:
+        """Find out lengths from the first frames, where they come from there."""
+        if self.settings.body.proportions == "sequence":
+            self.take_lengths(frames)
+        elif self.estimates_lengths:
+            found = lengths_of_standing(self._first_clouds(frames), self.settings.depth.upright)
+            if found is not None:
+                self.go_on_with(EstimatedLengths(found, name=f"average, {found.height:.2f} m tall"))
 
     def go_on_with(self, lengths: EstimatedLengths) -> None:
         """Track a body of these lengths."""

@@ -107,8 +107,7 @@ def heading_words(heading: Mapping[str, Any] | None) -> HeadingWords | None:
             "click a left or right landmark and track with the clicks.",
             undecided=True,
         )
-    if known.get("state") == "corrected":
-        at = known.get("against")
+    if (at := known.get("against")) is not None:
         return HeadingWords(
             f"corrected at frame {at}",
             f"frame {at} showed that the person faces the other way than the run began with",

@@ -25,9 +25,25 @@ MOST_TILTED = 18.0
 UPWARDS = {"floor": "z", "away": "z", "y-up": "y", "camera": "-y", "camera-y-up": "y"}
 
 
+TOO_PLAIN = pytest.mark.xfail(
+    strict=True,
+    reason="clothes without texture at 1 m: nothing but outlines is measured, and while the arms "
+    "are lowered too little of the trunk, so three of 14 frames are not tracked",
+)
+"""What `near-long-base` shows `accurate`."""
+
+
+def _tracked_rigs():
+    for rig in RIGS:
+        for name in ("accurate", "fast"):
+            known = (rig.name, name) == ("near-long-base", "accurate")
+            yield pytest.param(
+                rig, name, id=f"{rig.name}-{name}", marks=[TOO_PLAIN] if known else []
+            )
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["accurate", "fast"])
-@pytest.mark.parametrize("rig", RIGS, ids=lambda rig: rig.name)
+@pytest.mark.parametrize(("rig", "name"), _tracked_rigs())
 def test_a_rig_is_tracked_without_settings(rig, name, tmp_path):
     folder = tmp_path / rig.name
     make_rig(folder, rig, FRAMES)

@@ -10,6 +10,7 @@ from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.body.skeleton import SHANKS
 from stereotrack_core.depth.cloud import DepthGeometry, ViewDepth
 from stereotrack_core.errors import InputError
+from stereotrack_core.experiments.runner.lockstep import RunInput, track_together
 from stereotrack_core.experiments.tracked_run import track_recording
 from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.geometry.upright import Z_UP
@@ -18,6 +19,7 @@ from stereotrack_core.interop.run_journal import read_unfinished
 from stereotrack_core.tracking import pipeline
 from stereotrack_core.tracking.estimate import Estimate
 from stereotrack_core.tracking.frame import TrackedFrame, cloudless, in_place
+from stereotrack_core.tracking.initialise import heading_watch
 from stereotrack_core.tracking.initialise.finder import PoseFinder
 from stereotrack_core.tracking.initialise.first_pose import facing
 from stereotrack_core.tracking.initialise.heading import (
@@ -96,11 +98,11 @@ def test_what_speaks_for_one_heading_speaks_against_the_other(finder):
     assert here["cameras"] == pytest.approx(0.0, abs=0.05)  # they stand all around
 
 
-def _watched(finder, poses, fps=10.0):
+def _watched(finder, poses, fps=10.0, last=None):
     watch = HeadingWatch(fps)
     watch.first = 0, poses[0]
     for k, pose in enumerate(poses):
-        watch.take(finder, pose, cloud_of(np.zeros((0, 3)), k))
+        watch.take(finder, pose, cloud_of(np.zeros((0, 3)), k), last=k == last)
     return watch
 
 
@@ -131,6 +133,21 @@ def test_a_tracker_that_turns_the_body_round_says_that_it_began_the_wrong_way(fi
     assert watch.probability > 0.98
 
 
+def test_the_last_frame_settles_what_is_not_decided(finder):
+    step = np.array([0.0, -0.06, 0.0])
+    backwards = [turned(POSES["t"], 0.0, k * step) for k in range(8)]
+    going_on = _watched(finder, backwards)
+    assert going_on.active
+    assert going_on.against is None
+    assert 0.01 < going_on.probability < 0.3
+    over = _watched(finder, backwards, last=7)
+    assert (over.active, over.against) == (False, 7)
+    over.correct()
+    assert (over.state, over.faced_away) == ("undecided", False)
+    assert over.probability == pytest.approx(1.0 - going_on.probability)
+    assert _watched(finder, [POSES["t"]] * 8, last=7).against is None
+
+
 def test_a_watch_goes_on_from_its_memory(finder):
     poses = [turned_round(BENT)] * 4 + [BENT] * 30
     whole, first = HeadingWatch(10.0), HeadingWatch(10.0)
@@ -152,6 +169,8 @@ def test_it_is_said_where_a_heading_may_be_wrong():
     assert told[0.3].undecided
     assert "90 %" in told[0.9].what
     assert told[0.97] is None
+    settled = {"state": "undecided", "probability": 0.97, "against": 59}
+    assert heading_words(settled).brief == "corrected at frame 59"
     assert heading_words({"state": "undecided", "probability": 0.5, "frames": 10}) is None
     assert heading_words({"state": "decided", "probability": 0.999}) is None
     assert heading_words(None) is None
@@ -165,7 +184,8 @@ def test_a_given_heading_chooses_between_both_ways():
     assert other.torso[1, 1] == pytest.approx(1.0)
 
 
-def test_a_run_that_began_the_wrong_way_round_is_corrected(tmp_path, monkeypatch):
+def _begun_the_wrong_way(folder, monkeypatch):
+    """Recording of somebody who faces south and is taken to face north, and how it is tracked."""
     settings = preset("fast").replaced(
         pixel_step=1, speckle_size=0, search_arms=False, data_points=400, fit_shape=False
     )
@@ -173,20 +193,41 @@ def test_a_run_that_began_the_wrong_way_round_is_corrected(tmp_path, monkeypatch
     poses = [turned(POSES["t"], 180.0)] * 2 + [turned(BENT, 180.0)] * 13
     wrong = turned_round(poses[0])
     monkeypatch.setattr(pipeline, "first_pose_in", lambda *_: wrong)
-    recording = write_depth_recording(tmp_path / "south", body, poses)
-    spec, seen = RunSpec(settings, frames=range(len(poses))), []
+    recording = write_depth_recording(folder, body, poses)
+    return recording, RunSpec(settings, frames=range(len(poses)))
+
+
+def test_a_run_that_began_the_wrong_way_round_is_corrected(tmp_path, monkeypatch):
+    recording, spec = _begun_the_wrong_way(tmp_path / "south", monkeypatch)
+    count, seen = len(spec.frames), []
     part = tmp_path / "run.npz.part"
     job = track_recording(recording, spec, part=part, on_step=seen.append)
     heading, run = job.run.meta["heading"], job.run
     assert heading["state"] == "corrected"
-    assert 2 <= heading["against"] < len(poses)
-    assert seen == [*range(1, heading["against"] + 2), *range(1, len(poses) + 1)]
-    assert run.frame.tolist() == list(range(len(poses)))
+    assert 2 <= heading["against"] < count
+    assert seen == [*range(1, heading["against"] + 2), *range(1, count + 1)]
+    assert run.frame.tolist() == list(range(count))
     assert (run.landmarks[:, 1, 0] < run.landmarks[:, 0, 0]).all()  # right is in the west
     kept, _wish = read_unfinished(part)
     np.testing.assert_array_equal(kept.run().landmarks, run.landmarks)
     assert kept.checkpoint is not None
     assert heading_words(heading).brief == f"corrected at frame {heading['against']}"
+
+
+def test_a_run_whose_heading_nothing_has_decided_is_corrected_at_its_end(tmp_path, monkeypatch):
+    monkeypatch.setattr(heading_watch, "DECIDED", 1.1)
+    recording, spec = _begun_the_wrong_way(tmp_path / "south", monkeypatch)
+    last, seen = spec.frames[-1], []
+    run = track_recording(recording, spec, count=len(spec.frames), on_step=seen.append).run
+    heading = run.meta["heading"]
+    assert (heading["state"], heading["against"]) == ("undecided", last)
+    assert heading["probability"] > 0.9
+    assert seen == [*range(1, last + 2)] * 2
+    assert (run.landmarks[:, 1, 0] < run.landmarks[:, 0, 0]).all()  # right is in the west
+    (made,) = track_together([RunInput(replace(recording, reference=None), spec)])
+    np.testing.assert_array_equal(made.run().landmarks, run.landmarks)
+    stopped = track_recording(recording, spec, count=last).run
+    assert (stopped.landmarks[:2, 1, 0] > stopped.landmarks[:2, 0, 0]).all()
 
 
 def test_a_frame_that_comes_again_takes_the_place_of_those_after_it(tmp_path):

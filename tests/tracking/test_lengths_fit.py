@@ -15,6 +15,7 @@ from stereotrack_core.tracking.lengths_fit import (
     WellSeenFrames,
     estimated_lengths,
     lengths_by_height,
+    lengths_of_standing,
 )
 from stereotrack_core.tracking.parameters import TrackingParameters
 from stereotrack_core.tracking.presets import preset
@@ -78,6 +79,24 @@ def test_a_world_whose_floor_is_elsewhere_gives_average_lengths():
     assert lengths_by_height([]) == AVERAGE
 
 
+@pytest.mark.parametrize(
+    ("low", "high", "stands"),
+    [
+        pytest.param(0.1, 1.52, True, id="stands"),
+        pytest.param(0.1, 1.2, False, id="sits, or is a child"),
+        pytest.param(0.8, 1.7, False, id="no legs are seen"),
+        pytest.param(-0.4, 1.5, False, id="the origin is over the floor"),
+    ],
+)
+def test_only_who_is_seen_to_stand_tells_how_tall_he_is(low, high, stands):
+    cloud = cloud_of(np.column_stack([np.zeros((500, 2)), np.linspace(low, high, 500)]))
+    found = lengths_of_standing([cloud] * 3)
+    assert found == (lengths_by_height([cloud]) if stands else None)
+    if found is not None:
+        assert found.height == pytest.approx(high / 0.98, abs=0.02)
+    assert lengths_of_standing([]) is None
+
+
 def test_too_few_frames_tell_nothing():
     assert WellSeenFrames().picked() == ()
 
@@ -91,11 +110,12 @@ def test_a_recording_without_a_subject_is_tracked_with_its_own_lengths(tmp_path)
     unknown = dataclasses.replace(recording, subject=None)
     start = poses(1)[0]
     errors = {}
-    for choice in ("average", "sequence"):
+    for choice in ("average", "individual", "sequence"):
         run = track(unknown, RunSpec(settings.replaced(proportions=choice), init=start, seed=1))
         distances = np.linalg.norm(run.landmarks - recording.reference.points, axis=-1)
         errors[choice] = float(np.nanmean(distances))
     assert errors["sequence"] < 0.7 * errors["average"], errors
+    assert errors["individual"] < 0.8 * errors["average"], errors
     assert run.meta["subject"]["name"] == "estimated from the sequence"
     again = track(unknown, RunSpec(settings.replaced(proportions="sequence"), init=start, seed=1))
     np.testing.assert_array_equal(run.landmarks, again.landmarks)

@@ -325,8 +325,7 @@ def _start_at(run: RunEntry, frame: int, settings: Settings) -> Start | None:
             shape = run.origin.shape
         elif run.stored is not None:
             shape = shape_of_meta(run.stored.meta)
-        if own.body.proportions == "sequence":
-            lengths = run.body.skeleton.proportions
+        lengths = run.body.skeleton.proportions
     before, here = run.at(frame - 1), run.at(frame)
     if before is not None and before.pose is not None:
         return Start(before.pose, before.P, shape, lengths)

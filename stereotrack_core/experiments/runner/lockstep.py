@@ -65,7 +65,7 @@ class LockstepRun:
 
     def step(self) -> None:
         """Track the next frame."""
-        if self._going is None:
+        if self._pipeline is None or self._going is None:
             self._pipeline = Pipeline(self._given.recording, self._given.spec, clouds=self._clouds)
             self._pipeline.corrects = not self._given.starts
             self._pipeline.prepare(self._frames)
@@ -75,10 +75,10 @@ class LockstepRun:
             tracked = next(self._going)
             self.seconds += _seconds_of(tracked)
             in_place(self._found, tracked.without_cloud())
-            if tracked.frame == wanted:
+            if tracked.frame == wanted and not self._pipeline.begins_again:
                 break
         self._done += 1
-        watch = self._pipeline.heading if self._pipeline is not None else None
+        watch = self._pipeline.heading
         settled = watch is None or not (watch.active or watch.faced_away)
         if settled and not self._given.spec.smooth and len(self._found) >= _KEPT:
             self._pack({})

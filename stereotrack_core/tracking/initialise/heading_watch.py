@@ -31,6 +31,9 @@ DECIDED = 0.99
 WATCHED = 100
 """Tracked frames in which it has to be decided."""
 
+_UNLIKELY = 0.4
+"""Posterior probability below which a heading gives way to the other where the frames are over."""
+
 _LEAST = 3
 """Tracked frames before anything is decided."""
 
@@ -92,9 +95,9 @@ class HeadingWatch:
     @property
     def state(self) -> str:
         """``decided``, ``corrected`` or ``undecided``."""
-        if self.corrected:
-            return "corrected"
-        return "decided" if self._seen >= _LEAST and self.probability >= DECIDED else "undecided"
+        if self._seen < _LEAST or self.probability < DECIDED:
+            return "undecided"
+        return "corrected" if self.corrected else "decided"
 
     @property
     def faced_away(self) -> bool:
@@ -107,13 +110,24 @@ class HeadingWatch:
         found: dict[str, Any] = {"state": self.state, "probability": chance, "frames": self._seen}
         return {**found, "against": self.against} if self.against is not None else found
 
-    def take(self, finder: PoseFinder, pose: Pose | None, cloud: Cloud) -> None:
-        """Take in a frame and the pose that it was tracked with.
+    def take(
+        self, finder: PoseFinder, pose: Pose | None, cloud: Cloud, *, last: bool = False
+    ) -> None:
+        """Take in a frame and the pose that it was tracked with; the run's `last` settles it.
 
         A body that is lost may come back in another heading; frames after that say nothing of
         those before.
         """
-        if pose is None or self.first is None or not self.active:
+        if not self.active:
+            return
+        self._add(finder, pose, cloud)
+        self.active = self.active and not last and self._seen < WATCHED
+        undecided = self.against is None and self._seen >= _LEAST
+        if not self.active and undecided and self.probability < _UNLIKELY:
+            self.against = cloud.frame
+
+    def _add(self, finder: PoseFinder, pose: Pose | None, cloud: Cloud) -> None:
+        if pose is None or self.first is None:
             return
         forward = ahead(finder.setup.body.frames(pose), finder.setup.upright)
         seconds = self._follow(cloud.frame, pose.position, forward)
@@ -125,7 +139,6 @@ class HeadingWatch:
             self._sums[k] += look * self._turned * found
             self._looks[k] += look
         self._seen += 1
-        self.active = self._seen < WATCHED
         if self._seen >= _LEAST and max(self.probability, 1.0 - self.probability) >= DECIDED:
             self.active = False
             self.against = cloud.frame if self.probability < 0.5 else None

@@ -115,11 +115,11 @@ class Trial:
 
     def _go_on(self, pipeline: Pipeline, start: Start, shapes: dict[Hashable, BodyShape]) -> None:
         """Find out what is not known of the body, and begin where the run was."""
-        if self.settings.body.proportions == "sequence" and pipeline.has_clouds:
+        if pipeline.estimates_lengths and pipeline.has_clouds:
             if start.lengths is not None:
                 pipeline.go_on_with(EstimatedLengths(start.lengths))
             else:
-                pipeline.take_lengths(self.known)
+                pipeline.estimate_lengths(self.known)
         shape = start.shape
         if self._fits_shape:
             lengths, first = pipeline.body.skeleton.proportions, _pose_key(self.spec.init)
