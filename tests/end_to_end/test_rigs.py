@@ -33,17 +33,20 @@ TOO_PLAIN = pytest.mark.xfail(
 """What `near-long-base` shows `accurate`."""
 
 
-def _tracked_rigs():
-    for rig in RIGS:
-        for name in ("accurate", "fast"):
-            known = (rig.name, name) == ("near-long-base", "accurate")
-            yield pytest.param(
-                rig, name, id=f"{rig.name}-{name}", marks=[TOO_PLAIN] if known else []
-            )
+TRACKED = [
+    pytest.param(
+        rig,
+        name,
+        id=f"{rig.name}-{name}",
+        marks=[TOO_PLAIN] if (rig.name, name) == ("near-long-base", "accurate") else [],
+    )
+    for rig in RIGS
+    for name in ("accurate", "fast")
+]
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("rig", "name"), _tracked_rigs())
+@pytest.mark.parametrize(("rig", "name"), TRACKED)
 def test_a_rig_is_tracked_without_settings(rig, name, tmp_path):
     folder = tmp_path / rig.name
     make_rig(folder, rig, FRAMES)
