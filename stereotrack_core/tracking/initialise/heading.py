@@ -3,7 +3,7 @@
 A body looks much the same from the front and from behind, with left and right exchanged. Each piece
 of evidence is a log-likelihood ratio: positive for the way that a pose faces, negative for the
 opposite way (:func:`turned_round`), 0 where nothing is seen that tells them apart. How much each
-weighs is chosen, not learned, from recordings whose heading is known (docs/accuracy.md).
+weighs is chosen, not learned, from recordings whose heading is known (docs/accuracy-elsewhere.md).
 """
 
 from __future__ import annotations
