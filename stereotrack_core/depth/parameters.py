@@ -104,7 +104,7 @@ class DepthParameters(ParameterGroup):
         "Use the silhouette (difference from the background image) as evidence: background "
         "disparities inside it are discarded."
     )
-    silhouettes: bool = parameter(True, _BACKGROUND, thesis=False, fast=False)(
+    silhouettes: bool = parameter(True, _BACKGROUND, thesis=False)(
         "Find the sharp silhouette contour of the person in the images as a measurement for the "
         "tracker. Needs a background image or a mask."
     )
@@ -113,7 +113,6 @@ class DepthParameters(ParameterGroup):
         _BACKGROUND,
         choices=("none", "picture", "silhouette"),
         thesis="none",
-        fast="none",
     )(
         "Remove the border that block matching adds around the person: never; where the image "
         "looks like the background image; or outside the sharp silhouette. Points there remain "

@@ -105,7 +105,7 @@ class TrackingParameters(ParameterGroup):
     longest_bridge: float = parameter(0.5, "Smoothing", (0.0, 10.0), unit="s")(
         "Longest gap of untracked frames that smoothing bridges."
     )
-    measure_silhouettes: bool = parameter(True, _SILHOUETTES, thesis=False, fast=False)(
+    measure_silhouettes: bool = parameter(True, _SILHOUETTES, thesis=False)(
         "Fit the contours of the body to the silhouette edges."
     )
     silhouette_sigma: float = parameter(0.02, _SILHOUETTES, (0.001, 1.0), unit="m")(
@@ -126,11 +126,11 @@ class TrackingParameters(ParameterGroup):
     search_gain: float = parameter(3.0, _SEARCH, (0.0, 1000.0))(
         "A pair replaces the tracked arms only if its cost is lower by more than this."
     )
-    sight_cost: float = parameter(0.0, _SEARCH, (0.0, 100.0), fast=1.0)(
+    sight_cost: float = parameter(0.0, _SEARCH, (0.0, 100.0))(
         "Factor on the costs of positions that views see through or do not support. It helps where "
         "render-and-compare is off, and misleads with one depth view."
     )
-    picture_cost: float = parameter(1000.0, _SEARCH, (0.0, 100000.0), unit="1/m^2", fast=0.0)(
+    picture_cost: float = parameter(1000.0, _SEARCH, (0.0, 100000.0), unit="1/m^2")(
         "Render-and-compare cost per square metre in which a view does not show the rendered pose."
     )
     colour_weight: float = parameter(0.06, "Colours", (0.0, 1.0), unit="m", thesis=0.0, fast=0.0)(

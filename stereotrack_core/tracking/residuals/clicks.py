@@ -6,17 +6,22 @@ also tell where a body is that the tracker has lost: :func:`pose_by_clicks` need
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import product
 
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray
-from stereotrack_core.body.model import BodyModel, landmarks_of_frames
+from stereotrack_core.body.model import BodyModel, landmarks, landmarks_of_frames
 from stereotrack_core.body.pose import PartFrames, Pose, orthonormal
 from stereotrack_core.body.posing import pose_showing
 from stereotrack_core.body.skeleton import FOREARMS, HEAD, TORSO, UPPER_ARMS
-from stereotrack_core.geometry.rotation import angle_between, vector_from_rotation
+from stereotrack_core.geometry.rotation import (
+    angle_between,
+    rotation_from_vector,
+    vector_from_rotation,
+)
 from stereotrack_core.geometry.triangulation import nearest_to_rays
 from stereotrack_core.recording.detections import Detection
 from stereotrack_core.recording.landmarks import LANDMARKS
@@ -38,6 +43,13 @@ _WIDENED = (60.0, 30.0, 15.0, 8.0, 4.0, 0.0, 0.0, 0.0)
 _FROM = np.radians(60.0)
 _AWAY = 0.5
 """Radians of every joint, and metres, by which a lost body may be elsewhere."""
+
+_WELL_SHOWN = 4.0
+"""Pixels by which clicks are missed on average that a pose shows well."""
+
+_HEADINGS = tuple(np.radians((0.0, 90.0, 180.0, 270.0)))
+_LEANS = tuple(np.radians((0.0, 60.0)))
+"""Radians by which a lost body may face elsewhere and lean forward."""
 
 _LIMB, _TURN, _PLACE = np.radians(25.0), np.radians(20.0), 0.12
 """Radians of a limb and of the trunk, and metres, from which clicks contradict a pose."""
@@ -73,13 +85,38 @@ class ClickObservation:
 def pose_by_clicks(setup: Setup, near: Pose, clicks: tuple[Detection, ...]) -> Pose:
     """Pose that shows the clicks of a frame, and is as near to another as they allow.
 
-    A lost body may be anywhere and face the other way: the descent also begins at the landmarks
-    that two pictures show.
+    A lost body may be anywhere and even upside down: the descent also begins at the landmarks that
+    two pictures show and, where all this shows the clicks badly, upright and stooping in several
+    headings.
     """
-    shown = pose_showing(_triangulated(clicks), setup.body, near)
-    starts = (near, turned_round(near), shown)
-    found = [_fitted(setup, start, clicks) for start in starts]
-    return min(found, key=lambda pose: missed(setup.body, pose, clicks))
+
+    def best_from(starts: Iterable[Pose]) -> tuple[float, Pose]:
+        found = [_fitted(setup, start, clicks) for start in starts]
+        ranked = [(missed(setup.body, pose, clicks), k, pose) for k, pose in enumerate(found)]
+        off, _, pose = min(ranked)
+        return off, pose
+
+    points = _triangulated(clicks)
+    shown = pose_showing(points, setup.body, near)
+    off, best = best_from((near, turned_round(near), shown))
+    if off > _WELL_SHOWN * len(clicks):
+        other, pose = best_from(_stood(setup, near, points))
+        best = pose if other < off else best
+    return best
+
+
+def _stood(setup: Setup, near: Pose, points: Mapping[str, FloatArray]) -> Iterator[Pose]:
+    """The body of a pose on its feet, its landmarks on average where points (3,), world, are."""
+    world_from_upright = setup.upright.rotation.T
+    for heading, lean in product(_HEADINGS, _LEANS):
+        turn = rotation_from_vector(np.array([0.0, 0.0, heading]))
+        rotations = near.rotations.copy()
+        bent = rotation_from_vector(np.array([-lean, 0.0, 0.0]))
+        rotations[TORSO] = world_from_upright @ turn @ bent
+        pose = Pose(near.position, rotations)
+        at = dict(zip(LANDMARKS, landmarks(setup.body, pose), strict=True))
+        away = [point - at[name] for name, point in points.items()]
+        yield replace(pose, position=near.position + np.mean(away, axis=0)) if away else pose
 
 
 def _triangulated(clicks: Sequence[Detection]) -> dict[str, FloatArray]:
