@@ -17,6 +17,7 @@ from stereotrack_core.depth.cloud import PointCounts
 from stereotrack_core.depth.lost_points import Cause, LostPoints
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.tracking.frame import Run, TrackedFrame
+from stereotrack_core.tracking.initialise.heading_watch import ENOUGH
 from stereotrack_core.tracking.parameters import Settings
 
 WARNINGS = "warnings"
@@ -28,9 +29,6 @@ HEADING = "heading"
 LIKELY = 0.95
 """Probability of a heading below which it is told to be undecided. To turn a run round more is
 needed: what is right must not be made wrong."""
-
-ENOUGH = 20
-"""Tracked frames that do not decide before it is told: with fewer, that is nothing unusual."""
 
 MOST_UNEXPLAINED = 0.3
 """Unexplained fraction of the cloud, median over the tracked frames, above which nothing fits:

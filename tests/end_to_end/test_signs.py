@@ -63,9 +63,10 @@ def test_frames_in_which_nothing_is_seen_are_not_tracked(clear, tmp_path, run):
     assert np.isnan(stored.landmarks[DARK.start : DARK.stop]).all()
     [gap] = told.json["not_tracked"]
     assert (gap["first"], gap["end"]) == (DARK.start, DARK.stop)
-    # where the arms are is a matter of the pictures' noise, and that of the processor
+    # where the arms are is a matter of the pictures' noise, and that of the processor; the body is
+    # an average one that was not fitted
     measures = run("evaluate", place, "--json").json["measures"]
-    assert measures["torso_position"]["median"] < 60.0
+    assert measures["torso_position"]["median"] < 100.0
 
 
 @pytest.mark.parametrize("preset", ["fast", "thesis", "accurate"])

@@ -80,7 +80,7 @@ def test_compare_settings(folder, capsys):
     example("compare_settings").main(folder, changes, "fast")
     lines = capsys.readouterr().out.splitlines()
     assert [line.partition(":")[0] for line in lines] == changes
-    assert all("4 frames tracked" in line and "deg off" in line for line in lines)
+    assert all(re.search(r": [34] frames tracked, .* deg off$", line) for line in lines)
 
 
 def test_inspect_step(folder, capsys):

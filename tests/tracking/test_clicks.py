@@ -211,7 +211,12 @@ def test_a_stretch_before_a_clicked_frame_is_repaired(tracker, rng, smooth):
 
 def test_a_whole_run_is_repaired_once_its_last_frame_is_there(tmp_path):
     settings = preset("fast").replaced(
-        pixel_step=1, speckle_size=0, search_arms=False, data_points=400, fit_shape=False
+        pixel_step=1,
+        speckle_size=0,
+        search_arms=False,
+        measure_silhouettes=False,
+        data_points=400,
+        fit_shape=False,
     )
     body = body_model(AVERAGE, settings.body)
     poses = [POSES["t"]] * 3 + [HANGING] * 5

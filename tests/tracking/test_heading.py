@@ -134,18 +134,19 @@ def test_a_tracker_that_turns_the_body_round_says_that_it_began_the_wrong_way(fi
 
 
 def test_the_last_frame_settles_what_is_not_decided(finder):
-    step = np.array([0.0, -0.06, 0.0])
-    backwards = [turned(POSES["t"], 0.0, k * step) for k in range(8)]
+    step = np.array([0.0, -0.035, 0.0])
+    backwards = [turned(POSES["t"], 0.0, k * step) for k in range(20)]
     going_on = _watched(finder, backwards)
     assert going_on.active
     assert going_on.against is None
     assert 0.01 < going_on.probability < 0.3
-    over = _watched(finder, backwards, last=7)
-    assert (over.active, over.against) == (False, 7)
+    over = _watched(finder, backwards, last=19)
+    assert (over.active, over.against) == (False, 19)
     over.correct()
     assert (over.state, over.faced_away) == ("undecided", False)
     assert over.probability == pytest.approx(1.0 - going_on.probability)
-    assert _watched(finder, [POSES["t"]] * 8, last=7).against is None
+    assert _watched(finder, [POSES["t"]] * 20, last=19).against is None
+    assert _watched(finder, backwards[:12], last=11).against is None
 
 
 def test_a_watch_goes_on_from_its_memory(finder):
@@ -184,13 +185,13 @@ def test_a_given_heading_chooses_between_both_ways():
     assert other.torso[1, 1] == pytest.approx(1.0)
 
 
-def _begun_the_wrong_way(folder, monkeypatch):
+def _begun_the_wrong_way(folder, monkeypatch, count=15):
     """Recording of somebody who faces south and is taken to face north, and how it is tracked."""
     settings = preset("fast").replaced(
         pixel_step=1, speckle_size=0, search_arms=False, data_points=400, fit_shape=False
     )
     body = body_model(AVERAGE, settings.body)
-    poses = [turned(POSES["t"], 180.0)] * 2 + [turned(BENT, 180.0)] * 13
+    poses = [turned(POSES["t"], 180.0)] * 2 + [turned(BENT, 180.0)] * (count - 2)
     wrong = turned_round(poses[0])
     monkeypatch.setattr(pipeline, "first_pose_in", lambda *_: wrong)
     recording = write_depth_recording(folder, body, poses)
@@ -216,7 +217,7 @@ def test_a_run_that_began_the_wrong_way_round_is_corrected(tmp_path, monkeypatch
 
 def test_a_run_whose_heading_nothing_has_decided_is_corrected_at_its_end(tmp_path, monkeypatch):
     monkeypatch.setattr(heading_watch, "DECIDED", 1.1)
-    recording, spec = _begun_the_wrong_way(tmp_path / "south", monkeypatch)
+    recording, spec = _begun_the_wrong_way(tmp_path / "south", monkeypatch, heading_watch.ENOUGH)
     last, seen = spec.frames[-1], []
     run = track_recording(recording, spec, count=len(spec.frames), on_step=seen.append).run
     heading = run.meta["heading"]

@@ -37,6 +37,9 @@ _UNLIKELY = 0.4
 _LEAST = 3
 """Tracked frames before anything is decided."""
 
+ENOUGH = 20
+"""Tracked frames from which it says something that a heading is not decided."""
+
 _APART = 0.5
 """Seconds from which looks at limbs are independent, and beyond which a body may have turned."""
 
@@ -122,7 +125,7 @@ class HeadingWatch:
             return
         self._add(finder, pose, cloud)
         self.active = self.active and not last and self._seen < WATCHED
-        undecided = self.against is None and self._seen >= _LEAST
+        undecided = self.against is None and self._seen >= ENOUGH
         if not self.active and undecided and self.probability < _UNLIKELY:
             self.against = cloud.frame
 
