@@ -18,7 +18,7 @@ Item = TypeVar("Item")
 
 _SIDES = {"l": "left", "r": "right", "left": "left", "right": "right"}
 _WORD = re.compile(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])|\d+")
-_LAST_NUMBER = re.compile(r"(\d+)(?!.*\d)")
+_NUMBER = re.compile(r"\d+")
 
 
 PLACES_ALONE = ("flag", "sigma", "visibility")
@@ -228,14 +228,14 @@ def frame_of(path: str, *, where: str) -> int:
     InputError where there is none.
     """
     stem = PurePosixPath(path.replace("\\", "/")).name.split(".")[0]
-    match = _LAST_NUMBER.search(stem)
-    if match is None:
+    numbers = _NUMBER.findall(stem)
+    if not numbers:
         raise InputError(
             f"the image name {path!r} contains no number",
             where=where,
             remedy="The last number in the name must be the frame, counted from 0.",
         )
-    return checked_frame(float(match.group(1)), where=where)
+    return checked_frame(float(numbers[-1]), where=where)
 
 
 def checked_frame(number: float, *, where: str) -> int:

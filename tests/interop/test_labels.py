@@ -310,6 +310,7 @@ def test_cameras_and_frames_are_told_from_names(recording):
         with pytest.raises(InputError):
             camera_of(name, recording, said, where="f")
     assert frame_of("cam2/img_0012.png", where="f") == 12
+    assert frame_of("1a" * 200_000 + "7.png", where="f") == 7  # not in the square of its length
     with pytest.raises(InputError, match="contains no number"):
         frame_of("picture.png", where="f")
 

@@ -267,9 +267,10 @@ def _axial_rotation(upper: FloatArray, fore: FloatArray) -> FloatArray:
 
 
 def unit(vectors: FloatArray) -> FloatArray:
-    """Vectors (..., 3) of length one; NaN where they have no length."""
+    """Vectors (..., 3) of length one; NaN where they have none, or it is infinite."""
     length = np.linalg.norm(vectors, axis=-1, keepdims=True)
-    result: FloatArray = vectors / np.where(length > 0, length, np.nan)
+    known = (length > 0) & np.isfinite(length)
+    result: FloatArray = vectors / np.where(known, length, np.nan)
     return result
 
 

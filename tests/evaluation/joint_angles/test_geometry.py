@@ -12,6 +12,7 @@ from stereotrack_core.evaluation.joint_angles.definitions import (
     NAMES,
     angles_of_landmarks,
     sided,
+    unit,
 )
 from stereotrack_core.recording.landmarks import LANDMARKS
 from tests.evaluation.joint_angles.cases import landmarks, torso_of
@@ -135,3 +136,9 @@ def test_every_angle_says_what_it_means():
     assert len({angle.name for angle in ANGLES}) == len(ANGLES)
     assert all("0" in a.meaning or "positive" in a.meaning for a in ANGLES)
     assert all(ANGLES[i].kind == ANGLES[j].kind for i, j in sided())
+
+
+def test_what_has_no_direction_is_unknown():
+    directions = unit(np.array([[0.0, 3.0, 4.0], [0.0, 0.0, 0.0], [np.inf, 1.0, 0.0]]))
+    np.testing.assert_allclose(directions[0], [0.0, 0.6, 0.8])
+    assert np.isnan(directions[1:]).all()
