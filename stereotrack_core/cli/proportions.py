@@ -33,6 +33,7 @@ from stereotrack_core.tracking.lengths_fit import (
     ESTIMATING_LENGTHS,
     LENGTH_FRAMES,
     EstimatedLengths,
+    tracked_lengths,
 )
 from stereotrack_core.tracking.pipeline import Pipeline
 from stereotrack_core.tracking.presets import preset
@@ -100,7 +101,7 @@ def _estimated(args: Namespace, recording: Recording) -> EstimatedLengths:
 
         pipeline.on_preparing = note
         pipeline.learn(frames)
-        return pipeline.take_lengths(frames)
+        return tracked_lengths(pipeline, frames)
 
 
 def _put(args: Namespace, recording: Recording, found: EstimatedLengths) -> None:

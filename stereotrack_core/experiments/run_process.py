@@ -135,8 +135,10 @@ class _Work:
             pipeline.prepare(wanted)
             self._tell_prepared(pipeline)
             pipeline.before_step = lambda cloud: self._hold(pipeline, cloud)
+            newest = -1
             for tracked in pipeline.frames(wanted):
-                self._left -= 1
+                if tracked.frame > newest:  # those that come again were allowed before
+                    self._left, newest = self._left - 1, tracked.frame
                 if pipeline.heading is not None and pipeline.heading.state != self._heading:
                     self._tell_prepared(pipeline)
                 self._tell_frame(tracked)

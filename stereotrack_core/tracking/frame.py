@@ -167,6 +167,8 @@ class Origin:
     """Frames with which tracking went on after it had been stopped."""
     heading: Mapping[str, Any] | None = None
     """How sure it is which way the person faces; None where that was not looked for."""
+    looked_again: tuple[tuple[int, int], ...] = ()
+    """First and last frames of stretches that a second look has changed."""
     from_recording: Mapping[str, Value] = field(default_factory=dict)
     """Parameters of depth that were not as asked for but follow from the recording."""
 
@@ -201,6 +203,7 @@ class Origin:
             "made": self.made,
             "resumed_at": list(self.resumed_at),
             "heading": None if self.heading is None else dict(self.heading),
+            "looked_again": [list(stretch) for stretch in self.looked_again],
             "from_recording": dict(self.from_recording),
         }
         json.dumps(meta)

@@ -40,15 +40,12 @@ from stereotrack_core.tracking.initialise.keypoint_beginning import (
 )
 from stereotrack_core.tracking.initialise.seeds import t_pose_in_cloud
 from stereotrack_core.tracking.lengths_fit import (
-    ESTIMATING_LENGTHS,
-    LENGTH_FRAMES,
     EstimatedLengths,
-    WellSeenFrames,
-    lengths_by_height,
     lengths_of_standing,
+    tracked_lengths,
 )
-from stereotrack_core.tracking.parameters import TrackingParameters
 from stereotrack_core.tracking.run_spec import RunSpec, given_heading, is_found
+from stereotrack_core.tracking.second_look import LOOKING_AGAIN, SecondLook
 from stereotrack_core.tracking.shared_clouds import CloudSource, chain_of, made_ahead, read_cloud
 from stereotrack_core.tracking.smoothing import smoothed
 from stereotrack_core.tracking.stored import subject_of_meta
@@ -88,6 +85,8 @@ class Pipeline:
         Whether :meth:`frames` may give frames again, from an earlier one on: see there.
     heading : HeadingWatch or None
         What is known of the way that the person faces; None where it is given, or not looked for.
+    second_look : SecondLook
+        Looks again at frames with doubtful arms.
 
     Raises
     ------
@@ -136,6 +135,8 @@ class Pipeline:
         self.started = False
         self._prepared = False
         self._made: dict[int, tuple[Cloud, float]] = {}
+        several = len(self.chain.view_names) > 1 and not self.chain.learns
+        self.second_look = SecondLook(settings.tracking.second_look if several else 0)
         self.on_preparing: Callable[[str, int, int], None] = lambda _stage, _done, _count: None
         self.before_step: Callable[[Cloud], None] = lambda _: None
 
@@ -143,23 +144,35 @@ class Pipeline:
         """Images -> cloud -> the tracker's step -> pose, frame by frame in their order.
 
         Goes on from the last pose when called again. While the tracker works on a cloud, the next
-        ones are made. Where frames show that the person has faced the other way from the beginning,
-        what comes then are all frames again from the first with somebody: each takes the place of
-        all after it (:func:`in_place`). This happens once at most, if :attr:`corrects`.
+        ones are made. If :attr:`corrects`, frames may come again: all from the first with somebody,
+        once, where they show that the person has faced the other way; those since a stretch in
+        which arms were doubtful, where a second look finds a better way through it. Each takes the
+        place of all after it (:func:`in_place`).
         """
         self.prepare(frames)
-        if self._begun is not None:
-            frames = self._begun.rest_of(frames)
+        rest = frames if self._begun is None else self._begun.rest_of(frames)
+        while True:
+            if self.begins_again:
+                rest = range(self._begin_again(), frames.stop)
+            elif self.second_look.due or (not rest and self.second_look.pending):
+                yield from self._looked_again()
+            if not rest:
+                return
+            with closing(made_ahead(self.cloud, rest)) as clouds:
+                for cloud, read in clouds:
+                    self.before_step(cloud)
+                    yield self._keep(self._tracked(cloud, read))
+                    rest = rest[1:]
+                    if self.begins_again or self.second_look.due:
+                        break
+
+    def _looked_again(self) -> Generator[TrackedFrame, None, None]:
+        """Frames since a stretch in which arms were doubtful, if they are better otherwise."""
+        frames, told = self.second_look.frames, partial(self.on_preparing, LOOKING_AGAIN)
         with closing(made_ahead(self.cloud, frames)) as clouds:
-            for cloud, read in clouds:
-                self.before_step(cloud)
-                yield self._keep(self._tracked(cloud, read))
-                if self.begins_again:
-                    break
-        if not self.begins_again:
-            return
-        first = self._begin_again()
-        yield from self.frames(range(first, frames.stop))
+            changed = self.second_look.look(self.tracker, clouds, told)
+        for tracked in changed:
+            yield self._keep(tracked, frames[-1])
 
     @property
     def begins_again(self) -> bool:
@@ -189,7 +202,10 @@ class Pipeline:
         seconds = {"read": read, **cloud.seconds, **estimate.seconds}
         place = cloud.frame - (self._asked or range(0)).start
         contradicted = np.nan if place % FRAMES_APART else contradicted_share(cloud)
-        return TrackedFrame(cloud.frame, estimate, found, cloud, seconds, contradicted)
+        tracked = TrackedFrame(cloud.frame, estimate, found, cloud, seconds, contradicted)
+        if self.corrects:
+            self.second_look.take(tracked, self.tracker)
+        return tracked
 
     def _estimate(self, cloud: Cloud) -> Estimate:
         enough = len(cloud.points) >= self.settings.tracking.least_points
@@ -207,6 +223,7 @@ class Pipeline:
         first, self._found = self.heading.correct()
         self.started, self._begun = False, None
         self._made.clear()
+        self.second_look.forget()
         if self.chain.learns:
             self.learn(self._asked or range(0))
         self._track(body_of_subject(self.recording.subject, self.settings.body))
@@ -215,12 +232,14 @@ class Pipeline:
         self._made = {frame: made for frame, made in self._made.items() if frame >= first}
         return first
 
-    def _keep(self, tracked: TrackedFrame) -> TrackedFrame:
+    def _keep(self, tracked: TrackedFrame, seen: int | None = None) -> TrackedFrame:
+        """Keep a frame; `seen`: the last one that the tracker has seen, where it is a later one."""
         if self._keeper is not None:
-            memory = self.tracker.memory()
+            memory = {**self.tracker.memory(), **self.second_look.memory()}
             if self.heading is not None:
-                memory = {**memory, **self.heading.memory()}
-            checkpoint = Checkpoint(tracked.frame, self.started, memory)
+                memory |= self.heading.memory()
+            last = tracked.frame if seen is None else seen
+            checkpoint = Checkpoint(last, self.started, memory)
             self._keeper.keep(tracked.without_cloud(), checkpoint, self.origin)
         return tracked
 
@@ -240,7 +259,7 @@ class Pipeline:
         """Find out all that has to be known of the person before the first frame."""
         self.estimate_lengths(frames)
         if is_found(self._init):
-            clouds = self._first_clouds(frames)
+            clouds = self.first_clouds(frames)
             self._found = self._look_for_pose(clouds) if clouds else None
         if self.settings.tracking.fit_shape and self.settings.follows_data:
             self.fit_shape(frames)
@@ -254,10 +273,10 @@ class Pipeline:
 
     def _beginning(self, frames: range) -> Beginning | None:
         """Track a body as the first frames show it; all clouds that are made for it are kept."""
+        clouds = []
         for done, frame in enumerate(frames[:FIRST_FRAMES]):
             self.on_preparing("measuring the first frames", done, FIRST_FRAMES)
-            self._made[frame] = self.cloud(frame)
-        clouds = [cloud for cloud, _ in self._made.values()]
+            clouds.append(self._kept(frame))
         found = beginning_of(self.tracker, clouds, self.before_step, self.on_preparing)
         self._track(self.body if found is None else self.body.with_shape(found.shape))
         return found
@@ -267,6 +286,8 @@ class Pipeline:
         if self._begun is not None and checkpoint.started:
             self._track(body_of_subject(self.recording.subject, self._begun.shape))
         recall(self.tracker, checkpoint.memory)
+        if self._begun is not None:
+            self.second_look.recall(checkpoint.memory, self._begun.done)
         if self.heading is not None:
             self.heading.recall(checkpoint.memory)
         self.started = checkpoint.started
@@ -300,28 +321,6 @@ class Pipeline:
         else:
             self._shared.learn(frames)
 
-    def take_lengths(self, frames: range) -> EstimatedLengths:
-        """Track the first part once with lengths after the height, and estimate them from it."""
-        expected = lengths_by_height(self._first_clouds(frames), self.settings.depth.upright)
-        p = self.settings.tracking
-        follows = p if self.settings.follows_data else TrackingParameters()
-        settings = dataclasses.replace(self.settings, tracking=follows)
-        settings, seed = settings.replaced(proportions="individual"), self.spec.seed
-        with Pipeline(
-            dataclasses.replace(self.recording, subject=EstimatedLengths(expected).subject()),
-            RunSpec(settings, views=self.views, seed=seed, init=self._init),
-            reader=self.reader,
-        ) as first:
-            first.before_step, first.on_preparing = self.before_step, self.on_preparing
-            seen = WellSeenFrames()
-            wanted = frames[:LENGTH_FRAMES]
-            for done, tracked in enumerate(first.frames(wanted)):
-                seen.add(tracked)
-                self.on_preparing(ESTIMATING_LENGTHS, done, len(wanted))
-        known = seen.lengths(expected, first.tracker.setup)
-        self.go_on_with(known)
-        return known
-
     @property
     def estimates_lengths(self) -> bool:
         """Whether lengths come from the first frames: as wanted, or as the subject has none."""
@@ -331,9 +330,9 @@ class Pipeline:
     def estimate_lengths(self, frames: range) -> None:
         """Find out lengths from the first frames, where they come from there."""
         if self.settings.body.proportions == "sequence":
-            self.take_lengths(frames)
+            self.go_on_with(tracked_lengths(self, frames))
         elif self.estimates_lengths:
-            found = lengths_of_standing(self._first_clouds(frames), self.settings.depth.upright)
+            found = lengths_of_standing(self.first_clouds(frames), self.settings.depth.upright)
             if found is not None:
                 self.go_on_with(EstimatedLengths(found, name=f"average, {found.height:.2f} m tall"))
 
@@ -348,23 +347,23 @@ class Pipeline:
         if not self.has_clouds:
             self._beginning(frames)
             return self.body.shape
-        clouds = self._first_clouds(frames)
+        clouds = self.first_clouds(frames)
         told = self.before_step, self.on_preparing
         found = shape_in(self._initialiser(), clouds, self.first_pose, *told)
         if found is not None:
             self._track(self.body.with_shape(found))
         return self.body.shape
 
-    def _first_clouds(self, frames: range) -> list[Cloud]:
+    def first_clouds(self, frames: range) -> list[Cloud]:
         """The first clouds that show somebody; all that are made on the way are kept."""
-
-        def made(frame: int) -> Cloud:
-            if frame not in self._made:
-                self._made[frame] = self.cloud(frame)
-            return self._made[frame][0]
-
         told = partial(self.on_preparing, "measuring the first frames")
-        return first_clouds(made, frames, self.settings.tracking.least_points, told)
+        return first_clouds(self._kept, frames, self.settings.tracking.least_points, told)
+
+    def _kept(self, frame: int) -> Cloud:
+        """Cloud of a frame, which is kept until the frame is tracked."""
+        if frame not in self._made:
+            self._made[frame] = self.cloud(frame)
+        return self._made[frame][0]
 
     def _look_for_pose(self, clouds: Sequence[Cloud]) -> Pose | None:
         told = partial(self.on_preparing, "finding the initial pose")
@@ -419,6 +418,7 @@ class Pipeline:
             made=self._made_at,
             resumed_at=() if self._begun is None else self._begun.resumed_at,
             heading=None if self.heading is None else self.heading.to_dict(),
+            looked_again=tuple(self.second_look.changed),
             from_recording=dict(found.items() - self.spec.settings.depth.values().items()),
         )
 

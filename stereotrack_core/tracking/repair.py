@@ -18,7 +18,7 @@ from stereotrack_core.body.model import landmarks
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.recording.detections import Detections
 from stereotrack_core.tracking.frame import Run, TrackedFrame
-from stereotrack_core.tracking.initialise.people import own_points
+from stereotrack_core.tracking.initialise.people import own_part
 from stereotrack_core.tracking.residuals.clicks import contradicted
 from stereotrack_core.tracking.run_spec import RunSpec
 from stereotrack_core.tracking.smoothing import smoothed
@@ -103,7 +103,7 @@ def _followed_back(
         whole, _ = tracked.cloud(found[j].frame)
         if len(whole.points) < setup.parameters.least_points:
             return
-        cloud = whole.part(own_points(whole.points, setup.body, follower.state.pose))
+        cloud = own_part(whole, setup.body, follower.state.pose, setup.upright)
         estimate = follower.step(cloud)
         if not estimate.tracked:
             return

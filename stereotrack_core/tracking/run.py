@@ -58,13 +58,13 @@ def track(
         pipeline.corrects = True
         wanted = spec.frames_of(pipeline.reader.frame_count)
         pipeline.prepare(wanted)
-        complete = len(found) == (count or len(wanted))
-        most = None if count == len(wanted) else count
-        for tracked in () if complete else pipeline.frames(wanted):
+        most, newest = None if count == len(wanted) else count, -1
+        for tracked in () if len(found) == most else pipeline.frames(wanted):
             in_place(found, tracked.without_cloud())
             if on_frame is not None:
                 on_frame(tracked)
-            if len(found) == most or (cancelled is not None and cancelled()):
+            again, newest = tracked.frame < newest, max(newest, tracked.frame)
+            if not again and (len(found) == most or (cancelled is not None and cancelled())):
                 break
         found, mended = repaired(pipeline, found, cancelled)
         run = pipeline.smoothed_run(found) if spec.smooth else run_of(found, pipeline.origin())

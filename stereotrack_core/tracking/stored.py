@@ -40,6 +40,7 @@ _META_KINDS: Mapping[str, Kind] = MappingProxyType(
         "detections": {"source": str, "fingerprint": str, "count": int},
         "clicks": {"source": str, "fingerprint": str, "count": int},
         "repaired": [int],
+        "looked_again": [[int]],
         "heading": {"state": str, "probability": float, "frames": int, "against": int},
         "blind": [{"view": str, "first": int, "end": int, "reason": str}],
         "versions": {str: str},

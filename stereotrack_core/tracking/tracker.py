@@ -30,13 +30,12 @@ from stereotrack_core.tracking.initialise.finder import (
     differ,
     distinct,
 )
-from stereotrack_core.tracking.initialise.people import own_points, share_at_sides, trunk_support
-from stereotrack_core.tracking.initialise.seeds import upright_pose
+from stereotrack_core.tracking.initialise.people import own_part, share_at_sides, trunk_support
 from stereotrack_core.tracking.initialise.trunk import turned_round
 from stereotrack_core.tracking.keypoint_tracker import KeypointTracker
 from stereotrack_core.tracking.parameters import Settings, TrackingParameters
 from stereotrack_core.tracking.residuals.clicks import contradicted, pose_by_clicks
-from stereotrack_core.tracking.state import Setup, elapsed
+from stereotrack_core.tracking.state import Setup, State, elapsed
 from stereotrack_core.tracking.step_recorder import StepRecorder
 from stereotrack_core.tracking.ukf import ThesisTracker
 
@@ -126,9 +125,7 @@ class PersonTracker(LeaderTracker):
         if len(cloud.points) >= self.setup.parameters.least_points:
             if not self._present:
                 self._initialise(cloud, trace)
-            upright = self.setup.upright
-            own = upright.points(cloud.points), self.setup.body, upright_pose(self.pose, upright)
-            cloud = cloud.part(own_points(*own))
+            cloud = own_part(cloud, self.setup.body, self.pose, self.setup.upright)
         estimate = self.leader.step(cloud, trace)
         if estimate.tracked:
             compared = self._on_trial if self._unchanged < _SETTLED else self._settled
@@ -147,6 +144,15 @@ class PersonTracker(LeaderTracker):
             since = _CONFIRMED_BY if moved > _FASTEST * seconds else self._unconfirmed
             self._unconfirmed = since - 1
         return _unstated(estimate) if self._unconfirmed else estimate
+
+    @property
+    def settled(self) -> bool:
+        """Whether the pose is stated, no longer on trial, and no click has just said otherwise."""
+        return self._unchanged >= _SETTLED and not (self._unconfirmed or self._told)
+
+    def go_on_from(self, state: State) -> None:
+        """Follow from where another filter of the same body has come to."""
+        self.leader.resume(state)
 
     def memory(self) -> Memory:
         """All that the next step depends on, the rivals on trial too."""

@@ -17,6 +17,7 @@ from stereotrack_core.recording.selection import tracked_views
 from stereotrack_core.tracking.frame import Run, TrackedFrame, assembled, in_place
 from stereotrack_core.tracking.pipeline import Pipeline
 from stereotrack_core.tracking.run_spec import RunSpec
+from stereotrack_core.tracking.second_look import SECOND_LOOK
 from stereotrack_core.tracking.shared_clouds import CloudTaker, SharedClouds, chain_of
 
 _KEPT = 64
@@ -78,17 +79,20 @@ class LockstepRun:
             if tracked.frame == wanted and not self._pipeline.begins_again:
                 break
         self._done += 1
-        watch = self._pipeline.heading
-        settled = watch is None or not (watch.active or watch.faced_away)
-        if settled and not self._given.spec.smooth and len(self._found) >= _KEPT:
-            self._pack({})
+        if not self._given.spec.smooth:
+            sure = self._sure(self._pipeline)
+            if sure >= _KEPT:
+                self._pack({}, sure)
 
     def run(self) -> Run:
         """All frames so far as one run."""
         assert self._pipeline is not None  # noqa: S101 - there is at least one frame
+        for tracked in self._going or ():  # frames that come again after the last one
+            self.seconds += _seconds_of(tracked)
+            in_place(self._found, tracked.without_cloud())
         if self._given.spec.smooth:
             return self._pipeline.smoothed_run(self._found)
-        self._pack(self._pipeline.origin().meta())
+        self._pack(self._pipeline.origin().meta(), len(self._found))
         return joined(self._packed)
 
     def close(self) -> None:
@@ -111,10 +115,18 @@ class LockstepRun:
             with closing(pipeline.frames(range(begin, end))) as tracked:
                 yield from tracked
 
-    def _pack(self, meta: Mapping[str, Any]) -> None:
+    def _sure(self, pipeline: Pipeline) -> int:
+        """How many of the frames that are held will not come again."""
+        watch, again = pipeline.heading, pipeline.second_look.first
+        if watch is not None and (watch.active or watch.faced_away):
+            return 0
+        return sum(again is None or frame.frame < again for frame in self._found)
+
+    def _pack(self, meta: Mapping[str, Any], count: int) -> None:
+        """Pack the first frames of those that are held."""
         assert self._pipeline is not None  # noqa: S101 - there is at least one frame
-        self._packed.append(assembled(self._found, self._pipeline.tracker.state_names, meta))
-        self._found = []
+        frames, self._found = self._found[:count], self._found[count:]
+        self._packed.append(assembled(frames, self._pipeline.tracker.state_names, meta))
 
 
 def track_together(
@@ -188,5 +200,8 @@ def joined(runs: Sequence[Run]) -> Run:
 
 def _seconds_of(tracked: TrackedFrame) -> float:
     """What a frame took from its images to its pose; the parts of a view's depth are in "views"."""
+    again = tracked.seconds.get(SECOND_LOOK)
+    if again is not None:
+        return again
     made = sum(tracked.cloud.seconds.get(stage, 0.0) for stage in ("views", "outliers"))
     return tracked.seconds.get("read", 0.0) + made + sum(tracked.estimate.seconds.values())

@@ -10,8 +10,10 @@ from stereotrack_core.body.model import BodyModel, placed_cones
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.skeleton import HEAD, TORSO
 from stereotrack_core.body.surface import limbs_of_cones, nearest_on_surface
+from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.depth.points import Volume
 from stereotrack_core.geometry.upright import Z_UP, Upright
+from stereotrack_core.tracking.initialise.seeds import upright_pose
 from stereotrack_core.tracking.residuals.surface import surface_distances
 
 _CELL = 0.10
@@ -83,6 +85,12 @@ def own_points(points: FloatArray, body: BodyModel, expected: Pose) -> BoolArray
     main = int(counts[of_group < _ASIDE].max(initial=0))
     foreign = (of_group >= _ASIDE) & (counts > _LARGE * main)
     return np.asarray(within & ~((group >= 0) & foreign[group]))
+
+
+def own_part(cloud: Cloud, body: BodyModel, expected: Pose, upright: Upright) -> Cloud:
+    """The cloud without the points of others who stand apart from an expected pose."""
+    standing = upright_pose(expected, upright)
+    return cloud.part(own_points(upright.points(cloud.points), body, standing))
 
 
 _NEAR = 0.10

@@ -1,0 +1,296 @@
+"""A second look at stretches in which an arm may be lost: tried again, and the best way taken.
+
+Where arms cross or are hidden, two places of an arm often explain a frame about equally well. Which
+of them is taken is then a matter of chance, and it stays taken for as long as the arms stay. The
+frames of the whole stretch together tell the two apart much better than each of them alone.
+"""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from time import perf_counter
+from types import MappingProxyType
+
+import numpy as np
+
+from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
+from stereotrack_core.body.model import landmarks
+from stereotrack_core.body.pose import Pose
+from stereotrack_core.body.skeleton import FOREARMS, UPPER_ARMS
+from stereotrack_core.geometry.rotation import angle_between
+from stereotrack_core.tracking.estimate import Estimate, Memory
+from stereotrack_core.tracking.frame import TrackedFrame
+from stereotrack_core.tracking.iekf import PoseFilter
+from stereotrack_core.tracking.initialise.people import own_part
+from stereotrack_core.tracking.shared_clouds import ReadCloud
+from stereotrack_core.tracking.state import State
+from stereotrack_core.tracking.tracker import PersonTracker, Tracker
+
+LOOKING_AGAIN = "looking again at frames with doubtful arms"
+"""The stage, in words."""
+
+SECOND_LOOK = "second_look"
+"""The same as a stage of the frames whose arms have changed."""
+
+_ARMS = [*UPPER_ARMS, *FOREARMS]
+
+_DOUBTFUL = 0.4
+"""Probability that some arm segment is lost from which a frame is looked at again."""
+
+_LEAST = 2
+"""Fewer such frames are passed over."""
+
+_BEFORE, _AFTER = 4, 8
+"""Frames without doubt before and after a stretch that are tracked again with it."""
+
+LONGEST = 100
+"""Frames after which a stretch is looked at although it goes on."""
+
+_AGREE = np.radians(15.0)
+"""Angle of every arm segment up to which one way may go over to another."""
+
+_GAIN = 20.0
+"""Cost by which another way must be better altogether to be taken."""
+
+_SEEDS_APART = 1000
+"""Between the seeds of the tries, so that those of runs with seeds 0, 1, 2, ... differ."""
+
+_KEPT = "second_look"
+"""Name of what the tracker's memory keeps of it."""
+
+
+@dataclass
+class SecondLook:
+    """Collects tracked frames while arms are doubtful, and looks at them again afterwards.
+
+    Attributes
+    ----------
+    tries : int
+        How often a stretch is tracked again.
+    changed : list of (int, int)
+        First and last frames of the stretches that have been changed.
+    """
+
+    tries: int
+    changed: list[tuple[int, int]] = field(default_factory=list)
+    _held: list[TrackedFrame] = field(default_factory=list)
+    _doubtful: int = 0
+    _calm: int = 0
+
+    def take(self, tracked: TrackedFrame, tracker: Tracker) -> None:
+        """Take in the next frame.
+
+        One that is not tracked, or whose pose is on trial or was clicked, ends a stretch without a
+        look.
+        """
+        sure = isinstance(tracker, PersonTracker) and tracker.settled
+        if not (self.tries and sure and tracked.tracked) or tracked.cloud.clicks:
+            self.forget()
+            return
+        self._held.append(tracked.without_cloud())
+        doubtful = float(np.nan_to_num(tracked.estimate.limb_lost[_ARMS]).max()) > _DOUBTFUL
+        self._doubtful += doubtful
+        self._calm = 0 if doubtful else self._calm + 1
+        if self._calm >= _AFTER and not self.due:
+            self._doubtful = 0
+        if not self._doubtful:
+            del self._held[: -_BEFORE - 1]
+
+    def forget(self) -> None:
+        """Begin with the next frame."""
+        self._held, self._doubtful, self._calm = [], 0, 0
+
+    @property
+    def due(self) -> bool:
+        """Whether a stretch is over, or long enough, and worth a look."""
+        return self.pending and (self._calm >= _AFTER or len(self._held) > LONGEST)
+
+    @property
+    def pending(self) -> bool:
+        """Whether there is enough for a look, though more frames may belong to it."""
+        return self._doubtful >= _LEAST and len(self._held) > 1
+
+    @property
+    def first(self) -> int | None:
+        """The first frame that a look may change; None where no frame is held."""
+        return self._held[1].frame if len(self._held) > 1 else None
+
+    @property
+    def frames(self) -> range:
+        """The frames that a look goes over."""
+        return range(self._held[1].frame, self._held[-1].frame + 1)
+
+    def look(
+        self, tracker: Tracker, clouds: Iterable[ReadCloud], told: Callable[[int, int], None]
+    ) -> list[TrackedFrame]:
+        """Track the stretch again, and let the tracker go on from the best way through it.
+
+        Parameters
+        ----------
+        tracker : Tracker
+            That has tracked them.
+        clouds : iterable of (Cloud, float)
+            Of :attr:`frames`, as they are read.
+        told : callable
+            Told before each frame how many of how many are done; may raise :class:`Cancelled`.
+
+        Returns
+        -------
+        list of TrackedFrame
+            All frames from the first that has changed on; none where the stretch is best as it is.
+        """
+        assert isinstance(tracker, PersonTracker)  # noqa: S101 - no other's frames are taken
+        begun, (origin, *found) = perf_counter(), self._held
+        ways = _ways(tracker, origin, found, clouds, self.tries, told)
+        self.forget()
+        chosen = best_way(
+            np.array([way.costs for way in ways]).T, _agreeing(tracker, [way.poses for way in ways])
+        )
+        self._held = found[-1:]
+        if not chosen.any():
+            return []
+        if chosen[-1]:
+            tracker.go_on_from(ways[chosen[-1]].filter.state)
+        first = int(np.flatnonzero(chosen)[0])
+        spent = (perf_counter() - begun) / (len(found) - first)
+        self.changed.append((found[first].frame, found[-1].frame))
+        again = range(first, len(found))
+        changed = [_exchanged(found, ways, chosen, i, tracker, spent) for i in again]
+        self._held = changed[-1:]
+        return changed
+
+    def memory(self) -> Memory:
+        """What the next look depends on, besides the frames that are done."""
+        first = self._held[0].frame if self._held else -1
+        changed = [number for stretch in self.changed for number in stretch]
+        numbers = [first, self._doubtful, self._calm, *changed]
+        return MappingProxyType({_KEPT: np.array(numbers, np.int64)})
+
+    def recall(self, memory: Memory, done: Sequence[TrackedFrame]) -> None:
+        """Go on as the look would whose memory this is; older versions had none."""
+        if _KEPT not in memory:
+            return
+        first, self._doubtful, self._calm, *changed = memory[_KEPT].tolist()
+        self._held = [one for one in done if first >= 0 and one.frame >= first]
+        self.changed = list(zip(changed[::2], changed[1::2], strict=True))
+
+
+@dataclass(eq=False)
+class _Way:
+    """One way through a stretch."""
+
+    filter: PoseFilter
+    estimates: list[Estimate | None] = field(default_factory=list)
+    """None from the frame on in which it was lost."""
+    costs: list[float] = field(default_factory=list)
+
+    @property
+    def poses(self) -> list[Pose | None]:
+        """Where tracked."""
+        return [None if one is None else one.pose for one in self.estimates]
+
+    def add(self, estimate: Estimate | None, cost: float) -> None:
+        """The next frame, and what speaks against it."""
+        self.estimates.append(estimate)
+        self.costs.append(cost)
+
+
+def _ways(
+    tracker: PersonTracker,
+    origin: TrackedFrame,
+    found: Sequence[TrackedFrame],
+    clouds: Iterable[ReadCloud],
+    tries: int,
+    told: Callable[[int, int], None],
+) -> list[_Way]:
+    """The way that was gone, and the tries, all over the same clouds."""
+    setup, cost = tracker.setup, tracker.finder.cost
+    gone, *others = [_Way(one) for one in _followers(tracker, origin, tries)]
+    for done, (frame, (cloud, _)) in enumerate(zip(found, clouds, strict=True)):
+        told(done, len(found))
+        pose = frame.estimate.pose
+        gone.add(frame.estimate, cost(pose, own_part(cloud, setup.body, pose, setup.upright)))
+        for way in others:
+            if way.estimates and way.estimates[-1] is None:
+                way.add(None, np.inf)
+                continue
+            own = own_part(cloud, setup.body, way.filter.state.pose, setup.upright)
+            enough = len(own.points) >= setup.parameters.least_points
+            estimate = way.filter.step(own) if enough else None
+            if estimate is None or not estimate.tracked:
+                way.add(None, np.inf)
+            else:
+                way.add(replace(estimate, correspondences=None), cost(estimate.pose, own))
+    return [gone, *others]
+
+
+def _followers(tracker: PersonTracker, origin: TrackedFrame, tries: int) -> Iterator[PoseFilter]:
+    """Filters that begin where the tracker was, each with chance of its own."""
+    leader, setup = tracker.leader, tracker.setup
+    for k in range(tries + 1):
+        own = replace(setup, seed=setup.seed + k * _SEEDS_APART)
+        known = copy.copy(leader.correspondences)
+        known.setup = own
+        follower = PoseFilter(own, type(leader.estimator)(own), known)
+        follower.resume(State(origin.estimate.pose, origin.estimate.P, origin.frame))
+        follower.anew = False
+        yield follower
+
+
+def _agreeing(tracker: PersonTracker, ways: Sequence[Sequence[Pose | None]]) -> BoolArray:
+    """Whether two ways have the arms in the same place (F, W, W)."""
+    directions = np.full((len(ways[0]), len(ways), len(_ARMS), 3), np.nan)
+    for k, way in enumerate(ways):
+        for i, pose in enumerate(way):
+            if pose is not None:
+                directions[i, k] = tracker.setup.body.frames(pose).rotations[_ARMS, :, 2]
+    apart = angle_between(directions[:, :, None], directions[:, None])
+    agree: BoolArray = (apart < _AGREE).all(axis=-1)
+    return agree
+
+
+def best_way(costs: FloatArray, agree: BoolArray) -> IntArray:
+    """Which of the ways (F,) to be on in each frame, for the least sum of costs.
+
+    From one frame to the next it goes over to another way only where both agree in the first
+    (Viterbi, doi:10.1109/TIT.1967.1054010). Way 0 is kept where nothing is clearly better.
+
+    Parameters
+    ----------
+    costs : (F, W) float64
+        Infinite where a way is lost.
+    agree : (F, W, W) bool
+    """
+    count, ways = costs.shape
+    least, before = costs[0], np.zeros((count, ways), dtype=np.int64)
+    for i in range(1, count):
+        reached = np.where(agree[i - 1] | np.eye(ways, dtype=np.bool_), least[None], np.inf)
+        before[i] = reached.argmin(axis=1)
+        least = reached.min(axis=1) + costs[i]
+    last = int(least.argmin())
+    if not costs[:, 0].sum() - least[last] > _GAIN:
+        return np.zeros(count, dtype=np.int64)
+    chosen = np.full(count, last)
+    for i in range(count - 1, 0, -1):
+        chosen[i - 1] = before[i, chosen[i]]
+    return chosen
+
+
+def _exchanged(
+    found: Sequence[TrackedFrame],
+    ways: Sequence[_Way],
+    chosen: IntArray,
+    i: int,
+    tracker: PersonTracker,
+    spent: float,
+) -> TrackedFrame:
+    """A frame as the chosen way has it; where it changes, no backward pass goes beyond it."""
+    estimate = ways[chosen[i]].estimates[i]
+    assert estimate is not None  # noqa: S101 - a way that is lost costs infinitely much
+    if chosen[i] != chosen[max(0, i - 1)]:
+        estimate = replace(estimate, prior=None)
+    seconds = {**found[i].seconds, SECOND_LOOK: spent}
+    points = landmarks(tracker.setup.body, estimate.pose)
+    return replace(found[i], estimate=estimate, landmarks=points, seconds=seconds)
