@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal, TypeAlias
@@ -18,7 +18,14 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.project.runs import RunFacts
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.tracking.estimate import Estimate
-from stereotrack_core.tracking.frame import Origin, Run, TrackedFrame, cloudless, run_of
+from stereotrack_core.tracking.frame import (
+    LOOKED_AGAIN,
+    Origin,
+    Run,
+    TrackedFrame,
+    cloudless,
+    run_of,
+)
 from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.repeating import stored_spec
 from stereotrack_core.tracking.run_checks import (
@@ -90,6 +97,13 @@ class RunEntry:
         if self.stored is not None:
             return heading_words(self.stored.meta.get(HEADING))
         return None if self.origin is None else heading_words(self.origin.heading)
+
+    @property
+    def looked_again(self) -> Sequence[tuple[int, int]]:
+        """First and last frames of stretches that a second look has changed."""
+        if self.stored is not None:
+            return [(first, last) for first, last in self.stored.meta.get(LOOKED_AGAIN, ())]
+        return () if self.origin is None else self.origin.looked_again
 
     def at(self, frame: int) -> TrackedFrame | None:
         """What the run knows about a frame."""

@@ -96,7 +96,7 @@ class LiveRun:
                 self.entry.body, self.entry.origin = word.body, word.origin
             case Tracked():
                 self.waiting.append(word.frame)
-                self.entry.wall_seconds = word.seconds
+                self.entry.wall_seconds, self.progress = word.seconds, None
                 if self._first_seconds is None:
                     self._first_seconds = word.seconds
             case Held():
@@ -122,7 +122,7 @@ class LiveRun:
         """``learning the background, 40 %, about 3 s left``."""
         progress = self.progress
         if progress is None:
-            return "starting"
+            return "" if self.entry.frames else "starting"
         share = progress.done / max(progress.count, 1)
         far = how_far(share, time.monotonic() - self._stage_begun)
         return f"{progress.stage}, {far}" if far else progress.stage

@@ -64,7 +64,7 @@ def _tracker_words(session: Session, recording: Recording) -> str:
             return "paused before the first frame"
         newest = entry.frames[max(entry.frames)]
         told = words(shown, active) if shown is not None else words(newest, entry)
-        left = track.left_words() if track.running else ""
+        left = (track.preparing_words() or track.left_words()) if track.running else ""
         if entry.heading is not None and entry.heading.undecided:
             left = _joined(left, "direction of the person undecided") if left else left
         return _joined(_joined(f"{verb} {done} of {wanted}", left), told)

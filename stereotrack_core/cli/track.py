@@ -35,7 +35,7 @@ from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.findings import examine
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.tables import Table, number
-from stereotrack_core.tracking.frame import Run
+from stereotrack_core.tracking.frame import LOOKED_AGAIN, Run
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.repeating import sameness
 from stereotrack_core.tracking.run_checks import CHECK, HEADING, heading_words
@@ -73,6 +73,9 @@ def track_table(job: TrackedRun, title: str) -> Table:
     ]
     if heading := heading_words(job.run.meta.get(HEADING)):
         rows.append(("direction that the person faces", heading.brief))
+    if again := facts[LOOKED_AGAIN]:
+        stretches = ", ".join(f"{first}:{last + 1}" for first, last in again)
+        rows.append(("changed by a second look", stretches))
     if facts["repaired"]:
         rows.append(("frames repaired before clicks", str(len(facts["repaired"]))))
     if facts["smoothed"]:

@@ -118,7 +118,7 @@ class _Work:
         self._depths = self._inspect = False
         self._begun = time.perf_counter()
         self._paused = self._told = 0.0
-        self._stage = self._heading = ""
+        self._stage, self._found = "", ("", 0)
         self._telling = threading.Lock()
         self._journal: RunJournal | None = None
 
@@ -139,14 +139,14 @@ class _Work:
             for tracked in pipeline.frames(wanted):
                 if tracked.frame > newest:  # those that come again were allowed before
                     self._left, newest = self._left - 1, tracked.frame
-                if pipeline.heading is not None and pipeline.heading.state != self._heading:
+                if _found_by(pipeline) != self._found:
                     self._tell_prepared(pipeline)
                 self._tell_frame(tracked)
             self._tell_held()
 
     def _tell_prepared(self, pipeline: Pipeline) -> None:
-        """Say what is tracked; again where another heading, and so another shape, is found."""
-        self._heading = "" if pipeline.heading is None else pipeline.heading.state
+        """Say what is tracked, and where a run comes from: again where that changes."""
+        self._found = _found_by(pipeline)
         self._asker.tell(Prepared(pipeline.body, pipeline.origin()))
 
     def close(self) -> None:
@@ -198,6 +198,12 @@ class _Work:
     def _tell_held(self) -> None:
         self._asker.tell(Held(self._allowed.number, self._unsent))
         self._unsent = None
+
+
+def _found_by(pipeline: Pipeline) -> tuple[str, int]:
+    """What is found while tracking: the heading, and with it the shape, and second looks."""
+    heading = "" if pipeline.heading is None else pipeline.heading.state
+    return heading, len(pipeline.second_look.changed)
 
 
 def _next_step(pipeline: Pipeline, cloud: Cloud) -> StepTrace:

@@ -16,7 +16,7 @@ from stereotrack_core.errors import Cancelled
 from stereotrack_core.evaluation.summary import statistics
 from stereotrack_core.interop.run_journal import RunJournal, Wish
 from stereotrack_core.recording.description import Recording
-from stereotrack_core.tracking.frame import Run, TrackedFrame
+from stereotrack_core.tracking.frame import LOOKED_AGAIN, Run, TrackedFrame
 from stereotrack_core.tracking.lengths_fit import ESTIMATING_LENGTHS, LENGTH_FRAMES
 from stereotrack_core.tracking.repair import REPAIRED
 from stereotrack_core.tracking.run import track
@@ -73,6 +73,7 @@ class TrackedRun:
             "smoothed": bool(run.meta.get("smoothed", False)),
             "bridged": list(run.meta.get("bridged", [])),
             "repaired": list(run.meta.get(REPAIRED, [])),
+            LOOKED_AGAIN: list(run.meta.get(LOOKED_AGAIN, [])),
             "stopped": self.stopped,
             "resumed_at": list(run.meta.get("resumed_at", [])),
             "changed": list(self.changed),

@@ -32,6 +32,9 @@ from stereotrack_core.tracking.run_spec import RunSpec
 from stereotrack_core.version import __version__
 from stereotrack_core.versions import versions
 
+LOOKED_AGAIN = "looked_again"
+"""Key in a run's meta: first and last frames of the stretches that a second look has changed."""
+
 
 @dataclass(frozen=True, eq=False)
 class Run:
@@ -203,7 +206,7 @@ class Origin:
             "made": self.made,
             "resumed_at": list(self.resumed_at),
             "heading": None if self.heading is None else dict(self.heading),
-            "looked_again": [list(stretch) for stretch in self.looked_again],
+            LOOKED_AGAIN: [list(stretch) for stretch in self.looked_again],
             "from_recording": dict(self.from_recording),
         }
         json.dumps(meta)

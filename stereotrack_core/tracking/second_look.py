@@ -9,7 +9,9 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
+from functools import partial
 from time import perf_counter
 from types import MappingProxyType
 
@@ -19,6 +21,7 @@ from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 from stereotrack_core.body.model import landmarks
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.skeleton import FOREARMS, UPPER_ARMS
+from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.geometry.rotation import angle_between
 from stereotrack_core.tracking.estimate import Estimate, Memory
 from stereotrack_core.tracking.frame import TrackedFrame
@@ -56,6 +59,9 @@ _GAIN = 20.0
 
 _SEEDS_APART = 1000
 """Between the seeds of the tries, so that those of runs with seeds 0, 1, 2, ... differ."""
+
+_TOGETHER = 2
+"""Tries that are followed at the same time; each is the same however many are."""
 
 _KEPT = "second_look"
 """Name of what the tracker's memory keeps of it."""
@@ -182,6 +188,8 @@ class _Way:
     """One way through a stretch."""
 
     filter: PoseFilter
+    cost: Callable[[Pose, Cloud], float]
+    """What speaks against a pose in a cloud."""
     estimates: list[Estimate | None] = field(default_factory=list)
     """None from the frame on in which it was lost."""
     costs: list[float] = field(default_factory=list)
@@ -191,8 +199,27 @@ class _Way:
         """Where tracked."""
         return [None if one is None else one.pose for one in self.estimates]
 
-    def add(self, estimate: Estimate | None, cost: float) -> None:
-        """The next frame, and what speaks against it."""
+    def judge(self, estimate: Estimate, cloud: Cloud) -> None:
+        """Go on to where the body was stated to be."""
+        own = self._own(cloud, estimate.pose)
+        self._add(estimate, self.cost(estimate.pose, own))
+
+    def follow(self, cloud: Cloud) -> None:
+        """Go on to where the filter finds the body."""
+        own, estimate = self._own(cloud, self.filter.state.pose), None
+        lost = bool(self.estimates) and self.estimates[-1] is None
+        if not lost and len(own.points) >= self.filter.setup.parameters.least_points:
+            estimate = self.filter.step(own)
+        if estimate is None or not estimate.tracked:
+            self._add(None, np.inf)
+        else:
+            self._add(replace(estimate, correspondences=None), self.cost(estimate.pose, own))
+
+    def _own(self, cloud: Cloud, pose: Pose) -> Cloud:
+        setup = self.filter.setup
+        return own_part(cloud, setup.body, pose, setup.upright)
+
+    def _add(self, estimate: Estimate | None, cost: float) -> None:
         self.estimates.append(estimate)
         self.costs.append(cost)
 
@@ -206,23 +233,13 @@ def _ways(
     told: Callable[[int, int], None],
 ) -> list[_Way]:
     """The way that was gone, and the tries, all over the same clouds."""
-    setup, cost = tracker.setup, tracker.finder.cost
-    gone, *others = [_Way(one) for one in _followers(tracker, origin, tries)]
-    for done, (frame, (cloud, _)) in enumerate(zip(found, clouds, strict=True)):
-        told(done, len(found))
-        pose = frame.estimate.pose
-        gone.add(frame.estimate, cost(pose, own_part(cloud, setup.body, pose, setup.upright)))
-        for way in others:
-            if way.estimates and way.estimates[-1] is None:
-                way.add(None, np.inf)
-                continue
-            own = own_part(cloud, setup.body, way.filter.state.pose, setup.upright)
-            enough = len(own.points) >= setup.parameters.least_points
-            estimate = way.filter.step(own) if enough else None
-            if estimate is None or not estimate.tracked:
-                way.add(None, np.inf)
-            else:
-                way.add(replace(estimate, correspondences=None), cost(estimate.pose, own))
+    gone, *others = [_Way(one, tracker.finder.cost) for one in _followers(tracker, origin, tries)]
+    with ThreadPoolExecutor(_TOGETHER, thread_name_prefix="second look") as together:
+        for done, (frame, (cloud, _)) in enumerate(zip(found, clouds, strict=True)):
+            told(done, len(found))
+            for _way in together.map(partial(_Way.follow, cloud=cloud), others):
+                pass  # what went wrong in it is raised here
+            gone.judge(frame.estimate, cloud)
     return [gone, *others]
 
 

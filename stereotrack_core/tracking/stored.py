@@ -17,7 +17,7 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.upright import UP_AXES, Z_UP, Upright
 from stereotrack_core.plain_data import Kind, check_kind
 from stereotrack_core.recording.description import LENGTHS, Subject, subject_in
-from stereotrack_core.tracking.frame import Run, joints_named
+from stereotrack_core.tracking.frame import LOOKED_AGAIN, Run, joints_named
 
 _VALUES: Kind = {str: (bool, int, float, str)}
 
@@ -40,7 +40,7 @@ _META_KINDS: Mapping[str, Kind] = MappingProxyType(
         "detections": {"source": str, "fingerprint": str, "count": int},
         "clicks": {"source": str, "fingerprint": str, "count": int},
         "repaired": [int],
-        "looked_again": [[int]],
+        LOOKED_AGAIN: [[int, int]],
         "heading": {"state": str, "probability": float, "frames": int, "against": int},
         "blind": [{"view": str, "first": int, "end": int, "reason": str}],
         "versions": {str: str},

@@ -26,6 +26,7 @@ from ...session.tracking import LiveRun
 from .steps import Step, steps_of
 
 _SMOOTHED = " The run was smoothed, so its poses also depend on later frames."
+_LOOKED_AGAIN = " A second look changed the frame; its arms then come from other random numbers."
 _SAME_METRES, _SAME_RADIANS = 1e-4, np.radians(0.01)
 
 
@@ -89,10 +90,13 @@ def run_question(
     keypoints = _keypoints(session, entry, settings)
     task = RecordStep(kept, frame, settings.depth, make, before, here, keypoints)
     smoothed = entry is not None and entry.stored is not None and entry.stored.meta.get("smoothed")
+    more = _SMOOTHED if smoothed else ""
+    if entry is not None and any(a <= frame <= b for a, b in entry.looked_again):
+        more += _LOOKED_AGAIN
 
     def work() -> RecordedStep:
         done: RecordedStep = process(task)
-        return replace(done, words=done.words + _SMOOTHED) if smoothed else done
+        return replace(done, words=done.words + more)
 
     return Question(frame, work, here, entry, settings)
 

@@ -1,0 +1,305 @@
+"""Stretches with doubtful arms, tracked again: what is looked at, and which way is taken."""
+
+from __future__ import annotations
+
+import itertools
+from contextlib import closing
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from stereotrack_core.body.angles import state_of_pose
+from stereotrack_core.body.model import body_model
+from stereotrack_core.body.proportions import AVERAGE
+from stereotrack_core.body.skeleton import FOREARMS, UPPER_ARMS
+from stereotrack_core.errors import Cancelled
+from stereotrack_core.experiments.runner import lockstep
+from stereotrack_core.experiments.runner.lockstep import RunInput, track_together
+from stereotrack_core.interop import run_journal
+from stereotrack_core.interop.run_journal import RunJournal, read_unfinished
+from stereotrack_core.tracking import second_look
+from stereotrack_core.tracking.estimate import Estimate
+from stereotrack_core.tracking.frame import TrackedFrame, cloudless
+from stereotrack_core.tracking.pipeline import Pipeline
+from stereotrack_core.tracking.presets import preset
+from stereotrack_core.tracking.repeating import sameness, stored_spec
+from stereotrack_core.tracking.run import track
+from stereotrack_core.tracking.run_spec import RunSpec
+from stereotrack_core.tracking.second_look import LONGEST, LOOKING_AGAIN, SecondLook, best_way
+from stereotrack_core.tracking.state import State
+from stereotrack_core.tracking.stored import check_meta, pose_of_run
+from stereotrack_core.tracking.tracker import PersonTracker, tracker_for
+from tests.tracking.recordings import write_depth_recording
+from tests.tracking.scenes import CAMERAS, angle_errors, pose_with_arms, turned
+
+SETTINGS = preset("accurate").replaced(
+    pixel_step=1,
+    speckle_size=0,
+    search_arms=False,
+    data_points=400,
+    iterations=3,
+    fit_shape=False,
+    second_look=2,
+)
+BODY = body_model(AVERAGE, SETTINGS.body)
+APART = pose_with_arms([0.6, 0.3, -0.7], [0.2, 0.9, 0.2], [-0.6, 0.3, -0.7], [-0.2, 0.9, 0.2])
+ELSEWHERE = pose_with_arms([0.1, 0.1, -1], [0, 0.2, -1], [-0.1, 0.1, -1], [0, 0.2, -1])
+ARMS = [*UPPER_ARMS, *FOREARMS]
+COUNT, WRONG, AFTER = 12, (5, 6), 3
+"""Frames, those in which the arms are put elsewhere, and how many without doubt end a stretch."""
+
+
+@pytest.fixture(scope="module")
+def recording(tmp_path_factory):
+    poses = [turned(APART, 0.5 * k) for k in range(COUNT)]
+    return write_depth_recording(tmp_path_factory.mktemp("look"), BODY, poses), poses
+
+
+@pytest.fixture
+def misled(monkeypatch):
+    """Trackers whose arms are put elsewhere in two frames, which they doubt."""
+    step = PersonTracker.step
+
+    def mislead(tracker, cloud, trace=None):
+        found = step(tracker, cloud, trace)
+        if cloud.frame not in WRONG:
+            return replace(found, limb_lost=np.zeros(6))
+        rotations = found.pose.rotations.copy()
+        rotations[ARMS] = ELSEWHERE.rotations[ARMS]
+        pose = replace(found.pose, rotations=rotations)
+        tracker.leader.resume(State(pose, found.P, cloud.frame))
+        x = state_of_pose(pose, tracker.setup.joints)
+        return replace(found, pose=pose, x=x, limb_lost=np.full(6, 0.9))
+
+    monkeypatch.setattr(PersonTracker, "step", mislead)
+    monkeypatch.setattr(second_look, "_AFTER", AFTER)
+
+
+def spec_of(poses, **changes):
+    return RunSpec(SETTINGS.replaced(**changes), init=poses[0])
+
+
+def worst(run, poses):
+    """Largest error of an arm in any frame, degrees."""
+    found = [pose_of_run(run, i) for i in range(len(poses))]
+    return max(angle_errors(BODY, *both)[2:].max() for both in zip(found, poses, strict=True))
+
+
+def test_a_stretch_that_was_tracked_wrongly_is_tracked_again(recording, misled):
+    recording, poses = recording
+    without = track(recording, spec_of(poses, second_look=0))
+    seen = []
+    looked = track(recording, spec_of(poses), on_frame=lambda one: seen.append(one.frame))
+    assert worst(without, poses) > 40.0
+    assert worst(looked, poses) < 20.0
+    ((first, over),) = looked.meta["looked_again"]
+    assert 1 <= first <= WRONG[0]
+    assert over == WRONG[-1] + AFTER
+    assert seen == [*range(over + 1), *range(first, COUNT)]
+    assert looked.frame.tolist() == list(range(COUNT))
+    assert without.meta["looked_again"] == []
+    check_meta(looked.meta, "run", "")
+    assert (looked.limb_lost[list(WRONG)][:, ARMS] < 0.9).all()  # which is of the pose stated now
+
+
+def test_the_end_of_a_run_ends_a_stretch(recording, misled):
+    recording, poses = recording
+    run = track(recording, replace(spec_of(poses), frames=range(WRONG[-1] + 1)))
+    ((_first, last),) = run.meta["looked_again"]
+    assert last == WRONG[-1]
+    assert worst(run, poses[: WRONG[-1] + 1]) < 20.0
+
+
+def test_runs_side_by_side_look_again_as_one_alone_does(recording, misled, monkeypatch):
+    monkeypatch.setattr(lockstep, "_KEPT", 2)
+    recording, poses = recording
+    alone = track(recording, spec_of(poses))
+    given = replace(recording, reference=None)
+    other = RunInput(given, spec_of(poses, second_look=0))
+    first, second = track_together([RunInput(given, spec_of(poses)), other])
+    assert sameness(alone, first.run()).equal
+    assert first.run().meta["looked_again"] == alone.meta["looked_again"]
+    assert second.run().meta["looked_again"] == []
+
+
+@pytest.mark.parametrize("stop", [WRONG[0], WRONG[-1] + AFTER, WRONG[-1] + AFTER + 1])
+def test_a_run_that_was_stopped_looks_again_as_if_it_never_had_been(
+    recording, misled, monkeypatch, tmp_path, stop
+):
+    monkeypatch.setattr(run_journal, "_FRAMES_PER_CHECKPOINT", 1)
+    recording, poses = recording
+    spec, part = replace(spec_of(poses), frames=range(COUNT)), tmp_path / "run.part"
+    whole = track(recording, spec)
+    seen = []
+    journal = RunJournal(part, lambda: 0.0)
+    with closing(journal):
+        track(
+            recording,
+            spec,
+            on_frame=lambda one: seen.append(one.frame),
+            cancelled=lambda: seen[-1] >= stop,
+            keeper=journal,
+        )
+    begun, _wish = read_unfinished(part)
+    assert begun.checkpoint.frame == stop
+    assert sameness(whole, track(recording, spec, begun=begun)).equal
+
+
+def test_a_program_that_is_killed_while_frames_come_again_loses_none(
+    recording, misled, monkeypatch, tmp_path
+):
+    recording, poses = recording
+    spec, part = replace(spec_of(poses), frames=range(COUNT)), tmp_path / "run.part"
+    whole, seen = track(recording, spec), []
+
+    def killed(one):
+        seen.append(one.frame)
+        if len(seen) > 1 and seen[-1] < seen[-2]:
+            raise KeyboardInterrupt
+
+    journal = RunJournal(part, lambda: 0.0)
+    with closing(journal), pytest.raises(KeyboardInterrupt):
+        track(recording, spec, on_frame=killed, keeper=journal)
+    begun, _wish = read_unfinished(part)
+    assert begun.checkpoint.frame < WRONG[0]
+    assert sameness(whole, track(recording, spec, begun=begun)).equal
+
+
+def test_a_run_says_how_to_look_again(recording, misled):
+    recording, poses = recording
+    run = track(recording, spec_of(poses))
+    again = stored_spec(run)
+    assert again.spec.settings.tracking.second_look == 2
+    assert sameness(run, track(recording, again.spec)).equal
+
+
+def test_stopping_ends_a_look_and_keeps_the_frames(recording, misled):
+    recording, poses = recording
+    with Pipeline(recording, spec_of(poses)) as pipeline:
+        pipeline.corrects = True
+
+        def stop(stage, _done, _count):
+            if stage == LOOKING_AGAIN:
+                raise Cancelled
+
+        pipeline.on_preparing = stop
+        found = []
+        with pytest.raises(Cancelled):
+            found.extend(pipeline.frames(range(COUNT)))
+    assert [one.frame for one in found] == list(range(WRONG[-1] + AFTER + 1))
+
+
+def costs_and_agreement():
+    sizes = st.tuples(st.integers(1, 5), st.integers(1, 3))
+    costs = sizes.flatmap(lambda size: arrays(float, size, elements=st.integers(0, 100).map(float)))
+    return costs.flatmap(
+        lambda found: st.tuples(st.just(found), arrays(bool, (*found.shape, found.shape[1])))
+    )
+
+
+@given(costs_and_agreement())
+def test_the_best_way_is_the_best_of_all(case):
+    costs, agree = case
+    agree |= agree.transpose(0, 2, 1)
+    count, ways = costs.shape
+
+    def allowed(way):
+        return all(a == b or agree[i, b, a] for i, (a, b) in enumerate(itertools.pairwise(way)))
+
+    every = [way for way in itertools.product(range(ways), repeat=count) if allowed(way)]
+    sums = [costs[np.arange(count), way].sum() for way in map(list, every)]
+    found = best_way(costs, agree)
+    if costs[:, 0].sum() - min(sums) > 20.0:
+        assert allowed(found.tolist())
+        assert costs[np.arange(count), found].sum() == min(sums)
+    else:
+        assert not found.any()
+
+
+def test_a_way_that_is_lost_is_not_taken():
+    costs = np.array([[50.0, 0.0], [50.0, np.inf], [50.0, np.inf]])
+    never, always = np.zeros((3, 2, 2), bool), np.ones((3, 2, 2), bool)
+    assert best_way(costs, never).tolist() == [0, 0, 0]
+    assert best_way(costs, always).tolist() == [1, 0, 0]
+
+
+def person_tracker():
+    tracker = tracker_for(BODY, SETTINGS, CAMERAS, 10.0, 0)
+    tracker.start(APART)
+    return tracker
+
+
+def given_frames(tracker, doubts):
+    """What is held of frames with these probabilities that an arm is lost; None: not tracked."""
+    look = SecondLook(2)
+    for k, doubt in enumerate(doubts):
+        look.take(frame_with(tracker, k, doubt), tracker)
+        if look.due:
+            break
+    return look
+
+
+def frame_with(tracker, k, doubt):
+    state = tracker.leader.state
+    x = state_of_pose(state.pose, tracker.setup.joints)
+    chance = np.full(6, np.nan if doubt is None else doubt)
+    estimate = Estimate(doubt is not None, "", state.pose, x, state.P, limb_lost=chance)
+    return TrackedFrame(k, estimate, np.zeros((9, 3)), cloudless(k), {})
+
+
+@pytest.mark.parametrize(
+    ("doubts", "due", "frames"),
+    [
+        ([0.0] * 30, False, None),
+        ([0.0] * 10 + [0.9] + [0.0] * 20, False, None),
+        ([0.0] * 10 + [0.9, 0.9] + [0.0] * 20, True, range(6, 20)),
+        ([0.0] * 10 + [0.9, 0.0, 0.0, 0.9] + [0.0] * 20, True, range(6, 22)),
+        ([0.0] * 10 + [0.9] * 200, True, range(6, 6 + LONGEST)),
+        ([0.9, 0.9, None] + [0.0] * 20, False, None),
+        ([0.9] * 4, False, range(1, 4)),
+    ],
+)
+def test_a_stretch_begins_and_ends_with_frames_without_doubt(doubts, due, frames):
+    tracker = person_tracker()
+    look = given_frames(tracker, doubts)
+    assert look.due == due
+    assert look.pending == (frames is not None)
+    if frames is not None:
+        assert look.frames == frames
+        assert look.first == frames[0]
+
+
+def test_a_pose_on_trial_and_a_click_end_a_stretch():
+    tracker = person_tracker()
+    look = given_frames(tracker, [0.9] * 4)
+    clicked = frame_with(tracker, 4, 0.9)
+    cloud = replace(clicked.cloud, clicks=(object(),))
+    look.take(replace(clicked, cloud=cloud), tracker)
+    assert not look.pending
+    look = given_frames(tracker, [0.9] * 4)
+    tracker.reinitialise()
+    tracker._unchanged = 0
+    look.take(frame_with(tracker, 4, 0.9), tracker)
+    assert not look.pending
+
+
+def test_a_look_goes_on_from_its_memory():
+    tracker = person_tracker()
+    doubts = [0.0] * 10 + [0.9, 0.9] + [0.0] * 3
+    look, other = given_frames(tracker, doubts), SecondLook(2)
+    look.changed.append((2, 5))
+    done = [frame_with(tracker, k, doubt) for k, doubt in enumerate(doubts)]
+    other.recall(look.memory(), done)
+    assert (other.frames, other.changed, other.due) == (look.frames, [(2, 5)], False)
+    for k in range(5):
+        look.take(frame_with(tracker, len(doubts) + k, 0.0), tracker)
+        other.take(frame_with(tracker, len(doubts) + k, 0.0), tracker)
+    assert other.due
+    assert other.frames == look.frames
+    older = SecondLook(2)
+    older.recall({}, done)
+    assert older.first is None
