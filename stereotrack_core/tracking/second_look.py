@@ -25,7 +25,7 @@ from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.geometry.rotation import angle_between
 from stereotrack_core.tracking.estimate import Estimate, Memory
 from stereotrack_core.tracking.frame import TrackedFrame
-from stereotrack_core.tracking.iekf import PoseFilter
+from stereotrack_core.tracking.iekf import IteratedEstimator, PoseFilter
 from stereotrack_core.tracking.initialise.people import own_part
 from stereotrack_core.tracking.shared_clouds import ReadCloud
 from stereotrack_core.tracking.state import State
@@ -91,8 +91,7 @@ class SecondLook:
         One that is not tracked, or whose pose is on trial or was clicked, ends a stretch without a
         look.
         """
-        sure = isinstance(tracker, PersonTracker) and tracker.settled
-        if not (self.tries and sure and tracked.tracked) or tracked.cloud.clicks:
+        if not self.tries or not _is_sure(tracker) or not tracked.tracked or tracked.cloud.clicks:
             self.forget()
             return
         self._held.append(tracked.without_cloud())
@@ -183,6 +182,13 @@ class SecondLook:
         self.changed = list(zip(changed[::2], changed[1::2], strict=True))
 
 
+def _is_sure(tracker: Tracker) -> bool:
+    """Whether poses are no longer on trial; of a baseline they never are sure enough."""
+    if not isinstance(tracker, PersonTracker):
+        return False
+    return tracker.settled and isinstance(tracker.leader.estimator, IteratedEstimator)
+
+
 @dataclass(eq=False)
 class _Way:
     """One way through a stretch."""
@@ -250,7 +256,7 @@ def _followers(tracker: PersonTracker, origin: TrackedFrame, tries: int) -> Iter
         own = replace(setup, seed=setup.seed + k * _SEEDS_APART)
         known = copy.copy(leader.correspondences)
         known.setup = own
-        follower = PoseFilter(own, type(leader.estimator)(own), known)
+        follower = PoseFilter(own, IteratedEstimator(own), known)
         follower.resume(State(origin.estimate.pose, origin.estimate.P, origin.frame))
         follower.anew = False
         yield follower
