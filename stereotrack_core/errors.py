@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import difflib
+import pickle
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import Literal, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 _MOST_ALIKE = 6
 
@@ -34,9 +35,30 @@ class InputError(Exception):
         sentence = f"{where}: {what}" if where else what
         super().__init__(f"{sentence}. {remedy}".strip() if remedy else sentence)
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """As it is, its sentence unabridged: sent by a process, it arrives the same."""
+        return _as_it_was, (type(self), self.args, vars(self))
+
+
+def _as_it_was(
+    kind: type[InputError], args: tuple[Any, ...], facts: Mapping[str, Any]
+) -> InputError:
+    error = kind.__new__(kind, *args)
+    vars(error).update(facts)
+    return error
+
 
 class Cancelled(Exception):
     """Long work was stopped on request; what was finished before is kept."""
+
+
+def portable(error: Exception) -> Exception:
+    """An exception that another process can be sent; one that says the same where it cannot."""
+    try:
+        pickle.loads(pickle.dumps(error))  # noqa: S301 - our own object
+    except Exception:  # noqa: BLE001 - whatever it may be that pickle cannot take
+        return RuntimeError(f"{type(error).__name__}: {error}")
+    return error
 
 
 def visible(text: str) -> str:

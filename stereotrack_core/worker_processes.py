@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import multiprocessing
 import os
-import pickle
 import signal
 import threading
 import time
@@ -22,7 +21,7 @@ from typing import Any, Protocol
 import cv2
 
 from stereotrack_core.blas_threads import one_blas_thread
-from stereotrack_core.errors import Cancelled
+from stereotrack_core.errors import Cancelled, portable
 
 _TELL_SECONDS = 0.2
 _LAST_WORD_SECONDS = 5.0
@@ -249,7 +248,7 @@ def _serve(pipe: Connection, do: Callable[[Any, Asker], None], threads: int, nic
             except (BrokenPipeError, ConnectionResetError, Cancelled):
                 raise
             except Exception as error:  # noqa: BLE001 - told to whoever asked
-                asker.tell(_portable(error))
+                asker.tell(portable(error))
             pipe.send(None)
 
 
@@ -262,15 +261,6 @@ def _end_with_parent() -> None:
     if parent is not None:
         parent.join()
         os._exit(1)
-
-
-def _portable(error: Exception) -> Exception:
-    """An exception that can be sent; one that says the same where it cannot."""
-    try:
-        pickle.loads(pickle.dumps(error))  # noqa: S301 - our own object
-    except Exception:  # noqa: BLE001 - whatever it may be that pickle cannot take
-        return RuntimeError(f"{type(error).__name__}: {error}")
-    return error
 
 
 class Desk(Protocol):

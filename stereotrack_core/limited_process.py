@@ -1,0 +1,239 @@
+"""Reading in a process of its own, whose memory and time are limited.
+
+Some libraries are written in C and take what a file says for true: of a damaged one they ask for
+any amount of memory, never come to an end, or end the process that they are in. Here that process
+is another one, and what was left of it becomes a sentence.
+"""
+
+from __future__ import annotations
+
+import errno
+import faulthandler
+import gc
+import io
+import logging
+import os
+import pickle
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+from typing import IO, Any, NamedTuple, NoReturn, TypeVar
+
+from stereotrack_core.errors import InputError, portable
+from stereotrack_core.own_program import BOUND, module_command
+
+_LOG = logging.getLogger(__name__)
+
+Result = TypeVar("Result")
+
+GB, _MB = 1024**3, 1024**2
+
+LEAST_MEMORY, _BASE_MEMORY, _MEMORY_FOR_SIZE = 4 * GB, 2 * GB, 20
+"""Addresses that the process may have: Python and the libraries take 0.5 GB of them before anything
+is read, and SLEAP's labels 12 times their size as objects, where a person has a single point."""
+_ANSWER_SHARE = 4
+"""The result may have the fourth part of the memory: it is held here, where nothing limits it."""
+LEAST_SECONDS, _SECONDS_FOR_MB = 120.0, 2.0
+"""A busy machine needs some seconds to start a process, and an idle one 0.3 s for each MB."""
+_OWN_SECONDS = 5.0
+"""So much later the process ends by itself, where nobody is left to end it."""
+_ONE_THREAD = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
+"""Each further thread of theirs would take addresses."""
+
+
+class Limits(NamedTuple):
+    """What a process may use."""
+
+    memory: int
+    seconds: float
+
+    @property
+    def answer(self) -> int:
+        """Most bytes of its answer."""
+        return self.memory // _ANSWER_SHARE
+
+
+class Ended(NamedTuple):
+    """What is left of a process that has ended."""
+
+    code: int
+    answer: bytes
+    complaint: str = ""
+    late: bool = False
+    """Whether it was ended because it took too long."""
+
+
+def read_apart(
+    read: Callable[[Path], Result],
+    path: Path,
+    remedy: str,
+    *,
+    memory: int | None = None,
+    seconds: float | None = None,
+) -> Result:
+    """Read a file in another process; what that has read.
+
+    It imports the module of `read` alone: neither the user's script nor the window. It ends with
+    this process. Where a system knows no limits of memory (Windows, macOS), only time is limited.
+
+    Parameters
+    ----------
+    read : callable
+        Function of a module, or partial of one. What it returns and raises is sent by pickle, and
+        should be small or arrays.
+    path : Path
+        A file that is there.
+    remedy : str
+        What to do about a file that cannot be read so.
+    memory : int, optional
+        Most bytes of addresses; without it 4 GB, or 20 times the file and 2 GB where that is more.
+    seconds : float, optional
+        Longest time; without it 2 minutes, and 2 s for each MB of the file.
+
+    Raises
+    ------
+    Exception
+        What `read` raises.
+    InputError
+        Where the process takes more memory or time, or is ended by what it reads.
+    OSError
+        Where no process can be started.
+    """
+    size = path.stat().st_size
+    limits = Limits(
+        memory or max(LEAST_MEMORY, _BASE_MEMORY + _MEMORY_FOR_SIZE * size),
+        seconds or LEAST_SECONDS + _SECONDS_FOR_MB * size / _MB,
+    )
+    return _result(_run(read, path, limits), path, limits, remedy)  # type: ignore[no-any-return]
+
+
+def _result(ended: Ended, path: Path, limits: Limits, remedy: str) -> Any:
+    """What was read, or why it was not."""
+    if ended.late:
+        _refuse(path, f"or too large: reading it takes more than {limits.seconds:.0f} s", remedy)
+    if not ended.answer:
+        _LOG.warning("%s: no process to read it: %s", path, ended.complaint)
+        why = "no process could be started to read the file"
+        raise ChildProcessError(errno.ECHILD, why, str(path))
+    if len(ended.answer) > limits.answer:
+        _refuse(path, "or too large: it unfolds into too many numbers", remedy)
+    if ended.code != 0:
+        _LOG.info("%s: reading it ended with %d: %s", path, ended.code, ended.complaint)
+        _refuse(path, f"so that its reader broke down ({_name_of(ended.code)})", remedy)
+    answer = io.BytesIO(ended.answer)
+    pickle.load(answer)  # noqa: S301 - our own process, which says first that it has begun
+    error, result = pickle.load(answer)  # noqa: S301
+    if isinstance(error, MemoryError):
+        used = f"{limits.memory / GB:.1f} GB of memory"
+        _refuse(path, f"or too large: reading it takes more than {used}", remedy)
+    if error is not None:
+        raise error
+    return result
+
+
+def _refuse(path: Path, why: str, remedy: str) -> NoReturn:
+    raise InputError(f"the file is damaged {why}", where=str(path), remedy=remedy) from None
+
+
+def _name_of(code: int) -> str:
+    with suppress(ValueError):
+        return signal.Signals(-code).name
+    return f"exit code {code}"
+
+
+def _run(read: Callable[[Path], Any], path: Path, limits: Limits) -> Ended:
+    """Have it read by a new process; Ctrl-C in a terminal is for this one alone."""
+    late, answer = threading.Event(), bytearray()
+    task = pickle.dumps((read, path, limits)).hex()
+    with (
+        tempfile.TemporaryFile() as complaints,
+        subprocess.Popen(  # noqa: S603 - our own program
+            module_command("stereotrack_core.limited_process", [task]),
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=complaints,
+            env={**os.environ, **_ONE_THREAD, **BOUND},
+            start_new_session=True,
+            creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0),
+        ) as process,
+    ):
+
+        def end() -> None:
+            late.set()
+            process.kill()
+
+        timer = threading.Timer(limits.seconds, end)
+        timer.daemon = True
+        timer.start()
+        try:
+            assert process.stdout is not None  # noqa: S101 - a pipe was asked for
+            while part := process.stdout.read(_MB):
+                answer += part
+                if len(answer) > limits.answer:
+                    process.kill()
+                    break
+            code = process.wait()
+        except BaseException:
+            process.kill()
+            raise
+        finally:
+            timer.cancel()
+        complaints.seek(0)
+        complaint = complaints.read(2000).decode(errors="replace")
+    return Ended(code, bytes(answer), complaint, late.is_set())
+
+
+# ---- in the other process
+
+
+def _serve(task: str) -> NoReturn:
+    """Do what is asked; what a library prints is no answer."""
+    with os.fdopen(os.dup(1), "wb") as answers:
+        os.dup2(2, 1)
+        read, path, limits = pickle.loads(bytes.fromhex(task))  # noqa: S301 - from above
+        faulthandler.dump_traceback_later(limits.seconds + _OWN_SECONDS, exit=True, file=2)
+        do(read, path, limits, answers)
+
+
+def do(read: Callable[[Path], Any], path: Path, limits: Limits, answers: IO[bytes]) -> NoReturn:
+    """Read a file in this process within the limits of memory, answer, and end it.
+
+    It ends without a word to what the libraries keep: one that is broken would not come to an end.
+    """
+    _limit_memory(limits.memory)
+    gc.disable()  # what is read is kept, and the process ends with it
+    pickle.dump("begun", answers)
+    answers.flush()
+    answer: tuple[Exception | None, Any]
+    try:
+        answer = (None, read(path))
+    except Exception as error:  # noqa: BLE001 - told to whoever asked
+        answer = (portable(error), None)
+    try:
+        pickle.dump(answer, answers)
+        answers.flush()
+    except MemoryError:
+        os._exit(1)
+    os._exit(0)
+
+
+def _limit_memory(memory: int) -> None:
+    """Give this process so many bytes of addresses, where the system can, and no core dump."""
+    try:
+        import resource
+    except ImportError:  # as on Windows
+        return
+    for what, most in ((resource.RLIMIT_AS, memory), (resource.RLIMIT_CORE, 0)):
+        hard = resource.getrlimit(what)[1]
+        soft = most if hard == resource.RLIM_INFINITY else min(most, hard)
+        with suppress(ValueError, OSError):  # a system that cannot limit it
+            resource.setrlimit(what, (soft, hard))
+
+
+if __name__ == "__main__":
+    _serve(sys.argv[1])

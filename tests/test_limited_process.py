@@ -1,0 +1,192 @@
+"""Reading in a process of its own: results, errors, and what ends that process."""
+
+import os
+import re
+import subprocess
+import sys
+import textwrap
+import time
+from functools import partial
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+from stereotrack_core import limited_process
+from stereotrack_core.errors import InputError
+from stereotrack_core.limited_process import GB, read_apart
+from stereotrack_core.project.database import ProjectDamaged
+from tests.test_worker_processes import has_ended, needs_proc, wait_until
+
+ROOT = Path(__file__).parents[1]
+REMEDY = "Save it anew."
+
+limited = pytest.mark.skipif(sys.platform != "linux", reason="memory is not limited there")
+
+
+@pytest.fixture
+def path(tmp_path):
+    made = tmp_path / "file"
+    made.write_text("content")
+    return made
+
+
+def content(path, *, times=1):
+    os.write(1, b"what is printed is no result\n")
+    return path.read_text() * times, os.getpid()
+
+
+def wrong(path):
+    raise InputError("x" * 390, where="y" * 900, remedy="z" * 3000)
+
+
+def wrong_project(path):
+    raise ProjectDamaged(path, "no table")
+
+
+def odd(path):
+    raise KeyError("a")
+
+
+def unspeakable(path):
+    raise ValueError(lambda: "cannot be sent")
+
+
+def much(path):
+    return len(bytearray(8 * GB))
+
+
+def bit_by_bit(path):
+    return [bytearray(10_000_000) for _ in range(1000)]
+
+
+def abort(path):
+    os.abort()
+
+
+def leave(path):
+    os._exit(3)
+
+
+def sleep(path):
+    path.with_name("pid").write_text(f"{os.getpid()}\n")
+    time.sleep(600)
+
+
+def hold_everything(path):
+    """Go on for ever without letting any other thread of the process work."""
+    path.with_name("pid").write_text(f"{os.getpid()}\n")
+    return re.match(r"(a+)+$", "a" * 64 + "b")
+
+
+def limits_there(path):
+    import resource
+
+    return resource.getrlimit(resource.RLIMIT_AS), resource.getrlimit(resource.RLIMIT_CORE)[0]
+
+
+def test_what_is_read_comes_back_from_another_process(path):
+    text, pid = read_apart(partial(content, times=1_000_000), path, REMEDY)
+    assert text == "content" * 1_000_000
+    assert pid != os.getpid()
+
+
+def test_errors_of_the_project_arrive_unchanged(path):
+    for read in (wrong, wrong_project):
+        with pytest.raises(InputError) as here:
+            read(path)
+        with pytest.raises(InputError) as there:
+            read_apart(read, path, REMEDY)
+        assert type(there.value) is type(here.value)
+        assert str(there.value) == str(here.value)
+        assert vars(there.value) == vars(here.value)
+
+
+def test_errors_of_others_arrive_too(path):
+    with pytest.raises(KeyError, match="a"):
+        read_apart(odd, path, REMEDY)
+    with pytest.raises(RuntimeError, match="ValueError"):
+        read_apart(unspeakable, path, REMEDY)
+
+
+@limited
+@pytest.mark.parametrize("read", [much, bit_by_bit])
+def test_one_that_takes_all_memory_gives_a_sentence(read, path):
+    with pytest.raises(InputError, match=r"or too large: .* more than 0.5 GB of memory") as refusal:
+        read_apart(read, path, REMEDY, memory=GB // 2)
+    assert (refusal.value.where, refusal.value.remedy) == (str(path), REMEDY)
+
+
+@pytest.mark.parametrize(("read", "why"), [(abort, "SIGABRT|exit code"), (leave, "exit code 3")])
+def test_one_that_ends_its_process_gives_a_sentence(read, why, path):
+    with pytest.raises(InputError, match=f"is damaged so that its reader broke down .({why})"):
+        read_apart(read, path, REMEDY)
+
+
+@pytest.mark.parametrize("read", [sleep, hold_everything])
+def test_one_that_never_ends_gives_a_sentence(read, path):
+    with pytest.raises(InputError, match="or too large: reading it takes more than 3 s"):
+        read_apart(read, path, REMEDY, seconds=3.0)
+
+
+def test_a_result_that_would_fill_the_memory_here_is_refused(path, monkeypatch):
+    monkeypatch.setattr(limited_process, "_ANSWER_SHARE", 2**20)
+    with pytest.raises(InputError, match="unfolds into too many numbers"):
+        read_apart(partial(content, times=1_000_000), path, REMEDY)
+
+
+@limited
+def test_the_limit_of_memory_grows_with_the_file_and_nothing_is_dumped(path):
+    (soft, hard), core = read_apart(limits_there, path, REMEDY)
+    assert (min(4 * GB, hard) if hard > 0 else 4 * GB, 0) == (soft, core)
+    with path.open("wb") as file:
+        file.truncate(GB)
+    (soft, hard), core = read_apart(limits_there, path, REMEDY)
+    assert (min(22 * GB, hard) if hard > 0 else 22 * GB, 0) == (soft, core)
+
+
+def test_a_process_that_cannot_begin_is_not_the_file_s_fault(path, monkeypatch):
+    module = ModuleType("not_there")
+    exec("def read(path): pass", vars(module))
+    monkeypatch.setitem(sys.modules, "not_there", module)
+    with pytest.raises(ChildProcessError, match="no process could be started"):
+        read_apart(module.read, path, REMEDY)
+
+
+def test_the_script_that_reads_is_not_run_again(path):
+    script = path.with_name("script.py")
+    script.write_text(
+        textwrap.dedent("""
+        import sys
+        from pathlib import Path
+        from stereotrack_core.limited_process import read_apart
+        from tests.test_limited_process import content
+        print("here")
+        print(read_apart(content, Path(sys.argv[1]), "")[0])
+        """)
+    )
+    done = subprocess.run(
+        [sys.executable, str(script), str(path)],
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        text=True,
+    )
+    assert (done.stdout, done.stderr) == ("here\ncontent\n", "")
+
+
+@needs_proc
+@pytest.mark.parametrize("name", ["sleep", pytest.param("hold_everything", marks=pytest.mark.slow)])
+def test_it_ends_when_the_one_that_reads_is_killed(name, path):
+    code = (
+        "from pathlib import Path; from stereotrack_core.limited_process import read_apart; "
+        f"from tests.test_limited_process import {name}; "
+        f"read_apart({name}, Path({str(path)!r}), '', seconds=20.0)"
+    )
+    told = path.with_name("pid")
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    with subprocess.Popen([sys.executable, "-c", code], env=environment) as asker:
+        try:
+            wait_until(lambda: told.is_file() and told.read_text().endswith("\n"))
+        finally:
+            asker.kill()
+    wait_until(lambda: has_ended(int(told.read_text())))
