@@ -7,6 +7,7 @@ import platform
 import sys
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
+from importlib.util import find_spec
 from types import ModuleType
 
 import cv2
@@ -34,10 +35,20 @@ def extra_library(module: str, extra: str, *, missing: str, where: str, instead:
     try:
         return importlib.import_module(module)
     except ImportError:
-        remedy = f"Install it with `pip install 'stereotrack[{extra}]'`, or use {instead}."
-        if getattr(sys, "frozen", False):  # nothing can be installed into it
-            remedy = f"The stand-alone program does not have it. {remedy}"
-        raise InputError(missing, where=where, remedy=remedy) from None
+        raise _not_installed(extra, missing, where, instead) from None
+
+
+def check_library(module: str, extra: str, *, missing: str, where: str, instead: str) -> None:
+    """The same without loading it, for what another process will do with it."""
+    if find_spec(module) is None:
+        raise _not_installed(extra, missing, where, instead)
+
+
+def _not_installed(extra: str, missing: str, where: str, instead: str) -> InputError:
+    remedy = f"Install it with `pip install 'stereotrack[{extra}]'`, or use {instead}."
+    if getattr(sys, "frozen", False):  # nothing can be installed into it
+        remedy = f"The stand-alone program does not have it. {remedy}"
+    return InputError(missing, where=where, remedy=remedy)
 
 
 @cache  # it reads and parses a file

@@ -15,11 +15,17 @@ import numpy as np
 
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.errors import InputError
-from stereotrack_core.reading import TABLE_BYTES, check_file, decoding
-from stereotrack_core.versions import extra_library
+from stereotrack_core.interop.hdf5 import read_hdf5
+from stereotrack_core.reading import TABLE_BYTES, decoding
+from stereotrack_core.versions import check_library, extra_library
 
 KEY = "df_with_missing"
-_REMEDY = "Use a .csv or .h5 file of labels (CollectedData) written by DeepLabCut."
+_WHAT = "this is not a file of DeepLabCut's labels"
+_REMEDY = (
+    "Use a .csv or .h5 file of labels (CollectedData) written by DeepLabCut; "
+    "have it write a damaged one anew."
+)
+_INSTEAD = "DeepLabCut's .csv"
 
 
 def hdf5_of(
@@ -61,15 +67,9 @@ def cells_of(path: Path) -> list[list[str]]:
 
     InputError where the file cannot be read, or h5py is not installed.
     """
-    h5py = _library("h5py", path)
-    check_file(path)
-    with decoding(path, "this is not a file of DeepLabCut's labels", _REMEDY), h5py.File(path) as f:
-        group = f[KEY] if KEY in f else next((g for g in f.values() if "block0_values" in g), f)
-        names, pictures = _names(group, "block0_items"), _names(group, "axis1")
-        values = _array(group["block0_values"])
-        if values.shape != (len(pictures), len(names)) or any(len(name) < 3 for name in names):
-            raise ValueError("its parts do not fit together")
-        numbers = values.astype(np.float64).tolist()
+    _check_h5py(path)
+    names, pictures, values = read_hdf5(path, _stored, _WHAT, _REMEDY)
+    numbers = values.tolist()
     width = max((len(picture) for picture in pictures), default=1)
     headers = ("scorer", "individuals", "bodyparts", "coords")
     kept = headers if len(names[0]) > 3 else (headers[0], *headers[2:])
@@ -80,6 +80,21 @@ def cells_of(path: Path) -> list[list[str]]:
         cells = [repr(value) if math.isfinite(value) else "" for value in row]
         lines.append([*picture, *[""] * (width - len(picture)), *cells])
     return lines
+
+
+def _stored(path: Path) -> tuple[list[tuple[str, ...]], list[tuple[str, ...]], FloatArray]:
+    """Names of columns, those of rows, and the numbers."""
+    import h5py
+
+    with decoding(path, _WHAT, _REMEDY), h5py.File(path) as f:
+        group = f[KEY] if KEY in f else next((g for g in f.values() if "block0_values" in g), f)
+        names, pictures = _names(group, "block0_items"), _names(group, "axis1")
+        values = _array(group["block0_values"])
+        if values.shape != (len(pictures), len(names)) or not all(
+            len(name) >= 3 for name in names or [()]
+        ):
+            raise ValueError("its parts do not fit together")
+        return names, pictures, values.astype(np.float64)
 
 
 def _names(group: Mapping[str, Any], axis: str) -> list[tuple[str, ...]]:
@@ -108,11 +123,17 @@ def _text(value: bytes | float) -> str:
     return value.decode() if isinstance(value, bytes) else str(value)
 
 
+def _check_h5py(path: Path) -> None:
+    missing, where = _missing("h5py"), str(path)
+    check_library("h5py", "sleap", missing=missing, where=where, instead=_INSTEAD)
+
+
 def _library(name: str, path: Path) -> Any:
-    missing = f"DeepLabCut's HDF5 files need the library {name}, which is not installed"
-    instead, where = "DeepLabCut's .csv", str(path)
-    if name == "h5py":
-        return extra_library("h5py", "sleap", missing=missing, where=where, instead=instead)
+    missing, where, instead = _missing(name), str(path), _INSTEAD
     if name == "tables":
         return extra_library("tables", "deeplabcut", missing=missing, where=where, instead=instead)
     return extra_library("pandas", "deeplabcut", missing=missing, where=where, instead=instead)
+
+
+def _missing(name: str) -> str:
+    return f"DeepLabCut's HDF5 files need the library {name}, which is not installed"

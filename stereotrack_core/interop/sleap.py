@@ -19,11 +19,15 @@ from stereotrack_core.annotation.landmark_set import LandmarkSet
 from stereotrack_core.atomic import replacing
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.label_source import Labels, LabelSource, pictures_of
-from stereotrack_core.reading import check_file, decoding
+from stereotrack_core.interop.sleap_file import (
+    SleapFrame,
+    SleapPerson,
+    read_sleap_file,
+    sleap_library,
+)
 from stereotrack_core.recording.description import Recording, Stream
 from stereotrack_core.recording.images import is_pattern, numbered_files
 from stereotrack_core.recording.landmarks import SKELETON
-from stereotrack_core.versions import extra_library
 
 
 def write_sleap(
@@ -89,33 +93,24 @@ def read_sleap(source: LabelSource) -> Labels:
     known.
     """
     path = source.path
-    sio = sleap_library(path)
-    check_file(path)
-    with decoding(path, "this is not a SLEAP labels file", "Use an .slp file saved by SLEAP."):
-        stored = sio.load_slp(str(path), open_videos=False)
-        theirs = [str(node.name) for skeleton in stored.skeletons for node in skeleton.nodes]
+    stored = read_sleap_file(path)
 
-    def read(labelled: Any, known: Mapping[str, str]) -> list[Click]:
-        where = f"{path}, frame {labelled.frame_idx}"
-        with decoding(where, "it cannot be read", "Label it again in SLEAP."):
-            people = labelled.user_instances
-            if len(people) > 1:
-                raise InputError(
-                    f"{len(people)} people are labelled",
-                    where=where,
-                    remedy="Keep only the instances of one person.",
-                )
-            place = place_of_labelled(labelled, source, where) if people else (0, "")
-            return [click for person in people for click in _clicks(person, place, known)]
+    def read(labelled: SleapFrame, known: Mapping[str, str]) -> list[Click]:
+        if labelled.problem is not None:
+            raise labelled.problem
+        people = labelled.people
+        if not people:
+            return []
+        where = f"{path}, frame {labelled.number}"
+        if len(people) > 1:
+            raise InputError(
+                f"{len(people)} people are labelled",
+                where=where,
+                remedy="Keep only the instances of one person.",
+            )
+        return _clicks(people[0], place_of_labelled(labelled, source, where), known)
 
-    return source.labels(theirs, stored.labeled_frames, read)
-
-
-def sleap_library(path: Path) -> Any:
-    """The library sleap-io; InputError where it is not installed."""
-    missing = "SLEAP files need the library sleap-io, which is not installed"
-    instead = "COCO keypoints (.json)"
-    return extra_library("sleap_io", "sleap", missing=missing, where=str(path), instead=instead)
+    return source.labels(stored.nodes, stored.frames, read)
 
 
 def _streams(recording: Recording) -> dict[str, Stream]:
@@ -140,13 +135,10 @@ def _shift(stream: Stream, recording: Recording) -> int:
     return stream.first_frame + round(stream.time_offset * recording.fps)
 
 
-def place_of_labelled(labelled: Any, source: LabelSource, where: str) -> tuple[int, str]:
+def place_of_labelled(labelled: SleapFrame, source: LabelSource, where: str) -> tuple[int, str]:
     """Frame and camera of a labelled frame; InputError where they cannot be told."""
     streams = _streams(source.recording)
-    video = labelled.video
-    video = video.source_video or video  # of pictures that are kept in the file
-    file = video.filename
-    file = str(file[0] if isinstance(file, list) else file).replace("\\", "/")
+    file = labelled.video
     own = {PurePosixPath(stream.frames).name: name for name, stream in streams.items()}
     base = PurePosixPath(file).name
     whole = [name for name, one in streams.items() if file.endswith(one.frames)]
@@ -156,7 +148,7 @@ def place_of_labelled(labelled: Any, source: LabelSource, where: str) -> tuple[i
         name = own[base]
     else:
         name = source.camera_of(file, where)
-    frame = int(labelled.frame_idx) - _shift(streams[name], source.recording)
+    frame = labelled.number - _shift(streams[name], source.recording)
     if frame < 0:
         raise InputError(
             f"it is {-frame} frames before the start of the recording",
@@ -166,11 +158,10 @@ def place_of_labelled(labelled: Any, source: LabelSource, where: str) -> tuple[i
     return frame, name
 
 
-def _clicks(person: Any, place: tuple[int, str], known: Mapping[str, str]) -> list[Click]:
+def _clicks(person: SleapPerson, place: tuple[int, str], known: Mapping[str, str]) -> list[Click]:
     clicks = []
-    for point in person.points:
-        name, (x, y) = str(point["name"]), point["xy"].tolist()
-        if name in known and np.isfinite([x, y]).all():
-            seen = Visibility.SEEN if point["visible"] else Visibility.GUESSED
+    for name, x, y, visible in person.points():
+        if name in known:
+            seen = Visibility.SEEN if visible else Visibility.GUESSED
             clicks.append(Click(*place, known[name], (x, y), seen, origin="imported"))
     return clicks

@@ -10,19 +10,28 @@ import io
 import pickle
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import Any, NoReturn
 
+import numpy as np
+
+from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.deeplabcut import place_of_row
+from stereotrack_core.interop.hdf5 import read_hdf5
 from stereotrack_core.interop.keypoints.source import KeypointSource
 from stereotrack_core.interop.label_source import LabelSource
-from stereotrack_core.reading import TABLE_BYTES, check_file, decoding
+from stereotrack_core.reading import TABLE_BYTES, decoding
 from stereotrack_core.recording.keypoints import Row
 from stereotrack_core.tables import finite_number, read_cells
-from stereotrack_core.versions import extra_library
+from stereotrack_core.versions import check_library
 
 _HEADERS = ("scorer", "individuals", "bodyparts", "coords")
-_REMEDY = "Use a .csv or .h5 file written by DeepLabCut's analyze_videos."
+_WHAT = "this is not a DeepLabCut file"
+_REMEDY = (
+    "Use a .csv or .h5 file written by DeepLabCut's analyze_videos; have it write a damaged one "
+    "anew."
+)
 _NUMBERS = ("x", "y", "likelihood")
 
 
@@ -57,18 +66,22 @@ def read_h5(source: KeypointSource) -> Iterator[Row]:
     """Rows of an HDF5 file; InputError where it cannot be read or h5py is not installed."""
     path = source.path
     missing = "HDF5 files need the library h5py, which is not installed"
-    h5py = extra_library(
-        "h5py", "sleap", missing=missing, where=str(path), instead="DeepLabCut's .csv"
-    )
-    check_file(path)
-    camera = source.camera_of(_video(source).path.name, str(path))
-    with decoding(path, "this is not a DeepLabCut file", _REMEDY), h5py.File(path) as stored:
-        columns, frames, every = _table_of(stored)
-    for frame, values in zip(frames, every, strict=True):
+    instead, where = "DeepLabCut's .csv", str(path)
+    check_library("h5py", "sleap", missing=missing, where=where, instead=instead)
+    camera = source.camera_of(_video(source).path.name, where)
+    columns, frames, every = read_hdf5(path, _stored, _WHAT, _REMEDY)
+    for frame, values in zip(frames.tolist(), every.tolist(), strict=True):
         yield from _rows(values, columns, source, (frame, camera))
 
 
-def _table_of(stored: Any) -> tuple[list[tuple[str, ...]], list[int], list[list[float]]]:
+def _stored(path: Path) -> tuple[list[tuple[str, ...]], IntArray, FloatArray]:
+    import h5py
+
+    with decoding(path, _WHAT, _REMEDY), h5py.File(path) as stored:
+        return _table_of(stored)
+
+
+def _table_of(stored: Any) -> tuple[list[tuple[str, ...]], IntArray, FloatArray]:
     """Columns of individual, body part and coordinate, frames, and a row of numbers for each.
 
     ValueError where the file has something else.
@@ -80,14 +93,19 @@ def _table_of(stored: Any) -> tuple[list[tuple[str, ...]], list[int], list[list[
     names = _plain(bytes(table.attrs["values_block_0_kind"]))
     frames, every = table["index"], table["values_block_0"]
     fits = every.shape == (len(frames), len(names)) and blocks == ["values_block_0"]
-    if not fits or frames.dtype.kind not in "iu" or every.dtype.kind not in "iuf":
+    if (
+        not fits
+        or frames.ndim != 1
+        or frames.dtype.kind not in "iu"
+        or every.dtype.kind not in "iuf"
+    ):
         raise ValueError("its parts do not fit together")
     if not all(isinstance(name, tuple) and 3 <= len(name) <= 4 for name in names):
         raise ValueError("its columns are not named by body part and coordinate")
     columns = [(*("",) * (4 - len(name)), *map(str, name[1:])) for name in names]
     if len(set(columns)) < len(columns):
         raise ValueError("two columns have the same name")
-    return columns, frames.tolist(), every.astype(float).tolist()
+    return columns, frames, every.astype(np.float64)
 
 
 def _video(source: KeypointSource) -> LabelSource:

@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
-
-import numpy as np
 
 from stereotrack_core.interop.keypoints.source import KeypointSource
-from stereotrack_core.interop.sleap import place_of_labelled, sleap_library
-from stereotrack_core.reading import check_file, decoding
+from stereotrack_core.interop.sleap import place_of_labelled
+from stereotrack_core.interop.sleap_file import SleapPerson, read_sleap_file
 from stereotrack_core.recording.keypoints import Row
 
 
@@ -19,22 +16,16 @@ def read_slp(source: KeypointSource) -> Iterator[Row]:
     InputError where the file cannot be read, or sleap-io is not installed.
     """
     path = source.path
-    sio = sleap_library(path)
-    check_file(path)
-    with decoding(path, "this is not a SLEAP file", "Use an .slp file saved by SLEAP."):
-        stored = sio.load_slp(str(path), open_videos=False)
-    for labelled in stored.labeled_frames:
-        where = f"{path}, frame {labelled.frame_idx}"
-        with decoding(where, "it cannot be read", "Predict it again in SLEAP."):
-            people = labelled.predicted_instances
-        if people:
+    for labelled in read_sleap_file(path, predicted=True).frames:
+        if labelled.problem is not None:
+            raise labelled.problem
+        if labelled.people:
+            where = f"{path}, frame {labelled.number}"
             place = place_of_labelled(labelled, source.labels, where)
-            for person, instance in enumerate(people):
-                yield from _rows(instance, place, source.name, person)
+            for number, person in enumerate(labelled.people):
+                yield from _rows(person, place, source.name, number)
 
 
-def _rows(instance: Any, place: tuple[int, str], name: str, person: int) -> Iterator[Row]:
-    for point in instance.points:
-        x, y = point["xy"].tolist()
-        if np.isfinite([x, y]).all():
-            yield *place, str(point["name"]), x, y, float(point["score"]), name, person
+def _rows(person: SleapPerson, place: tuple[int, str], name: str, number: int) -> Iterator[Row]:
+    for point, x, y, score in person.points():
+        yield *place, point, x, y, score, name, number

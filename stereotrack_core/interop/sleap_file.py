@@ -1,0 +1,111 @@
+"""What an ``.slp`` file of SLEAP holds, as plain data: read by sleap-io in a process of its own."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from stereotrack_core.errors import InputError
+from stereotrack_core.interop.hdf5 import read_hdf5
+from stereotrack_core.reading import decoding
+from stereotrack_core.versions import check_library, extra_library
+
+_LIBRARY = ("sleap_io", "sleap")
+_MISSING = "SLEAP files need the library sleap-io, which is not installed"
+_INSTEAD = "COCO keypoints (.json)"
+_WHAT = "this is not a SLEAP labels file"
+_REMEDY = "Use an .slp file saved by SLEAP; save a damaged one anew."
+
+
+class SleapPerson(NamedTuple):
+    """Points of one person in one picture."""
+
+    names: tuple[str, ...]
+    x: list[float]
+    """Pixels, not finite where there is no point."""
+    y: list[float]
+    sure: list[float]
+    """Scores of what was predicted; of what was labelled 1 where it is visible, else 0."""
+
+    def points(self) -> Iterator[tuple[str, float, float, float]]:
+        """Name, x, y and `sure` of the points that have a place."""
+        for point in zip(*self, strict=True):
+            if math.isfinite(point[1]) and math.isfinite(point[2]):
+                yield point
+
+
+@dataclass(frozen=True)
+class SleapFrame:
+    """A picture and the people in it, labelled or predicted, whichever was asked for."""
+
+    number: int
+    """Frame of its video."""
+    video: str
+    """Path of the video, or of its first picture; ``/`` between folders."""
+    people: Sequence[SleapPerson]
+    problem: InputError | None = None
+    """Why they cannot be read."""
+
+
+@dataclass(frozen=True)
+class SleapFile:
+    """All of it that is asked for."""
+
+    nodes: Sequence[str]
+    """Names of the points of all skeletons."""
+    frames: Sequence[SleapFrame]
+
+
+def read_sleap_file(path: Path, *, predicted: bool = False) -> SleapFile:
+    """What people have labelled, or with `predicted` what SLEAP has.
+
+    InputError where the file cannot be read, or sleap-io is not installed.
+    """
+    check_library(*_LIBRARY, missing=_MISSING, where=str(path), instead=_INSTEAD)
+    return read_hdf5(path, partial(_stored, predicted=predicted), _WHAT, _REMEDY)
+
+
+def sleap_library(path: Path) -> Any:
+    """The library sleap-io; InputError where it is not installed."""
+    return extra_library(*_LIBRARY, missing=_MISSING, where=str(path), instead=_INSTEAD)
+
+
+def _stored(path: Path, *, predicted: bool) -> SleapFile:
+    sio = sleap_library(path)
+    with decoding(path, _WHAT, _REMEDY):
+        stored = sio.load_slp(str(path), open_videos=False)
+        nodes = [str(node.name) for skeleton in stored.skeletons for node in skeleton.nodes]
+        frames = [_frame(labelled, path, predicted) for labelled in stored.labeled_frames]
+    return SleapFile(nodes, frames)
+
+
+def _frame(labelled: Any, path: Path, predicted: bool) -> SleapFrame:
+    number = int(labelled.frame_idx)
+    video, people = "", []
+    again = "Predict it again in SLEAP." if predicted else "Label it again in SLEAP."
+    try:
+        with decoding(f"{path}, frame {number}", "it cannot be read", again):
+            found = labelled.predicted_instances if predicted else labelled.user_instances
+            people = [_person(one.points, "score" if predicted else "visible") for one in found]
+            video = _file_of(labelled.video)
+    except InputError as problem:
+        return SleapFrame(number, video, (), problem)
+    return SleapFrame(number, video, people)
+
+
+def _person(points: Any, sure: str) -> SleapPerson:
+    x, y = np.asarray(points["xy"], dtype=np.float64).reshape(len(points), 2).T.tolist()
+    names = tuple([str(name) for name in points["name"].tolist()])
+    return SleapPerson(names, x, y, np.asarray(points[sure], dtype=np.float64).tolist())
+
+
+def _file_of(video: Any) -> str:
+    video = video.source_video or video  # of pictures that are kept in the file
+    file = video.filename
+    return str(file[0] if isinstance(file, list) else file).replace("\\", "/")
