@@ -51,11 +51,12 @@ _KINDS = (
 
 _OF_DECODERS = (
     *(ArithmeticError, AssertionError, AttributeError, BufferError, EOFError, LookupError),
-    *(MemoryError, OSError, RuntimeError, TypeError, ValueError),
+    *(MemoryError, NameError, OSError, RuntimeError, TypeError, ValueError),
     *(csv.Error, lzma.LZMAError, struct.error, zipfile.BadZipFile, zlib.error),
     *(SyntaxError, tokenize.TokenError),  # of the headers of NumPy's arrays
 )
-"""What decoders raise; RuntimeError includes too deep a recursion."""
+"""What decoders raise; RuntimeError includes too deep a recursion, NameError a local variable of
+theirs that has no value."""
 
 
 def open_file(path: Path, at_most: int | None = None) -> BinaryIO:

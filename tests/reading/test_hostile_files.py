@@ -198,7 +198,10 @@ def test_kinds_that_fit():
 
 @pytest.mark.parametrize(
     "error",
-    [KeyError("x"), IndexError(), MemoryError(), RecursionError(), OSError(5, "no"), EOFError()],
+    [
+        *(KeyError("x"), IndexError(), MemoryError(), RecursionError(), OSError(5, "no")),
+        *(EOFError(), UnboundLocalError("edge_type")),
+    ],
 )
 def test_what_decoders_raise_becomes_the_sentence(error):
     with (
