@@ -19,7 +19,7 @@ from stereotrack_core.project.database import ProjectDamaged
 from tests.test_worker_processes import has_ended, needs_proc, wait_until
 
 ROOT = Path(__file__).parents[1]
-REMEDY = "Save it anew."
+REMEDY = "Save it again."
 
 limited = pytest.mark.skipif(sys.platform != "linux", reason="memory is not limited there")
 

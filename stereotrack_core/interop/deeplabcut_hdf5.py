@@ -23,7 +23,7 @@ KEY = "df_with_missing"
 _WHAT = "this is not a file of DeepLabCut's labels"
 _REMEDY = (
     "Use a .csv or .h5 file of labels (CollectedData) written by DeepLabCut; "
-    "have it write a damaged one anew."
+    "have it write a damaged one again."
 )
 _INSTEAD = "DeepLabCut's .csv"
 

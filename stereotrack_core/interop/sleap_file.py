@@ -16,11 +16,10 @@ from stereotrack_core.interop.hdf5 import read_hdf5
 from stereotrack_core.reading import decoding
 from stereotrack_core.versions import check_library, extra_library
 
-_LIBRARY = ("sleap_io", "sleap")
 _MISSING = "SLEAP files need the library sleap-io, which is not installed"
 _INSTEAD = "COCO keypoints (.json)"
 _WHAT = "this is not a SLEAP labels file"
-_REMEDY = "Use an .slp file saved by SLEAP; save a damaged one anew."
+_REMEDY = "Use an .slp file saved by SLEAP; save a damaged one again."
 
 
 class SleapPerson(NamedTuple):
@@ -67,13 +66,13 @@ def read_sleap_file(path: Path, *, predicted: bool = False) -> SleapFile:
 
     InputError where the file cannot be read, or sleap-io is not installed.
     """
-    check_library(*_LIBRARY, missing=_MISSING, where=str(path), instead=_INSTEAD)
+    check_library("sleap_io", "sleap", missing=_MISSING, where=str(path), instead=_INSTEAD)
     return read_hdf5(path, partial(_stored, predicted=predicted), _WHAT, _REMEDY)
 
 
 def sleap_library(path: Path) -> Any:
     """The library sleap-io; InputError where it is not installed."""
-    return extra_library(*_LIBRARY, missing=_MISSING, where=str(path), instead=_INSTEAD)
+    return extra_library("sleap_io", "sleap", missing=_MISSING, where=str(path), instead=_INSTEAD)
 
 
 def _stored(path: Path, *, predicted: bool) -> SleapFile:

@@ -153,6 +153,7 @@ WRITES_BY_ITSELF = {
     "stereotrack_core/report/drawing.py": {"savefig"},
     "stereotrack_core/recording/importing/files.py": {"open"},  # to a temporary file
     "stereotrack_core/recording/writing.py": {"open"},  # to a temporary file, and read back
+    "stereotrack_core/limited_process.py": {"TemporaryFile"},  # what a process complains of
     "stereotrack_core/cli/arguments.py": {"TemporaryFile"},  # whether one can be made there
     "app/pdf.py": {"QPdfWriter"},
     "app/shell/dialogs.py": {"save"},

@@ -21,7 +21,7 @@ FEW, MANY = 30, int(os.environ.get("STEREOTRACK_FUZZ", "10000"))
 MOST_SECONDS, MOST_MB = 5.0, 256
 """A reader's time on the processor for one of these small files, and its memory for all of them.
 
-The memory of this process: readers of HDF5 are in others, within limits of their own.
+Of this process: readers of HDF5 are in others, within limits of their own.
 """
 NAMES = (
     *("recording.toml", "calibration.toml", "recording, examined", "calibration alone"),
@@ -55,7 +55,7 @@ def unhandled(reader: Reader, name: str, numbers: range, folder: Path) -> dict[i
     for number in numbers:
         path = folder / reader.file
         path.write_bytes(damaged(reader, name, number))
-        begun = processor_seconds()
+        begun = time.thread_time()
         try:
             reader.read(path)
         except InputError as refusal:
@@ -63,16 +63,10 @@ def unhandled(reader: Reader, name: str, numbers: range, folder: Path) -> dict[i
                 wrong[number] = f"no remedy: {refusal}"
         except Exception as error:  # noqa: BLE001 - every other one is what is looked for
             wrong[number] = f"{type(error).__name__}: {error}"[:300]
-        if (seconds := processor_seconds() - begun) > MOST_SECONDS:
+        if (seconds := time.thread_time() - begun) > MOST_SECONDS:
             wrong[number] = f"it took {seconds:.1f} s"
     shutil.rmtree(folder)
     return wrong
-
-
-def processor_seconds() -> float:
-    """Time on the processor of this thread and of the processes that it has waited for."""
-    others = os.times()
-    return time.thread_time() + others.children_user + others.children_system
 
 
 def most_bytes() -> int:

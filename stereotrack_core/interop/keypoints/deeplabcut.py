@@ -30,7 +30,7 @@ _HEADERS = ("scorer", "individuals", "bodyparts", "coords")
 _WHAT = "this is not a DeepLabCut file"
 _REMEDY = (
     "Use a .csv or .h5 file written by DeepLabCut's analyze_videos; have it write a damaged one "
-    "anew."
+    "again."
 )
 _NUMBERS = ("x", "y", "likelihood")
 
