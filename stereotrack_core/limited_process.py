@@ -33,9 +33,10 @@ Result = TypeVar("Result")
 
 GB, _MB = 1024**3, 1024**2
 
-LEAST_MEMORY, _BASE_MEMORY, _MEMORY_FOR_SIZE = 4 * GB, 2 * GB, 20
+LEAST_MEMORY, _BASE_MEMORY, _MEMORY_FOR_SIZE = 4 * GB, 2 * GB, 30
 """Addresses that the process may have: Python and the libraries take 0.5 GB of them before anything
-is read, and SLEAP's labels 12 times their size as objects, where a person has a single point."""
+is read. SLEAP's labels take 8 times the size of their file, and 17 times where people have a single
+point: measured with all that is made of them there."""
 _ANSWER_SHARE = 4
 """The result may have the fourth part of the memory: it is held here, where nothing limits it."""
 LEAST_SECONDS, _SECONDS_FOR_MB = 120.0, 2.0
@@ -91,7 +92,7 @@ def read_apart(
     remedy : str
         What to do about a file that cannot be read so.
     memory : int, optional
-        Most bytes of addresses; without it 4 GB, or 20 times the file and 2 GB where that is more.
+        Most bytes of addresses; without it 4 GB, or 30 times the file and 2 GB where that is more.
     seconds : float, optional
         Longest time; without it 2 minutes, and 2 s for each MB of the file.
 

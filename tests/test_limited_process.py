@@ -142,7 +142,7 @@ def test_the_limit_of_memory_grows_with_the_file_and_nothing_is_dumped(path):
     with path.open("wb") as file:
         file.truncate(GB)
     (soft, hard), core = read_apart(limits_there, path, REMEDY)
-    assert (min(22 * GB, hard) if hard > 0 else 22 * GB, 0) == (soft, core)
+    assert (min(32 * GB, hard) if hard > 0 else 32 * GB, 0) == (soft, core)
 
 
 def test_a_process_that_cannot_begin_is_not_the_file_s_fault(path, monkeypatch):
