@@ -72,7 +72,7 @@ def test_a_byte_that_has_the_library_take_all_memory_gives_a_sentence(
     reader, tmp_path, monkeypatch
 ):
     for limit in ("LEAST_MEMORY", "_BASE_MEMORY"):
-        monkeypatch.setattr(limited_process, limit, 1 << 30)
+        monkeypatch.setattr(limited_process, limit, 2 << 30)
     what = refusal_of(reader, one_byte(reader.content), tmp_path).what
     assert what.startswith(("this is not a SLEAP labels file", "the file is damaged"))
 
