@@ -13,10 +13,12 @@ import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
+from stereotrack_core.experiments.run_process import Preparing, Tracked
 from stereotrack_core.project.exporting.formats import formats_of
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run import track
 from stereotrack_core.tracking.run_spec import RunSpec
+from stereotrack_core.tracking.second_look import LOOKING_AGAIN
 from tests.gui.hands import Paintings
 
 pytestmark = pytest.mark.window
@@ -133,6 +135,23 @@ def test_step_tracks_one_frame_and_holds(opened, qtbot):
     opened.context.actions.refresh()
     assert "paused at 2 of 8" in opened.status.state.text()
     assert opened.context.session.track.left_words().endswith(" left"), "as soon as one may know"
+
+
+@unix
+def test_the_status_says_that_frames_are_looked_at_again(opened, qtbot):
+    track = opened.context.session.track
+    trigger(opened, "step")
+    qtbot.waitUntil(lambda: track.paused)
+    with standing_still(opened):
+        track.go_on()
+        told = track._live.task.told  # noqa: SLF001 - as the process would say it
+        told.emit([Preparing(LOOKING_AGAIN, 3, 12)])
+        opened.context.actions.refresh()
+        assert LOOKING_AGAIN in opened.status.state.text()
+        assert "tracking 1 of 8" in opened.status.state.text()
+        told.emit([Tracked(track.entry.frames[0], 1.0)])
+        opened.context.actions.refresh()
+        assert LOOKING_AGAIN not in opened.status.state.text()
 
 
 @unix
