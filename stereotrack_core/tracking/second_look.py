@@ -35,7 +35,7 @@ LOOKING_AGAIN = "looking again at frames with doubtful arms"
 """The stage, in words."""
 
 SECOND_LOOK = "second_look"
-"""The same as a stage of the frames whose arms have changed."""
+"""The same as a stage of the frames that come again."""
 
 _ARMS = [*UPPER_ARMS, *FOREARMS]
 
@@ -53,6 +53,12 @@ LONGEST = 100
 
 _AGREE = np.radians(15.0)
 """Angle of every arm segment up to which one way may go over to another."""
+
+_SAME = np.radians(30.0)
+"""Angle up to which tries have come to the same place of an arm segment."""
+
+_AGREED = 0.2
+"""Factor on the probability that it is lost then (docs/failures.md)."""
 
 _GAIN = 20.0
 """Cost by which another way must be better altogether to be taken."""
@@ -144,27 +150,31 @@ class SecondLook:
         Returns
         -------
         list of TrackedFrame
-            All frames from the first that has changed on; none where the stretch is best as it is.
+            The frames as they shall be, at least with what is said of lost arms.
         """
         assert isinstance(tracker, PersonTracker)  # noqa: S101 - no other's frames are taken
         begun, (origin, *found) = perf_counter(), self._held
         ways = _ways(tracker, origin, found, clouds, self.tries, told)
-        self.forget()
-        chosen = best_way(
-            np.array([way.costs for way in ways]).T, _agreeing(tracker, [way.poses for way in ways])
-        )
-        self._held = found[-1:]
-        if not chosen.any():
-            return []
+        apart = _apart(tracker, [way.poses for way in ways])
+        costs = np.array([way.costs for way in ways]).T
+        chosen = best_way(costs, (apart < _AGREE).all(axis=-1))
         if chosen[-1]:
             tracker.go_on_from(ways[chosen[-1]].filter.state)
-        first = int(np.flatnonzero(chosen)[0])
-        spent = (perf_counter() - begun) / (len(found) - first)
-        self.changed.append((found[first].frame, found[-1].frame))
-        again = range(first, len(found))
-        changed = [_exchanged(found, ways, chosen, i, tracker, spent) for i in again]
-        self._held = changed[-1:]
-        return changed
+        if chosen.any():
+            first = int(np.flatnonzero(chosen)[0])
+            self.changed.append((found[first].frame, found[-1].frame))
+        spent = (perf_counter() - begun) / len(found)
+        result = []
+        for i, frame in enumerate(found):
+            way = chosen[i]
+            estimate = ways[way].estimates[i]
+            assert estimate is not None  # noqa: S101 - a way that is lost costs infinitely much
+            switched = way != chosen[max(0, i - 1)]
+            estimate = _surer(estimate, (apart[i, way] < _SAME).all(axis=0), switched=switched)
+            result.append(_exchanged(frame, estimate, tracker, spent))
+        self.forget()
+        self._held = result[-1:]
+        return result
 
     def memory(self) -> Memory:
         """What the next look depends on, besides the frames that are done."""
@@ -262,16 +272,14 @@ def _followers(tracker: PersonTracker, origin: TrackedFrame, tries: int) -> Iter
         yield follower
 
 
-def _agreeing(tracker: PersonTracker, ways: Sequence[Sequence[Pose | None]]) -> BoolArray:
-    """Whether two ways have the arms in the same place (F, W, W)."""
+def _apart(tracker: PersonTracker, ways: Sequence[Sequence[Pose | None]]) -> FloatArray:
+    """Angles (F, W, W, 4) between the arm segments of two ways; NaN where one is lost."""
     directions = np.full((len(ways[0]), len(ways), len(_ARMS), 3), np.nan)
     for k, way in enumerate(ways):
         for i, pose in enumerate(way):
             if pose is not None:
                 directions[i, k] = tracker.setup.body.frames(pose).rotations[_ARMS, :, 2]
-    apart = angle_between(directions[:, :, None], directions[:, None])
-    agree: BoolArray = (apart < _AGREE).all(axis=-1)
-    return agree
+    return angle_between(directions[:, :, None], directions[:, None])
 
 
 def best_way(costs: FloatArray, agree: BoolArray) -> IntArray:
@@ -301,19 +309,20 @@ def best_way(costs: FloatArray, agree: BoolArray) -> IntArray:
     return chosen
 
 
+def _surer(estimate: Estimate, agreed: BoolArray, *, switched: bool) -> Estimate:
+    """An estimate that says whether chance has decided where its arm segments (4,) are.
+
+    Where the way is another than before, no backward pass goes beyond it.
+    """
+    lost = estimate.limb_lost.copy()
+    lost[_ARMS] *= np.where(agreed, _AGREED, 1.0)
+    return replace(estimate, limb_lost=lost, prior=None if switched else estimate.prior)
+
+
 def _exchanged(
-    found: Sequence[TrackedFrame],
-    ways: Sequence[_Way],
-    chosen: IntArray,
-    i: int,
-    tracker: PersonTracker,
-    spent: float,
+    frame: TrackedFrame, estimate: Estimate, tracker: PersonTracker, spent: float
 ) -> TrackedFrame:
-    """A frame as the chosen way has it; where it changes, no backward pass goes beyond it."""
-    estimate = ways[chosen[i]].estimates[i]
-    assert estimate is not None  # noqa: S101 - a way that is lost costs infinitely much
-    if chosen[i] != chosen[max(0, i - 1)]:
-        estimate = replace(estimate, prior=None)
-    seconds = {**found[i].seconds, SECOND_LOOK: spent}
+    """A frame with another estimate."""
+    seconds = {**frame.seconds, SECOND_LOOK: spent}
     points = landmarks(tracker.setup.body, estimate.pose)
-    return replace(found[i], estimate=estimate, landmarks=points, seconds=seconds)
+    return replace(frame, estimate=estimate, landmarks=points, seconds=seconds)

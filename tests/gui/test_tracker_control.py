@@ -144,7 +144,7 @@ def test_the_status_says_that_frames_are_looked_at_again(opened, qtbot):
     qtbot.waitUntil(lambda: track.paused)
     with standing_still(opened):
         track.go_on()
-        told = track._live.task.told  # noqa: SLF001 - as the process would say it
+        told = track._live.task.told
         told.emit([Preparing(LOOKING_AGAIN, 3, 12)])
         opened.context.actions.refresh()
         assert LOOKING_AGAIN in opened.status.state.text()

@@ -67,7 +67,7 @@ def misled(monkeypatch):
     def mislead(tracker, cloud, trace=None):
         found = step(tracker, cloud, trace)
         if cloud.frame not in WRONG:
-            return replace(found, limb_lost=np.zeros(6))
+            return replace(found, limb_lost=np.full(6, 0.1))
         rotations = found.pose.rotations.copy()
         rotations[ARMS] = ELSEWHERE.rotations[ARMS]
         pose = replace(found.pose, rotations=rotations)
@@ -99,11 +99,27 @@ def test_a_stretch_that_was_tracked_wrongly_is_tracked_again(recording, misled):
     ((first, over),) = looked.meta["looked_again"]
     assert 1 <= first <= WRONG[0]
     assert over == WRONG[-1] + AFTER
-    assert seen == [*range(over + 1), *range(first, COUNT)]
+    assert seen == [*range(over + 1), *range(1, COUNT)]
     assert looked.frame.tolist() == list(range(COUNT))
     assert without.meta["looked_again"] == []
     check_meta(looked.meta, "run", "")
-    assert (looked.limb_lost[list(WRONG)][:, ARMS] < 0.9).all()  # which is of the pose stated now
+
+
+def test_arms_that_all_tries_find_in_the_same_place_are_less_doubtful(
+    recording, misled, monkeypatch
+):
+    monkeypatch.setattr(second_look, "_GAIN", 1e9)  # so that the way stays what it was
+    recording, poses = recording
+    run = track(recording, spec_of(poses))
+    assert run.meta["looked_again"] == []
+    over = WRONG[-1] + AFTER
+    agreed = [k for k in range(1, over + 1) if k not in WRONG]
+    np.testing.assert_allclose(run.limb_lost[agreed][:, ARMS], 0.1 * 0.2)
+    np.testing.assert_array_equal(run.limb_lost[list(WRONG)][:, ARMS].max(axis=1), 0.9)
+    np.testing.assert_array_equal(run.limb_lost[over + 1 :], 0.1)
+    np.testing.assert_array_equal(
+        run.limb_lost[:, :2], np.where(run.limb_lost[:, :2] > 0.5, 0.9, 0.1)
+    )
 
 
 def test_the_end_of_a_run_ends_a_stretch(recording, misled):
