@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from stereotrack_core.errors import Cancelled
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.tracking.frame import Run, TrackedFrame, in_place, run_of
 from stereotrack_core.tracking.pipeline import Pipeline
@@ -43,7 +44,7 @@ def track(
     Raises
     ------
     Cancelled
-        Where `on_preparing` raises it.
+        Where `on_preparing` raises it before the first frame is done.
 
     Examples
     --------
@@ -58,14 +59,19 @@ def track(
         pipeline.corrects = True
         wanted = spec.frames_of(pipeline.reader.frame_count)
         pipeline.prepare(wanted)
-        most, newest = None if count == len(wanted) else count, -1
-        for tracked in () if len(found) == most else pipeline.frames(wanted):
-            in_place(found, tracked.without_cloud())
-            if on_frame is not None:
-                on_frame(tracked)
-            again, newest = tracked.frame < newest, max(newest, tracked.frame)
-            if not again and (len(found) == most or (cancelled is not None and cancelled())):
-                break
+        most = None if count == len(wanted) else count
+        newest = found[-1].frame if found else -1
+        try:
+            for tracked in () if len(found) == most else pipeline.frames(wanted):
+                in_place(found, tracked.without_cloud())
+                if on_frame is not None:
+                    on_frame(tracked)
+                again, newest = tracked.frame < newest, max(newest, tracked.frame)
+                if not again and (len(found) == most or (cancelled is not None and cancelled())):
+                    break
+        except Cancelled:  # in a second look
+            if not found:
+                raise
         found, mended = repaired(pipeline, found, cancelled)
         run = pipeline.smoothed_run(found) if spec.smooth else run_of(found, pipeline.origin())
         return with_warnings(with_repaired(run, mended), found, spec.settings)

@@ -24,7 +24,6 @@ from stereotrack_core.interop.run_journal import RunJournal, read_unfinished
 from stereotrack_core.tracking import second_look
 from stereotrack_core.tracking.estimate import Estimate
 from stereotrack_core.tracking.frame import TrackedFrame, cloudless
-from stereotrack_core.tracking.pipeline import Pipeline
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.repeating import sameness, stored_spec
 from stereotrack_core.tracking.run import track
@@ -194,19 +193,14 @@ def test_a_run_says_how_to_look_again(recording, misled):
 
 
 def test_stopping_ends_a_look_and_keeps_the_frames(recording, misled):
+    def stop(stage, _done, _count):
+        if stage == LOOKING_AGAIN:
+            raise Cancelled
+
     recording, poses = recording
-    with Pipeline(recording, spec_of(poses)) as pipeline:
-        pipeline.corrects = True
-
-        def stop(stage, _done, _count):
-            if stage == LOOKING_AGAIN:
-                raise Cancelled
-
-        pipeline.on_preparing = stop
-        found = []
-        with pytest.raises(Cancelled):
-            found.extend(pipeline.frames(range(COUNT)))
-    assert [one.frame for one in found] == list(range(WRONG[-1] + AFTER + 1))
+    run = track(recording, spec_of(poses), on_preparing=stop)
+    assert run.frame.tolist() == list(range(WRONG[-1] + AFTER + 1))
+    assert run.meta["looked_again"] == []
 
 
 def costs_and_agreement():
