@@ -6,10 +6,11 @@ factors: the subject, the condition, the repetition, or whatever a person adds.
 
 from __future__ import annotations
 
+import codecs
 import os
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
 from pathlib import Path, PurePosixPath
 
@@ -56,6 +57,17 @@ class Study:
     rows: tuple[StudyRow, ...] = ()
     delimiter: str = ","
     """Between cells; a spreadsheet of some countries writes semicolons."""
+    order: tuple[str, ...] = ()
+    """All columns as the file has them; empty where the program's own come first."""
+    marked: bool = False
+    """Whether the file begins with the byte order mark by which some spreadsheets know UTF-8."""
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """All columns in the order in which they are written."""
+        known = (*OWN_COLUMNS, *self.factors)
+        placed = tuple(name for name in self.order if name in known)
+        return (*placed, *(name for name in known if name not in placed))
 
     @property
     def folder(self) -> Path:
@@ -115,7 +127,7 @@ def read_study(path: Path) -> Study:
     a column has a name that results need.
     """
     check_name(path)
-    delimiter = _delimiter_of(path)
+    delimiter, marked = _signs_of(path)
     columns, cells = read_csv_table(path, delimiter)
     if "recording" not in columns:
         raise InputError(
@@ -137,16 +149,27 @@ def read_study(path: Path) -> Study:
         named = dict(zip(columns, row, strict=True))
         own = {name: named.get(name, "") for name in OWN_COLUMNS}
         rows.append(StudyRow(**own, factors={name: named[name] for name in factors}))
-    study = Study(path, factors, tuple(rows), delimiter)
+    study = Study(path, factors, tuple(rows), delimiter, columns, marked)
+    study = replace(study, order=_order_of(study))
     _check_rows(study)
     return study
 
 
-def _delimiter_of(path: Path) -> str:
-    """The sign beside the name of a column of ours in the first line: a comma, or a semicolon."""
+def _order_of(study: Study) -> tuple[str, ...]:
+    """The columns as they are written; none where that is the usual order."""
+    usual = (*OWN_COLUMNS, *study.factors)
+    return () if study.columns == usual else study.columns
+
+
+def _signs_of(path: Path) -> tuple[str, bool]:
+    """The sign beside a column of ours in the first line, and whether a byte order mark is there.
+
+    The sign is a comma or a semicolon.
+    """
     with open_file(path, TABLE_BYTES) as file:
         first = file.readline(_FIRST_BYTES)
-    return ";" if re.search(rb'recording"?;|;"?recording', first) else ","
+    semicolons = re.search(rb'recording"?;|;"?recording', first)
+    return ";" if semicolons else ",", first.startswith(codecs.BOM_UTF8)
 
 
 def _check_rows(study: Study) -> None:
@@ -169,12 +192,15 @@ def write_study(study: Study) -> None:
 
     Raises InputError where it cannot be written.
     """
-    rows = [
-        [*(getattr(row, name) for name in OWN_COLUMNS)]
-        + [row.factors.get(name, "") for name in study.factors]
-        for row in study.rows
-    ]
-    write_file(study.path, csv_text((*OWN_COLUMNS, *study.factors), rows, study.delimiter))
+    write_file(study.path, bytes_of(study))
+
+
+def bytes_of(study: Study) -> bytes:
+    """What a study file holds."""
+    columns = study.columns
+    rows = [[cell_of(row, name) for name in columns] for row in study.rows]
+    mark = codecs.BOM_UTF8 if study.marked else b""
+    return mark + csv_text(columns, rows, study.delimiter).encode()
 
 
 def selected(study: Study, select: Sequence[str]) -> tuple[StudyRow, ...]:

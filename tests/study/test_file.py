@@ -32,6 +32,9 @@ def test_columns_of_a_spreadsheet_may_stand_in_any_order(tmp_path):
     assert study.factors == ("note",)
     assert [row.recording for row in study.rows] == ["r1", "r2"]
     assert study.rows[0].factors == {"note": "old shoes"}
+    write_study(study)
+    assert path.read_text("utf-8").startswith("note,recording,project,fingerprint\nold shoes,r1,")
+    assert read_study(path) == study
 
 
 def test_semicolons_of_a_spreadsheet_stay(tmp_path):
@@ -41,7 +44,9 @@ def test_semicolons_of_a_spreadsheet_stay(tmp_path):
     assert study.rows == (StudyRow("r1", factors={"subject": "anna", "speed": "1,5"}),)
     write_study(study)
     assert read_study(path) == study
-    assert path.read_text("utf-8").startswith("recording;project;")
+    assert path.read_bytes().startswith(b"\xef\xbb\xbfrecording;subject;speed;project;"), (
+        "the mark by which the spreadsheet knows UTF-8, and the order of the columns"
+    )
 
 
 @pytest.mark.parametrize(
