@@ -1,4 +1,4 @@
-"""List recordings in a study file; what a person wrote into it stays."""
+"""List recordings in a study file, or find those to add; what a person wrote into it stays."""
 
 from __future__ import annotations
 
@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from stereotrack_core.errors import Cancelled, Finding, InputError
+from stereotrack_core.project.whereabouts import SUFFIX, stated_folders
+from stereotrack_core.recording.folder import DESCRIPTION
 from stereotrack_core.study.file import (
     OWN_COLUMNS,
     RESULT_COLUMNS,
@@ -18,10 +20,19 @@ from stereotrack_core.study.file import (
     read_study,
     write_study,
 )
-from stereotrack_core.study.places import Finder, ProjectIndex, fingerprint_of, recordings_below
+from stereotrack_core.study.places import (
+    Finder,
+    ProjectIndex,
+    fingerprint_of,
+    is_recording,
+    recordings_below,
+)
 
 _NAMED = 5
 """Folders that a sentence names."""
+
+_NONE_THERE = "there is no recording in this folder"
+_NONE_REMEDY = "Give a folder with recordings below it: folders with a recording.toml."
 
 _FORM = "Write names of columns as subject/condition/repetition, or {subject}/{condition}_{day}."
 
@@ -50,6 +61,7 @@ class Pattern:
         parts = [part.strip() for part in text.strip("/").split("/")]
         braced = [part if "{" in part or part == "*" else f"{{{part}}}" for part in parts]
         whole = "/".join(braced)
+        self._depth = len(parts)
         self.names = tuple(re.findall(r"\{([^{}]*)\}", whole))
         taken = {*OWN_COLUMNS, *RESULT_COLUMNS}
         wrong = [name for name in self.names if not re.fullmatch(r"[^\W\d]\w*", name)]
@@ -70,6 +82,10 @@ class Pattern:
         """Values by name in a path with ``/``; None where it does not fit."""
         found = self._form.fullmatch(relative)
         return None if found is None else found.groupdict()
+
+    def factors_of_end(self, path: str) -> dict[str, str] | None:
+        """The same of the last folders of a path: as many as the pattern has."""
+        return self.factors("/".join(path.split("/")[-self._depth :]))
 
 
 def create_study(
@@ -95,23 +111,105 @@ def create_study(
     projects = ProjectIndex.around(study, found)
     rows, moved, findings = _present(study, found, pattern, projects)
     listed = {study.place(row.recording) for row in rows}
-    added = []
     new = [folder for folder in found if folder not in listed]
-    for i, folder in enumerate(new):
-        if cancelled():
-            raise Cancelled
-        on_progress(i / len(new), "reading recordings")
-        row = _filled(study, StudyRow(study.relative(folder)), folder, pattern, found, projects)
-        rows.append(row)
-        added.append(row.recording)
-        if not row.fingerprint:
-            remedy = f"`stereotrack info {folder}` tells what is wrong."
-            findings.append(Finding("warning", row.recording, "it cannot be opened", remedy))
+
+    def filled(folder: Path) -> StudyRow:
+        return _filled(study, StudyRow(study.relative(folder)), folder, pattern, found, projects)
+
+    added = _read(new, filled, findings, on_progress, cancelled)
     findings += _unlike(pattern, [found[folder] for folder in new])
-    made = dataclasses.replace(study, rows=tuple(rows))
+    made = dataclasses.replace(study, rows=(*rows, *added))
     write_study(made)
     _move_runs(study, made)
-    return Created(made, tuple(added), tuple(moved), tuple(findings))
+    names = tuple(row.recording for row in added)
+    return Created(made, names, tuple(moved), tuple(findings))
+
+
+@dataclass(frozen=True)
+class Found:
+    """What was found in folders and projects that a person named."""
+
+    rows: tuple[StudyRow, ...]
+    """Of recordings that the study does not list, or whose project was named."""
+    listed: int
+    """How many others are in the study already."""
+    findings: tuple[Finding, ...]
+
+
+def find_recordings(
+    study: Study,
+    paths: Sequence[Path],
+    *,
+    on_progress: Callable[[float, str], None] = lambda _share, _words: None,
+    cancelled: Callable[[], bool] = lambda: False,
+) -> Found:
+    """Rows for the recordings in and below folders, and for those of project files.
+
+    Nothing is written, and what holds no recording does not stop the others. Raises Cancelled.
+    """
+    findings: list[Finding] = []
+    named = _projects(paths, findings)
+    found = dict.fromkeys(named)
+    for path in paths:
+        if not path.name.endswith(SUFFIX):
+            found |= dict.fromkeys(_below(path, findings))
+    listed = {study.place(row.recording) for row in study.rows}
+    wanted = [folder for folder in found if folder in named or folder not in listed]
+    projects = ProjectIndex.around(study, wanted) if wanted else ProjectIndex(())
+
+    def filled(folder: Path) -> StudyRow:
+        project = study.relative(named[folder]) if folder in named else ""
+        row = StudyRow(study.relative(folder), project)
+        return _filled(study, row, folder, None, {}, projects)
+
+    rows = _read(wanted, filled, findings, on_progress, cancelled)
+    return Found(tuple(rows), len(found) - len(wanted), tuple(findings))
+
+
+def _projects(paths: Iterable[Path], findings: list[Finding]) -> dict[Path, Path]:
+    """Project files by the folder of their recording."""
+    found = {}
+    for path in paths:
+        if not path.name.endswith(SUFFIX):
+            continue
+        folder = next((one for one in stated_folders(path.absolute()) if is_recording(one)), None)
+        if folder is None:
+            remedy = "Open the project in the workbench: it asks for the folder."
+            what = "the recording of this project was not found"
+            findings.append(Finding("warning", str(path), what, remedy))
+        else:
+            found[folder] = path
+    return found
+
+
+def _below(path: Path, findings: list[Finding]) -> list[Path]:
+    """Recordings in and below a folder, or that of a recording's description."""
+    folder = path.parent if path.name == DESCRIPTION else path
+    below = list(recordings_below(folder))
+    if not below:
+        findings.append(Finding("warning", str(path), _NONE_THERE, _NONE_REMEDY))
+    return below
+
+
+def _read(
+    folders: Sequence[Path],
+    filled: Callable[[Path], StudyRow],
+    findings: list[Finding],
+    on_progress: Callable[[float, str], None],
+    cancelled: Callable[[], bool],
+) -> list[StudyRow]:
+    """Rows of recordings that are opened one by one."""
+    rows = []
+    for i, folder in enumerate(folders):
+        if cancelled():
+            raise Cancelled
+        on_progress(i / len(folders), "reading recordings")
+        rows.append(filled(folder))
+        if not rows[-1].fingerprint:
+            remedy = f"`stereotrack info {folder}` tells what is wrong."
+            where = rows[-1].recording
+            findings.append(Finding("warning", where, "it cannot be opened", remedy))
+    return rows
 
 
 def _unlike(pattern: Pattern | None, folders: Sequence[str]) -> list[Finding]:
@@ -136,11 +234,7 @@ def _found(folders: Iterable[Path]) -> dict[Path, str]:
             )
         own = {path: path.relative_to(root).as_posix() for path in recordings_below(root)}
         if not own:
-            raise InputError(
-                "there is no recording in this folder",
-                where=str(folder),
-                remedy="Give a folder with recordings below it: folders with a recording.toml.",
-            )
+            raise InputError(_NONE_THERE, where=str(folder), remedy=_NONE_REMEDY)
         for path, relative in own.items():
             found.setdefault(path, path.name if relative == "." else relative)
     return found
