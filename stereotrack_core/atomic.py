@@ -28,18 +28,23 @@ Check: TypeAlias = Callable[[Path], bool]
 that it is not."""
 
 
-def write_file(path: Path, content: str | bytes) -> None:
+def write_file(
+    path: Path, content: str | bytes, last_look: Callable[[], object] = lambda: None
+) -> None:
     """Write bytes, or a text as UTF-8; a write that fails leaves what stood there before.
 
-    Raises InputError where the file cannot be written.
+    `last_look` is called right before the old file is replaced, and may raise to keep it. Raises
+    InputError where the file cannot be written.
     """
-    write_files({path: content})
+    write_files({path: content}, last_look)
 
 
-def write_files(contents: Mapping[Path, str | bytes]) -> None:
+def write_files(
+    contents: Mapping[Path, str | bytes], last_look: Callable[[], object] = lambda: None
+) -> None:
     """Write files that belong together: where one of them cannot be written, all stay as they were.
 
-    Raises InputError where one of them cannot be written.
+    `last_look` is called as for one file. Raises InputError where one of them cannot be written.
     """
     with ExitStack() as pending:
         for path, content in contents.items():
@@ -48,6 +53,7 @@ def write_files(contents: Mapping[Path, str | bytes]) -> None:
             temporary = pending.enter_context(replacing(path, whole))
             temporary.write_bytes(data)
             _flush(temporary)  # all that is left to be done for any of them is renaming
+        last_look()
 
 
 @contextmanager

@@ -7,8 +7,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from stereotrack_core.atomic import replacing
+from stereotrack_core.atomic import write_file
 from stereotrack_core.errors import InputError
+from stereotrack_core.reading import TABLE_BYTES, open_file
 from stereotrack_core.study.file import Study, bytes_of, check_name, read_study, write_study
 
 FACTORS = ("subject", "condition", "repetition")
@@ -63,19 +64,22 @@ class StoredStudy:
         that was read, and InputError where it cannot be written.
         """
         path, data = self.study.path, bytes_of(study)
-        with replacing(path, lambda written: written.read_bytes() == data) as temporary:
-            temporary.write_bytes(data)
+
+        def look() -> None:
             found = _digest_of(path)
             if found != self.digest:
                 raise _changed(path, missing=not found)
+
+        write_file(path, data, look)
         return StoredStudy(study, hashlib.blake2b(data).hexdigest())
 
 
 def _digest_of(path: Path) -> str:
     """Empty where the file cannot be read."""
     try:
-        return hashlib.blake2b(path.read_bytes()).hexdigest()
-    except OSError:
+        with open_file(path, TABLE_BYTES) as file:
+            return hashlib.blake2b(file.read()).hexdigest()
+    except (InputError, OSError):
         return ""
 
 
