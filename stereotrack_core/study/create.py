@@ -53,10 +53,10 @@ class Pattern:
     """Factors in the names of folders.
 
     ``subject/condition`` stands for ``{subject}/{condition}``; a part ``*`` may be anything. Raises
-    InputError where it cannot be meant.
+    InputError where it cannot be meant, naming `where` it was given.
     """
 
-    def __init__(self, text: str) -> None:
+    def __init__(self, text: str, where: str = "--pattern") -> None:
         self.text = text
         parts = [part.strip() for part in text.strip("/").split("/")]
         braced = [part if "{" in part or part == "*" else f"{{{part}}}" for part in parts]
@@ -68,7 +68,7 @@ class Pattern:
         wrong += [name for name in self.names if name in taken]
         if wrong or not self.names or len(set(self.names)) < len(self.names):
             what = f"{wrong[0]!r} cannot be a column" if wrong else f"{text!r} cannot be read"
-            raise InputError(what, where="--pattern", remedy=f"{_FORM} Use each name once.")
+            raise InputError(what, where=where, remedy=f"{_FORM} Use each name once.")
         pieces = re.split(r"(\{[^{}]*\}|\*)", whole)
         self._form = re.compile(
             "".join(

@@ -9,10 +9,12 @@ from pathlib import Path
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.study.cache import StudyCache
+from stereotrack_core.study.create import Found, find_recordings
 from stereotrack_core.study.file import Study, StudyRow, read_study
 from stereotrack_core.study.results import write_result_table
 from stereotrack_core.study.run import write_reports
 from stereotrack_core.study.status import RowStatus, remembered_status, study_status
+from stereotrack_core.study.stored import StoredStudy
 from stereotrack_core.worker_processes import Asker
 
 
@@ -28,8 +30,13 @@ class Share:
 class Remembered:
     """A study with what was known of its rows when they were read last."""
 
-    study: Study
+    stored: StoredStudy
     rows: tuple[RowStatus, ...]
+
+    @property
+    def study(self) -> Study:
+        """The study."""
+        return self.stored.study
 
 
 def remembered(path: Path) -> Remembered:
@@ -37,8 +44,8 @@ def remembered(path: Path) -> Remembered:
 
     Raises InputError where the study cannot be read.
     """
-    study = read_study(path)
-    return Remembered(study, remembered_status(study, StudyCache(study.cache)))
+    stored = StoredStudy.read(path)
+    return Remembered(stored, remembered_status(stored.study, StudyCache(stored.study.cache)))
 
 
 @contextmanager
@@ -128,3 +135,20 @@ class ExportResults:
                 cancelled=asker.cancelled,
             )
         return write_result_table(self.target, study, status)
+
+
+@dataclass(frozen=True)
+class FindRecordings:
+    """Finds the recordings of folders and project files that a person wants to add."""
+
+    path: Path
+    added: tuple[Path, ...]
+
+    def __call__(self, asker: Asker) -> Found:
+        """What was found. Raises InputError where the study cannot be read, and Cancelled."""
+        return find_recordings(
+            read_study(self.path),
+            self.added,
+            on_progress=lambda share, words: asker.tell(Share(share, words)),
+            cancelled=asker.cancelled,
+        )

@@ -12,11 +12,14 @@ from PySide6.QtGui import QDesktopServices
 from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
 from stereotrack_core.parameters import value_text
+from stereotrack_core.study.create import Found
 from stereotrack_core.study.file import SUFFIX
 from stereotrack_core.study.run import places_of
 from stereotrack_core.study.status import RowStatus
+from stereotrack_core.study.stored import StoredStudy
 from stereotrack_core.study.tasks import (
     ExportResults,
+    FindRecordings,
     ReadStatus,
     Remembered,
     Share,
@@ -31,10 +34,13 @@ from ...services.tasks.task import Task
 from ...session.sweeping import SweepNow, SweepPresenter
 from ...widgets.forms.form_dialog import ask_to_open, ask_to_save
 from ...widgets.forms.message import Message
+from .editing import StudyEditing
+from .rows import is_unread
 from .track_dialog import TrackDialog
 from .window import StudyWindow
 
 _SAID_MS = 10_000
+_BUSY = "Something is being written or looked for. Wait, or stop it."
 _FILTER = f"Study (*{SUFFIX})"
 _TABLES = "Table (*.csv);;Parquet (*.parquet)"
 
@@ -47,8 +53,10 @@ class StudyController(QObject):
         self._context, self._session = context, context.session
         self._process = TaskProcess()
         self._task: Task | None = None
+        self._reading = self._read_again = self._reopening = False
         self._tracked = ""
         self.window: StudyWindow | None = None
+        self.editing: StudyEditing | None = None
         self.presenter = SweepPresenter(context.settings, self, "study")
         self.presenter.changed.connect(self._on_tracking)
         context.session.opening.study_wanted.connect(self.open_study)
@@ -62,10 +70,31 @@ class StudyController(QObject):
 
     def ask_for_study(self) -> None:
         """Let the person choose a study file."""
-        table = self.presenter.last_table
-        start = "" if table is None else table.parent.parent
         parent = self._context.docks.dialog_parent
-        ask_to_open(parent, "Open a study", start, _FILTER, self.open_study)
+        ask_to_open(parent, "Open a study", self._last_folder(), _FILTER, self.open_study)
+
+    def ask_for_new(self) -> None:
+        """Let the person choose where a new study is kept, and show it; nothing is overwritten."""
+        start = self._last_folder()
+        parent = self._context.docks.dialog_parent
+        proposed = start / f"{start.name or 'walks'}{SUFFIX}"
+        ask_to_save(parent, "New study", proposed, _FILTER, self.new_study, goes_on=True)
+
+    def _last_folder(self) -> Path:
+        """Where studies are, as far as that is known."""
+        if self.window is not None:
+            return self.window.study.folder
+        table, recording = self.presenter.last_table, self._session.document.recording
+        if table is not None:
+            return table.parent.parent
+        return Path.home() if recording is None else recording.folder.resolve().parent
+
+    def new_study(self, path: Path) -> None:
+        """Write a study without recordings and show it."""
+        stem = path.name.removesuffix(".csv").removesuffix(".study")
+        named = path.with_name(f"{stem}{SUFFIX}")
+        if self._context.notifier.attempt(lambda: StoredStudy.new(named)):
+            self.open_study(named)
 
     @Slot(object)
     def open_study(self, path: Path) -> None:
@@ -79,11 +108,16 @@ class StudyController(QObject):
         if self.window is None:
             self.window = self._made()
         self._give_up()
-        self.window.show_study(found.study, found.rows)
+        self._put(found)
         self.window.show()
         self.window.raise_()
         self.window.activateWindow()
         self.refresh()
+
+    def _put(self, found: Remembered) -> None:
+        if self.window is not None and self.editing is not None:
+            self.editing.editor.show(found.stored)
+            self.window.show_study(found.study, found.rows)
 
     def _made(self) -> StudyWindow:
         window = StudyWindow(self._context.docks.dialog_parent)
@@ -93,16 +127,87 @@ class StudyController(QObject):
         window.export_wanted.connect(self._ask_where_to_export)
         window.refresh_wanted.connect(self.refresh)
         window.stop_wanted.connect(self._stop)
+        window.came_back.connect(self._look)
+        self.editing = StudyEditing(window, self._context.settings)
+        self.editing.add_wanted.connect(self._add)
+        self.editing.editor.changed.connect(self._read_what_is_new)
         return window
+
+    # ---- edits, and what others wrote
+
+    @Slot(object)
+    def _add(self, paths: tuple[Path, ...]) -> None:
+        """Look for the recordings of folders and projects, and add them."""
+        if self.window is not None:
+            study = self.window.study.path
+            todo = FindRecordings(study, tuple(path.resolve() for path in paths))
+            self._begin("looking for recordings", todo, partial(self._on_found, study))
+
+    def _on_found(self, path: Path, found: Found) -> None:
+        if self.editing is not None and self.editing.editor.study.path == path:
+            self._say("")
+            self.editing.add(found)
+
+    @Slot()
+    def _read_what_is_new(self) -> None:
+        if self.window is not None and any(map(is_unread, self.window.rows)):
+            self.refresh()
+
+    @Slot()
+    def _look(self) -> None:
+        """Read a study that another program has changed, when a person comes back to it."""
+        editing = self.editing
+        if editing is not None and self._task is None and not editing.editor.is_current:
+            self.refresh()
+
+    def _reopen(self, path: Path) -> None:
+        if self._reopening:
+            return
+        self._reopening = True
+        task = Task(f"opening {path.name}", lambda _: remembered(path))
+        task.finished.connect(partial(self._take_over, path))
+        task.failed.connect(self._on_unreadable)
+        task.ended.connect(self._on_reopened)
+        self._context.tasks.start(task)
+
+    @Slot()
+    def _on_reopened(self) -> None:
+        self._reopening = False
+
+    def _take_over(self, path: Path, found: Remembered) -> None:
+        """Show a study that another program has changed."""
+        editing, window = self.editing, self.window
+        if editing is None or window is None or window.study.path != path:
+            return
+        lost = editing.editor.stack.to_undo() is not None
+        self._put(found)
+        more = " Edits before that can no longer be undone." if lost else ""
+        window.say(f"Another program has changed the study file; it was read again.{more}")
+        self.refresh()
+
+    def _on_unreadable(self, error: Exception) -> None:
+        if self.window is None or not isinstance(error, InputError):
+            self._context.notifier.error(error)
+        else:
+            self.window.say(str(error), error=True)
 
     # ---- work in a process
 
     @Slot()
     def refresh(self) -> None:
         """Read what has changed of the study, evaluate new runs, and show it row by row."""
-        window = self.window
-        if window is not None:
-            self._begin("reading the study", ReadStatus(window.study.path), self._on_read)
+        window, editing = self.window, self.editing
+        if window is None or editing is None:
+            return
+        path = window.study.path
+        if not editing.editor.is_current:
+            self._reopen(path)
+        elif self._task is None:
+            self._begin("reading the study", ReadStatus(path), self._on_read)
+            self._reading = True
+            self._show_working()
+        else:
+            self._read_again = True
 
     @Slot(object)
     def _write_pages(self, recordings: tuple[str, ...]) -> None:
@@ -126,7 +231,12 @@ class StudyController(QObject):
         ask_to_save(window, "Export table", proposed, _TABLES, export)
 
     def _begin(self, title: str, todo: Any, done: Any) -> None:
-        """Have something done by the process; what it tells is shown."""
+        """Have something done by the process; what it tells is shown. Reading is given up for it,
+        and begins again when it is done.
+        """
+        if self._reading:
+            self._give_up()
+            self._read_again = True
         if self._task is not None:
             return
         process = self._process
@@ -134,7 +244,7 @@ class StudyController(QObject):
         task.told.connect(self._on_told)
         task.finished.connect(done)
         task.failed.connect(self._on_failed)
-        task.stopped.connect(lambda: self._say("Stopped. What was read is remembered."))
+        task.stopped.connect(self._on_stopped)
         task.ended.connect(self._on_ended)
         self._task = task
         self._context.tasks.start(task)
@@ -178,19 +288,29 @@ class StudyController(QObject):
             self.window.show_work(str(error), error=True)
 
     @Slot()
-    def _on_ended(self) -> None:
+    def _on_stopped(self) -> None:
         if self.sender() is self._task:
-            self._task = None
-            self._show_working()
+            self._say("Stopped. What was read is remembered.")
+
+    @Slot()
+    def _on_ended(self) -> None:
+        if self.sender() is not self._task:
+            return
+        self._task, self._reading = None, False
+        self._show_working()
+        if self._read_again:
+            self._read_again = False
+            self.refresh()
 
     def _give_up(self) -> None:
-        """Leave what is being done for a study that is no longer shown."""
+        """Leave what is being done for something else, or for another study."""
         if self._task is not None:
             self._task.cancel()
-            self._task = None
+        self._task, self._reading, self._read_again = None, False, False
 
     @Slot()
     def _stop(self) -> None:
+        self._read_again = False
         if self._task is not None:
             self._task.cancel()
         self.presenter.stop()
@@ -261,3 +381,7 @@ class StudyController(QObject):
     def _show_working(self) -> None:
         if self.window is not None:
             self.window.show_working(reading=self.working, tracking=self.presenter.now.going)
+        if self.editing is not None:
+            busy = self.working and not self._reading
+            self.editing.busy = _BUSY if busy else ""
+            self.editing.refresh()

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 from stereotrack_core.errors import InputError
-from stereotrack_core.study.file import Study, selected
+from stereotrack_core.study.file import Study, StudyRow, selected
+from stereotrack_core.study.places import Place
 from stereotrack_core.study.shown import COLUMNS, messages_of, text_of
 from stereotrack_core.study.status import RowStatus
 
 from ...widgets.tables.table import LEFT, RIGHT, Cell, Column
 
+FACTOR_TIP = (
+    "Double-click a cell to edit it, or press F2: with several recordings selected, what you write "
+    "goes into all of them."
+)
 _UNKNOWN = float("-inf")
 """What is not known comes first where rows are sorted by a number."""
 
@@ -20,16 +25,38 @@ def columns_of(study: Study) -> list[Column]:
     """Columns of the table: the recording, factors, what is known, the first message."""
     return [
         Column("recording", "Folder of the recording, relative to the study file."),
-        *(Column(name, "A factor: edit it in the study file.") for name in study.factors),
+        *(Column(name, FACTOR_TIP) for name in study.factors),
         *(Column(one.label, one.help, align=RIGHT if one.is_number else LEFT) for one in COLUMNS),
         Column("message", "The gravest problem. Select the row to see all of them."),
     ]
 
 
+def factor_at(study: Study, column: int) -> str:
+    """The factor that a column of the table shows; empty where it shows something else."""
+    return study.factors[column - 1] if 1 <= column <= len(study.factors) else ""
+
+
+def statuses(study: Study, known: Mapping[str, RowStatus]) -> list[RowStatus]:
+    """What is known of each row of a study, by recording; rows say what the study says."""
+    return [_status(study, row, known.get(row.recording)) for row in study.rows]
+
+
+def _status(study: Study, row: StudyRow, known: RowStatus | None) -> RowStatus:
+    if known is not None and known.row.project == row.project:
+        return replace(known, row=row)
+    project = study.place(row.project) if row.project else None
+    return RowStatus(row, Place(study.place(row.recording), project))
+
+
+def is_unread(row: RowStatus) -> bool:
+    """Whether nothing was read of a row yet."""
+    return row.recording is None and not row.findings
+
+
 def cells_of(study: Study, row: RowStatus) -> list[Cell]:
     """Cells of a row."""
     messages = messages_of(row)
-    unread = row.recording is None and not row.findings
+    unread = is_unread(row)
     missing = row.place.folder is None
     last = "not read yet" if unread else messages[0] if messages else ""
     return [
@@ -86,9 +113,3 @@ def _wanted(study: Study, rows: Sequence[RowStatus], text: str) -> set[str]:
 
 def _shows(study: Study, row: RowStatus, word: str) -> bool:
     return any(word in cell.text.lower() for cell in cells_of(study, row))
-
-
-def replaced(rows: Sequence[RowStatus], news: Iterable[RowStatus]) -> list[RowStatus]:
-    """Rows with what is now known of some of them."""
-    known = {row.row.recording: row for row in news}
-    return [known.get(row.row.recording, row) for row in rows]
