@@ -21,13 +21,12 @@ from stereotrack_core.cli.arguments import (
     flag,
     option,
 )
+from stereotrack_core.cli.jobs import executor_of, request_of
 from stereotrack_core.cli.output import FAILED, OK, put, put_json, put_result, put_table, say
 from stereotrack_core.cli.progress import progress, stoppable
 from stereotrack_core.counting import in_words
 from stereotrack_core.experiments.measures import SweepMeasure, measure_named
-from stereotrack_core.experiments.runner.cluster import ClusterWorkers
 from stereotrack_core.experiments.runner.job import Job, JobResult, do_batch
-from stereotrack_core.experiments.runner.local import LocalWorkers
 from stereotrack_core.experiments.sweep.plan import SweepPlan, count_of, expected_seconds
 from stereotrack_core.experiments.sweep.points import TRIALS, Point, SweepRequest, varied_names
 from stereotrack_core.experiments.sweep.run import PointSummary, SweepOutcome, SweepRun, summarised
@@ -35,7 +34,6 @@ from stereotrack_core.experiments.sweep.store import SweepPlaces, SweepStore, st
 from stereotrack_core.locks import refuse_second
 from stereotrack_core.recording.folder import open_recordings
 from stereotrack_core.tables import Table
-from stereotrack_core.worker_processes import usable_cores
 
 DESCRIPTION = (
     "Track recordings with every combination of values (--grid), with the points of a list "
@@ -125,7 +123,7 @@ _LONGEST_PROBE = 10
 
 def run(args: Namespace) -> int:
     """Plan, compute what is missing, print."""
-    request = _request(args)
+    request = request_of(args, SweepRequest)
     request.check()
     refuse_second(request.table)
     recordings = open_recordings(request.recordings)
@@ -137,7 +135,7 @@ def run(args: Namespace) -> int:
     store = SweepStore(SweepPlaces(request.table))
     try:
         with (
-            _executor(request) as executor,
+            executor_of(request) as executor,
             progress("Sweeping", 100) as show,
             stoppable() as stopped,
         ):
@@ -148,29 +146,11 @@ def run(args: Namespace) -> int:
         store.close()
 
 
-def _request(args: Namespace) -> SweepRequest:
-    given: dict[str, Any] = {}
-    for field in dataclasses.fields(SweepRequest):
-        value = getattr(args, field.name)
-        given[field.name] = tuple(value) if isinstance(value, list) else value
-    return SweepRequest(**given)
-
-
-def _executor(request: SweepRequest) -> ClusterWorkers | LocalWorkers:
-    if request.scheduler:
-        return ClusterWorkers(
-            request.scheduler, certificates=request.certificates(), retries=request.retries
-        )
-
-    count = request.workers or usable_cores()
-    return LocalWorkers(count, together=request.together, retries=request.retries)
-
-
 def _tell_plan(plan: SweepPlan, *, as_json: bool) -> int:
     """Say what would be computed, and how long it would take."""
     request = plan.request
     known = {} if request.again else stored_results(SweepPlaces(request.table))
-    with _executor(request) as executor:
+    with executor_of(request) as executor:
         workers = executor.count
     count, waiting = count_of(plan.jobs_to_count(), known, workers)
     seconds, source = count.seconds, "from earlier results"

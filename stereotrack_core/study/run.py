@@ -13,7 +13,7 @@ from pathlib import Path
 from stereotrack_core.errors import Cancelled, Finding, InputError
 from stereotrack_core.experiments.runner.job import Job, JobResult
 from stereotrack_core.experiments.sweep.plan import SweepPlan, count_of
-from stereotrack_core.experiments.sweep.points import SweepRequest
+from stereotrack_core.experiments.sweep.points import HowToTrack, SweepRequest
 from stereotrack_core.experiments.sweep.store import SweepPlaces
 from stereotrack_core.locks import refuse_second
 from stereotrack_core.project.project import Project
@@ -31,53 +31,19 @@ from stereotrack_core.study.status import RowStatus, RunStatus
 from stereotrack_core.tracking.presets import PRESETS, preset
 
 _TABLE = "runs.csv"
-_SETTINGS = (
-    *("preset", "changes", "seeds", "frames", "views", "init", "smooth"),
-    *("workers", "together", "scheduler", "tls_ca", "tls_cert", "tls_key", "retries"),
-    "again",
-)
-"""What is the same in a sweep."""
 
 
 @dataclass(frozen=True)
-class StudyRequest:
+class StudyRequest(HowToTrack):
     """What to track of a study, in the words of a person; see ``stereotrack study run --help``."""
 
     study: Path
     select: tuple[str, ...] = ()
     """``COLUMN=VALUE`` of the rows; all of them without."""
-    preset: str = "accurate"
-    changes: tuple[str, ...] = ()
-    seeds: str = "0"
-    frames: str | None = None
-    views: str | None = None
-    init: str = "auto"
-    smooth: bool = False
-    """As for a sweep, for all recordings."""
-    workers: int | None = None
-    together: int | None = None
-    scheduler: str | None = None
-    tls_ca: Path | None = None
-    tls_cert: Path | None = None
-    tls_key: Path | None = None
-    retries: int = 1
-    again: bool = False
-    """As for a sweep."""
 
     def arguments(self) -> list[str]:
         """The command that does it."""
-        words = ["study", "run", str(self.study)]
-        for field in dataclasses.fields(self):
-            value = getattr(self, field.name)
-            if field.name == "study" or value in (None, False, field.default):
-                continue
-            name = "set" if field.name == "changes" else field.name.replace("_", "-")
-            option = f"--{name}"
-            if value is True:
-                words.append(option)
-            for text in () if value is True else value if isinstance(value, tuple) else (value,):
-                words += [option, str(text)]
-        return words
+        return ["study", "run", str(self.study), *self.options_besides({"study"})]
 
 
 def selection_of(recordings: Sequence[str]) -> str:
@@ -117,7 +83,8 @@ def plan_study(
     rows = selected(study, request.select)
     table = study.runs / _TABLE
     refuse_second(table)
-    base = SweepRequest((), table, **{name: getattr(request, name) for name in _SETTINGS})
+    asked = {one.name: getattr(request, one.name) for one in dataclasses.fields(HowToTrack)}
+    base = SweepRequest((), table, **asked)
     base.check()
     preset(request.preset, request.changes)
     seeds_of(request.seeds)

@@ -1,6 +1,11 @@
+from pathlib import Path
+
 import pytest
 
+from stereotrack_core.cli.commands import command_named, parser_of
+from stereotrack_core.cli.jobs import request_of
 from stereotrack_core.cli.studies import run as run_command
+from stereotrack_core.study.run import StudyRequest
 from tests.study.conftest import InThisProcess, study, walks  # noqa: F401 - fixtures
 
 SMALL = (
@@ -18,7 +23,7 @@ class Executor(InThisProcess):
 
 
 def test_a_study_from_the_first_list_to_the_table(study, tmp_path, run, monkeypatch):  # noqa: F811
-    monkeypatch.setattr(run_command, "_executor", lambda _: Executor())
+    monkeypatch.setattr(run_command, "executor_of", lambda _: Executor())
     made = run("study", "create", tmp_path / "data", "-o", study.path, "--json")
     assert (made.status, made.json["recordings"], made.json["added"]) == (0, 3, [])
 
@@ -56,3 +61,17 @@ def test_wrong_input_is_told_in_a_sentence(arguments, study, run):  # noqa: F811
     ended = run("study", *words)
     assert ended.status == 2
     assert ended.err.startswith("stereotrack: ")
+
+
+def test_a_request_is_the_command_that_asks_for_it():
+    """Also where a value is none that counts: no retries are 0, not the usual number."""
+    request = StudyRequest(
+        Path("walks.study.csv"),
+        select=("condition=slow",),
+        changes=("iterations=3",),
+        smooth=True,
+        retries=0,
+        workers=2,
+    )
+    args = parser_of(command_named("study")).parse_args(request.arguments()[1:])
+    assert request_of(args, StudyRequest) == request

@@ -56,7 +56,7 @@ class HereWorkers:
 @pytest.fixture
 def here(monkeypatch):
     """Lets sweeps compute in this process."""
-    monkeypatch.setattr(sweep, "_executor", lambda args: HereWorkers())
+    monkeypatch.setattr(sweep, "executor_of", lambda args: HereWorkers())
 
 
 def rows_of(table):
@@ -68,7 +68,7 @@ def swept(recording, tmp_path_factory):
     """A finished sweep of eight jobs."""
     table = tmp_path_factory.mktemp("sweep") / "sweep.csv"
     patch = pytest.MonkeyPatch()
-    patch.setattr(sweep, "_executor", lambda args: HereWorkers())
+    patch.setattr(sweep, "executor_of", lambda args: HereWorkers())
     words = ("sweep", recording, *QUICK, *GRID, "-o", table, "--workers", 1)
     assert main([str(word) for word in words]) == 0
     patch.undo()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from argparse import Namespace
 from collections.abc import Iterable, Sequence
 from pathlib import Path
@@ -18,20 +17,17 @@ from stereotrack_core.cli.arguments import (
     flag,
     option,
 )
+from stereotrack_core.cli.jobs import executor_of, request_of
 from stereotrack_core.cli.output import FAILED, OK, put_json, put_table, say
 from stereotrack_core.cli.progress import progress, stoppable, watched
 from stereotrack_core.cli.studies.shared import SELECT, STUDY, read_status, say_findings
 from stereotrack_core.counting import counted
-from stereotrack_core.experiments.runner.certificates import certificates_of
-from stereotrack_core.experiments.runner.cluster import ClusterWorkers
 from stereotrack_core.experiments.runner.job import JobResult
-from stereotrack_core.experiments.runner.local import LocalWorkers
 from stereotrack_core.experiments.sweep.run import SweepOutcome, SweepRun
 from stereotrack_core.experiments.sweep.store import SweepStore
 from stereotrack_core.study.run import StudyPlan, StudyRequest, places_of, plan_study, write_reports
 from stereotrack_core.study.status import RowStatus
 from stereotrack_core.tables import Table, number
-from stereotrack_core.worker_processes import usable_cores
 
 DESCRIPTION = (
     "Track the recordings of a study with one preset, keep the runs beside the study file, and "
@@ -72,14 +68,14 @@ OPTIONS = (
 def run(args: Namespace) -> int:
     """Plan, track what is missing, evaluate, write pages, print."""
     with watched("Planning", "Nothing was tracked.") as (report, stopped):
-        plan = plan_study(_request(args), on_progress=report, cancelled=stopped)
+        plan = plan_study(request_of(args, StudyRequest), on_progress=report, cancelled=stopped)
     say_findings((*plan.findings, *plan.left_out))
     store = SweepStore(places_of(plan.study))
     try:
         if args.dry_run:
             return _tell_plan(plan, store, as_json=args.json)
         with (
-            _executor(args) as executor,
+            executor_of(plan.sweep.request) as executor,
             progress("Tracking", 100) as show,
             stoppable() as stopped,
         ):
@@ -94,21 +90,6 @@ def run(args: Namespace) -> int:
         return _tell(args, plan, outcome, store.results, status, pages)
     finally:
         store.close()
-
-
-def _request(args: Namespace) -> StudyRequest:
-    given: dict[str, Any] = {}
-    for one in dataclasses.fields(StudyRequest):
-        value = getattr(args, one.name, one.default)
-        given[one.name] = tuple(value) if isinstance(value, list) else value
-    return StudyRequest(**given)
-
-
-def _executor(args: Namespace) -> ClusterWorkers | LocalWorkers:
-    if args.scheduler:
-        given = certificates_of(args.scheduler, args.tls_ca, args.tls_cert, args.tls_key)
-        return ClusterWorkers(args.scheduler, certificates=given, retries=args.retries)
-    return LocalWorkers(args.workers or usable_cores(), retries=args.retries)
 
 
 def _tell_plan(plan: StudyPlan, store: SweepStore, *, as_json: bool) -> int:

@@ -6,7 +6,7 @@ import dataclasses
 import itertools
 import logging
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
@@ -181,8 +181,56 @@ def varied_names(points: Iterable[Point]) -> tuple[str, ...]:
 TRIALS = 30
 
 
+@dataclass(frozen=True, kw_only=True)
+class HowToTrack:
+    """What a sweep and a study ask for alike, in the words of a person."""
+
+    preset: str = "accurate"
+    changes: tuple[str, ...] = ()
+    """``NAME=VALUE`` for what differs from the preset."""
+    seeds: str = "0"
+    frames: str | None = None
+    views: str | None = None
+    """`frames` and `views`: none: all."""
+    init: str = "auto"
+    smooth: bool = False
+    workers: int | None = None
+    together: int | None = None
+    """`workers` and `together`: processes on this machine, and jobs that one does together; None:
+    as many as is good."""
+    scheduler: str | None = None
+    """Address of a Dask cluster; None: this machine."""
+    tls_ca: Path | None = None
+    tls_cert: Path | None = None
+    tls_key: Path | None = None
+    """`tls_ca`, `tls_cert` and `tls_key`: certificates for the cluster."""
+    retries: int = 1
+    again: bool = False
+    """Compute also what is there already."""
+
+    def certificates(self) -> Certificates | None:
+        """Those that are given for the cluster. Raises InputError for those that cannot be used."""
+        return certificates_of(self.scheduler, self.tls_ca, self.tls_cert, self.tls_key)
+
+    def options_besides(self, own: Collection[str]) -> list[str]:
+        """The options of the command that asks for this, but for attributes that are its own."""
+        words: list[str] = []
+        for field in dataclasses.fields(self):
+            value = getattr(self, field.name)
+            name = {"points": "list", "changes": "set"}.get(field.name, field.name)
+            option = f"--{name.replace('_', '-')}"
+            if field.name in own or value is None or value is False:
+                continue
+            if value is True:
+                words.append(option)
+                continue
+            for text in value if isinstance(value, tuple) else (value,):
+                words += [option, str(text)]
+        return words
+
+
 @dataclass(frozen=True)
-class SweepRequest:
+class SweepRequest(HowToTrack):
     """A sweep in the words of a person; see ``stereotrack sweep --help``."""
 
     recordings: tuple[Path, ...]
@@ -198,30 +246,8 @@ class SweepRequest:
     """`trials` and `search_seed`: points that a search tries, and its seed."""
     minimise: str | None = None
     """Measure that says which point is best; None: the usual one."""
-    preset: str = "accurate"
-    changes: tuple[str, ...] = ()
-    """``NAME=VALUE`` for what differs from the preset."""
-    seeds: str = "0"
-    frames: str | None = None
-    views: str | None = None
-    """`frames` and `views`: none: all."""
-    init: str = "auto"
-    smooth: bool = False
     keypoints: tuple[Path, ...] = ()
     """Projects or files of detectors: none, or one for each recording in their order."""
-    workers: int | None = None
-    together: int | None = None
-    """`workers` and `together`: processes on this machine, and jobs that one does together; None:
-    as many as is good."""
-    scheduler: str | None = None
-    """Address of a Dask cluster; None: this machine."""
-    tls_ca: Path | None = None
-    tls_cert: Path | None = None
-    tls_key: Path | None = None
-    """`tls_ca`, `tls_cert` and `tls_key`: certificates for the cluster."""
-    retries: int = 1
-    again: bool = False
-    """Compute also what is in the table already."""
 
     def check(self) -> None:
         """Refuse what does not go together, and numbers that mean nothing. Raises InputError."""
@@ -260,26 +286,11 @@ class SweepRequest:
                 remedy="Use a name that ends in .csv.",
             )
 
-    def certificates(self) -> Certificates | None:
-        """Those that are given for the cluster. Raises InputError for those that cannot be used."""
-        return certificates_of(self.scheduler, self.tls_ca, self.tls_cert, self.tls_key)
-
     def arguments(self) -> list[str]:
         """The command that does the sweep."""
-        words = ["sweep", *map(str, self.recordings), "-o", str(self.table)]
         own = {"recordings", "table"} | (set() if self.search else {"trials", "search_seed"})
-        for field in dataclasses.fields(self):
-            value = getattr(self, field.name)
-            name = {"points": "list", "changes": "set"}.get(field.name, field.name)
-            option = f"--{name.replace('_', '-')}"
-            if field.name in own or value is None or value is False:
-                continue
-            if value is True:
-                words.append(option)
-                continue
-            for text in value if isinstance(value, tuple) else (value,):
-                words += [option, str(text)]
-        return words
+        named = ("sweep", *map(str, self.recordings), "-o", str(self.table))
+        return [*named, *self.options_besides(own)]
 
 
 _FORM = "Write NAME=LOW:HIGH, NAME=LOW:HIGH:log, NAME=LOW:HIGH:int or NAME=a,b,c."
