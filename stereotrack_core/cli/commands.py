@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from argparse import SUPPRESS, ArgumentParser, Namespace
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from importlib import import_module
-from types import ModuleType
-from typing import NoReturn
+from typing import Any, NoReturn
 
 from stereotrack_core.cli.arguments import option
 from stereotrack_core.cli.output import OK, put
@@ -41,14 +40,17 @@ class Command:
     """A command, whose module is imported when it is chosen.
 
     The module has a ``DESCRIPTION`` for the command's own help, its ``OPTIONS``, and a function
-    ``run`` that is given what was said and returns the exit status. Where it has ``SUBCOMMANDS``
-    instead of the last two, the next word chooses one of these commands.
+    ``run`` that is given what was said and returns the exit status. A command with subcommands has
+    none: the next word chooses one of these.
     """
 
     name: str
     summary: str
     module: str = ""
     """Where it has another name than the command."""
+    description: str = ""
+    subcommands: tuple[Command, ...] = ()
+    """`description` and `subcommands`: of a command without a module."""
 
 
 COMMANDS: tuple[Command, ...] = (
@@ -77,16 +79,63 @@ COMMANDS: tuple[Command, ...] = (
         "sweep",
         "track with several parameter values, recordings and seeds, and compare the results",
     ),
-    Command("study", "track and evaluate many recordings, with their conditions, as one study"),
+    Command(
+        "study",
+        "track and evaluate many recordings, with their conditions, as one study",
+        description="List recordings and their conditions in a study file, see how far they are, "
+        "track them, and export all results as one table.",
+        subcommands=(
+            Command(
+                "create", "list the recordings below folders, or add new ones", "studies.create"
+            ),
+            Command(
+                "status",
+                "annotation, runs, errors and problems of every recording",
+                "studies.status",
+            ),
+            Command(
+                "run", "track and evaluate recordings, on this machine or a cluster", "studies.run"
+            ),
+            Command("export", "write all results as one tidy table", "studies.export"),
+        ),
+    ),
     Command("fit", "fit the body to clicked landmarks, to make a reference"),
     Command(
         "import",
         "import labels or predictions into a project, or make a recording of videos",
-        "import_chosen",
+        description="Import labels of another tool or predictions of a detector into a project, "
+        "or make a recording of videos.",
+        subcommands=(
+            Command(
+                "labels", "clicks or a trajectory of another tool, into a project", "import_labels"
+            ),
+            Command(
+                "predictions", "keypoints of a 2-D detector, into a project", "import_predictions"
+            ),
+            Command("recording", "a recording folder of videos or images", "import_recording"),
+        ),
     ),
     Command("export", "export a run, or clicks, keypoints or a reference of a project"),
-    Command("calibrate", "calibrate cameras from pictures of a board, or align a calibration"),
-    Command("project", "make a project for the annotation of a recording", "project_chosen"),
+    Command(
+        "calibrate",
+        "calibrate cameras from pictures of a board, or align a calibration",
+        description="Calibrate cameras from pictures of a board, align a calibration to the room, "
+        "or convert calibrations from and to other tools.",
+        subcommands=(
+            Command("intrinsics", "the lens of one camera", "calibration.intrinsics"),
+            Command("stereo", "a pair of cameras side by side", "calibration.stereo"),
+            Command("world", "all cameras in one world", "calibration.world"),
+            Command("align", "z up, y north and the origin on the floor", "calibration.align"),
+            Command("import", "read a calibration of another tool", "calibration.import_file"),
+            Command("export", "write a calibration for another tool", "calibration.export_file"),
+        ),
+    ),
+    Command(
+        "project",
+        "make a project for the annotation of a recording",
+        description="Make a project for the annotation of a recording.",
+        subcommands=(Command("create", "a project of a recording folder", "project_create"),),
+    ),
     Command("benchmark", "compare presets and baselines on recordings with a reference"),
     Command("report", "write a report on a run: one page with errors, curves, failures and images"),
     Command("reproduce", "reproduce the tables and curves of the thesis"),
@@ -110,10 +159,7 @@ def command_list() -> str:
 
 def parser_of(command: Command) -> ArgumentParser:
     """The parser of a command; ``run`` of what it has read does the command."""
-    module = import_module(f"stereotrack_core.cli.{command.module or command.name}")
-    own = _Parser(f"{PROGRAM} {command.name}", description=module.DESCRIPTION)
-    _fill(own, module)
-    return own
+    return _filled(_Parser, command, prog=f"{PROGRAM} {command.name}")
 
 
 def program_parser() -> ArgumentParser:
@@ -121,11 +167,7 @@ def program_parser() -> ArgumentParser:
     own = _Parser(PROGRAM)
     chooser = own.add_subparsers(metavar="COMMAND")
     for command in COMMANDS:
-        module = import_module(f"stereotrack_core.cli.{command.module or command.name}")
-        inner = chooser.add_parser(
-            command.name, help=command.summary, description=module.DESCRIPTION
-        )
-        _fill(inner, module)
+        _filled(chooser.add_parser, command, name=command.name, help=command.summary)
     return own
 
 
@@ -136,19 +178,22 @@ def split(arguments: Sequence[str]) -> tuple[list[str], list[str]]:
     return list(arguments[:first]), list(arguments[first:])
 
 
-def _fill(own: ArgumentParser, module: ModuleType) -> None:
-    for one in EVERYWHERE:
-        own.add_argument(*one.names, **one.keywords)
-    if hasattr(module, "SUBCOMMANDS"):
+def _filled(make: Callable[..., ArgumentParser], command: Command, **named: str) -> ArgumentParser:
+    """Make the parser of a command with its options, or with what chooses its subcommands."""
+    if command.subcommands:
+        own = make(description=command.description, **named)
         chooser = own.add_subparsers(metavar="COMMAND", required=True, help="what to do")
-        for command in module.SUBCOMMANDS:
-            inner = import_module(f"stereotrack_core.cli.{command.module}")
-            text = command.summary
-            _fill(chooser.add_parser(command.name, help=text, description=inner.DESCRIPTION), inner)
-        return
-    for one in module.OPTIONS:
+        for inner in command.subcommands:
+            _filled(chooser.add_parser, inner, name=inner.name, help=inner.summary)
+        options: Sequence[Any] = EVERYWHERE
+    else:
+        module = import_module(f"stereotrack_core.cli.{command.module or command.name}")
+        own = make(description=module.DESCRIPTION, **named)
+        own.set_defaults(run=module.run)
+        options = (*EVERYWHERE, *module.OPTIONS)
+    for one in options:
         own.add_argument(*one.names, **one.keywords)
-    own.set_defaults(run=module.run)
+    return own
 
 
 def command_named(name: str) -> Command:
