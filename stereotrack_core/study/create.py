@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -154,7 +154,12 @@ def find_recordings(
         if not path.name.endswith(SUFFIX):
             found |= dict.fromkeys(_below(path, findings))
     listed = {study.place(row.recording) for row in study.rows}
-    wanted = [folder for folder in found if folder in named or folder not in listed]
+    moved = _moved(study, found, findings)
+    wanted = [
+        folder
+        for folder in found
+        if folder not in moved and (folder in named or folder not in listed)
+    ]
     projects = ProjectIndex.around(study, wanted) if wanted else ProjectIndex(())
 
     def filled(folder: Path) -> StudyRow:
@@ -163,7 +168,21 @@ def find_recordings(
         return _filled(study, row, folder, None, {}, projects)
 
     rows = _read(wanted, filled, findings, on_progress, cancelled)
-    return Found(tuple(rows), len(found) - len(wanted), tuple(findings))
+    known = len(found) - len(wanted) - len(moved)
+    return Found(tuple(rows), known, tuple(findings))
+
+
+def _moved(study: Study, found: Collection[Path], findings: list[Finding]) -> set[Path]:
+    """Folders among these where recordings are now that the study lists elsewhere."""
+    finder, moved = Finder(study), set()
+    for row in study.rows:
+        folder = finder.place(row).folder
+        if folder in found and folder not in (None, study.place(row.recording)):
+            moved.add(folder)
+            remedy = f"`stereotrack study create {folder} -o {study.path}` writes its new place."
+            what = f"this is {row.recording}, which has moved here"
+            findings.append(Finding("note", str(folder), what, remedy))
+    return moved
 
 
 def _projects(paths: Iterable[Path], findings: list[Finding]) -> dict[Path, Path]:

@@ -86,7 +86,7 @@ def _digest_of(path: Path) -> str:
 def _changed(path: Path, *, missing: bool) -> StudyChanged:
     if missing:
         return StudyChanged(
-            "the study file is no longer there, so nothing was written",
+            "the study file is no longer there or cannot be read, so nothing was written",
             where=str(path),
             remedy="Move it back, or open it where it is now.",
         )

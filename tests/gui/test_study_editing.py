@@ -12,12 +12,15 @@ from PySide6.QtWidgets import QApplication, QFileDialog, QLineEdit, QTreeView
 from app.features.study.edit_dialogs import RemoveColumnDialog, TextDialog, ValueDialog
 from app.features.study.editing import StudyEditing
 from app.features.study.window import StudyWindow
+from app.widgets.forms.form_dialog import FormDialog
+from app.widgets.style.theme import apply_theme
 from stereotrack_core.project.project import Project
 from stereotrack_core.study.cache import StudyCache
 from stereotrack_core.study.file import read_study
 from stereotrack_core.study.status import RowStatus, study_status
 from stereotrack_core.study.tasks import remembered
 from tests.gui.hands import CTRL, LEFT, SHIFT, double_click
+from tests.gui.seen_texts import faults_of
 from tests.study.conftest import study, walks  # noqa: F401 - fixtures
 
 pytestmark = pytest.mark.window
@@ -262,6 +265,22 @@ def test_every_edit_says_what_it_does_and_why_it_cannot_be_done(table, qtbot):
     QTest.keyClick(table.view, Qt.Key.Key_Z, CTRL)
     assert table.said.text() == "Undo: unavailable. There is nothing to undo."
     assert "Select one recording" in table.open_button.toolTip()
+
+
+@pytest.mark.parametrize("theme", ["dark", "light"])
+def test_everything_can_be_read_and_is_explained(table, qtbot, qapp, theme):
+    apply_theme(qapp, theme)
+    asks = ["set_value", "fill", "add_column", "rename_column", "remove_column"]
+    assert faults_of(table) == []
+    table.view.selectAll()
+    for name in asks:
+        table.editing.actions.action(f"study_{name}").trigger()
+        asked = dialog(qtbot, FormDialog)
+        assert faults_of(asked) == [], name
+        QTest.keyClick(asked, Qt.Key.Key_Escape)
+        qtbot.waitUntil(lambda: active(table))
+    QTest.keyClick(table.view, Qt.Key.Key_Delete)
+    assert faults_of(table) == []
 
 
 def test_a_file_that_another_program_changed_is_not_overwritten(table, qtbot):

@@ -78,3 +78,10 @@ def test_a_project_without_its_recording_is_told(study, tmp_path):
     found = find_recordings(study, [project])
     assert found.rows == ()
     assert "not found" in found.findings[0].what
+
+
+def test_a_recording_that_has_moved_is_not_listed_twice(study, tmp_path):
+    (tmp_path / "data/ben").rename(tmp_path / "data/benjamin")
+    found = find_recordings(study, [tmp_path / "data"])
+    assert (found.rows, found.listed) == ((), 2)
+    assert "data/ben/slow, which has moved here" in found.findings[0].what

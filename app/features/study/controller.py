@@ -140,7 +140,7 @@ class StudyController(QObject):
         """Look for the recordings of folders and projects, and add them."""
         if self.window is not None:
             study = self.window.study.path
-            todo = FindRecordings(study, tuple(path.resolve() for path in paths))
+            todo = FindRecordings(study, tuple(sorted(path.resolve() for path in paths)))
             self._begin("looking for recordings", todo, partial(self._on_found, study))
 
     def _on_found(self, path: Path, found: Found) -> None:

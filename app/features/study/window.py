@@ -185,6 +185,7 @@ class StudyWindow(QDialog):
     def show_edited(self, study: Study) -> None:
         """Show another state of the study: what is known of its recordings stays."""
         same_columns = study.factors == self.study.factors and bool(self.model.columns)
+        more_rows = len(study.rows) > len(self.study.rows)
         if not same_columns:
             self._follow_order(study)
         self.study = self.model.study = study
@@ -198,6 +199,7 @@ class StudyWindow(QDialog):
             self.model.show([], columns_of(study))
             self._arrange()
             self.view.put_cursor(column)
+        if more_rows or not same_columns:
             self._fit_columns()
         self._hide_unknown()
         self._allow()
