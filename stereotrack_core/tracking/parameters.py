@@ -126,7 +126,7 @@ class TrackingParameters(ParameterGroup):
     search_gain: float = parameter(3.0, _SEARCH, (0.0, 1000.0))(
         "A pair replaces the tracked arms only if its cost is lower by more than this."
     )
-    second_look: int = parameter(6, _SEARCH, (0, 50), thesis=0, fast=0)(
+    second_look: int = parameter(6, _SEARCH, (0, 50), thesis=0, fast=2)(
         "How often a stretch with doubtful arms is tracked again with other random numbers; the "
         "best way through it is kept. With several depth views; 0: never."
     )
