@@ -127,8 +127,8 @@ class TrackingParameters(ParameterGroup):
         "A pair replaces the tracked arms only if its cost is lower by more than this."
     )
     second_look: int = parameter(6, _SEARCH, (0, 50), thesis=0, fast=2)(
-        "How often a stretch with doubtful arms is tracked again with other random numbers; the "
-        "best way through it is kept. With several depth views; 0: never."
+        "How often at most a stretch with doubtful arms is tracked again with other random "
+        "numbers; the best way through it is kept. With several depth views; 0: never."
     )
     sight_cost: float = parameter(0.0, _SEARCH, (0.0, 100.0))(
         "Factor on the costs of positions that views see through or do not support. It helps where "

@@ -169,9 +169,9 @@ class Pipeline:
     def _looked_again(self) -> Generator[TrackedFrame, None, None]:
         """Frames since a stretch in which arms were doubtful, if they are better otherwise."""
         frames, told = self.second_look.frames, partial(self.on_preparing, LOOKING_AGAIN)
-        with closing(made_ahead(self.cloud, frames)) as clouds:
-            changed = self.second_look.look(self.tracker, clouds, told)
-        for tracked in changed:
+        for tracked in self.second_look.look(
+            self.tracker, lambda frames: closing(made_ahead(self.cloud, frames)), told
+        ):
             yield self._keep(tracked, frames[-1])
 
     @property

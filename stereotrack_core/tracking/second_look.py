@@ -8,8 +8,9 @@ frames of the whole stretch together tell the two apart much better than each of
 from __future__ import annotations
 
 import copy
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, field, replace
 from functools import partial
 from time import perf_counter
@@ -59,6 +60,9 @@ _SAME = np.radians(30.0)
 
 _AGREED = 0.2
 """Factor on the probability that it is lost then (docs/failures.md)."""
+
+_FIRST = 2
+"""Tries that are made at first; all others only where these or the way gone come elsewhere."""
 
 _GAIN = 20.0
 """Cost by which another way must be better altogether to be taken."""
@@ -134,7 +138,10 @@ class SecondLook:
         return range(self._held[1].frame, self._held[-1].frame + 1)
 
     def look(
-        self, tracker: Tracker, clouds: Iterable[ReadCloud], told: Callable[[int, int], None]
+        self,
+        tracker: Tracker,
+        clouds: Callable[[range], AbstractContextManager[Iterable[ReadCloud]]],
+        told: Callable[[int, int], None],
     ) -> list[TrackedFrame]:
         """Track the stretch again, and let the tracker go on from the best way through it.
 
@@ -142,8 +149,8 @@ class SecondLook:
         ----------
         tracker : Tracker
             That has tracked them.
-        clouds : iterable of (Cloud, float)
-            Of :attr:`frames`, as they are read.
+        clouds : callable
+            Gives the clouds of :attr:`frames`, as they are read; may be asked twice.
         told : callable
             Told before each frame how many of how many are done; may raise :class:`Cancelled`.
 
@@ -154,8 +161,14 @@ class SecondLook:
         """
         assert isinstance(tracker, PersonTracker)  # noqa: S101 - no other's frames are taken
         begun, (origin, *found) = perf_counter(), self._held
-        ways = _ways(tracker, origin, found, clouds, self.tries, told)
-        apart = _apart(tracker, [way.poses for way in ways])
+        ways, apart = [_Way.from_frame(origin, tracker, 0)], np.full((1, 1, 1, 1), np.inf)
+        for tries in (range(1, self.tries + 1)[:_FIRST], range(1, self.tries + 1)[_FIRST:]):
+            if tries and not (apart < _SAME).all():
+                new = [_Way.from_frame(origin, tracker, k) for k in tries]
+                with clouds(self.frames) as made:
+                    _follow(ways[0], new, found, made, told)
+                ways += new
+                apart = _apart(tracker, [way.poses for way in ways])
         costs = np.array([way.costs for way in ways]).T
         chosen = best_way(costs, (apart < _AGREE).all(axis=-1))
         if chosen[-1]:
@@ -165,12 +178,9 @@ class SecondLook:
             self.changed.append((found[first].frame, found[-1].frame))
         spent = (perf_counter() - begun) / len(found)
         result = []
-        for i, frame in enumerate(found):
-            way = chosen[i]
-            estimate = ways[way].estimates[i]
-            assert estimate is not None  # noqa: S101 - a way that is lost costs infinitely much
-            switched = way != chosen[max(0, i - 1)]
-            estimate = _surer(estimate, (apart[i, way] < _SAME).all(axis=0), switched=switched)
+        for i, (frame, way) in enumerate(zip(found, chosen, strict=True)):
+            agreed = (apart[i, way] < _SAME).all(axis=0)
+            estimate = _surer(ways[way].estimates[i], agreed, switched=way != chosen[max(0, i - 1)])
             result.append(_exchanged(frame, estimate, tracker, spent))
         self.forget()
         self._held = result[-1:]
@@ -210,6 +220,17 @@ class _Way:
     """None from the frame on in which it was lost."""
     costs: list[float] = field(default_factory=list)
 
+    @classmethod
+    def from_frame(cls, origin: TrackedFrame, tracker: PersonTracker, number: int) -> _Way:
+        """One that begins where the tracker was; each number has a chance of its own."""
+        own = replace(tracker.setup, seed=tracker.setup.seed + number * _SEEDS_APART)
+        known = copy.copy(tracker.leader.correspondences)
+        known.setup = own
+        follower = PoseFilter(own, IteratedEstimator(own), known)
+        follower.resume(State(origin.estimate.pose, origin.estimate.P, origin.frame))
+        follower.anew = False
+        return cls(follower, tracker.finder.cost)
+
     @property
     def poses(self) -> list[Pose | None]:
         """Where tracked."""
@@ -240,36 +261,22 @@ class _Way:
         self.costs.append(cost)
 
 
-def _ways(
-    tracker: PersonTracker,
-    origin: TrackedFrame,
+def _follow(
+    gone: _Way,
+    tries: Sequence[_Way],
     found: Sequence[TrackedFrame],
     clouds: Iterable[ReadCloud],
-    tries: int,
     told: Callable[[int, int], None],
-) -> list[_Way]:
-    """The way that was gone, and the tries, all over the same clouds."""
-    gone, *others = [_Way(one, tracker.finder.cost) for one in _followers(tracker, origin, tries)]
+) -> None:
+    """Follow tries over the clouds of a stretch, and judge there the way that was gone."""
+    judged = bool(gone.estimates)
     with ThreadPoolExecutor(_TOGETHER, thread_name_prefix="second look") as together:
         for done, (frame, (cloud, _)) in enumerate(zip(found, clouds, strict=True)):
             told(done, len(found))
-            for _way in together.map(partial(_Way.follow, cloud=cloud), others):
+            for _way in together.map(partial(_Way.follow, cloud=cloud), tries):
                 pass  # what went wrong in it is raised here
-            gone.judge(frame.estimate, cloud)
-    return [gone, *others]
-
-
-def _followers(tracker: PersonTracker, origin: TrackedFrame, tries: int) -> Iterator[PoseFilter]:
-    """Filters that begin where the tracker was, each with chance of its own."""
-    leader, setup = tracker.leader, tracker.setup
-    for k in range(tries + 1):
-        own = replace(setup, seed=setup.seed + k * _SEEDS_APART)
-        known = copy.copy(leader.correspondences)
-        known.setup = own
-        follower = PoseFilter(own, IteratedEstimator(own), known)
-        follower.resume(State(origin.estimate.pose, origin.estimate.P, origin.frame))
-        follower.anew = False
-        yield follower
+            if not judged:
+                gone.judge(frame.estimate, cloud)
 
 
 def _apart(tracker: PersonTracker, ways: Sequence[Sequence[Pose | None]]) -> FloatArray:
@@ -309,11 +316,12 @@ def best_way(costs: FloatArray, agree: BoolArray) -> IntArray:
     return chosen
 
 
-def _surer(estimate: Estimate, agreed: BoolArray, *, switched: bool) -> Estimate:
+def _surer(estimate: Estimate | None, agreed: BoolArray, *, switched: bool) -> Estimate:
     """An estimate that says whether chance has decided where its arm segments (4,) are.
 
     Where the way is another than before, no backward pass goes beyond it.
     """
+    assert estimate is not None  # noqa: S101 - a way that is lost costs infinitely much
     lost = estimate.limb_lost.copy()
     lost[_ARMS] *= np.where(agreed, _AGREED, 1.0)
     return replace(estimate, limb_lost=lost, prior=None if switched else estimate.prior)

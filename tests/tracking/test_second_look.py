@@ -121,6 +121,28 @@ def test_arms_that_all_tries_find_in_the_same_place_are_less_doubtful(
     )
 
 
+@pytest.fixture
+def tries_made(monkeypatch):
+    """Numbers of the ways that are begun."""
+    numbers, begin = [], second_look._Way.from_frame
+    made = staticmethod(lambda *given: numbers.append(given[-1]) or begin(*given))
+    monkeypatch.setattr(second_look._Way, "from_frame", made)
+    return numbers
+
+
+def test_more_tries_are_made_only_where_the_first_come_elsewhere(recording, misled, tries_made):
+    recording, poses = recording
+    track(recording, spec_of(poses, second_look=4))
+    assert tries_made == [0, 1, 2, 3, 4]
+
+
+def test_two_tries_are_enough_where_they_agree(recording, monkeypatch, tries_made):
+    monkeypatch.setattr(second_look, "_DOUBTFUL", -1.0)
+    recording, poses = recording
+    track(recording, spec_of(poses, second_look=4))
+    assert tries_made == [0, 1, 2]
+
+
 def test_the_end_of_a_run_ends_a_stretch(recording, misled):
     recording, poses = recording
     run = track(recording, replace(spec_of(poses), frames=range(WRONG[-1] + 1)))
