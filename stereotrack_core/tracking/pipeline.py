@@ -223,7 +223,7 @@ class Pipeline:
         first, self._found = self.heading.correct()
         self.started, self._begun = False, None
         self._made.clear()
-        self.second_look.forget()
+        self.second_look = SecondLook(self.second_look.tries)
         if self.chain.learns:
             self.learn(self._asked or range(0))
         self._track(body_of_subject(self.recording.subject, self.settings.body))
