@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import resource
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -68,6 +69,7 @@ from stereotrack_core.study.file import Study, StudyRow, write_study
 from stereotrack_core.study.places import Place
 from stereotrack_core.study.results import write_result_table
 from stereotrack_core.study.status import RowStatus, RunStatus
+from stereotrack_core.study.stored import StoredStudy
 from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.presets import named, preset, write_preset
 from stereotrack_core.tracking.trace import StepTrace
@@ -228,6 +230,11 @@ def _study(path: Path) -> Study:
     return Study(path, ("subject",), rows)
 
 
+def _edited_study(path: Path, _things: Things) -> None:
+    found = hashlib.blake2b(path.read_bytes()).hexdigest() if path.exists() else ""
+    StoredStudy(_study(path), found).saved(_study(path))
+
+
 def _study_cache(path: Path, _things: Things) -> None:
     cache = StudyCache(path)
     cache.facts(
@@ -299,6 +306,7 @@ FILES: dict[str, Callable[[Path, Things], None]] = {
     "window.png": _window,
     "angles.csv": _angles,
     "walks.study.csv": lambda path, _: write_study(_study(path)),
+    "edited.study.csv": _edited_study,
     "walks.study-cache.json": _study_cache,
     "results.csv": _results,
 }
