@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import math
 import os
+import warnings
 import zipfile
 from collections.abc import Mapping
 from contextlib import AbstractContextManager
@@ -40,7 +41,8 @@ def read_number_array(path: Path, remedy: str) -> FloatArray:
     content = read_bytes(path, TABLE_BYTES)
     what = "this is no NumPy array of numbers"
     with decoding(path, what, remedy):
-        array = np.lib.format.read_array(io.BytesIO(content), allow_pickle=False)
+        with warnings.catch_warnings(action="ignore", category=UserWarning):  # Python 2 wrote it
+            array = np.lib.format.read_array(io.BytesIO(content), allow_pickle=False)
         if array.dtype.kind not in "fiub":
             raise InputError(f"{what} ({array.dtype})", where=str(path), remedy=remedy)
         return array.astype(np.float64)

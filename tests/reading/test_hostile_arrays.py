@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from stereotrack_core.errors import InputError
+from stereotrack_core.interop.npz import read_number_array
 from stereotrack_core.interop.reference_npz import is_reference, read_reference, write_reference
 from stereotrack_core.interop.run_file import read_run, write_trajectory
 from stereotrack_core.interop.run_npz import run_bytes, run_of_bytes, write_npz
@@ -237,3 +238,12 @@ def test_few_frames_in_a_long_stretch(tmp_path, suffix, samples, little_memory):
     write_trajectory(tmp_path / "a.csv", trajectory, 10.0)
     near = LandmarkTrajectory(np.array([0, 9000]), samples.run.landmarks[:2])
     write_trajectory(tmp_path / f"b{suffix}", near, 10.0)
+
+
+def test_an_array_that_python_2_wrote_is_read_without_a_warning(tmp_path):
+    path, numbers = tmp_path / "points.npy", np.arange(6.0).reshape(2, 3)
+    np.save(path, numbers)
+    written = path.read_bytes()
+    assert b"(2, 3), }  " in written
+    path.write_bytes(written.replace(b"(2, 3), }  ", b"(2L, 3L), }"))
+    np.testing.assert_array_equal(read_number_array(path, "Save it again."), numbers)
