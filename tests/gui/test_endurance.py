@@ -113,7 +113,9 @@ def edit(window, turn: int) -> None:
     QTest.mouseClick(camera, LEFT, CTRL, place)
 
 
-def test_memory_stays_as_it_was(qtbot, failures, kept, small, tmp_path, monkeypatch):
+def test_memory_stays_as_it_was(
+    qtbot, failures, kept, small, tmp_path, monkeypatch, record_testsuite_property
+):
     kept.close()
     monkeypatch.setitem(FrameReader.__init__.__kwdefaults__, "cache_bytes", CACHE)
     tracker = Repeating(small)
@@ -145,6 +147,9 @@ def test_memory_stays_as_it_was(qtbot, failures, kept, small, tmp_path, monkeypa
     processes.close()
     assert not failures
     said = {frames: (f"{now[0] / 1e6:.0f} MB", *now[1:]) for frames, now in seen.items()}
+    record_testsuite_property(
+        "frames, memory, containers, Qt objects", said
+    )  # in the file of --junit-xml
     first, last, count = seen[FIRST], seen[max(seen)], max(seen) - FIRST
     grown = [(later - earlier) / count for earlier, later in zip(first, last, strict=True)]
     assert grown[0] - numbers < MOST_PER_FRAME, (numbers, said)
