@@ -88,7 +88,7 @@ def read_apart(
         Function of a module, or partial of one. What it returns and raises is sent by pickle, and
         should be small or arrays.
     path : Path
-        A file that is there.
+        A file that is there, or a folder of files that are read as one.
     remedy : str
         What to do about a file that cannot be read so.
     memory : int, optional
@@ -105,7 +105,7 @@ def read_apart(
     OSError
         Where no process can be started.
     """
-    size = path.stat().st_size
+    size = sum(one.stat().st_size for one in (path, *path.glob("*")) if one.is_file())
     limits = Limits(
         memory or max(LEAST_MEMORY, _BASE_MEMORY + _MEMORY_FOR_SIZE * size),
         seconds or LEAST_SECONDS + _SECONDS_FOR_MB * size / _MB,

@@ -137,18 +137,34 @@ def read_image(path: Path, kind: PictureKind) -> NDArray[Any]:
         content = read_bytes(path, PICTURE_BYTES)
     except InputError as refusal:
         raise DamagedFrame(f"{path.name}: {refusal.what}") from None
-    try:
-        whole = bool(content) and not _is_cut_off(content)
-        data = np.frombuffer(content, dtype=np.uint8)
-        picture = cv2.imdecode(data, _READ_FLAGS[kind]) if whole else None
-    except cv2.error:
-        picture = None
+    picture = decoded(content, _READ_FLAGS[kind])
     if picture is None:
         raise DamagedFrame(f"the file {path.name} is damaged or not an image")
     if kind == "depth" and (picture.ndim != 2 or picture.dtype not in (np.uint16, np.uint8)):
         raise DamagedFrame(f"the file {path.name} is not a 16-bit depth map with one channel")
     picture.flags.writeable = False
     return picture
+
+
+def read_metres(path: Path) -> NDArray[np.float32]:
+    """A depth map (H, W) of floating-point metres; DamagedFrame where a file is none."""
+    try:
+        picture = decoded(read_bytes(path, PICTURE_BYTES), cv2.IMREAD_UNCHANGED)
+    except InputError:
+        picture = None
+    if picture is None or picture.dtype != np.float32 or picture.ndim != 2:
+        raise DamagedFrame(f"the file {path.name} is no depth map of 32-bit floats")
+    return picture
+
+
+def decoded(content: bytes, flags: int) -> NDArray[Any] | None:
+    """Pixels of an image of any format, by OpenCV's flags; None where it is damaged or none."""
+    if not content or _is_cut_off(content):
+        return None
+    try:
+        return cv2.imdecode(np.frombuffer(content, dtype=np.uint8), flags)
+    except cv2.error:
+        return None
 
 
 def _is_cut_off(content: bytes) -> bool:
@@ -161,7 +177,7 @@ def _is_cut_off(content: bytes) -> bool:
     at = len(_PNG)
     while content[at + 4 : at + 8] not in (b"IEND", b""):
         at += 12 + int.from_bytes(content[at : at + 4])  # length, kind, content, checksum
-    return at >= len(content)
+    return not content.startswith(b"\0\0\0\0IEND", at)
 
 
 class NumberedImages:

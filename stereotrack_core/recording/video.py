@@ -11,12 +11,15 @@ is taken and nothing is read.
 
 from __future__ import annotations
 
+import ctypes
 import heapq
 import threading
 from bisect import bisect_left, bisect_right
 from collections import deque
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass
+from functools import cache
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -24,7 +27,7 @@ from typing import Any
 import av
 from numpy.typing import NDArray
 
-from stereotrack_core.reading import reason
+from stereotrack_core.reading import MB, reason
 from stereotrack_core.recording.images import DamagedFrame, Keep, PictureKind, picture_of
 
 _REORDER_DEPTH = 32
@@ -38,8 +41,24 @@ _METADATA_OPTIONS = {"metadata_errors": "surrogateescape"} if _PYAV < 19 else {}
 """Titles that are not UTF-8 must not keep a video shut; PyAV 19 takes them by itself."""
 
 
+_MOST_AT_ONCE = 200 * MB
+"""Bytes that FFmpeg may ask for at once: a plane of a picture of 100 megapixels in 16 bits."""
+
+
+@cache
+def _limit_memory() -> None:
+    """Have FFmpeg refuse what a damaged file asks for: 2 GB at once where it states so.
+
+    PyAV does not offer it, but is linked with it; where it is not found there (Windows), FFmpeg
+    keeps its own limit.
+    """
+    with suppress(AttributeError, OSError):
+        ctypes.CDLL(av.frame.__file__).av_max_alloc(ctypes.c_size_t(_MOST_AT_ONCE))
+
+
 def open_container(path: Path) -> Any:
     """An opened video; raises av.FFmpegError or OSError."""
+    _limit_memory()
     return av.open(str(path), options=_OPEN_OPTIONS, **_METADATA_OPTIONS)
 
 

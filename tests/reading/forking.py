@@ -52,3 +52,6 @@ def load_libraries() -> None:
         import sleap_io
 
         assert sleap_io.load_slp
+    if find_spec("rosbags") is not None:
+        import rosbags.highlevel
+        import rosbags.typesys  # noqa: F401

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import json
 from collections.abc import Callable
+from contextlib import suppress
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from stereotrack_core.annotation.landmark_set import NINE
+from stereotrack_core.errors import InputError
 from stereotrack_core.interop.deeplabcut import write_deeplabcut
 from stereotrack_core.interop.keypoints.reading import read_keypoints
 from stereotrack_core.interop.keypoints.source import KeypointSource
@@ -19,6 +21,7 @@ from stereotrack_core.interop.keypoints.table import write_table
 from stereotrack_core.interop.label_source import LabelSource
 from stereotrack_core.interop.labels import read_labels
 from stereotrack_core.interop.point_tables import write_points
+from stereotrack_core.recording.importing.readers import first_picture
 from stereotrack_core.recording.importing.sources import look_at
 from stereotrack_core.recording.keypoint_names import BODY_25, COCO_17, MEDIAPIPE_33
 from stereotrack_core.recording.keypoints import keypoints_of
@@ -206,7 +209,11 @@ def _of_bags(folder: Path) -> dict[str, Entry]:
     from tests.recording.importing.bags import depth_bag, stereo_bag
 
     def look(path: Path) -> object:
-        return look_at([path])
+        found = look_at([path])
+        for source in found.sources:
+            with suppress(InputError):
+                first_picture(source)
+        return found
 
     one = stereo_bag(folder / "one.bag", frames=2)
     two = next(depth_bag(folder / "two", "mcap", frames=2).glob("*.mcap"))

@@ -21,8 +21,9 @@ FEW, MANY = 30, int(os.environ.get("STEREOTRACK_FUZZ", "10000"))
 MOST_SECONDS, MOST_MB = 5.0, 256
 """A reader's time on the processor for one of these small files, and its memory for all of them.
 
-Of this process: readers of HDF5 are in others, within limits of their own.
+Of this process: readers of HDF5 and of bags are in others, within limits of their own.
 """
+OF_ROS = ("ROS bag", "ROS MCAP", "ROS SQLite")
 NAMES = (
     *("recording.toml", "calibration.toml", "recording, examined", "calibration alone"),
     *("subject.toml", "reference.csv", "segments.csv", "detections.csv", "board_corners_2d.csv"),
@@ -33,7 +34,7 @@ NAMES = (
     *("MATLAB JSON", "MATLAB MAT"),
     *("Argus", "XMALab", *OF_HDF5),
     *("sweep journal", "sweep state", "sweep table", "sweep points"),
-    *("study", "study cache", "DLTdv", "DLTdv, notes", "ROS bag", "ROS MCAP", "ROS SQLite"),
+    *("study", "study cache", "DLTdv", "DLTdv, notes", *OF_ROS),
     *(f"keypoints, {kind}" for kind in ("MMPose", "COCO results", "COCO", "table", "wide")),
     *(f"keypoints, {kind}" for kind in ("array", "DeepLabCut", "OpenPose")),
     *("PNG", "depth PNG", "JPEG", "TIFF", "BMP", "MP4", "Matroska", "AVI"),
@@ -43,10 +44,10 @@ NAMES = (
 NEEDED = {
     "SLEAP": "sleap_io",
     **dict.fromkeys(OF_HDF5, "h5py"),
-    **dict.fromkeys(("ROS bag", "ROS MCAP", "ROS SQLite"), "rosbags"),
+    **dict.fromkeys(OF_ROS, "rosbags"),
 }
 """Libraries that not everybody installs."""
-READ_APART = ("SLEAP", *OF_HDF5)
+READ_APART = ("SLEAP", *OF_HDF5, *OF_ROS)
 
 
 def unhandled(reader: Reader, name: str, numbers: range, folder: Path) -> dict[int, str]:

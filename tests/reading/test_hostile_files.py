@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import os
+import struct
 import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
 
 import cv2
 import numpy as np
@@ -16,10 +18,13 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.plain_data import check_kind, checked_tree
 from stereotrack_core.reading import MB, check_file, decoding, open_file, parsed_json, read_bytes
 from stereotrack_core.recording.folder import describe
-from stereotrack_core.recording.images import DamagedFrame, numbered_files, read_image
+from stereotrack_core.recording.images import DamagedFrame, numbered_files, read_image, read_metres
+from stereotrack_core.recording.importing.ros.images import METRIC_UNIT, picture_in
 from stereotrack_core.recording.stream_files import open_stream
 from stereotrack_core.recording.toml_table import load_toml
+from stereotrack_core.recording.video import open_container
 from stereotrack_core.recording.writing import write_png
+from tests.reading.samples import FRAMES, made_video
 
 
 def _pipe(path: Path) -> None:
@@ -250,8 +255,29 @@ def test_a_part_of_a_picture_may_not_be_longer_than_its_file(tmp_path, monkeypat
     path.write_bytes(whole + b"\xff" * 100)  # what comes after the end is nobody's concern
     assert np.array_equal(read_image(path, "grey"), picture)
     monkeypatch.setattr(cv2, "imdecode", lambda *_: pytest.fail("it was given to OpenCV"))
-    at = whole.index(b"IDAT") - 4
-    for content in (whole[:at] + b"\xff\xff\xff\xff" + whole[at + 4 :], whole[:-12], whole[:20]):
+    longer = [
+        whole[:at] + b"\x60\xff\xff\xff" + whole[at + 4 :]
+        for at in (whole.index(b"IDAT") - 4, whole.index(b"IEND") - 4)
+    ]
+    for content in (*longer, whole[:-12], whole[:20]):
         path.write_bytes(content)
         with pytest.raises(DamagedFrame, match=r"i\.png is damaged"):
             read_image(path, "grey")
+        with pytest.raises(DamagedFrame, match="no depth map of 32-bit floats"):
+            read_metres(path)
+        message = SimpleNamespace(data=np.frombuffer(content, np.uint8), format="png")
+        with pytest.raises(DamagedFrame, match="compressed image is damaged"):
+            picture_in(message, "grey", METRIC_UNIT)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="FFmpeg keeps its own limit there")
+def test_a_video_may_not_ask_for_all_memory(tmp_path):
+    """FFmpeg makes room for a title before it reads it, and reads on where there is none."""
+    path = tmp_path / "v.avi"
+    whole = made_video(path, "mjpeg", "yuvj420p")
+    most = 0x60000000
+    title = struct.pack("<4sI4s4sI", b"LIST", most + 16, b"INFO", b"ISFT", most)
+    at = whole.index(b"movi") - 8
+    path.write_bytes(whole[:at] + title + whole[at:])
+    with open_container(path) as container:
+        assert len(list(container.decode(video=0))) == FRAMES

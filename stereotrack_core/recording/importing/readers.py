@@ -7,13 +7,11 @@ from pathlib import Path
 from typing import Any
 
 import av
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from stereotrack_core.arrays import FloatArray, ImageArray
 from stereotrack_core.errors import InputError
-from stereotrack_core.reading import PICTURE_BYTES, read_bytes
 from stereotrack_core.recording.images import (
     DamagedFrame,
     Keep,
@@ -21,6 +19,7 @@ from stereotrack_core.recording.images import (
     PictureKind,
     picture_of,
     read_image,
+    read_metres,
 )
 from stereotrack_core.recording.importing.ros.bag import BagImages
 from stereotrack_core.recording.importing.sources import AGAIN, Pictures, Source, no_video
@@ -141,19 +140,7 @@ class MetricImages(NumberedImages):
     def read(self, k: int, keep: Keep) -> NDArray[Any]:
         """Counts of frame k."""
         file = self._metric.get(k)
-        return super().read(k, keep) if file is None else counts_of(metres_of(file), self._unit)
-
-
-def metres_of(path: Path) -> NDArray[np.float32]:
-    """A depth map (H, W) of floating-point metres; DamagedFrame where a file is none."""
-    try:
-        data = np.frombuffer(read_bytes(path, PICTURE_BYTES), np.uint8)
-        picture: Any = cv2.imdecode(data, cv2.IMREAD_UNCHANGED)
-    except (InputError, cv2.error):
-        picture = None
-    if picture is None or picture.dtype != np.float32 or picture.ndim != 2:
-        raise DamagedFrame(f"the file {path.name} is no depth map of 32-bit floats")
-    return np.asarray(picture)
+        return super().read(k, keep) if file is None else counts_of(read_metres(file), self._unit)
 
 
 def first_picture(source: Source) -> ImageArray:

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from datetime import datetime
 from pathlib import Path
 from typing import Any, Literal, Protocol, TypeAlias
 
 import av
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -19,9 +17,10 @@ from stereotrack_core.arrays import FloatArray
 from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
-from stereotrack_core.reading import PICTURE_BYTES, check_file, read_bytes, readable, reason
+from stereotrack_core.limited_process import read_apart
+from stereotrack_core.reading import check_file, readable, reason
 from stereotrack_core.recording.folder import DESCRIPTION
-from stereotrack_core.recording.images import DamagedFrame, Keep, read_image
+from stereotrack_core.recording.images import DamagedFrame, Keep, read_image, read_metres
 from stereotrack_core.recording.importing.image_groups import (
     Numbering,
     check_sizes,
@@ -161,7 +160,7 @@ def look_at(paths: Sequence[Path]) -> Found:
     notes: list[str] = []
     bags = bags_in(paths)
     for bag in bags:
-        found = read_topics(bag)
+        found = read_apart(read_topics, bag, AGAIN)  # its parts may unfold to any size
         sources += [_of_topic(topic, bag) for topic in found.topics]
         notes += found.notes
     others = [path for path in paths if path not in bags]
@@ -240,14 +239,11 @@ def _what_is(image: Path) -> tuple[SourceKind, tuple[int, int], float | None]:
         return kind, (width, height), None
     except DamagedFrame as problem:
         complaint = str(problem)
-    picture: Any = None
-    with suppress(InputError, cv2.error):  # it is said below
-        picture = cv2.imdecode(
-            np.frombuffer(read_bytes(image, PICTURE_BYTES), np.uint8), cv2.IMREAD_UNCHANGED
-        )
-    if picture is None or picture.ndim != 2 or picture.dtype != np.float32:
-        raise InputError(complaint, where=str(image), remedy=AGAIN)
-    return "depth", (picture.shape[1], picture.shape[0]), METRIC_UNIT
+    try:
+        height, width = read_metres(image).shape
+    except DamagedFrame:
+        raise InputError(complaint, where=str(image), remedy=AGAIN) from None
+    return "depth", (width, height), METRIC_UNIT
 
 
 def _timing(numbering: Numbering) -> dict[str, Any]:

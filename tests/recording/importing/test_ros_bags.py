@@ -10,10 +10,12 @@ import pytest
 
 pytest.importorskip("rosbags")
 
+from stereotrack_core import limited_process
 from stereotrack_core.errors import InputError
 from stereotrack_core.recording.importing.choices import problems_of
 from stereotrack_core.recording.importing.making import make_recording
 from stereotrack_core.recording.importing.proposing import propose
+from stereotrack_core.recording.importing.ros.bag import read_topics
 from stereotrack_core.recording.importing.sources import is_unmade, look_at
 from stereotrack_core.recording.importing.timing import at_one_rate
 from stereotrack_core.recording.reader import FrameReader
@@ -150,4 +152,12 @@ def test_without_the_library_it_is_said_what_to_install(tmp_path, monkeypatch):
     path = stereo_bag(tmp_path / "walk.bag")
     monkeypatch.setitem(sys.modules, "rosbags.highlevel", None)
     with pytest.raises(InputError, match=r"pip install 'stereotrack\[ros\]'"):
+        read_topics(path)
+
+
+def test_a_bag_is_looked_at_where_its_size_and_time_are_limited(tmp_path, monkeypatch):
+    path = stereo_bag(tmp_path / "walk.bag")
+    monkeypatch.setattr(limited_process, "LEAST_SECONDS", 0.001)
+    monkeypatch.setattr(limited_process, "_SECONDS_FOR_MB", 0.0)
+    with pytest.raises(InputError, match="or too large: reading it takes more than 0 s"):
         look_at([path])

@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from stereotrack_core.recording.images import DamagedFrame, PictureKind
+from stereotrack_core.recording.images import DamagedFrame, PictureKind, decoded
 from stereotrack_core.recording.writing import counts_of
 
 METRIC_UNIT = 0.0005
@@ -109,7 +109,7 @@ def _compressed(message: Any) -> NDArray[Any]:
 
 
 def _decoded(data: NDArray[np.uint8], flags: int) -> NDArray[Any]:
-    picture = cv2.imdecode(data, flags)
+    picture = decoded(data.tobytes(), flags)
     if picture is None:
         raise DamagedFrame("the compressed image is damaged")
-    return np.asarray(picture)
+    return picture
