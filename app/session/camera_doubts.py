@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import TypeAlias
 
 from PySide6.QtCore import QObject, QTimer, Signal, Slot
 
@@ -33,6 +34,9 @@ class _Question:
     cameras: Mapping[str, Camera]
 
 
+_Answer: TypeAlias = tuple[Disagreement | None, tuple[CameraResidual, ...]]
+
+
 class CameraDoubts(QObject):
     """Follows the clicks of the project."""
 
@@ -52,8 +56,8 @@ class CameraDoubts(QObject):
         self.residuals: tuple[CameraResidual, ...] = ()
         """How far the clicks of each camera lie from the points that the cameras agree on."""
         self._worker = LatestOnly(_answer, "compare the cameras")
-        self._worker.answered.connect(lambda _question, found: self._take(*found))
-        self._worker.failed.connect(lambda _question, error: self.failed.emit(error))
+        self._worker.answered.connect(self._on_answered)
+        self._worker.failed.connect(self._on_failed)
         self._pause = QTimer(self, singleShot=True, interval=_PAUSE_MS)
         self._pause.timeout.connect(self._ask)
         project.changed.connect(self._on_changed)
@@ -92,6 +96,14 @@ class CameraDoubts(QObject):
         else:
             self._worker.ask(_Question(project, recording.cameras))
 
+    @Slot(object, object)
+    def _on_answered(self, _question: _Question, found: _Answer) -> None:
+        self._take(*found)
+
+    @Slot(object, object)
+    def _on_failed(self, _question: _Question, error: Exception) -> None:
+        self.failed.emit(error)
+
     def _take(self, found: Disagreement | None, residuals: tuple[CameraResidual, ...] = ()) -> None:
         if residuals != self.residuals:
             self.residuals = residuals
@@ -111,7 +123,7 @@ class CameraDoubts(QObject):
         self._take(None)
 
 
-def _answer(question: _Question) -> tuple[Disagreement | None, tuple[CameraResidual, ...]]:
+def _answer(question: _Question) -> _Answer:
     """Called in the worker's thread, which has ended before the project is closed."""
     project = question.project
     asked = sorted(frames_asked(project.clicks.frames()))

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import gc
+import weakref
+
 import numpy as np
 import pytest
-from PySide6.QtCore import QMimeData, QPoint, QPointF, Qt, QUrl
+from PySide6.QtCore import QEvent, QMimeData, QPoint, QPointF, Qt, QUrl
 from PySide6.QtGui import QDropEvent, QWheelEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
@@ -12,6 +15,7 @@ from PySide6.QtWidgets import QApplication
 from app.start import WORKSPACE_NAMES
 from app.widgets.camera.camera_view import CameraView
 from tests.gui.hands import double_click
+from tests.gui.kept_window import close_window, open_recording, show_window
 
 pytestmark = pytest.mark.window
 
@@ -258,3 +262,20 @@ def test_closing_the_recording_goes_back_to_the_welcome_page(opened, qtbot):
     assert opened.context.docks.middle.currentWidget() is opened.welcome
     assert opened.welcome.recent.count() == 1
     assert not opened.context.actions.action("run").isEnabled()
+
+
+def test_nothing_of_a_closed_window_is_left(qtbot, settings, processes, kept, small_recording):
+    """What Qt holds, such as a function that a signal is given, is beyond Python's collector."""
+    kept.close()
+    made = show_window(qtbot, settings, processes)
+    open_recording(made, qtbot, small_recording)
+    for name in WORKSPACE_NAMES:
+        made.context.actions.action(f"workspace_{name}").trigger()
+        qtbot.waitUntil(made.context.tasks.settled, timeout=60_000)
+    close_window(made)
+    left = weakref.ref(made)
+    made.deleteLater()
+    del made
+    QApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
+    gc.collect()
+    assert left() is None

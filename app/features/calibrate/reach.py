@@ -24,13 +24,14 @@ class ReachCheck(QObject):
 
     def __init__(self, context: Context) -> None:
         super().__init__(context.session)
-        self._session = session = context.session
+        self._session, self._notifier = context.session, context.notifier
         self.findings: tuple[Finding, ...] = ()
         self._worker = LatestOnly(_answer, "compare disparities")
         self._worker.answered.connect(self._on_answered)
-        self._worker.failed.connect(lambda _question, error: context.notifier.error(error))
+        self._worker.failed.connect(self._on_failed)
         self._pause = QTimer(self, singleShot=True, interval=_PAUSE_MS)
         self._pause.timeout.connect(self._ask)
+        session = context.session
         for signal in (session.opened, session.closed, session.track.settings_changed):
             signal.connect(self._pause.start)
         session.closing.connect(self._on_closing)
@@ -51,6 +52,10 @@ class ReachCheck(QObject):
         known = self._session.document.recording, self._session.track.settings.depth
         if recording is known[0] and depth == known[1]:
             self._take(found)
+
+    @Slot(object, object)
+    def _on_failed(self, _question: object, error: Exception) -> None:
+        self._notifier.error(error)
 
     def _take(self, found: tuple[Finding, ...]) -> None:
         if found != self.findings:

@@ -20,7 +20,7 @@ class PerRun(QObject, Generic[T]):
     """Another value is known."""
 
     def __init__(self, tasks: TaskList, title: str) -> None:
-        super().__init__()
+        super().__init__(tasks)
         self._tasks, self._title = tasks, title
         self._asked: WeakKeyDictionary[object, Hashable] = WeakKeyDictionary()
         self._known: WeakKeyDictionary[object, tuple[Hashable, T]] = WeakKeyDictionary()
