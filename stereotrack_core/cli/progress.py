@@ -11,7 +11,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
-from typing import IO, Any, TextIO, cast
+from typing import IO, Any, Protocol, TextIO, cast
 
 from stereotrack_core.cli.output import is_quiet, say
 from stereotrack_core.counting import in_words
@@ -42,11 +42,18 @@ class _Terminal:
         return getattr(self._stream, name)
 
 
+class Show(Protocol):
+    """Draws how many steps are done."""
+
+    def __call__(self, done: int, now: str = "") -> None:
+        """`now` says what is being done, where it is not what was begun."""
+
+
 @contextmanager
-def progress(what: str, total: int | None) -> Iterator[Callable[[int], None]]:
+def progress(what: str, total: int | None) -> Iterator[Show]:
     """Give a function that is told how many steps are done; draws only on a terminal."""
     if is_quiet() or not sys.stderr.isatty():
-        yield lambda _: None
+        yield lambda *_: None
         return
     from rich.console import Console
     from rich.progress import (
@@ -61,7 +68,7 @@ def progress(what: str, total: int | None) -> Iterator[Callable[[int], None]]:
     console = Console(file=cast(IO[str], _Terminal(sys.stderr)))
     with Progress(*columns, TimeRemainingColumn(), console=console, transient=True) as bar:
         task = bar.add_task(what, total=total)
-        yield lambda done: bar.update(task, completed=done)
+        yield lambda done, now="": bar.update(task, completed=done, description=now or what)
 
 
 @contextmanager

@@ -29,6 +29,7 @@ from stereotrack_core.tracking.run_checks import (
     gaps_of,
 )
 from stereotrack_core.tracking.run_spec import RunSpec
+from stereotrack_core.tracking.second_look import LOOKING_AGAIN
 from stereotrack_core.tracking.unfinished import INCOMPLETE, UnfinishedRun
 
 
@@ -91,7 +92,7 @@ class TrackedRun:
 class _Course:
     """What happens frame by frame, shown and noted."""
 
-    show: Callable[[int], None]
+    show: Callable[[int, str], None]
     stopped: Callable[[], bool]
     before: int
     begun: UnfinishedRun | None
@@ -112,10 +113,12 @@ class _Course:
         return len(self.noted)
 
     def prepare(self, stage: str, _done: int, _count: int) -> None:
-        """A part of what comes before the first frame that is tracked."""
+        """A part of what is no next frame: of what comes before the first, or of a second look."""
         if stage == ESTIMATING_LENGTHS:
             self.steps += 1
-            self.show(self.steps)
+            self.show(self.steps, "")
+        elif stage == LOOKING_AGAIN:
+            self.show(self.before + self.done, stage)
         if self.stopped():
             raise Cancelled
 
@@ -126,7 +129,7 @@ class _Course:
         self._take(frame.without_cloud())
         if self.begun is not None and self.begun.changed_by(frame):
             self.changed.append(frame.frame)
-        self.show(self.before + self.done)
+        self.show(self.before + self.done, "")
 
     def _begin_again(self, first: int) -> None:
         """Forget the frames from `first` on; what was begun before is done again as well."""
@@ -152,7 +155,7 @@ def track_recording(
     count: int | None = None,
     part: Path | None = None,
     begun: UnfinishedRun | None = None,
-    on_step: Callable[[int], None] = lambda _: None,
+    on_step: Callable[[int, str], None] = lambda *_: None,
     cancelled: Callable[[], bool] = lambda: False,
 ) -> TrackedRun:
     """Track, keep every frame at once, and keep what there is when it is stopped.
@@ -170,7 +173,7 @@ def track_recording(
     begun : UnfinishedRun, optional
         What is there already, to go on with.
     on_step : callable, optional
-        Told how many of the :func:`steps` are done.
+        Told how many of the :func:`steps` are done, and in a second look that it is one.
     """
     wanted = count or len(spec.frames_of(0))
     started = time.perf_counter() - (0.0 if begun is None else begun.wall_seconds)

@@ -202,7 +202,7 @@ def test_a_run_that_began_the_wrong_way_round_is_corrected(tmp_path, monkeypatch
     recording, spec = _begun_the_wrong_way(tmp_path / "south", monkeypatch)
     count, seen = len(spec.frames), []
     part = tmp_path / "run.npz.part"
-    job = track_recording(recording, spec, part=part, on_step=seen.append)
+    job = track_recording(recording, spec, part=part, on_step=lambda done, _: seen.append(done))
     heading, run = job.run.meta["heading"], job.run
     assert heading["state"] == "corrected"
     assert 2 <= heading["against"] < count
@@ -219,7 +219,10 @@ def test_a_run_whose_heading_nothing_has_decided_is_corrected_at_its_end(tmp_pat
     monkeypatch.setattr(heading_watch, "DECIDED", 1.1)
     recording, spec = _begun_the_wrong_way(tmp_path / "south", monkeypatch, heading_watch.ENOUGH)
     last, seen = spec.frames[-1], []
-    run = track_recording(recording, spec, count=len(spec.frames), on_step=seen.append).run
+    job = track_recording(
+        recording, spec, count=len(spec.frames), on_step=lambda done, _: seen.append(done)
+    )
+    run = job.run
     heading = run.meta["heading"]
     assert (heading["state"], heading["against"]) == ("undecided", last)
     assert heading["probability"] > 0.9

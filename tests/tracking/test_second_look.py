@@ -19,6 +19,7 @@ from stereotrack_core.body.skeleton import FOREARMS, UPPER_ARMS
 from stereotrack_core.errors import Cancelled
 from stereotrack_core.experiments.runner import lockstep
 from stereotrack_core.experiments.runner.lockstep import RunInput, track_together
+from stereotrack_core.experiments.tracked_run import track_recording
 from stereotrack_core.interop import run_journal
 from stereotrack_core.interop.run_journal import RunJournal, read_unfinished
 from stereotrack_core.tracking import second_look
@@ -102,6 +103,18 @@ def test_a_stretch_that_was_tracked_wrongly_is_tracked_again(recording, misled):
     assert looked.frame.tolist() == list(range(COUNT))
     assert without.meta["looked_again"] == []
     check_meta(looked.meta, "run", "")
+
+
+def test_progress_says_that_frames_are_looked_at_again(recording, misled):
+    recording, poses = recording
+    told = []
+    track_recording(recording, spec_of(poses), on_step=lambda *step: told.append(step))
+    words = [now for _done, now in told]
+    first = words.index(LOOKING_AGAIN)
+    done = told[first][0]
+    assert done > WRONG[-1]  # the frames that there are
+    assert {step for step in told if step[1]} == {(done, LOOKING_AGAIN)}
+    assert told[-1] == (COUNT, "")
 
 
 def test_arms_that_all_tries_find_in_the_same_place_are_less_doubtful(
