@@ -139,10 +139,10 @@ def offset_table(one: PersonalSubject) -> Table:
     for name, offsets, sigma in zip(LANDMARKS, one.found.offsets, one.found.sigma, strict=True):
         before = 1000.0 * np.array(one.before.offsets.get(name, (0.0, 0.0, 0.0)))
         cells = (
-            f"{np.round(1000 * value) + 0.0:+.0f} ± {1000 * spread:.0f}"
+            f"{1000 * value:+z.0f} ± {1000 * spread:.0f}"
             for value, spread in zip(offsets, sigma, strict=True)
         )
-        was = " ".join(f"{value:+.0f}" for value in before) if before.any() else "none"
+        was = " ".join(f"{value:+z.0f}" for value in before) if before.any() else "none"
         rows.append((name.replace("_", " "), *cells, was))
     title = f"Offsets from {counted(len(one.found.frames), 'clicked frame')}, mm"
     heads = ("landmark", ">right / along", ">front / inwards", ">up / across", ">before")
@@ -155,14 +155,14 @@ def length_table(one: PersonalSubject, recorded: Subject | None) -> Table:
     rows = []
     for key in LENGTHS:
         now, before = 1000 * (getattr(one.subject, key) or 0.0), 1000 * getattr(known, key)
-        rows.append((key.replace("_", " "), f"{before:.0f}", f"{now:.0f}", f"{now - before:+.0f}"))
+        rows.append((key.replace("_", " "), f"{before:.0f}", f"{now:.0f}", f"{now - before:+z.0f}"))
     return Table("Lengths, mm", ("length", ">before", ">now", ">change"), rows)
 
 
 def lean_words(one: PersonalSubject) -> str:
     """``The trunk leans +1.2 ± 0.4 degrees forward of the tracked one.``"""
     degrees, spread = one.lean
-    return f"The trunk leans {degrees:+.1f} ± {spread:.1f} degrees forward of the tracked one."
+    return f"The trunk leans {degrees:+z.1f} ± {spread:.1f} degrees forward of the tracked one."
 
 
 def left_out_words(one: PersonalSubject) -> tuple[str, ...]:

@@ -103,7 +103,7 @@ def change_table(found: tuple[CameraChange, ...]) -> Table:
             number(one.rms_after_px, 2),
             number(1000 * one.moved_m),
             number(one.turned_deg, 2),
-            f"{100 * one.focal_change:+.2f}" if np.isfinite(one.focal_change) else "-",
+            f"{100 * one.focal_change:+z.2f}" if np.isfinite(one.focal_change) else "-",
         )
         for one in found
     ]

@@ -132,7 +132,7 @@ def world_findings(
             Finding(
                 "warning",
                 "scale",
-                f"squares measured with the cameras are {100 * (scale.ratio - 1):+.1f} % longer "
+                f"squares measured with the cameras are {100 * (scale.ratio - 1):+z.1f} % longer "
                 "than given",
                 "Check that the board is flat and its squares are square, and measure their side.",
             )

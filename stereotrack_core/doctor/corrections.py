@@ -47,7 +47,7 @@ class Change:
 
 def words_of(correction: Correction) -> str:
     """What a correction changes, as a sentence."""
-    amount = f"{correction.amount:+.0f}" if "{frames}" in _CHANGES[correction.kind].words else ""
+    amount = f"{correction.amount:+z.0f}" if "{frames}" in _CHANGES[correction.kind].words else ""
     return _CHANGES[correction.kind].words.format(
         names=_listed(correction.names), amount=f"{correction.amount:.4g}", frames=amount
     )

@@ -188,7 +188,7 @@ def test_track_that_is_stopped_keeps_what_it_has(run, recording, tmp_path, monke
     @contextmanager
     def interrupting(what, total):
         assert total == 10
-        yield lambda done: os.kill(os.getpid(), signal.SIGINT) if done == 3 else None
+        yield lambda done, _now: os.kill(os.getpid(), signal.SIGINT) if done == 3 else None
 
     monkeypatch.setattr(track_plan, "progress", interrupting)
     path = tmp_path / "run.npz"

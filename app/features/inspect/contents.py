@@ -209,7 +209,7 @@ def _parts_table(points: Correspondences) -> Table:
         rows.append((
             part_words(part),
             str(np.count_nonzero(own)),
-            f"{residual.mean():+.1f}",
+            f"{residual.mean():+z.1f}",
             f"{np.sqrt(np.mean(residual**2)):.1f}",
             f"{points.weight[own].mean():.2f}",
             f"{1e3 * points.sigma[own].mean():.0f}",

@@ -82,7 +82,7 @@ def cross_maps(correction: Correction, names: tuple[str, ...]) -> tuple[HeatMap,
         unit = "mm²" if state.unit == "mm" else "° mm"
         return (
             f"{state.label}, point {column + 1} on the {part_words(points.part[column])}: "
-            f"P_xz {_number(value)} {unit}, correlation {correlation[row, column]:+.2f}, "
+            f"P_xz {_number(value)} {unit}, correlation {correlation[row, column]:+z.2f}, "
             f"residual {1e3 * points.residual[column]:.0f} mm, "
             f"gain {correction.gain[row, column] * state.factor / 1e3:.3g} {state.unit} per mm"
         )
@@ -118,7 +118,7 @@ def _covariance_map(belief: Belief, names: tuple[str, ...], title: str) -> HeatM
         a, b = states[row], states[column]
         if row == column:
             return f"{a.label}: standard deviation {sigma[row] * a.factor:.2f} {a.unit}"
-        return f"{a.label} and {b.label}: correlation {correlation[row, column]:+.2f}"
+        return f"{a.label} and {b.label}: correlation {correlation[row, column]:+z.2f}"
 
     rows = tuple(state.short for state in states)
     return HeatMap(title, rows, tuple(groups), correlation, words, ("correlation 1",))
@@ -130,7 +130,7 @@ def deviations_table(
     """Standard deviations of all states before and after."""
     states, rows = states_of(names), []
     for state, a, b in zip(states, before.sigma, after.sigma, strict=True):
-        change = f"{100.0 * (b / a - 1.0):+.0f} %" if a > 0.0 else ""
+        change = f"{100.0 * (b / a - 1.0):+z.0f} %" if a > 0.0 else ""
         values = (f"{value * state.factor:.2f} {state.unit}" for value in (a, b))
         rows.append((state.label, *values, change))
     limbs = tuple(state.limb for state in states)

@@ -182,8 +182,8 @@ def range_rows(moved: Moved, stretch: Segment) -> tuple[CellRow, ...]:
         difference = ""
         side = sides.get(one.angle.name)
         if side is not None and np.isfinite(side.difference):
-            share = f" ({100.0 * side.symmetry:+.0f} %)" if np.isfinite(side.symmetry) else ""
-            difference = f"{np.degrees(side.difference):+.1f}{share}"
+            share = f" ({100.0 * side.symmetry:+z.0f} %)" if np.isfinite(side.symmetry) else ""
+            difference = f"{np.degrees(side.difference):+z.1f}{share}"
         cells = (
             _with_sigma(one.range, one.range_sigma),
             _with_sigma(one.mean, one.sigma),

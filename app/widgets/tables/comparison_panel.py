@@ -119,9 +119,9 @@ class ComparisonPanel(QWidget):
         cell = row.cells[1]
         difference = ""
         if _has_difference(cell):
-            difference = f"{cell.difference:+.1f}"
+            difference = f"{cell.difference:+z.1f}"
             known = not math.isnan(cell.low)
-            between = f"{cell.low:+.1f} to {cell.high:+.1f}" if known else "too few frames"
+            between = f"{cell.low:+z.1f} to {cell.high:+z.1f}" if known else "too few frames"
             difference += f" ({between})"
         colour = _colour(cell)
         return (
@@ -139,7 +139,7 @@ def _value(cell: ComparedCell, *, alone: bool) -> Cell:
     else:
         words = f"{cell.value:.1f}"
     if not alone and _has_difference(cell):
-        words += f" ({cell.difference:+.1f})"
+        words += f" ({cell.difference:+z.1f})"
     return Cell(words, _sentence(cell.verdict), _colour(cell))
 
 

@@ -139,7 +139,7 @@ def _of_board(args: Namespace, cameras: Mapping[str, Camera]) -> tuple[Alignment
     seen = seen_board(cameras, found.sightings, found.board)
     if np.isfinite(seen.scale.ratio) and abs(seen.scale.ratio - 1) > _WRONG_SCALE:
         say(
-            f"Squares measured with this calibration are {100 * (seen.scale.ratio - 1):+.1f} % "
+            f"Squares measured with this calibration are {100 * (seen.scale.ratio - 1):+z.1f} % "
             "longer than given: its lengths or --square are wrong."
         )
     facts = {"rms_px": seen.rms_px, "scale": seen.scale, "seen_by": seen.cameras}

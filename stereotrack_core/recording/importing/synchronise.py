@@ -64,7 +64,7 @@ class Lead:
         """Place and evidence in words."""
         agreement = f", correlation {self.correlation:.2f}" if self.elsewhere else ""
         return (
-            f"{self.source}: {self.frames:+.2f} frames ({1000 * self.frames / fps:+.0f} ms"
+            f"{self.source}: {self.frames:+z.2f} frames ({1000 * self.frames / fps:+z.0f} ms"
             f"{agreement})"
         )
 

@@ -104,7 +104,7 @@ def length_rows(facts: FrameMarks) -> tuple[CellRow, ...]:
             "",
             one.name,
             f"{1000.0 * one.clicked:.0f} mm",
-            f"{1000.0 * (one.clicked - one.subject):+.0f} ± {1000.0 * one.sigma:.0f},"
+            f"{1000.0 * (one.clicked - one.subject):+z.0f} ± {1000.0 * one.sigma:.0f},"
             f" subject {1000.0 * one.subject:.0f}",
             one.doubtful,
         )

@@ -147,7 +147,7 @@ def _cells(
     name: str, colour: str, own: Agreement, space: AgreementInSpace | None = None
 ) -> CellRow:
     """How far both are apart at one landmark, or without a colour at all of them together."""
-    bias = "–" if math.isnan(own.bias[0]) else "{:+.1f}, {:+.1f}".format(*own.bias)
+    bias = "–" if math.isnan(own.bias[0]) else "{:+z.1f}, {:+z.1f}".format(*own.bias)
     pixels = (own.robust_sigma, own.median, own.p95, own.largest)
     known = (space.median_mm, space.p95_mm, space.median_deg, space.p95_deg) if space else ()
     solid = (*map(_number, known),) or ("–",) * 4
