@@ -1,8 +1,9 @@
-"""Reading in a process of its own, whose memory and time are limited.
+"""Reading in a process of its own, whose memory and time are limited, and writing in one.
 
 Some libraries are written in C and take what a file says for true: of a damaged one they ask for
-any amount of memory, never come to an end, or end the process that they are in. Here that process
-is another one, and what was left of it becomes a sentence.
+any amount of memory, never come to an end, or end the process that they are in. HDF5 ends it long
+after it could not write. Here that process is another one, and what was left of it becomes a
+sentence.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ from pathlib import Path
 from typing import IO, Any, NamedTuple, NoReturn, TypeVar
 
 from stereotrack_core.errors import InputError, portable
-from stereotrack_core.own_program import BOUND, module_command
+from stereotrack_core.own_program import end_with_input, module_command
 
 _LOG = logging.getLogger(__name__)
 
@@ -41,6 +42,7 @@ _ANSWER_SHARE = 4
 """The result may have the fourth part of the memory: it is held here, where nothing limits it."""
 LEAST_SECONDS, _SECONDS_FOR_MB = 120.0, 2.0
 """A busy machine needs some seconds to start a process, and an idle one 0.3 s for each MB."""
+_LONGEST_WRITING = 3600.0
 _OWN_SECONDS = 5.0
 """So much later the process ends by itself, where nobody is left to end it."""
 _ONE_THREAD = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
@@ -113,6 +115,34 @@ def read_apart(
     return _result(_run(read, path, limits), path, limits, remedy)  # type: ignore[no-any-return]
 
 
+def write_apart(write: Callable[[Path], None], path: Path) -> None:
+    """Have a file written in another process, as :func:`read_apart` does, without its limits.
+
+    Raises
+    ------
+    Exception
+        What `write` raises.
+    OSError
+        Where no process can be started, or it is ended by what it does, or after an hour.
+    """
+    ended = _run(write, path, Limits(sys.maxsize, _LONGEST_WRITING))
+    if ended.code != 0 or ended.late or not ended.answer:
+        _LOG.warning("%s: writing it ended with %d: %s", path, ended.code, ended.complaint)
+        broken = f"what writes it broke down: {_name_of(ended.code)}"
+        why = "it takes too long" if ended.late else broken
+        raise ChildProcessError(errno.ECHILD, why, str(path))
+    error, _ = _told(ended.answer)
+    if error is not None:
+        raise error
+
+
+def _told(answer: bytes) -> tuple[Exception | None, Any]:
+    """What the other process raised, and its result."""
+    words = io.BytesIO(answer)
+    pickle.load(words)  # noqa: S301 - our own process, which says first that it has begun
+    return pickle.load(words)  # type: ignore[no-any-return] # noqa: S301
+
+
 def _result(ended: Ended, path: Path, limits: Limits, remedy: str) -> Any:
     """What was read, or why it was not."""
     if ended.late:
@@ -126,9 +156,7 @@ def _result(ended: Ended, path: Path, limits: Limits, remedy: str) -> Any:
     if ended.code != 0:
         _LOG.info("%s: reading it ended with %d: %s", path, ended.code, ended.complaint)
         _refuse(path, f"so that its reader broke down ({_name_of(ended.code)})", remedy)
-    answer = io.BytesIO(ended.answer)
-    pickle.load(answer)  # noqa: S301 - our own process, which says first that it has begun
-    error, result = pickle.load(answer)  # noqa: S301
+    error, result = _told(ended.answer)
     if isinstance(error, MemoryError):
         used = f"{limits.memory / GB:.1f} GB of memory"
         _refuse(path, f"or too large: reading it takes more than {used}", remedy)
@@ -150,15 +178,14 @@ def _name_of(code: int) -> str:
 def _run(read: Callable[[Path], Any], path: Path, limits: Limits) -> Ended:
     """Have it read by a new process; Ctrl-C in a terminal is for this one alone."""
     late, answer = threading.Event(), bytearray()
-    task = pickle.dumps((read, path, limits)).hex()
     with (
         tempfile.TemporaryFile() as complaints,
         subprocess.Popen(  # noqa: S603 - our own program
-            module_command("stereotrack_core.limited_process", [task]),
+            module_command("stereotrack_core.limited_process", []),
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=complaints,
-            env={**os.environ, **_ONE_THREAD, **BOUND},
+            env={**os.environ, **_ONE_THREAD},
             start_new_session=True,
             creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0),
         ) as process,
@@ -172,7 +199,11 @@ def _run(read: Callable[[Path], Any], path: Path, limits: Limits) -> Ended:
         timer.daemon = True
         timer.start()
         try:
-            assert process.stdout is not None  # noqa: S101 - a pipe was asked for
+            assert process.stdin is not None  # noqa: S101 - pipes were asked for
+            assert process.stdout is not None  # noqa: S101
+            with suppress(OSError):  # where it has ended already
+                pickle.dump((read, path, limits), process.stdin)
+                process.stdin.flush()
             while part := process.stdout.read(_MB):
                 answer += part
                 if len(answer) > limits.answer:
@@ -192,11 +223,12 @@ def _run(read: Callable[[Path], Any], path: Path, limits: Limits) -> Ended:
 # ---- in the other process
 
 
-def _serve(task: str) -> NoReturn:
+def _serve() -> NoReturn:
     """Do what is asked; what a library prints is no answer."""
     with os.fdopen(os.dup(1), "wb") as answers:
         os.dup2(2, 1)
-        read, path, limits = pickle.loads(bytes.fromhex(task))  # noqa: S301 - from above
+        read, path, limits = pickle.load(sys.stdin.buffer)  # noqa: S301 - from above
+        end_with_input()
         faulthandler.dump_traceback_later(limits.seconds + _OWN_SECONDS, exit=True, file=2)
         do(read, path, limits, answers)
 
@@ -237,4 +269,4 @@ def _limit_memory(memory: int) -> None:
 
 
 if __name__ == "__main__":
-    _serve(sys.argv[1])
+    _serve()

@@ -47,9 +47,14 @@ def asked_module(argv: Sequence[str]) -> tuple[str, list[str]] | None:
 def run_module(module: str, arguments: Sequence[str]) -> None:
     """Run a module as ``python -m`` does, which ends the process."""
     if os.environ.pop(_BOUND, ""):
-        threading.Thread(target=_stop_with_input, daemon=True).start()
+        end_with_input()
     sys.argv[1:] = arguments
     runpy.run_module(module, run_name="__main__", alter_sys=True)
+
+
+def end_with_input() -> None:
+    """Ask this process to stop when its standard input ends, see :data:`BOUND`."""
+    threading.Thread(target=_stop_with_input, daemon=True).start()
 
 
 def _stop_with_input() -> None:

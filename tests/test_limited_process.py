@@ -1,5 +1,6 @@
 """Reading in a process of its own: results, errors, and what ends that process."""
 
+import errno
 import os
 import re
 import subprocess
@@ -14,7 +15,7 @@ import pytest
 
 from stereotrack_core import limited_process
 from stereotrack_core.errors import InputError
-from stereotrack_core.limited_process import GB, read_apart
+from stereotrack_core.limited_process import GB, read_apart, write_apart
 from stereotrack_core.project.database import ProjectDamaged
 from tests.test_worker_processes import has_ended, needs_proc, wait_until
 
@@ -89,6 +90,37 @@ def test_what_is_read_comes_back_from_another_process(path):
     text, pid = read_apart(partial(content, times=1_000_000), path, REMEDY)
     assert text == "content" * 1_000_000
     assert pid != os.getpid()
+
+
+def put(content, path):
+    path.write_bytes(content)
+
+
+def put_nothing(path):
+    raise OSError(errno.ENOSPC, "no space")
+
+
+def test_another_process_writes_what_it_is_given(path):
+    content = bytes(range(256)) * 4000  # more than a command line takes
+    write_apart(partial(put, content), path)
+    assert path.read_bytes() == content
+
+
+def test_one_that_cannot_write_says_why(path):
+    with pytest.raises(OSError, match="no space"):
+        write_apart(put_nothing, path)
+
+
+@pytest.mark.parametrize(("write", "why"), [(abort, "SIGABRT|exit code"), (leave, "exit code 3")])
+def test_one_that_ends_the_process_that_writes_is_an_error_of_the_system(write, why, path):
+    with pytest.raises(OSError, match=f"what writes it broke down: ({why})"):
+        write_apart(write, path)
+
+
+def test_writing_for_ever_is_ended(path, monkeypatch):
+    monkeypatch.setattr(limited_process, "_LONGEST_WRITING", 3.0)
+    with pytest.raises(OSError, match="it takes too long"):
+        write_apart(sleep, path)
 
 
 def test_errors_of_the_project_arrive_unchanged(path):

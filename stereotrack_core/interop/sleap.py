@@ -7,7 +7,8 @@ is outside the image from what nobody has labelled, and keeps neither flag nor s
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
+from functools import partial
 from io import BytesIO
 from pathlib import Path, PurePosixPath
 from typing import Any
@@ -18,13 +19,16 @@ from stereotrack_core.annotation.click import Click, Visibility
 from stereotrack_core.annotation.landmark_set import LandmarkSet
 from stereotrack_core.atomic import replacing
 from stereotrack_core.errors import InputError
+from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.interop.label_source import Labels, LabelSource, pictures_of
 from stereotrack_core.interop.sleap_file import (
     SleapFrame,
     SleapPerson,
+    check_sleap_library,
     read_sleap_file,
     sleap_library,
 )
+from stereotrack_core.limited_process import write_apart
 from stereotrack_core.recording.description import Recording, Stream
 from stereotrack_core.recording.images import is_pattern, numbered_files
 from stereotrack_core.recording.landmarks import SKELETON
@@ -44,6 +48,30 @@ def write_sleap(
 
     InputError where the file cannot be written, or sleap-io is not installed.
     """
+    check_sleap_library(path)
+    placed = (click for click in clicks if click.position is not None)
+    found = pictures_of(placed, landmarks.names, recording, path)
+    write = partial(_save, found, recording, landmarks, "user" if pictures else False)
+
+    def is_whole(written: Path) -> bool:
+        import h5py
+
+        # of the file itself it remembers what it could not write
+        with h5py.File(BytesIO(written.read_bytes())) as stored:
+            return len(stored["frames"][()]) == len(found)
+
+    with replacing(path, is_whole) as temporary:
+        write_apart(write, temporary)
+
+
+def _save(
+    pictures: Sequence[tuple[Camera, int, Mapping[str, Click]]],
+    recording: Recording,
+    landmarks: LandmarkSet,
+    embed: str | bool,
+    path: Path,
+) -> None:
+    """Write them in this process, which HDF5 may end later where it could not."""
     sio = sleap_library(path)
     names = landmarks.names
     bones = [(a, b) for a, b in SKELETON if {a, b} <= set(names)]
@@ -51,8 +79,7 @@ def write_sleap(
     streams = _streams(recording)
     videos: dict[str, Any] = {}
     frames = []
-    placed = (click for click in clicks if click.position is not None)
-    for camera, frame, found in pictures_of(placed, names, recording, path):
+    for camera, frame, found in pictures:
         stream = streams[camera.name]
         if camera.name not in videos:
             videos[camera.name] = _video(sio, recording, stream)
@@ -68,22 +95,12 @@ def write_sleap(
             sio.LabeledFrame(video=videos[camera.name], frame_idx=own, instances=[instance])
         )
     labels = sio.Labels(labeled_frames=frames, videos=list(videos.values()), skeletons=[skeleton])
-
-    def is_whole(written: Path) -> bool:
-        import h5py
-
-        # of the file itself it remembers what it could not write
-        with h5py.File(BytesIO(written.read_bytes())) as stored:
-            return len(stored["frames"][()]) == len(frames)
-
-    for video in videos.values() if pictures else ():
+    for video in videos.values() if embed else ():
         video.open_backend = True
-    with replacing(path, is_whole) as temporary:
-        try:
-            embed = "user" if pictures else False
-            sio.save_slp(labels, str(temporary), embed=embed, verbose=False)
-        except RuntimeError as error:  # what h5py raises where a drive is full
-            raise OSError(str(error)) from error
+    try:
+        sio.save_slp(labels, str(path), embed=embed, verbose=False)
+    except RuntimeError as error:  # what h5py raises where a drive is full
+        raise OSError(str(error)) from error
 
 
 def read_sleap(source: LabelSource) -> Labels:

@@ -66,8 +66,13 @@ def read_sleap_file(path: Path, *, predicted: bool = False) -> SleapFile:
 
     InputError where the file cannot be read, or sleap-io is not installed.
     """
-    check_library("sleap_io", "sleap", missing=_MISSING, where=str(path), instead=_INSTEAD)
+    check_sleap_library(path)
     return read_hdf5(path, partial(_stored, predicted=predicted), _WHAT, _REMEDY)
+
+
+def check_sleap_library(path: Path) -> None:
+    """InputError where the library sleap-io is not installed; another process will load it."""
+    check_library("sleap_io", "sleap", missing=_MISSING, where=str(path), instead=_INSTEAD)
 
 
 def sleap_library(path: Path) -> Any:

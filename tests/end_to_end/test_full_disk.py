@@ -73,20 +73,8 @@ def with_older_files(folder: Path, made: dict[str, bytes]) -> dict[str, bytes]:
     return content_of(folder)
 
 
-def marked(name: str):
-    """A writer; h5py complains again when it gives up the file of SLEAP that it has failed at.
-
-    Writers by HDF5 are slow tests, which have a process of their own: where HDF5 has failed to
-    write, it may crash when the process closes another file later.
-    """
-    complaint = pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
-    marks = [complaint, pytest.mark.qt_no_exception_capture] if name.endswith(".slp") else []
-    by_hdf5 = [pytest.mark.slow] if name.endswith((".slp", ".nc")) else []
-    return pytest.param(name, marks=[*marks, *by_hdf5])
-
-
 @pytest.mark.parametrize("room", ROOMS)
-@pytest.mark.parametrize("name", [marked(name) for name in (*FILES, *FOLDERS)])
+@pytest.mark.parametrize("name", [*FILES, *FOLDERS])
 def test_a_writer_says_so_and_leaves_what_was_there(name, room, things, enough, tmp_path):
     if (library := NEEDED.get(Path(name).suffix)) is not None:
         pytest.importorskip(library)
