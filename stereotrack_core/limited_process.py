@@ -26,6 +26,7 @@ from pathlib import Path
 from typing import IO, Any, NamedTuple, NoReturn, TypeVar
 
 from stereotrack_core.errors import InputError, portable
+from stereotrack_core.memory import machine_bytes
 from stereotrack_core.own_program import end_with_input, module_command
 
 _LOG = logging.getLogger(__name__)
@@ -94,7 +95,8 @@ def read_apart(
     remedy : str
         What to do about a file that cannot be read so.
     memory : int, optional
-        Most bytes of addresses; without it 4 GB, or 30 times the file and 2 GB where that is more.
+        Most bytes of addresses; without it 4 GB, or 30 times the file and 2 GB where that is more,
+        of these at most half the machine's memory.
     seconds : float, optional
         Longest time; without it 2 minutes, and 2 s for each MB of the file.
 
@@ -108,8 +110,10 @@ def read_apart(
         Where no process can be started.
     """
     size = sum(one.stat().st_size for one in (path, *path.glob("*")) if one.is_file())
+    wanted = _BASE_MEMORY + _MEMORY_FOR_SIZE * size
+    most = (machine_bytes() or LEAST_MEMORY) // 2
     limits = Limits(
-        memory or max(LEAST_MEMORY, _BASE_MEMORY + _MEMORY_FOR_SIZE * size),
+        memory or max(LEAST_MEMORY, min(wanted, most)),
         seconds or LEAST_SECONDS + _SECONDS_FOR_MB * size / _MB,
     )
     return _result(_run(read, path, limits), path, limits, remedy)  # type: ignore[no-any-return]

@@ -84,11 +84,16 @@ class Memory:
 
 def usual_limit() -> int:
     """Bytes that may be kept on this machine."""
+    there = machine_bytes()
+    return _MOST_BYTES // 2 if there is None else min(_MOST_BYTES, int(_SHARE_OF_MACHINE * there))
+
+
+def machine_bytes() -> int | None:
+    """The machine's memory; None where the system does not tell it."""
     try:
-        there = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
-    except (AttributeError, ValueError, OSError):  # not known on this system
-        return _MOST_BYTES // 2
-    return min(_MOST_BYTES, int(_SHARE_OF_MACHINE * there))
+        return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    except (AttributeError, ValueError, OSError):
+        return None
 
 
 def bytes_of(value: object) -> int:

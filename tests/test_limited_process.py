@@ -168,13 +168,25 @@ def test_a_result_that_would_fill_the_memory_here_is_refused(path, monkeypatch):
 
 
 @limited
-def test_the_limit_of_memory_grows_with_the_file_and_nothing_is_dumped(path):
+@pytest.mark.parametrize(
+    ("size", "machine", "expected"),
+    [
+        (7, 64 * GB, 4 * GB),
+        (GB, 64 * GB, 32 * GB),
+        (1 << 42, 64 * GB, 32 * GB),  # without an end, as a sparse file may be
+        (1 << 42, 6 * GB, 4 * GB),
+        (1 << 42, None, 4 * GB),
+    ],
+)
+def test_the_limit_of_memory_grows_with_the_file_to_half_of_the_machine_s(
+    size, machine, expected, path, monkeypatch
+):
+    monkeypatch.setattr(limited_process, "machine_bytes", lambda: machine)
+    with path.open("r+b") as file:
+        file.truncate(size)
     (soft, hard), core = read_apart(limits_there, path, REMEDY)
-    assert (min(4 * GB, hard) if hard > 0 else 4 * GB, 0) == (soft, core)
-    with path.open("wb") as file:
-        file.truncate(GB)
-    (soft, hard), core = read_apart(limits_there, path, REMEDY)
-    assert (min(32 * GB, hard) if hard > 0 else 32 * GB, 0) == (soft, core)
+    assert soft == (min(expected, hard) if hard > 0 else expected)
+    assert core == 0
 
 
 def test_a_process_that_cannot_begin_is_not_the_file_s_fault(path, monkeypatch):

@@ -21,7 +21,7 @@ def interrupted(monkeypatch):
 
     @contextmanager
     def progress(what: str, total: int | None) -> Iterator[Callable[[int], None]]:
-        yield lambda done: signal.raise_signal(signal.SIGINT) if done == DONE else None
+        yield lambda done, _now: signal.raise_signal(signal.SIGINT) if done == DONE else None
 
     monkeypatch.setattr(track_plan, "progress", progress)
 

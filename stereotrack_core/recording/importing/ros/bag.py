@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.reading import open_file
 from stereotrack_core.recording.images import DamagedFrame, Keep, PictureKind
 from stereotrack_core.recording.importing.image_groups import entries_of
 from stereotrack_core.recording.importing.ros.cameras import (
@@ -38,6 +39,7 @@ from stereotrack_core.recording.importing.ros.images import (
 from stereotrack_core.versions import extra_library
 
 _SUFFIXES = frozenset({".bag", ".mcap", ".db3"})
+_BEGINNING = b"#ROSBAG V"
 _IMAGE = "sensor_msgs/msg/Image"
 _COMPRESSED = "sensor_msgs/msg/CompressedImage"
 _LAST_PARTS = frozenset(
@@ -242,6 +244,10 @@ def _reader(path: Path) -> Any:
         for part in ("highlevel", "typesys")
     ]  # fmt: skip
     highlevel, typesys = parts
+    if path.suffix.lower() == ".bag" and path.is_file():
+        with open_file(path) as file:  # rosbags looks for the end of the first line
+            if file.read(len(_BEGINNING)) != _BEGINNING:
+                raise ValueError("it does not begin as one")
     usual = typesys.get_typestore(typesys.Stores.ROS2_HUMBLE)
     return highlevel.AnyReader([path], default_typestore=usual)
 
