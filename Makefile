@@ -1,6 +1,6 @@
 # make demo and make test do everything that is needed, on a fresh machine too.
 .POSIX:
-.PHONY: help demo test test-slow test-newest test-oldest lint ready bundle docs docs-site pictures texts lock clean
+.PHONY: help demo test test-window test-slow test-newest test-oldest lint ready bundle docs docs-site pictures texts lock clean
 
 # Number of processes that run tests.
 WORKERS = 2
@@ -11,7 +11,8 @@ PYTEST = PYTHONDONTWRITEBYTECODE= QT_QPA_PLATFORM=offscreen OPENBLAS_NUM_THREADS
 
 help:
 	@echo 'make demo       track the demo recording, print its errors, show it in the workbench'
-	@echo 'make test       lint, types, import contract and all tests but the slow ones'
+	@echo 'make test       lint, types, import contract and the fast tests that open no window'
+	@echo 'make test-window  the fast tests that open windows'
 	@echo 'make test-slow  the slow tests: accuracy, endurance, thousands of cases'
 	@echo 'make test-newest  install a wheel with the newest versions of everything, and try it'
 	@echo 'make test-oldest  the same with the oldest versions that pyproject.toml allows'
@@ -32,7 +33,10 @@ demo: ready
 	else QT_QPA_PLATFORM=offscreen $(PY) -m app demo demo --headless --screenshot demo/window.png; fi
 
 test: lint
-	$(PYTEST) -n $(WORKERS) --dist loadfile --no-loadscope-reorder -m 'not slow'
+	$(PYTEST) -n $(WORKERS) --dist loadfile --no-loadscope-reorder -m 'not slow and not window'
+
+test-window: ready
+	$(PYTEST) -n $(WORKERS) --dist loadfile --no-loadscope-reorder -m 'window and not slow'
 
 test-slow: ready
 	$(PYTEST) -n $(WORKERS) --dist loadfile --no-loadscope-reorder -m slow --timeout 7200 --durations 0

@@ -32,6 +32,7 @@ def real():
     return search(sources, Board(9, 6, 0.025), range(13))
 
 
+@pytest.mark.slow
 def test_real_pairs_are_fitted_as_well_as_by_opencv(real):
     world = calibrate_world(real.sightings, real.board, model="brown5")
     assert world.rms_px < 0.25

@@ -56,6 +56,7 @@ def calibration(tmp_path_factory):
     return path
 
 
+@pytest.mark.slow
 def test_intrinsics(run, pictures, tmp_path):
     out = tmp_path / "lens.toml"
     images = f"{pictures}/N_left/*.png"
@@ -74,6 +75,7 @@ def test_intrinsics(run, pictures, tmp_path):
     assert "coefficients" in table.out
 
 
+@pytest.mark.slow
 def test_stereo_and_world_agree(run, pictures, tmp_path):
     out, other = tmp_path / "stereo.toml", tmp_path / "world.toml"
     sides = ("--left", pictures / "N_left", "--right", pictures / "N_right")

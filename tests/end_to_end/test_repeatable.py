@@ -17,7 +17,7 @@ from stereotrack_core.tracking.presets import PRESETS
 
 EACH = pytest.mark.parametrize(
     "preset",
-    [pytest.param(name, marks=() if name == "accurate" else pytest.mark.slow) for name in PRESETS],
+    [pytest.param(name, marks=() if name == "fast" else pytest.mark.slow) for name in PRESETS],
 )
 NUMBERS = (
     "frame",

@@ -53,6 +53,7 @@ def test_a_view_that_goes_dark_is_told_and_the_others_go_on(preset, copy, tmp_pa
     assert any("dark" in f["what"] for f in run("info", copy, "--deep", "--json").json["findings"])
 
 
+@pytest.mark.slow
 def test_frames_in_which_nothing_is_seen_are_not_tracked(clear, tmp_path, run):
     folder, place = tmp_path / "dark", tmp_path / "run.npz"
     shutil.copytree(clear, folder)

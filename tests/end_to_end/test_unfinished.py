@@ -170,6 +170,7 @@ def test_a_terminal_that_is_gone_cannot_be_told_and_nothing_is_lost(sound, tmp_p
     assert read_run(part_of(place)).frame.tolist() == list(range(HELD))
 
 
+@pytest.mark.slow
 def test_it_may_be_stopped_again_and_again(sound, whole, place, run):
     stopped_by(signal.SIGKILL, sound, "-o", place, *FAST, frames=3)
     for frames in (4, 1):  # what is tracked again is counted
@@ -182,7 +183,10 @@ def test_it_may_be_stopped_again_and_again(sound, whole, place, run):
     assert stored.meta["resumed_at"] == [1, 2, 3]
 
 
-@pytest.mark.parametrize("preset", ["accurate", pytest.param("thesis", marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    "preset",
+    ["fast", *(pytest.param(name, marks=pytest.mark.slow) for name in ("accurate", "thesis"))],
+)
 def test_a_background_that_is_learned_on_the_way_goes_on_too(preset, copy, tmp_path, run):
     substitute(copy / "recording.toml", r"(?m)^background = .*\n", "")
     words = (copy, "--preset", preset, "--frames", "0:8", "--init", "tpose")

@@ -104,7 +104,7 @@ def test_deeplabcut_hdf5_round_trip(recording, tmp_path):
         read_labels(LabelSource(path, recording, NINE.names))
 
 
-@settings(several, max_examples=20)  # each is read by a new process
+@settings(several, max_examples=8)  # each is written and read by a new process
 @given(written=clicks)
 def test_sleap_round_trip(recording, tmp_path, written):
     pytest.importorskip("sleap_io")

@@ -101,6 +101,7 @@ def test_too_few_frames_tell_nothing():
     assert WellSeenFrames().picked() == ()
 
 
+@pytest.mark.slow
 def test_a_recording_without_a_subject_is_tracked_with_its_own_lengths(tmp_path):
     settings = preset("fast").replaced(
         pixel_step=1, speckle_size=0, search_arms=False, data_points=400

@@ -53,7 +53,10 @@ def clouds(body, pose, rng, count, points=2500):
     return [cloud_of(surface_points(body, pose, points, rng, 0.005), k) for k in range(count)]
 
 
-@EACH
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(one, marks=pytest.mark.slow if one in SEEDS else ()) for one in BASELINES],
+)
 @pytest.mark.parametrize("pose", POSES)
 def test_a_body_is_found_from_a_disturbed_start(name, pose):
     true, off, apart = POSES[pose], [], []
