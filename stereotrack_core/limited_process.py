@@ -43,7 +43,7 @@ _ANSWER_SHARE = 4
 """The result may have the fourth part of the memory: it is held here, where nothing limits it."""
 LEAST_SECONDS, _SECONDS_FOR_MB = 120.0, 2.0
 """A busy machine needs some seconds to start a process, and an idle one 0.3 s for each MB."""
-_LONGEST_WRITING = 3600.0
+_LONGEST_WRITING = 3600.0  # seconds: pictures of long videos may have to be put into it
 _OWN_SECONDS = 5.0
 """So much later the process ends by itself, where nobody is left to end it."""
 _ONE_THREAD = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
@@ -120,7 +120,7 @@ def read_apart(
 
 
 def write_apart(write: Callable[[Path], None], path: Path) -> None:
-    """Have a file written in another process, as :func:`read_apart` does, without its limits.
+    """Have a file written in another process, as :func:`read_apart` reads one, without its limits.
 
     Raises
     ------
