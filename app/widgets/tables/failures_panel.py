@@ -15,11 +15,10 @@ from PySide6.QtCore import (
     Signal,
     Slot,
 )
-from PySide6.QtGui import QImage, QPixmap, QResizeEvent
+from PySide6.QtGui import QImage, QPainter, QPaintEvent, QPixmap
 from PySide6.QtWidgets import (
     QComboBox,
     QFrame,
-    QLabel,
     QScrollArea,
     QSizePolicy,
     QSplitter,
@@ -91,13 +90,17 @@ class EvidenceView(QScrollArea):
         self.picture.show_pixels(pixels)
 
 
-class ScaledPicture(QLabel):
+class ScaledPicture(QWidget):
     """A picture in its own proportions, as wide as the widget, never enlarged."""
 
     def __init__(self) -> None:
         super().__init__()
-        self._whole = QPixmap()
-        self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
+        self._whole, self._scaled = QPixmap(), QPixmap()
+        # As a function of the width: a height that followed the present width would let a scroll
+        # bar come, which makes it narrower and lower, and go, without an end.
+        policy = QSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
+        policy.setHeightForWidth(True)
+        self.setSizePolicy(policy)
         self.setAccessibleName("Before, worst and after")
 
     @property
@@ -107,22 +110,40 @@ class ScaledPicture(QLabel):
 
     def show_pixels(self, pixels: ImageArray | None) -> None:
         """Show a picture (H, W, 3) BGR, or none."""
-        self._whole = QPixmap()
+        self._whole = self._scaled = QPixmap()
         if pixels is not None:
             whole = np.ascontiguousarray(pixels)
             height, width = whole.shape[:2]
             image = QImage(whole.data, width, height, 3 * width, QImage.Format.Format_BGR888)
             self._whole = QPixmap.fromImage(image)
-        self._fit()
+        self.updateGeometry()
+        self.update()
 
-    def resizeEvent(self, event: QResizeEvent) -> None:
-        super().resizeEvent(event)
-        self._fit()
+    def hasHeightForWidth(self) -> bool:
+        return True
 
-    def _fit(self) -> None:
-        width = min(self.width(), self._whole.width())
-        smooth = Qt.TransformationMode.SmoothTransformation
-        self.setPixmap(self._whole.scaledToWidth(width, smooth) if width else QPixmap())
+    def heightForWidth(self, width: int) -> int:
+        return self._size_at(width).height()
+
+    def sizeHint(self) -> QSize:
+        return self.shown
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        size = self._size_at(self.width())
+        if size.isEmpty():
+            return
+        ratio = self.devicePixelRatioF()
+        wanted = size * ratio
+        if self._scaled.size() != wanted:
+            self._scaled = self._whole.scaled(
+                wanted, mode=Qt.TransformationMode.SmoothTransformation
+            )
+            self._scaled.setDevicePixelRatio(ratio)
+        QPainter(self).drawPixmap(0, 0, self._scaled)
+
+    def _size_at(self, width: int) -> QSize:
+        room = QSize(min(width, self._whole.width()), self._whole.height())
+        return self._whole.size().scaled(room, Qt.AspectRatioMode.KeepAspectRatio)
 
 
 _PEAKS = {
