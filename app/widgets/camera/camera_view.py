@@ -96,7 +96,7 @@ class CameraView(PictureView):
         before, self._marks = self._marks, marks
         if alike(before, marks):
             return
-        if marks is None or before is None or marks.frame != before.frame:
+        if marks is None or before is None or _come_anew(before, marks):
             self._keep_person()  # never while clicks are placed in the frame that is shown
         self._show_cursor()
         self.update_soon()
@@ -379,3 +379,8 @@ class CameraView(PictureView):
             self.hovered.emit(f"{self.picture.view}  x {pixel.x():.1f}  y {pixel.y():.1f}  {words}")
         else:
             self.hovered.emit("")
+
+
+def _come_anew(before: ClickMarks, marks: ClickMarks) -> bool:
+    """Whether clicks are of another frame, or came at once: a project was opened."""
+    return marks.frame != before.frame or (not before.clicks and len(marks.clicks) > 1)
