@@ -70,9 +70,7 @@ docs-site: ready
 
 pictures: ready
 	$(PY) tools/write_pictures.py demo docs
-	$(PY) tools/shrink_pictures.py docs/workbench.png docs/comparison.png docs/review.png docs/report.png \
-	    docs/import-sources.png docs/import-timing.png docs/annotate.png docs/tutorial-errors.png \
-	    docs/tutorial-clicks.png docs/tutorial-mended.png
+	$(PY) tools/shrink_pictures.py docs/*.png
 
 texts: ready
 	@$(PY) tools/texts.py
