@@ -10,7 +10,7 @@ from typing import TypeAlias
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray
-from stereotrack_core.body.model import BodyModel, body_model
+from stereotrack_core.body.model import BodyModel, body_model, landmarks
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.posing import TRUNK
 from stereotrack_core.body.proportions import proportions_of
@@ -18,6 +18,7 @@ from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.depth.points import Volume
 from stereotrack_core.errors import InputError
 from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.tracking.correspondences import DataToModel
 from stereotrack_core.tracking.estimate import Estimate, Memory
 from stereotrack_core.tracking.estimator import Estimator
@@ -30,7 +31,12 @@ from stereotrack_core.tracking.initialise.finder import (
     differ,
     distinct,
 )
-from stereotrack_core.tracking.initialise.people import own_part, share_at_sides, trunk_support
+from stereotrack_core.tracking.initialise.people import (
+    depth_inside,
+    own_part,
+    share_at_sides,
+    trunk_support,
+)
 from stereotrack_core.tracking.initialise.trunk import turned_round
 from stereotrack_core.tracking.keypoint_tracker import KeypointTracker
 from stereotrack_core.tracking.parameters import Settings, TrackingParameters
@@ -75,6 +81,12 @@ _DOUBT = 0.2
 _CONFIRMED_BY = 3
 """Successive frames that show enough of a body which was partly out of sight before it is stated,
 as tracks of many objects are begun (doi:10.1109/ICIP.2016.7533003)."""
+
+_TRUNK_ROWS = [LANDMARKS.index(name) for name in TRUNK]
+
+_BESIDE = 0.1
+"""Metres of a landmark of the trunk from a side of the volume within which a body that comes back
+is cut: what is left of it is seen as a whole one that stands farther inside."""
 
 _ENOUGH_TRUNK = 3
 """Clicked landmarks of a trunk that show where somebody is who was not there."""
@@ -273,13 +285,17 @@ class PersonTracker(LeaderTracker):
         support = trunk_support(setup.body, self.pose, cloud.points, setup.cameras)
         if support < _LEAST_SUPPORT:
             return "the cloud contains too little of the body"
-        cut = (
-            0.0
-            if setup.volume is None
-            else share_at_sides(cloud.points, setup.volume, setup.upright)
-        )
+        if setup.volume is None:
+            return ""
+        cut = share_at_sides(cloud.points, setup.volume, setup.upright)
         doubt = _DOUBT if self._unchanged < _SETTLED else 1.0
-        if cut > doubt * _HALF_CUT or (support < _WHOLE and cut > doubt * _CUT):
+        trunk = landmarks(setup.body, self.pose)[_TRUNK_ROWS]
+        beside = depth_inside(trunk, setup.volume, setup.upright).min() < _BESIDE
+        if (
+            cut > doubt * _HALF_CUT
+            or (support < _WHOLE and cut > doubt * _CUT)
+            or (self._unconfirmed and beside)
+        ):
             return "the body is partly outside the working volume"
         return ""
 

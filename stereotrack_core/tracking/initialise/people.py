@@ -136,14 +136,23 @@ def trunk_support(body: BodyModel, pose: Pose, points: FloatArray, cameras: Floa
     return seen / max(expected, 1)
 
 
+def depth_inside(points: FloatArray, volume: Volume, upright: Upright = Z_UP) -> FloatArray:
+    """Metres (N,) from points (N, 3) to the nearest side of the working volume; outside negative.
+
+    Floor and ceiling are no sides.
+    """
+    sides = upright.level
+    depth = np.minimum(points[:, sides] - volume.low[sides], volume.high[sides] - points[:, sides])
+    nearest: FloatArray = depth.min(axis=1)
+    return nearest
+
+
 def share_at_sides(points: FloatArray, volume: Volume, upright: Upright = Z_UP) -> float:
     """Share of points (N, 3) that lie within 50 mm of a side of the working volume.
 
     Somebody who is cut by a side has many there, somebody who only reaches out has few.
     """
-    sides = upright.level
-    depth = np.minimum(points[:, sides] - volume.low[sides], volume.high[sides] - points[:, sides])
-    return float(np.mean(depth.min(axis=1) < _SIDE)) if len(points) else 0.0
+    return float(np.mean(depth_inside(points, volume, upright) < _SIDE)) if len(points) else 0.0
 
 
 def _facing_cameras(

@@ -5,7 +5,11 @@ import numpy as np
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.depth.points import Volume
-from stereotrack_core.tracking.initialise.people import share_at_sides, trunk_support
+from stereotrack_core.tracking.initialise.people import (
+    depth_inside,
+    share_at_sides,
+    trunk_support,
+)
 from tests.tracking.scenes import CAMERAS, POSES, surface_points
 
 BODY = body_model(AVERAGE)
@@ -38,3 +42,9 @@ def test_points_at_the_sides_are_counted(rng):
     assert share_at_sides(within, volume) == 0.0
     assert share_at_sides(np.concatenate([within, at_side]), volume) == 0.25
     assert share_at_sides(np.empty((0, 3)), volume) == 0.0
+
+
+def test_depth_inside_knows_sides_alone():
+    volume = Volume(np.array([-1.8, -1.8, 0.0]), np.array([1.8, 1.8, 2.4]))
+    points = np.array([[0.0, 0.0, 2.39], [1.7, 0.5, 1.0], [0.0, -2.0, 1.0]])
+    assert np.allclose(depth_inside(points, volume), [1.8, 0.1, -0.2])
