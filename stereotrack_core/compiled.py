@@ -11,6 +11,15 @@ _FunctionT = TypeVar("_FunctionT", bound=Callable[..., Any])
 _lock = threading.RLock()
 
 
+def load_before_threads() -> None:
+    """Load what two threads must not load at once; called before the first of them is started.
+
+    Numba loads the package ``scipy.linalg``, and ``scipy.special`` a module of it, each holding
+    what the other waits for: Python ends one of them with an error.
+    """
+    import scipy.linalg  # noqa: F401
+
+
 def compiled(**options: Any) -> Callable[[_FunctionT], _FunctionT]:
     """Compile a function at its first call, and keep the machine code on the drive.
 

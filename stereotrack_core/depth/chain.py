@@ -12,6 +12,7 @@ from typing import Protocol, TypeAlias
 import numpy as np
 
 from stereotrack_core.arrays import ImageArray
+from stereotrack_core.compiled import load_before_threads
 from stereotrack_core.depth.background import BackgroundModel
 from stereotrack_core.depth.cloud import Cloud, DepthGeometry, ViewDepth
 from stereotrack_core.depth.colours import ColourCalibration
@@ -118,6 +119,7 @@ class DepthChain:
         self.colours = ColourCalibration.none(self.view_names)
         self._colour = colour
         workers = max(1, min(len(self._chains), os.cpu_count() or 1))
+        load_before_threads()
         self._pool = ThreadPoolExecutor(workers, thread_name_prefix="depth")
 
     @property

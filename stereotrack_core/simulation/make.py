@@ -14,6 +14,7 @@ from platformdirs import user_data_path
 
 from stereotrack_core.arrays import FloatArray, ImageArray
 from stereotrack_core.atomic import filling
+from stereotrack_core.compiled import load_before_threads
 from stereotrack_core.errors import Cancelled, InputError
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.recording.description import Recording, Stream, Subject, View
@@ -166,6 +167,7 @@ def simulate(
     who, names, where = person_named(person), motion_names(motion), view_names(views)
     if o.stature:
         who = grown(who, o.stature)
+    load_before_threads()
     with filling(folder) as workplace, ThreadPoolExecutor(_WORKERS) as workers:
         scene = build_scene(who, names, frames, where, seed, o, workers, parts)
         with ExitStack() as opened:

@@ -11,6 +11,7 @@ from typing import Any
 
 from PySide6.QtCore import QObject, Qt, Signal, Slot
 
+from stereotrack_core.compiled import load_before_threads
 from stereotrack_core.counting import in_words
 from stereotrack_core.errors import Cancelled
 from stereotrack_core.task_process import TaskProcess
@@ -49,6 +50,7 @@ class Threaded(QObject):
 
     def _begin(self) -> None:
         self._itself = self
+        load_before_threads()
         self._thread.start()
 
     def _live(self, work: Callable[[], object]) -> None:
