@@ -133,12 +133,19 @@ def _jobs_of(study: Study, row: StudyRow, place: Place, base: SweepRequest) -> l
     return [
         dataclasses.replace(
             job,
+            identity=_identity(job, row),
             recording=row.recording,
             keep=str(folder / f"{_name(job, base)}.npz"),
             corrections=corrections,
         )
         for job in jobs
     ]
+
+
+def _identity(job: Job, row: StudyRow) -> str:
+    """That of a job whose run is kept for a row: copies of a recording have runs of their own."""
+    text = f"{job.identity} {row.recording}"
+    return hashlib.blake2b(text.encode(), digest_size=12).hexdigest()
 
 
 def _name(job: Job, base: SweepRequest) -> str:

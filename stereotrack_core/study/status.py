@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -109,6 +110,10 @@ class _Reader:
         self._study = study
         self._cache = cache
         self._finder = Finder(study, lambda folder: self._recording(folder).fingerprint)
+        self._listed: dict[str, list[str]] = defaultdict(list)
+        for row in study.rows:
+            if row.fingerprint:
+                self._listed[row.fingerprint].append(row.recording)
 
     def row(self, row: StudyRow) -> RowStatus:
         """All that is known of a row."""
@@ -118,7 +123,8 @@ class _Reader:
         runs = tuple(
             self._run(run, recording, project) for run in _runs_of(self._study, row, place, project)
         )
-        findings = (*place.findings, *_findings(row, recording, project, runs))
+        alike = [name for name in self._listed.get(row.fingerprint, ()) if name != row.recording]
+        findings = (*place.findings, *_findings(row, recording, project, runs, alike))
         return RowStatus(row, place, recording, project, runs, findings)
 
     def _recording(self, folder: Path) -> RecordingFacts:
@@ -184,7 +190,15 @@ def _findings(
     recording: RecordingFacts | None,
     project: ProjectFacts | None,
     runs: Sequence[RunStatus],
+    alike: Sequence[str],
 ) -> Iterator[Finding]:
+    if alike:
+        yield Finding(
+            "warning",
+            row.recording,
+            f"the same recording is also listed as {alike[0]}",
+            "Remove one of the two, else the results contain it twice.",
+        )
     if recording is not None and row.fingerprint not in ("", recording.fingerprint):
         yield Finding(
             "warning",

@@ -1,5 +1,6 @@
 import csv
 import dataclasses
+import shutil
 
 import pytest
 
@@ -123,6 +124,21 @@ def test_a_recording_that_cannot_be_tracked_does_not_stop_the_others(study, tmp_
     assert len(plan.left_out) == 2
     with pytest.raises(InputError, match="accurat"):
         plan_study(StudyRequest(study.path, preset="accurat"))
+
+
+def test_a_copy_has_a_run_of_its_own_and_is_told_of(study, tmp_path):
+    shutil.copytree(tmp_path / "data/anna/slow", tmp_path / "data/carl/slow")
+    with_copy = create_study(study.path, [tmp_path / "data"]).study
+    assert track(with_copy)[0] == 4
+    assert track(with_copy)[0] == 0
+    rows = status_of(with_copy)
+    for one, other in (("anna", "carl"), ("carl", "anna")):
+        row = rows[f"data/{one}/slow"]
+        assert row.shown is not None
+        assert [finding.what for finding in row.findings] == [
+            f"the same recording is also listed as data/{other}/slow"
+        ]
+    assert not rows["data/ben/slow"].findings
 
 
 def test_different_settings_are_kept_side_by_side(study):
