@@ -7,13 +7,20 @@ import pytest
 
 from stereotrack_core.body.landmark_pose import pose_of_landmarks
 from stereotrack_core.errors import Cancelled
-from stereotrack_core.experiments.reproduction.plan import Group, PlannedRun, averaged_subject
+from stereotrack_core.experiments.reproduction.plan import (
+    Group,
+    Places,
+    PlannedRun,
+    averaged_subject,
+)
+from stereotrack_core.experiments.reproduction.results import write_results
 from stereotrack_core.experiments.reproduction.runs import track_group
 from stereotrack_core.experiments.reproduction.tables import outcome_of
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.simulation.make import simulate
 from stereotrack_core.simulation.motions import Part
 from stereotrack_core.simulation.rig import SceneOptions
+from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run import track
 from stereotrack_core.tracking.run_spec import RunSpec
 
@@ -99,3 +106,12 @@ def test_stopping_keeps_nothing_of_the_group(recording):
             cancelled=lambda: len(seen) >= 2,
         )  # fmt: skip
     assert seen == [1, 1]
+
+
+def test_the_page_is_written_before_anything_is_tracked(recording, tmp_path):
+    places = Places(tmp_path)
+    planned = [Group(recording.name, (PlannedRun("thesis"),))]
+    write_results(places, [recording], planned, ["thesis", "fast"], short=True)
+    page = places.page.read_text(encoding="utf-8")
+    for name in preset("fast").values():
+        assert name in page
