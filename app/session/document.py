@@ -184,7 +184,10 @@ class DocumentPresenter(QObject):
         self._opening.ended.connect(self._on_opening_ended)
 
     def close(self) -> None:
-        """Close the recording."""
+        """Close the recording; one that is being opened does not come any more."""
+        if self._opening is not None:
+            self._opening.cancel()
+            self._opening = None
         self.pause()
         self._count_timer.stop()
         if self._reading is not None:

@@ -69,6 +69,7 @@ class Opening(QObject):
         self._document, self._project, self._track = document, project, track
         self._tasks, self._settings = tasks, settings
         self._finding: Task | None = None
+        self._ended = False
         self.asked = self._due = Asked()
         document.opened.connect(self._remember)
 
@@ -98,6 +99,8 @@ class Opening(QObject):
 
         Of a folder of videos, or a video, a recording can be made: :attr:`import_wanted`.
         """
+        if self._ended:
+            return
         self._finding = None
         if path.name.endswith(STUDY_SUFFIX) and path.is_file():
             self.study_wanted.emit(path)
@@ -117,6 +120,10 @@ class Opening(QObject):
             return
         self._project.give_up()
         self._document.open(path.parent if path.name == DESCRIPTION else path, frame)
+
+    def end(self) -> None:
+        """Open nothing any more, whatever is found or made from now on: the window closes."""
+        self._ended = True
 
     def open_all(self, paths: Sequence[Path]) -> None:
         """Open what was dropped: several videos or folders of them together make a recording."""

@@ -141,6 +141,7 @@ class Session(QObject):
 
     def close(self) -> None:
         """End all work and close what is open, with the window."""
+        self.opening.end()
         self.document.pause()
         self.track.stop(at_once=True)
         self.leaving.emit()

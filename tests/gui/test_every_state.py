@@ -78,6 +78,7 @@ class Keeper:
         """Go back to it, where something was left."""
         if self.state in CLOSED:
             if self.session.document.recording is not None:
+                self.session.track.stop()
                 self.session.document.close()
             return
         if self.session.document.recording is None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import threading
 import weakref
 
 import numpy as np
@@ -262,6 +263,22 @@ def test_closing_the_recording_goes_back_to_the_welcome_page(opened, qtbot):
     assert opened.context.docks.middle.currentWidget() is opened.welcome
     assert opened.welcome.recent.count() == 1
     assert not opened.context.actions.action("run").isEnabled()
+
+
+def test_nothing_opens_in_a_closed_window(qtbot, settings, processes, kept, small_recording):
+    kept.close()
+    made = show_window(qtbot, settings, processes)
+    qtbot.addWidget(made)
+    session = made.context.session
+    session.opening.open(small_recording)
+    (reading,) = made.context.tasks.tasks
+    assert reading.join(60.0), "it is done, and nobody has been told"
+    close_window(made)
+    session.opening.open(small_recording)
+    QTest.qWait(300)
+    assert session.document.recording is None
+    assert not session.document.opening
+    assert "frames read" not in {thread.name for thread in threading.enumerate()}
 
 
 def test_nothing_of_a_closed_window_is_left(qtbot, settings, processes, kept, small_recording):
