@@ -67,7 +67,7 @@ _ENOUGH_DOUBT, _MOST_TRUST = 60.0, 200.0
 """Sum of such costs over frames from which a settled pose is turned round, and the most that
 earlier frames can weigh against it."""
 
-_LEAST_SUPPORT, _WHOLE = 0.55, 0.9
+_LEAST_SUPPORT, _WHOLE = 0.5, 0.9
 """Shares of the trunk's patches without which too little of the body is there, and with which it
 is there as a whole."""
 

@@ -25,21 +25,8 @@ MOST_TILTED = 18.0
 UPWARDS = {"floor": "z", "away": "z", "y-up": "y", "camera": "-y", "camera-y-up": "y"}
 
 
-TOO_PLAIN = pytest.mark.xfail(
-    strict=True,
-    reason="clothes without texture at 1 m: nothing but outlines is measured, and while the arms "
-    "are lowered too little of the trunk, so three of 14 frames are not tracked",
-)
-"""What `near-long-base` shows `accurate`."""
-
-
 TRACKED = [
-    pytest.param(
-        rig,
-        name,
-        id=f"{rig.name}-{name}",
-        marks=[TOO_PLAIN] if (rig.name, name) == ("near-long-base", "accurate") else [],
-    )
+    pytest.param(rig, name, id=f"{rig.name}-{name}")
     for rig in RIGS
     for name in ("accurate", "fast")
 ]
