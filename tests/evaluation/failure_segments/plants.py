@@ -165,9 +165,11 @@ PLANTS: dict[str, Plant] = {
         "initialisation", "t-pose+travolta", "P1", "NOSW", "thesis", 40, 33, range(40), {},
         init="wrong",
     ),
-    "occluded": Plant("hidden", "whip", "P2", "N", "fast", 50, 37, range(24, 48), {}, held_before),
+    "occluded": Plant(
+        "hidden", "travolta", "P1", "N", "fast", 50, 37, range(24, 48), {}, held_before
+    ),
     "occluded-2": Plant(
-        "hidden", "point", "P3", "NS", "fast", 60, 38, range(24, 56), {}, held_before
+        "hidden", "whip", "P4", "N", "fast", 60, 38, range(24, 56), {}, held_before
     ),
     "stranger": Plant(
         "neighbour", "arms-at-sides", "P1", "NOSW", "fast", 70, 30, range(28, 70),
