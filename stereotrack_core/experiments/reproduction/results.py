@@ -308,9 +308,9 @@ def _parameters(name: str) -> dict[str, str | Table]:
     """Parameters of a preset that differ from the defaults, and the others."""
     columns, values = ("parameter", ">value", "unit", ">default"), preset(name).values()
     rows = [
-        ((row.name, str(values[row.name]), row.unit, str(row.default)), row.default)
+        (row, (row.name, str(values[row.name]), row.unit, str(row.default)))
         for row in Settings.rows()
     ]
-    changed = [line for line, default in rows if values[line[0]] != default]
-    same = [line for line, default in rows if values[line[0]] == default]
+    changed = [line for row, line in rows if values[row.name] != row.default]
+    same = [line for row, line in rows if values[row.name] == row.default]
     return {"name": name, "changed": Table("", columns, changed), "same": Table("", columns, same)}
