@@ -53,6 +53,16 @@ KEYPOINTS = option(
     action="append",
     default=[],
 )
+LAYOUT = option(
+    "--layout NAME",
+    "order of the points of files without names, such as coco17, body25 or body25b (default: told "
+    "by their number and a body's proportions)",
+)
+PERSON = option(
+    "--person NAME",
+    "name or number of the person in keypoints of several (default: the surest of all frames)",
+)
+KEYPOINT_OPTIONS = (KEYPOINTS, LAYOUT, PERSON)
 JSON = flag("--json", "print the result as JSON")
 PRESET = option(
     "--preset accurate|thesis|fast|FILE.toml",

@@ -12,7 +12,7 @@ from stereotrack_core.atomic import write_file
 from stereotrack_core.cli.arguments import (
     FRAMES,
     JSON,
-    KEYPOINTS,
+    KEYPOINT_OPTIONS,
     VIEWS,
     changes,
     check_least,
@@ -95,7 +95,7 @@ OPTIONS = (
     flag(
         "--annotation", "fit the body to clicks simulated from the reference, instead of tracking"
     ),
-    KEYPOINTS,
+    *KEYPOINT_OPTIONS,
     changes("change one parameter for all runs"),
     option(
         "--speed-frames N",
@@ -204,7 +204,10 @@ def _keypoints(args: Namespace, recordings: Sequence[Recording]) -> list[Keypoin
             where="--keypoints",
             remedy="Give them once for each recording, in the order of the recordings.",
         )
-    return [keypoints_from(*one) for one in zip(args.keypoints, recordings, strict=True)]
+    return [
+        keypoints_from(path, recording, args)
+        for path, recording in zip(args.keypoints, recordings, strict=True)
+    ]
 
 
 def _that_follow(

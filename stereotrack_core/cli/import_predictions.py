@@ -5,14 +5,14 @@ from __future__ import annotations
 from argparse import Namespace
 from pathlib import Path
 
-from stereotrack_core.cli.arguments import JSON, flag, option
-from stereotrack_core.cli.output import OK, put_result
+from stereotrack_core.cli.arguments import JSON, LAYOUT, PERSON, flag, option
+from stereotrack_core.cli.output import OK, put_result, say
 from stereotrack_core.cli.sources import open_project, recording_of
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.keypoints.source import KeypointSource
 from stereotrack_core.interop.label_source import stated_names
 from stereotrack_core.project.detectors import plan_import, removal
-from stereotrack_core.recording.keypoint_names import LAYOUTS
+from stereotrack_core.recording.keypoint_names import layout_named
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.tables import Table
 
@@ -26,19 +26,16 @@ OPTIONS = (
     option(
         "file FILE",
         "a folder of OpenPose (of JSON files, or of one folder for each camera), COCO results or "
-        "annotations (.json), MMPose or RTMPose (.json), FreeMoCap and MediaPipe (.npy, .csv), "
-        "DeepLabCut (.csv, .h5), SLEAP predictions (.slp), or a table (.csv) of frame, view, "
-        "keypoint, x, y, confidence",
+        "annotations (.json), MMPose or RTMPose (.json), FreeMoCap and MediaPipe (.npy, .csv, "
+        ".json), DeepLabCut (.csv, .h5), SLEAP predictions (.slp, analysis .h5), or a table "
+        "(.csv) of frame, view, keypoint, x, y, confidence",
         type=Path,
         nargs="?",
     ),
     option("--into PROJECT", "project (.stereotrack)", type=Path, required=True),
     option("--camera NAME", "camera or view of the keypoints, if the file does not state it"),
-    option(
-        "--layout",
-        "order of the points of a file without names (default: by their number)",
-        choices=tuple(LAYOUTS),
-    ),
+    LAYOUT,
+    PERSON,
     option(
         "--name THEIRS=OURS",
         "keypoint here for a keypoint name in the file; may be given several times",
@@ -55,7 +52,7 @@ OPTIONS = (
         "also propose them as clicks: in the workspace Annotate they are shown as predictions, "
         "which can be accepted",
     ),
-    flag("--all-people", "keep all people (default: the surest person of each picture)"),
+    flag("--all-people", "keep all people instead of one"),
     option(
         "--remove DETECTOR",
         "instead of an import: remove the keypoints and proposals of a detector",
@@ -75,20 +72,30 @@ def run(args: Namespace) -> int:
     if args.remove is not None:
         return _remove(args)
     names = stated_names(args.names, "--name")
+    layout = None if args.layout is None else layout_named(args.layout)
+    if args.all_people and args.person is not None:
+        raise InputError(
+            "all people are kept, or one", where="--person", remedy="Omit it or --all-people."
+        )
     with open_project(args.into, read_only=False) as project:
         recording = recording_of(project)
         with FrameReader(recording, read_ahead=0) as reader:
             frames = reader.frame_count
         source = KeypointSource(
-            args.file, recording, args.camera, args.layout, names, args.detector or ""
+            args.file, recording, args.camera, layout, names, args.detector or ""
         )
-        wanted = {"all_people": args.all_people, "propose": args.propose}
-        found = plan_import(project, (source,), frames, **wanted)
+        found = plan_import(
+            project, (source,), frames,
+            all_people=args.all_people, person=args.person, propose=args.propose,
+        )  # fmt: skip
         project.keypoints.put(found.after)
     facts = found.facts()
     facts = {"proposed": found.proposed, **facts} if args.propose else facts
     rows = [(key.replace("_", " "), str(value)) for key, value in facts.items()]
-    rows[-1] = ("left out", found.left_out_words())
+    rows = [row for row in rows if row[0] not in ("left out", "notes")]
+    rows.append(("left out", found.left_out_words()))
+    for note in found.notes:
+        say(f"{args.file}: {note}.")
     table = Table(f"{args.file} into {args.into}", ("", ">"), rows)
     put_result(facts, table, as_json=args.json)
     return OK

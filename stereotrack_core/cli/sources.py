@@ -187,12 +187,14 @@ def say_notes(notes: Iterable[Finding]) -> None:
         say(f"{note.severity}: {note.where}: {note.what}. {note.remedy}")
 
 
-def keypoints_from(path: Path, recording: Recording) -> Keypoints:
-    """Keypoints of a project or of a detector's file; says what is left out.
+def keypoints_from(path: Path, recording: Recording, args: Namespace) -> Keypoints:
+    """Keypoints of a project or of a detector's file; says what was decided and is left out.
 
-    Raises InputError where there are none.
+    The options --layout and --person hold. Raises InputError where there are none.
     """
-    found = keypoints_in(path, recording)
+    found = keypoints_in(path, recording, args.layout, args.person)
+    for note in found.notes:
+        say(f"{path}: {note}.")
     if found.left_out:
         say(f"{path}: left out: {found.summary()}")
     number, cameras = counted(len(found.keypoints), "keypoint"), len(found.keypoints.cameras)

@@ -13,7 +13,7 @@ from stereotrack_core.cli.arguments import (
     FRAMES,
     INIT,
     JSON,
-    KEYPOINTS,
+    KEYPOINT_OPTIONS,
     SETTINGS,
     TLS,
     VIEWS,
@@ -91,7 +91,7 @@ OPTIONS = (
     VIEWS,
     INIT,
     flag("--smooth", "smooth the runs"),
-    KEYPOINTS,
+    *KEYPOINT_OPTIONS,
     option("--workers N", "number of processes on this machine (default: one per core)", type=int),
     option(
         "--together N",

@@ -10,6 +10,8 @@ from pathlib import Path
 from stereotrack_core.cli.arguments import (
     FRAMES,
     JSON,
+    LAYOUT,
+    PERSON,
     PRESET,
     RECORDING,
     VIEWS,
@@ -146,6 +148,8 @@ OPTIONS = (
         "a detector's file or folder; mono views are tracked by them alone",
         type=Path,
     ),
+    LAYOUT,
+    PERSON,
     option(
         "--clicks PROJECT|CSV",
         "clicked landmarks, used as measurements: a project, or a clicks file. Around a clicked "

@@ -160,7 +160,7 @@ def plan_of(args: Namespace, recording: Recording, output: UnfinishedOutput) -> 
 def _plan(args: Namespace, recording: Recording) -> TrackPlan:
     name = args.preset or USUAL_PRESET
     settings = preset(name, args.changes)
-    keypoints = _keypoints(args.keypoints, recording, settings)
+    keypoints = _keypoints(args, recording, settings)
     views = tracked_views(recording, views_of(recording, args.views), keypoints)
     frames = frames_within(args.frames, _count(recording, views))
     spec = RunSpec(
@@ -188,7 +188,7 @@ def _plan_like(args: Namespace, recording: Recording) -> TrackPlan:
     if said:
         say(f"Taken from the command line instead of the run: {', '.join(said)}.")
     preset_name, settings = _settings(args, stored)
-    keypoints = _keypoints(args.keypoints, recording, settings)
+    keypoints = _keypoints(args, recording, settings)
     if stored.retracked:
         say("Stretches of the run were tracked again around clicks. The whole is tracked now.")
     if otherwise := stored.check_keypoints(keypoints):
@@ -226,7 +226,7 @@ def _plan_resumed(args: Namespace, recording: Recording, output: UnfinishedOutpu
     run = begun.run()
     check_run(output.part, run)
     stored = stored_spec(run)
-    keypoints = _keypoints(args.keypoints, recording, stored.spec.settings)
+    keypoints = _keypoints(args, recording, stored.spec.settings)
     views = tracked_views(recording, stored.spec.views, keypoints)
     detections, heard_else = stored.detections_in(recording)
     heard = heard_else, stored.check_keypoints(keypoints)
@@ -314,6 +314,8 @@ def _said(args: Namespace) -> list[str]:
         "--heading": args.heading,
         "--detections": args.detections,
         "--keypoints": args.keypoints,
+        "--layout": args.layout,
+        "--person": args.person,
         "--clicks": args.clicks,
     }
     said = [f"{name} {value}" for name, value in options.items() if value is not None]
@@ -366,15 +368,22 @@ def _clicks(
     return found
 
 
-def _keypoints(path: Path | None, recording: Recording, settings: Settings) -> Keypoints | None:
+def _keypoints(args: Namespace, recording: Recording, settings: Settings) -> Keypoints | None:
     """What ``--keypoints`` names, of a project or a detector's file; None where none is named.
 
     Raises InputError where there are none, or the settings' tracker does not use them.
     """
-    if path is None:
+    for option in ("layout", "person"):
+        if args.keypoints is None and getattr(args, option) is not None:
+            raise InputError(
+                "there are no keypoints that it could say anything about",
+                where=f"--{option}",
+                remedy="Give the keypoints with --keypoints, or omit it.",
+            )
+    if args.keypoints is None:
         return None
     _check_used("keypoints", settings)
-    return keypoints_from(path, recording)
+    return keypoints_from(args.keypoints, recording, args)
 
 
 def _check_used(what: str, settings: Settings) -> None:

@@ -10,8 +10,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -22,8 +21,8 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.interop.label_source import (
     Labels,
     LabelSource,
+    PicturePlaces,
     checked_frame,
-    frame_of,
     pictures_of,
 )
 from stereotrack_core.plain_data import Kind, check_kind
@@ -95,12 +94,16 @@ def read_coco(source: LabelSource) -> Labels:
         raise InputError(
             "no category has keypoints", where=str(path), remedy="Export keypoints, not boxes."
         )
-    images = {one.get("id"): one for one in content["images"]}
+    there = [one for one in content["annotations"] if one.get("keypoints") is not None]
+    _refuse_scores(path, there)
+    place_of_picture = places_of_images(content["images"], source)
     seen: set[tuple[int, str]] = set()
 
     def read(annotation: Mapping[str, Any], known: Mapping[str, str]) -> Iterable[Click]:
         where = f"{path}, annotation {annotation.get('id', '?')}"
-        place = place_of_picture(images.get(annotation.get("image_id")), source, where)
+        place = place_of_picture(annotation.get("image_id"), where)
+        if place is None:
+            return ()
         if place in seen:
             raise InputError(
                 f"the file has a second person in {place[1]} at frame {place[0]}",
@@ -111,8 +114,20 @@ def read_coco(source: LabelSource) -> Labels:
         keypoints = categories.get(annotation.get("category_id"), [])
         return _clicks(annotation, keypoints, known, place, where)
 
-    there = [one for one in content["annotations"] if one.get("keypoints") is not None]
     return source.labels(theirs, there, read)
+
+
+def _refuse_scores(path: Path, annotations: Iterable[Mapping[str, Any]]) -> None:
+    """Refuse predictions, whose third numbers are confidences instead of visibilities."""
+    marks = (v for one in annotations for v in one["keypoints"][2::3])
+    score = next((v for v in marks if isinstance(v, float) and not v.is_integer()), None)
+    if score is not None:
+        raise InputError(
+            f"its keypoints have confidences ({score:g}), so they are predictions and no labels",
+            where=str(path),
+            remedy="Import them with `stereotrack import predictions`, or File, Import "
+            "predictions in the workbench.",
+        )
 
 
 def _annotation(number: int, clicks: Mapping[str, Click], names: Sequence[str]) -> dict[str, Any]:
@@ -152,24 +167,37 @@ def coco_content(path: Path) -> dict[str, list[dict[str, Any]]]:
     return {key: [one for one in content[key] if one is not None] for key in _KINDS}
 
 
-def place_of_picture(
-    image: Mapping[str, Any] | None, source: LabelSource, where: str
-) -> tuple[int, str]:
-    """Frame and camera of a picture; InputError where they cannot be told."""
-    if image is None:
-        raise InputError(
-            "the image of this annotation is not in the file",
-            where=where,
-            remedy="Add it to images.",
-        )
-    name = str(image.get("file_name", ""))
-    if source.camera is None and (stated := image.get("camera")) is not None:
-        source = replace(source, camera=str(stated))
-    own = source.camera_of(name, where)
-    frame = image.get("frame")
-    if isinstance(frame, int) and not isinstance(frame, bool):
-        return checked_frame(frame, where=where), own
-    return frame_of(name, where=where), own
+def places_of_images(
+    images: Iterable[Mapping[str, Any]], source: LabelSource
+) -> Callable[[Any, str], tuple[int, str] | None]:
+    """Gives frame and camera of the image with an id; None for one of another camera than stated.
+
+    The function that is given takes the id and what it is asked for, and raises InputError where
+    they cannot be told.
+    """
+    by_id = {one.get("id"): one for one in images}
+    names = {key: str(one.get("file_name", "")) for key, one in by_id.items()}
+    own = {
+        names[key]: str(one["camera"])
+        for key, one in by_id.items()
+        if one.get("camera") is not None
+    }
+    places = PicturePlaces(source, names.values(), own)
+
+    def place(key: Any, where: str) -> tuple[int, str] | None:
+        if key not in by_id:
+            raise InputError(
+                "the image of this annotation is not in the file",
+                where=where,
+                remedy="Add it to images.",
+            )
+        frame = by_id[key].get("frame")
+        if not isinstance(frame, int) or isinstance(frame, bool):
+            return places.of(names[key], where)
+        camera = places.camera(names[key], where)
+        return None if camera is None else (checked_frame(frame, where=where), camera)
+
+    return place
 
 
 def _clicks(

@@ -11,7 +11,7 @@ seen, and one that is outside the image has no values, like one that nobody has 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -25,8 +25,8 @@ from stereotrack_core.interop.label_source import (
     PLACES_ALONE,
     Labels,
     LabelSource,
+    PicturePlaces,
     checked_frame,
-    frame_of,
 )
 from stereotrack_core.interop.pictures import make_folder
 from stereotrack_core.tables import csv_text, read_cells
@@ -82,14 +82,16 @@ def read_deeplabcut(source: LabelSource) -> Labels:
     ]
     first = min((one.place for one in columns), default=1)
 
+    rows = enumerate(lines[len(header) :], start=len(header) + 1)
+    there = [row for row in rows if any(row[1])]
+    place_of_row = places_of_rows((line[:first] for _, line in there), source)
+
     def read(row: tuple[int, Sequence[str]], known: Mapping[str, str]) -> list[Click]:
         number, line = row
         where = f"{path}, line {number}"
-        place = place_of_row(line[:first], source, where)
-        return _clicks(line, columns, known, place, where)
+        place = place_of_row(line[:first], where)
+        return [] if place is None else _clicks(line, columns, known, place, where)
 
-    rows = enumerate(lines[len(header) :], start=len(header) + 1)
-    there = (row for row in rows if any(row[1]))
     found = source.labels((one.part for one in columns), there, read)
     return replace(found, unstated=PLACES_ALONE)
 
@@ -193,18 +195,32 @@ def file_of_camera(path: Path, camera: str) -> Path:
     return path.with_name(f"{path.stem}_{camera}{path.suffix}")
 
 
-def place_of_row(cells: Sequence[str], source: LabelSource, where: str) -> tuple[int, str]:
-    """Frame and camera of a row, from its number or its picture's path.
+def places_of_rows(
+    rows: Iterable[Sequence[str]], source: LabelSource
+) -> Callable[[Sequence[str], str], tuple[int, str] | None]:
+    """Gives frame and camera of a row by its first cells: its number, or its picture's path.
 
-    InputError where they cannot be told.
+    The function that is given takes the cells and what it is asked for. It gives None for a picture
+    of another camera than the stated one, and raises InputError where they cannot be told.
     """
-    text = "/".join(cell for cell in cells if cell)
+    pictures = ("/".join(filter(None, cells)) for cells in rows)
+    places = PicturePlaces(source, [one for one in pictures if _number(one) is None])
+
+    def place(cells: Sequence[str], where: str) -> tuple[int, str] | None:
+        text = "/".join(filter(None, cells))
+        if (frame := _number(text)) is None:
+            return places.of(text, where)
+        own = source.camera_of(source.path.name, str(source.path))
+        return checked_frame(frame, where=where), own
+
+    return place
+
+
+def _number(text: str) -> float | None:
     try:
-        frame = float(text)
+        return float(text)
     except ValueError:
-        return frame_of(text, where=where), source.camera_of(text, where)
-    own = source.camera_of(source.path.name, str(source.path))
-    return checked_frame(frame, where=where), own
+        return None
 
 
 def _clicks(

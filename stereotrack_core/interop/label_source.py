@@ -189,12 +189,11 @@ def camera_of(path: str, recording: Recording, stated: str | None, *, where: str
     """The camera that a picture or video of that name is of.
 
     A view's name means its reference image. Looked for in the folders of the path, from the last
-    to the first, then in the words of the file's name.
+    to the first, then among the parts of the file's name, as a whole: ``trial_S1`` is not of ``S``.
 
     InputError where no camera, or more than one, can be meant.
     """
-    known = {view.name: view.image.camera for view in recording.views}
-    known |= {camera: camera for camera in recording.cameras}
+    known = _cameras_by_name(recording)
     if stated is not None:
         if stated not in known:
             raise InputError(
@@ -203,32 +202,128 @@ def camera_of(path: str, recording: Recording, stated: str | None, *, where: str
                 remedy=f"The cameras of the recording are {_list(tuple(known))}.",
             )
         return known[stated]
-    pure = PurePosixPath(path.replace("\\", "/"))
-    for part in reversed(pure.parts[:-1]):
-        if part in known:
-            return known[part]
-    stem = pure.name.split(".")[0]
-    found = [
-        name for name in known if re.search(rf"(?<![A-Za-z0-9]){re.escape(name)}(?![A-Za-z])", stem)
-    ]
-    longest = [name for name in found if not any(name != one and name in one for one in found)]
-    if len(longest) != 1:
+    found = _named_camera(path, known)
+    if found is None:
         raise InputError(
             f"the camera of {path!r} cannot be determined",
             where=where,
             remedy="Give it with --camera. The cameras of the recording are "
             f"{_list(tuple(known))}.",
         )
-    return known[longest[0]]
+    return found
 
 
-def frame_of(path: str, *, where: str) -> int:
+def _cameras_by_name(recording: Recording) -> dict[str, str]:
+    """Cameras by their own names and by those of the views whose reference image they take."""
+    known = {view.name: view.image.camera for view in recording.views}
+    return known | {camera: camera for camera in recording.cameras}
+
+
+def _named_camera(path: str, known: Mapping[str, str]) -> str | None:
+    """The one camera of `known` that a path names; None if it names none, or several."""
+    pure = PurePosixPath(path.replace("\\", "/"))
+    for part in reversed(pure.parts[:-1]):
+        if part in known:
+            return known[part]
+    found = [name for name in known if _part_of_name(name).search(pure.name)]
+    longest = [name for name in found if not any(name != one and name in one for one in found)]
+    return known[longest[0]] if len(longest) == 1 else None
+
+
+def _part_of_name(name: str) -> re.Pattern[str]:
+    """Matches a name where no letter or digit is before or behind it."""
+    return re.compile(rf"(?<![A-Za-z0-9]){re.escape(name)}(?![A-Za-z0-9])")
+
+
+class PicturePlaces:
+    """Camera and frame of each of a file's pictures, also where one of its cameras is stated.
+
+    A stated camera holds for a file of one camera. Of a file whose pictures lie in several folders,
+    or name several cameras, it chooses those that name it; the others are left out.
+
+    Parameters
+    ----------
+    pictures : iterable of str
+        Paths of all pictures or videos of the file.
+    own : mapping from str to str
+        Cameras that the file states of its pictures.
+    """
+
+    def __init__(
+        self, source: LabelSource, pictures: Iterable[str], own: Mapping[str, str] | None = None
+    ) -> None:
+        self._source, self._own = source, own or {}
+        self._known = _cameras_by_name(source.recording)
+        self._left_out: frozenset[str] = frozenset()
+        self.left_out = 0
+        """Pictures of other cameras than the stated one, as often as they were asked for."""
+        if source.camera is not None:
+            self._choose(tuple(dict.fromkeys(pictures)), source.camera)
+
+    def _choose(self, pictures: Sequence[str], stated: str) -> None:
+        groups: dict[tuple[str, str | None], list[str]] = {}
+        for picture in pictures:
+            folder = str(PurePosixPath(picture.replace("\\", "/")).parent)
+            camera = self._named(picture)
+            groups.setdefault((folder if camera is None else "", camera), []).append(picture)
+        if len(groups) < 2:
+            return
+        camera = camera_of("", self._source.recording, stated, where="--camera")
+        if ("", camera) not in groups:
+            some = [own[0] for own in groups.values()]
+            raise InputError(
+                f"the file has pictures of {len(groups)} videos or cameras ({_list(some)}), and "
+                f"none is named {stated}",
+                where=str(self._source.path),
+                remedy="Rename their folders after the cameras of the recording, or save a file "
+                "for each camera.",
+            )
+        others = (own for key, own in groups.items() if key[1] != camera)
+        self._left_out = frozenset(picture for own in others for picture in own)
+
+    def _named(self, picture: str) -> str | None:
+        if (own := self._own.get(picture)) is not None:
+            return self._known.get(own, own)
+        return _named_camera(picture, self._known)
+
+    def camera(self, picture: str, where: str) -> str | None:
+        """Camera of a picture; None if it is left out. InputError where it cannot be told."""
+        if picture in self._left_out:
+            self.left_out += 1
+            return None
+        stated = self._source.camera or self._own.get(picture)
+        return camera_of(picture, self._source.recording, stated, where=where)
+
+    def of(self, picture: str, where: str) -> tuple[int, str] | None:
+        """Frame and camera of a numbered picture; see :meth:`camera`."""
+        camera = self.camera(picture, where)
+        if camera is None:
+            return None
+        return frame_of(picture, self._known, where=where), camera
+
+
+_CAMERA_NUMBER = re.compile(r"(?i)(?<![a-z])(cam|camera|view)[ _-]?\d+")
+
+
+def frame_of(path: str, cameras: Iterable[str] = (), *, where: str) -> int:
     """The frame that a numbered picture is of: the last number of its name.
+
+    A number between dots goes before it (``cam01.0012.json``). Numbers of cameras do not count,
+    neither those of these names nor ``cam1``, if there is another one.
 
     InputError where there is none.
     """
-    stem = PurePosixPath(path.replace("\\", "/")).name.split(".")[0]
-    numbers = _NUMBER.findall(stem)
+    first, *parts = PurePosixPath(path.replace("\\", "/")).name.split(".")
+    whole = [part for part in parts[-2:] if part.isdecimal()]
+    rest = first
+    for name in sorted(cameras, key=len, reverse=True):
+        rest = _part_of_name(name).sub("", rest)
+    numbers = (
+        whole
+        or _NUMBER.findall(_CAMERA_NUMBER.sub("", rest))
+        or _NUMBER.findall(rest)
+        or _NUMBER.findall(" ".join((*parts[:-1], first)))
+    )
     if not numbers:
         raise InputError(
             f"the image name {path!r} contains no number",

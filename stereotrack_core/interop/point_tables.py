@@ -185,6 +185,8 @@ def read_points(source: LabelSource) -> Labels:
                 where=str(path),
                 remedy="Remove its columns, or add the camera to the recording.",
             )
+        if source.camera is not None and cameras[number] != source.camera_of("", str(path)):
+            continue
         own = places.setdefault((points.get(point, point), cameras[number]), {})
         own[axis.lower()] = column
 

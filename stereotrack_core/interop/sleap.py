@@ -1,13 +1,14 @@
 """Labels of SLEAP (``.slp``), by the optional library sleap-io.
 
 Pixels are SLEAP's own (the centre of the first one is 0, as here), frames those of the video: a
-stream that begins earlier or later than the recording is accounted for. The format cannot tell what
+stream that begins earlier or later than the recording is accounted for. Of numbered pictures SLEAP
+counts the files, so that a missing number moves all frames behind it. The format cannot tell what
 is outside the image from what nobody has labelled, and keeps neither flag nor sigma.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
 from io import BytesIO
 from pathlib import Path, PurePosixPath
@@ -20,7 +21,13 @@ from stereotrack_core.annotation.landmark_set import LandmarkSet
 from stereotrack_core.atomic import replacing
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
-from stereotrack_core.interop.label_source import Labels, LabelSource, pictures_of
+from stereotrack_core.interop.label_source import (
+    Labels,
+    LabelSource,
+    PicturePlaces,
+    frame_of,
+    pictures_of,
+)
 from stereotrack_core.interop.sleap_file import (
     SleapFrame,
     SleapPerson,
@@ -46,12 +53,22 @@ def write_sleap(
 
     With `pictures` the labelled ones are kept in the file, which then needs no video.
 
-    InputError where the file cannot be written, or sleap-io is not installed.
+    InputError where the file cannot be written, a picture is missing, or sleap-io is not installed.
     """
     check_sleap_library(path)
     placed = (click for click in clicks if click.position is not None)
     found = pictures_of(placed, landmarks.names, recording, path)
-    write = partial(_save, found, recording, landmarks, "user" if pictures else False)
+    streams = _streams(recording)
+    files = {name: _pictures(recording, streams[name]) for name in {one[0].name for one in found}}
+    for camera, frame, _ in found:
+        if _index_of(files[camera.name], frame + _shift(streams[camera.name], recording)) is None:
+            raise InputError(
+                f"the picture of frame {frame} in {camera.name} is missing, so SLEAP cannot hold "
+                "its clicks",
+                where=str(path),
+                remedy="Delete the clicks of this frame, or export them as csv or coco.",
+            )
+    write = partial(_save, found, recording, landmarks, files, "user" if pictures else False)
 
     def is_whole(written: Path) -> bool:
         import h5py
@@ -68,6 +85,7 @@ def _save(
     pictures: Sequence[tuple[Camera, int, Mapping[str, Click]]],
     recording: Recording,
     landmarks: LandmarkSet,
+    files: Mapping[str, Mapping[int, Path]],
     embed: str | bool,
     path: Path,
 ) -> None:
@@ -82,7 +100,7 @@ def _save(
     for camera, frame, found in pictures:
         stream = streams[camera.name]
         if camera.name not in videos:
-            videos[camera.name] = _video(sio, recording, stream)
+            videos[camera.name] = _video(sio, recording, stream, files[camera.name])
         points = np.full((len(names), 2), np.nan)
         seen = np.zeros(len(names), dtype=np.bool_)
         for name, click in found.items():
@@ -90,7 +108,7 @@ def _save(
             seen[names.index(name)] = click.visibility == Visibility.SEEN
         instance = sio.Instance.from_numpy(points, skeleton=skeleton)
         instance.points["visible"] = seen
-        own = frame + _shift(stream, recording)
+        own = _index_of(files[camera.name], frame + _shift(stream, recording))
         frames.append(
             sio.LabeledFrame(video=videos[camera.name], frame_idx=own, instances=[instance])
         )
@@ -111,6 +129,7 @@ def read_sleap(source: LabelSource) -> Labels:
     """
     path = source.path
     stored = read_sleap_file(path)
+    place_of_labelled = places_of_labelled(stored.frames, source)
 
     def read(labelled: SleapFrame, known: Mapping[str, str]) -> list[Click]:
         if labelled.problem is not None:
@@ -125,7 +144,8 @@ def read_sleap(source: LabelSource) -> Labels:
                 where=where,
                 remedy="Keep only the instances of one person.",
             )
-        return _clicks(people[0], place_of_labelled(labelled, source, where), known)
+        place = place_of_labelled(labelled, where)
+        return [] if place is None else _clicks(people[0], place, known)
 
     return source.labels(stored.nodes, stored.frames, read)
 
@@ -137,14 +157,27 @@ def _streams(recording: Recording) -> dict[str, Stream]:
     return {stream.camera: stream for stream in shown}
 
 
-def _video(sio: Any, recording: Recording, stream: Stream) -> Any:
+def _video(sio: Any, recording: Recording, stream: Stream, files: Mapping[int, Path]) -> Any:
     """The video, or all of its pictures; their pattern where they are not there."""
-    files: Mapping[int, Path] = {}
-    if is_pattern(stream.frames) and (recording.folder / stream.frames).parent.is_dir():
-        files = numbered_files(recording.folder, stream.frames)
     if not files:
         return sio.Video(filename=str(recording.folder / stream.frames), open_backend=False)
     return sio.Video.from_filename([str(files[number]) for number in sorted(files)])
+
+
+def _pictures(recording: Recording, stream: Stream) -> Mapping[int, Path]:
+    """Numbered pictures of a stream; empty for a video, or if they are not there."""
+    if not is_pattern(stream.frames) or not (recording.folder / stream.frames).parent.is_dir():
+        return {}
+    return numbered_files(recording.folder, stream.frames)
+
+
+def _index_of(files: Mapping[int, Path], frame: int) -> int | None:
+    """Place among the files of a stream's frame; None if its picture is missing."""
+    if not files:
+        return frame
+    numbers = sorted(files)
+    number = numbers[0] + frame
+    return numbers.index(number) if number in files else None
 
 
 def _shift(stream: Stream, recording: Recording) -> int:
@@ -152,27 +185,54 @@ def _shift(stream: Stream, recording: Recording) -> int:
     return stream.first_frame + round(stream.time_offset * recording.fps)
 
 
-def place_of_labelled(labelled: SleapFrame, source: LabelSource, where: str) -> tuple[int, str]:
-    """Frame and camera of a labelled frame; InputError where they cannot be told."""
-    streams = _streams(source.recording)
-    file = labelled.video
-    own = {PurePosixPath(stream.frames).name: name for name, stream in streams.items()}
-    base = PurePosixPath(file).name
-    whole = [name for name, one in streams.items() if file.endswith(one.frames)]
-    if source.camera is None and len(whole) == 1:
-        name = whole[0]
-    elif source.camera is None and len(own) == len(streams) and base in own:
-        name = own[base]
-    else:
-        name = source.camera_of(file, where)
-    frame = labelled.number - _shift(streams[name], source.recording)
-    if frame < 0:
-        raise InputError(
-            f"it is {-frame} frames before the start of the recording",
-            where=where,
-            remedy="Delete it.",
-        )
-    return frame, name
+def places_of_labelled(
+    frames: Iterable[SleapFrame], source: LabelSource
+) -> Callable[[SleapFrame, str], tuple[int, str] | None]:
+    """Gives frame and camera of a labelled frame; None for one of another camera than stated.
+
+    The function that is given takes the labelled frame and what it is asked for; it raises
+    InputError where they cannot be told.
+    """
+    recording = source.recording
+    streams = _streams(recording)
+    files = {name: _pictures(recording, stream) for name, stream in streams.items()}
+    videos = list(dict.fromkeys(labelled.video for labelled in frames))
+    named = ((video, _camera_of_video(video, streams)) for video in videos)
+    places = PicturePlaces(source, videos, {video: name for video, name in named if name})
+
+    def place(labelled: SleapFrame, where: str) -> tuple[int, str] | None:
+        name = places.camera(labelled.video, where)
+        if name is None:
+            return None
+        frame = _frame_in_stream(labelled, files[name], where) - _shift(streams[name], recording)
+        if frame < 0:
+            raise InputError(
+                f"it is {-frame} frames before the start of the recording",
+                where=where,
+                remedy="Delete it.",
+            )
+        return frame, name
+
+    return place
+
+
+def _camera_of_video(video: str, streams: Mapping[str, Stream]) -> str | None:
+    """The camera whose stream a video is, by its path or else by its name."""
+    parts = PurePosixPath(video).parts
+    paths = {name: PurePosixPath(stream.frames).parts for name, stream in streams.items()}
+    whole = [name for name, own in paths.items() if parts[-len(own) :] == own]
+    if len(whole) == 1:
+        return whole[0]
+    own = {path[-1]: name for name, path in paths.items()}
+    return own.get(parts[-1]) if parts and len(own) == len(paths) else None
+
+
+def _frame_in_stream(labelled: SleapFrame, files: Mapping[int, Path], where: str) -> int:
+    """Frame of a camera's stream, by the number of its picture if it is one of several files."""
+    if not labelled.picture:
+        return labelled.number
+    number = frame_of(labelled.picture, where=where)
+    return number - min(files) if files else number
 
 
 def _clicks(person: SleapPerson, place: tuple[int, str], known: Mapping[str, str]) -> list[Click]:

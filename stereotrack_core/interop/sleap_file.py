@@ -31,10 +31,12 @@ class SleapPerson(NamedTuple):
     y: list[float]
     sure: list[float]
     """Scores of what was predicted; of what was labelled 1 where it is visible, else 0."""
+    track: str
+    """Name of the person's track; empty if there is none."""
 
     def points(self) -> Iterator[tuple[str, float, float, float]]:
         """Name, x, y and `sure` of the points that have a place."""
-        for point in zip(*self, strict=True):
+        for point in zip(*self[:4], strict=True):
             if math.isfinite(point[1]) and math.isfinite(point[2]):
                 yield point
 
@@ -50,6 +52,8 @@ class SleapFrame:
     people: Sequence[SleapPerson]
     problem: InputError | None = None
     """Why they cannot be read."""
+    picture: str = ""
+    """Path of the picture, if the video is a list of pictures."""
 
 
 @dataclass(frozen=True)
@@ -91,25 +95,31 @@ def _stored(path: Path, *, predicted: bool) -> SleapFile:
 
 def _frame(labelled: Any, path: Path, predicted: bool) -> SleapFrame:
     number = int(labelled.frame_idx)
-    video, people = "", []
+    video, picture, people = "", "", []
     again = "Predict it again in SLEAP." if predicted else "Label it again in SLEAP."
     try:
         with decoding(f"{path}, frame {number}", "it cannot be read", again):
             found = labelled.predicted_instances if predicted else labelled.user_instances
-            people = [_person(one.points, "score" if predicted else "visible") for one in found]
-            video = _file_of(labelled.video)
+            people = [_person(one, "score" if predicted else "visible") for one in found]
+            video, picture = _files_of(labelled.video, number)
     except InputError as problem:
         return SleapFrame(number, video, (), problem)
-    return SleapFrame(number, video, people)
+    return SleapFrame(number, video, people, picture=picture)
 
 
-def _person(points: Any, sure: str) -> SleapPerson:
+def _person(instance: Any, sure: str) -> SleapPerson:
+    points, track = instance.points, instance.track
     x, y = np.asarray(points["xy"], dtype=np.float64).reshape(len(points), 2).T.tolist()
     names = tuple([str(name) for name in points["name"].tolist()])
-    return SleapPerson(names, x, y, np.asarray(points[sure], dtype=np.float64).tolist())
+    scores = np.asarray(points[sure], dtype=np.float64).tolist()
+    return SleapPerson(names, x, y, scores, "" if track is None else str(track.name))
 
 
-def _file_of(video: Any) -> str:
+def _files_of(video: Any, number: int) -> tuple[str, str]:
+    """Path of a video, and that of its picture of this number if it is a list of pictures."""
     video = video.source_video or video  # of pictures that are kept in the file
     file = video.filename
-    return str(file[0] if isinstance(file, list) else file).replace("\\", "/")
+    if not isinstance(file, list):
+        return str(file).replace("\\", "/"), ""
+    first, own = (str(file[k]).replace("\\", "/") for k in (0, number))
+    return first, own

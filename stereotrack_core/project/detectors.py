@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -16,16 +15,20 @@ from stereotrack_core.annotation.propose import PROPOSED
 from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.keypoints.reading import read_keypoints
-from stereotrack_core.interop.keypoints.source import FoundKeypoints, KeypointSource
+from stereotrack_core.interop.keypoints.source import (
+    FoundKeypoints,
+    KeypointSource,
+    joined,
+    of_chosen_person,
+)
 from stereotrack_core.project.keypoints import DetectorState
 from stereotrack_core.project.prefilling import FIT
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.whereabouts import SUFFIX
 from stereotrack_core.recording.description import Recording
-from stereotrack_core.recording.keypoint_names import LANDMARK_OF
+from stereotrack_core.recording.keypoint_names import LANDMARK_OF, layout_named
 from stereotrack_core.recording.keypoints import (
     Keypoints,
-    Row,
     keypoints_of,
     of_one_person,
     rows_of,
@@ -35,13 +38,30 @@ _TAKEN = (FIT, PROPOSED)
 """Names under which the program keeps predictions of its own."""
 
 
-def keypoints_in(path: Path, recording: Recording) -> FoundKeypoints:
-    """Keypoints of a project (.stereotrack), or of a detector's file or folder.
+def keypoints_in(
+    path: Path, recording: Recording, layout: str | None = None, person: str | None = None
+) -> FoundKeypoints:
+    """Keypoints of one person, of a project (.stereotrack) or of a detector's file or folder.
 
     Raises InputError where there are none.
+
+    Parameters
+    ----------
+    layout : str, optional
+        Name in ``LAYOUTS`` of the order of points without names.
+    person : str, optional
+        Name or number of the person; the surest of all frames where it is not given.
     """
     if path.suffix.lower() != SUFFIX:
-        return read_keypoints(KeypointSource(path, recording))
+        named = None if layout is None else layout_named(layout)
+        source = KeypointSource(path, recording, layout=named)
+        return of_chosen_person(read_keypoints(source), person)
+    if layout is not None:
+        raise InputError(
+            "the keypoints of a project have names",
+            where="--layout",
+            remedy="Omit it, or import the file again with this layout.",
+        )
     with Project.open(path, read_only=True) as project:
         keypoints = project.keypoints.all()
     if not len(keypoints):
@@ -50,7 +70,7 @@ def keypoints_in(path: Path, recording: Recording) -> FoundKeypoints:
             where=str(path),
             remedy="Import them with `stereotrack import predictions`.",
         )
-    return FoundKeypoints(keypoints)
+    return of_chosen_person(FoundKeypoints(keypoints), person)
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,6 +81,10 @@ class DetectorImport:
     """That are kept."""
     left_out: Mapping[str, int]
     """Keypoints that are not, by the reason in words."""
+    notes: tuple[str, ...]
+    """What was decided about them: the order of points, which person."""
+    people: tuple[str, ...]
+    """Names or numbers of all people in the files."""
     replaced: int
     """Keypoints of the project that go, because these come in their place."""
     proposed: int
@@ -80,6 +104,7 @@ class DetectorImport:
             "detectors": ", ".join(self.after.sources),
             "replaced": self.replaced,
             "left_out": dict(self.left_out),
+            "notes": list(self.notes),
         }
 
     def left_out_words(self) -> str:
@@ -94,6 +119,7 @@ def plan_import(
     frames: int | None = None,
     *,
     all_people: bool = False,
+    person: str | None = None,
     propose: bool = False,
     go_on: Callable[[], object] = lambda: None,
 ) -> DetectorImport:
@@ -106,7 +132,9 @@ def plan_import(
     frames : int, optional
         Number of frames of the recording, where it is known.
     all_people : bool
-        Keep all people; otherwise the surest one of each picture.
+        Keep all people; otherwise one over all frames.
+    person : str, optional
+        Name or number of the one; the surest of all frames where it is not given.
     propose : bool
         Propose landmarks as clicks. Otherwise what the detector has proposed before stays.
     go_on : callable
@@ -117,19 +145,21 @@ def plan_import(
     InputError
         Where a file cannot be read, or the detector's name is taken.
     """
-    left_out: Counter[str] = Counter()
-    rows: list[Row] = []
+    read = []
     for source in sources:
         go_on()
-        found = read_keypoints(source, frames)
-        left_out.update(found.left_out)
-        rows += rows_of(found.keypoints)
-    every = keypoints_of({(row[0], row[1], row[2], *row[6:]): row for row in rows}.values())
-    if twice := len(rows) - len(every):
-        left_out["that another one of the same name replaces"] += twice
-    kept = every if all_people else of_one_person(every)
-    if others := len(every) - len(kept):
-        left_out["of other people"] += others
+        read.append(read_keypoints(source, frames))
+    every = joined(read)
+    people = [
+        every.people.get(number, str(number))
+        for number in np.unique(every.keypoints.person).tolist()
+    ]
+    found = every if all_people else of_chosen_person(every, person)
+    kept = found.keypoints
+    if all_people and len(people) > 1:
+        numbers = ", ".join(f"{number} is {name}" for number, name in every.people.items())
+        note = f"all {len(people)} people are kept" + (f" ({numbers})" if numbers else "")
+        found = replace(found, notes=(*found.notes, note))
     names = tuple(sorted(set(kept.source.tolist())))
     for name in names:
         if name in _TAKEN:
@@ -143,7 +173,9 @@ def plan_import(
     after = _joined(before, kept, new if propose else None)
     replaced = len(before.keypoints) - (len(after.keypoints) - len(kept))
     proposed = _open(project, new) if propose else 0
-    return DetectorImport(kept, dict(left_out), replaced, proposed, before, after)
+    return DetectorImport(
+        kept, found.left_out, found.notes, tuple(people), replaced, proposed, before, after
+    )
 
 
 def removal(project: Project, source: str) -> tuple[DetectorState, DetectorState]:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
+from functools import cache, partial
 
 import numpy as np
 
@@ -30,7 +30,7 @@ from stereotrack_core.project.clicks import AcceptPredictions
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.selection import Selection, gaps_of, landmark_gaps_of
 from stereotrack_core.recording.description import Recording
-from stereotrack_core.recording.keypoints import of_one_person
+from stereotrack_core.recording.keypoints import Keypoints, of_one_person
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.tracking.frame import Run
 
@@ -136,8 +136,14 @@ def run_filling(run: Run, name: str, cameras: Mapping[str, Camera], project: Pro
 def detector_filling(project: Project) -> Filling:
     """From the keypoints of the project's detectors."""
 
+    @cache
+    def person() -> Keypoints:
+        return of_one_person(project.keypoints.all())  # the same one in all parts of the selection
+
     def make(frames: range) -> Iterable[Prediction]:
-        rows = of_one_person(project.keypoints.within(frames))
+        own = person()
+        first, end = np.searchsorted(own.frame, [frames.start, frames.stop])
+        rows = own[slice(int(first), int(end))]
         return landmark_predictions(rows, project.landmark_set().names)
 
     return Filling(tuple(project.keypoints.sources()), "the keypoints", make)

@@ -111,19 +111,49 @@ def rows_of(keypoints: Keypoints) -> Iterator[Row]:
 
 
 def of_one_person(keypoints: Keypoints) -> Keypoints:
-    """In each picture the rows of the person with the highest sum of confidences, by each source.
+    """Rows of one person over all frames: of each source the one with the most confidence in all.
 
     Which of several people is followed is not decided here: in most recordings the surest is the
     one in the middle, whom all cameras see.
     """
-    pictures = np.stack([keypoints.frame.astype(np.str_), keypoints.camera, keypoints.source])
-    _, picture = np.unique(pictures, axis=1, return_inverse=True)
-    own = np.stack([np.ravel(picture), keypoints.person])
-    people, row = np.unique(own, axis=1, return_inverse=True)
-    total = np.bincount(np.ravel(row), keypoints.confidence, people.shape[1])
-    best: dict[int, int] = {}
-    for k, where in enumerate(people[0].tolist()):
-        if where not in best or total[k] > total[best[where]]:
-            best[where] = k
-    kept: BoolArray = np.isin(np.ravel(row), list(best.values()))
+    if not _several_in_a_picture(keypoints):
+        return keypoints
+    kept: BoolArray = np.zeros(len(keypoints), dtype=np.bool_)
+    for source in np.unique(keypoints.source).tolist():
+        own = keypoints.source == source
+        kept |= own & (keypoints.person == surest_person(keypoints[own]))
     return keypoints[kept]
+
+
+def surest_person(keypoints: Keypoints) -> int:
+    """Number of the person with the highest sum of confidences over all frames and cameras."""
+    people, row = np.unique(keypoints.person, return_inverse=True)
+    return int(people[np.argmax(np.bincount(row, keypoints.confidence))])
+
+
+def _several_in_a_picture(keypoints: Keypoints) -> bool:
+    """Whether a source shows more than one person in any picture."""
+    pictures, people = _pictures(keypoints, with_person=False), _pictures(keypoints)
+    return bool(people.max(initial=-1) > pictures.max(initial=-1))
+
+
+def _pictures(keypoints: Keypoints, *, with_person: bool = True) -> IntArray:
+    """Number (N,) of the picture and source of each row, or of the person in it, by frame."""
+    number = np.zeros(len(keypoints), dtype=np.int64)
+    for name in ("source", "camera", "frame", *(("person",) if with_person else ())):
+        values, row = np.unique(getattr(keypoints, name), return_inverse=True)
+        number = np.unique(number * max(len(values), 1) + np.ravel(row), return_inverse=True)[1]
+    return np.ravel(number)
+
+
+def changes_of_surest(keypoints: Keypoints) -> int:
+    """How often the person who is the surest of a picture is another one in the next picture."""
+    group = _pictures(keypoints)
+    first = np.unique(group, return_index=True)[1]
+    total = np.bincount(group, keypoints.confidence, len(first))
+    order = np.lexsort((-total, _pictures(keypoints, with_person=False)[first]))
+    picture = _pictures(keypoints, with_person=False)[first][order]
+    surest = first[order][np.unique(picture, return_index=True)[1]]
+    own = keypoints[surest]
+    same = (own.camera[1:] == own.camera[:-1]) & (own.source[1:] == own.source[:-1])
+    return int(np.count_nonzero(same & (own.person[1:] != own.person[:-1])))

@@ -66,7 +66,9 @@ class SweepPlan:
         self.request = request
         given = request.keypoints or (None,) * len(recordings)
         keypoints = [
-            None if path is None else keypoints_in(path, recording).keypoints
+            None
+            if path is None
+            else keypoints_in(path, recording, request.layout, request.person).keypoints
             for path, recording in zip(given, recordings, strict=True)
         ]
         self.by = _judged_by(request.minimise, recordings, with_keypoints=None not in keypoints)

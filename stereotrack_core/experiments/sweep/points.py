@@ -248,6 +248,10 @@ class SweepRequest(HowToTrack):
     """Measure that says which point is best; None: the usual one."""
     keypoints: tuple[Path, ...] = ()
     """Projects or files of detectors: none, or one for each recording in their order."""
+    layout: str | None = None
+    """Order of the points of files without names."""
+    person: str | None = None
+    """Name or number of the person in keypoints of several."""
 
     def check(self) -> None:
         """Refuse what does not go together, and numbers that mean nothing. Raises InputError."""

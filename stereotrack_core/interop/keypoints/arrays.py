@@ -16,19 +16,20 @@ import numpy as np
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.interop.keypoints.people import FileRow, Who
 from stereotrack_core.interop.keypoints.source import KeypointSource
 from stereotrack_core.interop.label_source import checked_frame
 from stereotrack_core.interop.npz import read_number_array
-from stereotrack_core.recording.keypoint_names import MEDIAPIPE_33
-from stereotrack_core.recording.keypoints import Row
+from stereotrack_core.recording.keypoint_names import MEDIAPIPE_33, layouts_of
 from stereotrack_core.tables import finite_number, read_cells, whole_number
 
-_SURE = ("visibility", "likelihood", "confidence", "score", "presence")
+CONFIDENCES = ("visibility", "likelihood", "confidence", "score", "presence")
+"""What a point's confidence is called."""
 _SHARE = 2.0
 """Below which all places of a picture are shares of its size; no person is two pixels large."""
 
 
-def read_array(source: KeypointSource) -> Iterator[Row]:
+def read_array(source: KeypointSource) -> Iterator[FileRow]:
     """Rows of a .npy file; InputError where its shape or its cameras make no sense."""
     path = source.path
     remedy = "Save an array of camera, frame, point, x y with numpy.save."
@@ -39,15 +40,17 @@ def read_array(source: KeypointSource) -> Iterator[Row]:
         raise InputError(f"the array has the shape {array.shape}", where=str(path), remedy=remedy)
     names = _names(source, array.shape[2])
     for camera, places in zip(_cameras(source, len(array)), array[..., :2], strict=True):
-        places = _pixels(places, source.recording.cameras[camera])
+        if source.camera is not None and camera != source.camera_of("", str(path)):
+            continue
+        places = pixels_of_shares(places, source.recording.cameras[camera])
         for frame, k in np.argwhere(np.isfinite(places).all(axis=2)).tolist():
             x, y = places[frame, k].tolist()
-            yield frame, camera, names[k], x, y, 1.0, source.name, 0
+            yield frame, camera, names[k], x, y, 1.0, source.name, Who(0)
 
 
 def _names(source: KeypointSource, count: int) -> Sequence[str]:
     """Names of the points: a body's, which hands and face may follow."""
-    if source.layout is None and count > len(MEDIAPIPE_33) and count not in (133, 136):
+    if source.layout is None and count > len(MEDIAPIPE_33) and not layouts_of(count):
         return (*MEDIAPIPE_33, *(f"point_{i}" for i in range(len(MEDIAPIPE_33), count)))
     return source.points_of(count, str(source.path))
 
@@ -69,7 +72,7 @@ def _cameras(source: KeypointSource, count: int) -> Sequence[str]:
     )
 
 
-def _pixels(places: FloatArray, camera: Camera) -> FloatArray:
+def pixels_of_shares(places: FloatArray, camera: Camera) -> FloatArray:
     """Places (..., 2) in pixels, where they are shares of the image's size."""
     known = places[np.isfinite(places)]
     if not known.size or float(np.percentile(np.abs(known), 95)) >= _SHARE:
@@ -88,13 +91,13 @@ def _columns(header: Sequence[str]) -> dict[str, dict[str, int]]:
     found: dict[str, dict[str, int]] = {}
     for place, title in enumerate(header):
         name, _, kind = title.strip().rpartition("_")
-        kind = "sure" if kind.lower() in _SURE else kind.lower()
+        kind = "sure" if kind.lower() in CONFIDENCES else kind.lower()
         if name and kind in ("x", "y", "sure"):
             found.setdefault(name, {})[kind] = place
     return {name: own for name, own in found.items() if {"x", "y"} <= set(own)}
 
 
-def read_wide(source: KeypointSource) -> Iterator[Row]:
+def read_wide(source: KeypointSource) -> Iterator[FileRow]:
     """Rows of a table of one camera; InputError where it makes no sense.
 
     Frames are the column ``frame``, where there is one, or the rows in their order.
@@ -117,11 +120,11 @@ def read_wide(source: KeypointSource) -> Iterator[Row]:
                 target[0] = _number(cells[own[kind]], source, number, header[own[kind]])
             if "sure" in own:
                 sure[row, k] = _number(cells[own["sure"]], source, number, header[own["sure"]])
-    places = _pixels(places, source.recording.cameras[camera])
+    places = pixels_of_shares(places, source.recording.cameras[camera])
     for row, frame in enumerate(frames):
         for k, name in enumerate(columns):
             x, y = places[row, k].tolist()
-            yield frame, camera, name, x, y, float(sure[row, k]), source.name, 0
+            yield frame, camera, name, x, y, float(sure[row, k]), source.name, Who(0)
 
 
 def _number(cell: str, source: KeypointSource, line: int, column: str) -> float:

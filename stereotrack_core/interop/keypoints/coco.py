@@ -3,6 +3,10 @@
 A results file is a list of ``image_id``, ``keypoints`` (x, y and confidence or visibility of every
 point) and ``score``; the frame is the ``image_id``, or the last number of a picture's name in its
 place. An annotations file has ``images``, ``annotations`` and ``categories``, as for labels.
+
+The third number of a point is a confidence in one file and COCO's visibility in another (0, 1
+hidden, 2 visible); it is the latter where all of a file are 0, 1 or 2 and any is 2. People may have
+a ``track_id``.
 """
 
 from __future__ import annotations
@@ -15,20 +19,23 @@ from typing import Any
 
 from stereotrack_core.atomic import write_file
 from stereotrack_core.errors import InputError
-from stereotrack_core.interop.coco import coco_content, place_of_picture
+from stereotrack_core.interop.coco import coco_content, places_of_images
+from stereotrack_core.interop.keypoints.people import FileRow, Who, stated_name
 from stereotrack_core.interop.keypoints.source import KeypointSource
-from stereotrack_core.interop.label_source import checked_frame, frame_of
+from stereotrack_core.interop.label_source import PicturePlaces, checked_frame
 from stereotrack_core.plain_data import Kind, check_kind
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.keypoint_names import COCO_17
-from stereotrack_core.recording.keypoints import Keypoints, Row, rows_of
+from stereotrack_core.recording.keypoints import Keypoints, rows_of
 
 _REMEDY = "A results file is a list of image_id, keypoints and score."
 _VALUES: Kind = [(float, [float])]
-_RESULTS: Kind = [{"image_id": (int, str), "keypoints": _VALUES, "score": float, "source": str}]
+_RESULTS: Kind = [{"image_id": (int, str), "keypoints": _VALUES, "source": str}]
 _OF_POINTS = "Write x, y and confidence of every point."
-_MOST_SURE = 2.0
-"""COCO's mark of a visible point; annotations have 0, 1 and 2 where results have confidences."""
+_VISIBLE = 2.0
+"""COCO's mark of a visible point."""
+_IDENTITIES = ("track_id", "person_id", "instance_id", "idx")
+"""Keys of a person's identity over all pictures; ``idx`` is AlphaPose's."""
 
 
 def is_results(content: Any) -> bool:
@@ -37,51 +44,68 @@ def is_results(content: Any) -> bool:
     return isinstance(first, Mapping) and {"image_id", "keypoints"} <= set(first)
 
 
-def read_results(source: KeypointSource, content: Any) -> Iterator[Row]:
+def read_results(source: KeypointSource, content: Any) -> Iterator[FileRow]:
     """Rows of a results file; InputError where it makes no sense."""
     check_kind(content, _RESULTS, str(source.path), _REMEDY)
+    pictures = [text for one in content if not (text := str(one.get("image_id"))).isdecimal()]
+    places = PicturePlaces(source.labels, pictures)
     people: Counter[tuple[int, str, str]] = Counter()
-    for number, one in enumerate(content):
+    every = [
+        _triples(one.get("keypoints") or [], f"{source.path}, entry {number}")
+        for number, one in enumerate(content)
+    ]
+    scale = _scale_of(every)
+    for number, (one, values) in enumerate(zip(content, every, strict=True)):
         where = f"{source.path}, entry {number}"
         told = source.detector or str(one.get("source") or source.name)
-        frame, camera = _place(one.get("image_id"), source, where)
-        person = people[frame, camera, told]
-        people[frame, camera, told] += 1
-        values = _triples(one.get("keypoints") or [], where)
+        image = str(one.get("image_id"))
+        if image.isdecimal():
+            camera = source.camera_of(source.path.name, where)
+            place: tuple[int, str] | None = (checked_frame(float(image), where=where), camera)
+        else:
+            place = places.of(image, where)
+        if place is None:
+            continue
+        who = Who(people[*place, told], _identity(one))
+        people[*place, told] += 1
         names = source.points_of(len(values), where)
-        for name, (x, y, sure) in zip(names, values, strict=False):
-            yield frame, camera, name, x, y, sure, told, person
+        for name, (x, y, sure) in zip(names, values, strict=True):
+            yield *place, name, x, y, sure * scale, told, who
 
 
-def read_annotations(source: KeypointSource) -> Iterator[Row]:
+def read_annotations(source: KeypointSource) -> Iterator[FileRow]:
     """Rows of an annotations file; InputError where it is none."""
     content = coco_content(source.path)
     categories = {one.get("id"): one.get("keypoints") for one in content["categories"]}
-    images = {one.get("id"): one for one in content["images"]}
+    place_of = places_of_images(content["images"], source.labels)
     people: Counter[tuple[int, str]] = Counter()
-    for one in content["annotations"]:
-        if one.get("keypoints") is None:
-            continue
+    there = [one for one in content["annotations"] if one.get("keypoints") is not None]
+    every = []
+    for one in there:
         where = f"{source.path}, annotation {one.get('id', '?')}"
-        place = place_of_picture(images.get(one.get("image_id")), source.labels, where)
-        person = people[place]
-        people[place] += 1
         check_kind(one["keypoints"], _VALUES, where, _OF_POINTS)
-        values = _triples(one["keypoints"], where)
+        every.append(_triples(one["keypoints"], where))
+    scale = _scale_of(every)
+    for one, values in zip(there, every, strict=True):
+        where = f"{source.path}, annotation {one.get('id', '?')}"
+        if (place := place_of(one.get("image_id"), where)) is None:
+            continue
+        who = Who(people[place], _identity(one))
+        people[place] += 1
         named = categories.get(one.get("category_id"))
         names = source.points_of(len(values), where) if named is None else map(str, named)
         for name, (x, y, mark) in zip(names, values, strict=False):
-            sure = mark / _MOST_SURE if mark in (0.0, 1.0, 2.0) else mark
-            yield *place, name, x, y, sure, source.name, person
+            yield *place, name, x, y, mark * scale, source.name, who
 
 
-def _place(image: Any, source: KeypointSource, where: str) -> tuple[int, str]:
-    """Frame and camera of an ``image_id``, a number or a picture's name."""
-    text = str(image)
-    if text.isdecimal():
-        camera = source.camera_of(source.path.name, where)
-        return checked_frame(float(text), where=where), camera
-    return frame_of(text, where=where), source.camera_of(text, where)
+def _identity(one: Mapping[str, Any]) -> str:
+    return next(filter(None, (stated_name(one.get(key)) for key in _IDENTITIES)), "")
+
+
+def _scale_of(people: Sequence[Sequence[tuple[float, float, float]]]) -> float:
+    """Factor from the third numbers of a file's points to confidences."""
+    marks = {sure for values in people for _, _, sure in values}
+    return 1.0 / _VISIBLE if _VISIBLE in marks and marks <= {0.0, 1.0, _VISIBLE} else 1.0
 
 
 def _triples(values: Sequence[Any], where: str) -> list[tuple[float, float, float]]:
@@ -118,8 +142,9 @@ def write_results(path: Path, keypoints: Keypoints, recording: Recording) -> int
             "keypoints": values,
             "score": sum(values[2::3]) / len(COCO_17),
             "source": told,
+            "track_id": person,
         }
-        for (frame, camera, told, _), values in people.items()
+        for (frame, camera, told, person), values in people.items()
     ]
     write_file(path, json.dumps(content, allow_nan=False))
     return others

@@ -1,33 +1,22 @@
-"""DeepLabCut's predictions: CSV or HDF5, one file for each video; several individuals are people.
+"""DeepLabCut's predictions and labels: CSV or HDF5, one file for each video.
 
-The HDF5 file is a table of pandas whose column names are kept as a pickle. Only texts, numbers,
-lists and tuples are read of it; anything else is refused, as it could run a program.
+Several individuals are people, whose names hold over all frames.
 """
 
 from __future__ import annotations
 
-import io
-import pickle
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from pathlib import Path
-from typing import Any, NoReturn
 
-import numpy as np
-
-from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.errors import InputError
-from stereotrack_core.interop.deeplabcut import place_of_row
-from stereotrack_core.interop.hdf5 import read_hdf5
+from stereotrack_core.interop.deeplabcut import places_of_rows
+from stereotrack_core.interop.deeplabcut_hdf5 import StoredTable
+from stereotrack_core.interop.keypoints.people import FileRow, Who
 from stereotrack_core.interop.keypoints.source import KeypointSource
 from stereotrack_core.interop.label_source import LabelSource
-from stereotrack_core.reading import TABLE_BYTES, decoding
-from stereotrack_core.recording.keypoints import Row
 from stereotrack_core.tables import finite_number, read_cells
-from stereotrack_core.versions import check_library
 
 _HEADERS = ("scorer", "individuals", "bodyparts", "coords")
-_WHAT = "this is not a DeepLabCut file"
 _REMEDY = (
     "Use a .csv or .h5 file written by DeepLabCut's analyze_videos; have it write a damaged one "
     "again."
@@ -35,7 +24,7 @@ _REMEDY = (
 _NUMBERS = ("x", "y", "likelihood")
 
 
-def read_csv(source: KeypointSource) -> Iterator[Row]:
+def read_csv(source: KeypointSource) -> Iterator[FileRow]:
     """Rows of a CSV file; InputError where it cannot be read or its camera cannot be told."""
     path, lines = source.path, read_cells(source.path)
     header = {line[0]: line for line in lines[:4] if line and line[0] in _HEADERS}
@@ -49,9 +38,15 @@ def read_csv(source: KeypointSource) -> Iterator[Row]:
             "the lines before the numbers are not equally long", where=str(path), remedy=_REMEDY
         )
     columns = list(zip(people, parts, coords, strict=True))[first:]
-    for number, line in enumerate(lines[len(header) :], start=len(header) + 1):
-        if any(line):
-            place = place_of_row(line[:first], _video(source), f"{path}, line {number}")
+    filled = [
+        (number, line)
+        for number, line in enumerate(lines[len(header) :], start=len(header) + 1)
+        if any(line)
+    ]
+    place_of = places_of_rows((line[:first] for _, line in filled), _video(source))
+    for number, line in filled:
+        place = place_of(line[:first], f"{path}, line {number}")
+        if place is not None:
             cells = [*line[first:], *[""] * len(columns)][: len(columns)]
             values = [
                 finite_number(cell, path, number, column[1])
@@ -62,50 +57,14 @@ def read_csv(source: KeypointSource) -> Iterator[Row]:
             yield from _rows(values, columns, source, place)
 
 
-def read_h5(source: KeypointSource) -> Iterator[Row]:
-    """Rows of an HDF5 file; InputError where it cannot be read or h5py is not installed."""
-    path = source.path
-    missing = "HDF5 files need the library h5py, which is not installed"
-    instead, where = "DeepLabCut's .csv", str(path)
-    check_library("h5py", "sleap", missing=missing, where=where, instead=instead)
-    camera = source.camera_of(_video(source).path.name, where)
-    columns, frames, every = read_hdf5(path, _stored, _WHAT, _REMEDY)
-    for frame, values in zip(frames.tolist(), every.tolist(), strict=True):
-        yield from _rows(values, columns, source, (frame, camera))
-
-
-def _stored(path: Path) -> tuple[list[tuple[str, ...]], IntArray, FloatArray]:
-    import h5py
-
-    with decoding(path, _WHAT, _REMEDY), h5py.File(path) as stored:
-        return _table_of(stored)
-
-
-def _table_of(stored: Any) -> tuple[list[tuple[str, ...]], IntArray, FloatArray]:
-    """Columns of individual, body part and coordinate, frames, and a row of numbers for each.
-
-    ValueError where the file has something else.
-    """
-    table = next((one["table"] for one in stored.values() if "table" in one), None)
-    if table is None or table.size * table.dtype.itemsize > TABLE_BYTES:
-        raise ValueError("it has no table of this kind")
-    blocks = [name for name in table.dtype.names or () if name.startswith("values_block_")]
-    names = _plain(bytes(table.attrs["values_block_0_kind"]))
-    frames, every = table["index"], table["values_block_0"]
-    fits = every.shape == (len(frames), len(names)) and blocks == ["values_block_0"]
-    if (
-        not fits
-        or frames.ndim != 1
-        or frames.dtype.kind not in "iu"
-        or every.dtype.kind not in "iuf"
-    ):
-        raise ValueError("its parts do not fit together")
-    if not all(isinstance(name, tuple) and 3 <= len(name) <= 4 for name in names):
-        raise ValueError("its columns are not named by body part and coordinate")
-    columns = [(*("",) * (4 - len(name)), *map(str, name[1:])) for name in names]
-    if len(set(columns)) < len(columns):
-        raise ValueError("two columns have the same name")
-    return columns, frames, every.astype(np.float64)
+def read_h5(source: KeypointSource, table: StoredTable) -> Iterator[FileRow]:
+    """Rows of an HDF5 file; InputError where its camera cannot be told."""
+    columns = [(*("",) * (4 - len(name)), *name[1:]) for name in table.columns]
+    place_of = places_of_rows(table.rows, _video(source))
+    for row, values in zip(table.rows, table.values.tolist(), strict=True):
+        place = place_of(row, f"{source.path}, row {'/'.join(row)}")
+        if place is not None:
+            yield from _rows(values, columns, source, place)
 
 
 def _video(source: KeypointSource) -> LabelSource:
@@ -116,10 +75,10 @@ def _video(source: KeypointSource) -> LabelSource:
 
 def _rows(
     values: Sequence[float],
-    columns: Iterable[tuple[str, ...]],
+    columns: Sequence[tuple[str, ...]],
     source: KeypointSource,
     place: tuple[int, str],
-) -> Iterator[Row]:
+) -> Iterator[FileRow]:
     """Rows of one frame, from the numbers of columns of individual, body part and coordinate."""
     found: dict[tuple[str, str], dict[str, float]] = {}
     for value, (individual, part, coordinate) in zip(values, columns, strict=True):
@@ -128,20 +87,5 @@ def _rows(
     nothing = float("nan")
     for (individual, part), own in found.items():
         x, y = own.get("x", nothing), own.get("y", nothing)
-        person = people.index(individual)
-        yield *place, part, x, y, own.get("likelihood", 1.0), source.name, person
-
-
-class _Plain(pickle.Unpickler):
-    """Reads lists, tuples, texts and numbers, and nothing that could run."""
-
-    def find_class(self, module: str, name: str) -> NoReturn:
-        """Refuse every class and function."""
-        raise ValueError(f"it names {module}.{name}")
-
-
-def _plain(content: bytes) -> Any:
-    try:
-        return _Plain(io.BytesIO(content)).load()
-    except pickle.UnpicklingError as error:
-        raise ValueError("its columns have no names") from error
+        who = Who(people.index(individual), individual)
+        yield *place, part, x, y, own.get("likelihood", 1.0), source.name, who

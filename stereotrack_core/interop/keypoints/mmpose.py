@@ -11,10 +11,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from stereotrack_core.errors import InputError
+from stereotrack_core.interop.keypoints.people import FileRow, Who, stated_name
 from stereotrack_core.interop.keypoints.source import KeypointSource
 from stereotrack_core.interop.label_source import checked_frame
 from stereotrack_core.plain_data import Kind, check_kind
-from stereotrack_core.recording.keypoints import Row
 
 _REMEDY = "Use the .json that MMPose writes with --save-predictions or pred_out_dir."
 _FRAMES: Kind = [
@@ -38,7 +38,7 @@ def is_mmpose(content: Any) -> bool:
     return isinstance(first, Mapping) and {"frame_id", "instances"} <= set(first)
 
 
-def read_mmpose(source: KeypointSource, content: Any) -> Iterator[Row]:
+def read_mmpose(source: KeypointSource, content: Any) -> Iterator[FileRow]:
     """Rows of the file; InputError where it makes no sense, or its camera cannot be told."""
     where = str(source.path)
     camera, first = source.camera_of(source.path.name, where), 0
@@ -53,17 +53,18 @@ def read_mmpose(source: KeypointSource, content: Any) -> Iterator[Row]:
         if (number := one.get("frame_id")) is None:
             raise InputError("a frame has no frame_id", where=where, remedy=_REMEDY)
         frame = checked_frame(float(number - first), where=where)
-        for person, instance in enumerate(one.get("instances") or []):
-            yield from _rows(instance, source, named, (frame, camera, person))
+        for index, instance in enumerate(one.get("instances") or []):
+            who = Who(index, stated_name(instance.get("track_id", instance.get("instance_id"))))
+            yield from _rows(instance, source, named, (frame, camera, who))
 
 
 def _rows(
     instance: Mapping[str, Any],
     source: KeypointSource,
     named: Mapping[str, str],
-    place: tuple[int, str, int],
-) -> Iterator[Row]:
-    frame, camera, person = place
+    place: tuple[int, str, Who],
+) -> Iterator[FileRow]:
+    frame, camera, who = place
     points: Sequence[Sequence[float]] = instance.get("keypoints") or []
     sure = instance.get("keypoint_scores") or [1.0] * len(points)
     where = f"{source.path}, frame {frame}"
@@ -77,4 +78,4 @@ def _rows(
         else source.points_of(len(points), where)
     )
     for name, (x, y, *_), score in zip(names, points, sure, strict=False):
-        yield frame, camera, name, float(x), float(y), float(score), source.name, person
+        yield frame, camera, name, float(x), float(y), float(score), source.name, who

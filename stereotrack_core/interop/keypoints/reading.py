@@ -3,27 +3,31 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from pathlib import Path
 
 from stereotrack_core.errors import InputError
+from stereotrack_core.interop import deeplabcut_hdf5
 from stereotrack_core.interop.deeplabcut import is_deeplabcut
+from stereotrack_core.interop.hdf5 import read_hdf5
 from stereotrack_core.interop.keypoints import (
     arrays,
     coco,
     deeplabcut,
+    mediapipe,
     mmpose,
     openpose,
     sleap,
     table,
 )
+from stereotrack_core.interop.keypoints.people import FileRow
 from stereotrack_core.interop.keypoints.source import FoundKeypoints, KeypointSource, found_in
-from stereotrack_core.reading import TABLE_BYTES, read_json
-from stereotrack_core.recording.keypoints import Row
+from stereotrack_core.reading import TABLE_BYTES, decoding, read_json
 from stereotrack_core.tables import read_cells
 
 _UNDERSTOOD = (
     "Supported: a folder of OpenPose, COCO results or annotations (.json), MMPose and RTMPose "
-    "(.json), FreeMoCap and MediaPipe (.npy, .csv), DeepLabCut (.csv, .h5), SLEAP (.slp), and "
-    f"tables (.csv) with {', '.join(table.COLUMNS[:6])}."
+    "(.json), FreeMoCap and MediaPipe (.npy, .csv, .json), DeepLabCut (.csv, .h5), SLEAP (.slp, "
+    f"analysis .h5), and tables (.csv) with {', '.join(table.COLUMNS[:6])}."
 )
 
 
@@ -47,22 +51,22 @@ def read_keypoints(source: KeypointSource, frames: int | None = None) -> FoundKe
     return found_in(source, _rows(source), frames)
 
 
-def _rows(source: KeypointSource) -> Iterator[Row]:
+def _rows(source: KeypointSource) -> Iterator[FileRow]:
     path = source.path
     if path.is_dir():
-        if not openpose.is_openpose(path):
+        if not openpose.is_openpose_folder(path):
             raise InputError(
-                "the folder holds no *_keypoints.json", where=str(path), remedy=_UNDERSTOOD
+                "the folder holds no JSON files of OpenPose", where=str(path), remedy=_UNDERSTOOD
             )
         return openpose.read_openpose(source)
     suffix = path.suffix.lower()
-    if suffix == ".json":
-        return _of_json(source)
-    if suffix == ".csv":
-        return _of_csv(source)
-    read = {".npy": arrays.read_array, ".h5": deeplabcut.read_h5, ".slp": sleap.read_slp}.get(
-        suffix
-    )
+    read = {
+        ".json": _of_json,
+        ".csv": _of_csv,
+        ".npy": arrays.read_array,
+        ".h5": _of_hdf5,
+        ".slp": sleap.read_slp,
+    }.get(suffix)
     if read is None:
         raise InputError(
             f"keypoints cannot be read from {suffix or 'files without a suffix'}",
@@ -72,8 +76,12 @@ def _rows(source: KeypointSource) -> Iterator[Row]:
     return read(source)
 
 
-def _of_json(source: KeypointSource) -> Iterator[Row]:
+def _of_json(source: KeypointSource) -> Iterator[FileRow]:
     content = read_json(source.path, TABLE_BYTES, _UNDERSTOOD)
+    if openpose.is_openpose(content):
+        return openpose.read_openpose(source)
+    if mediapipe.is_mediapipe(content):
+        return mediapipe.read_mediapipe(source, content)
     if mmpose.is_mmpose(content):
         return mmpose.read_mmpose(source, content)
     if coco.is_results(content):
@@ -81,7 +89,27 @@ def _of_json(source: KeypointSource) -> Iterator[Row]:
     return coco.read_annotations(source)
 
 
-def _of_csv(source: KeypointSource) -> Iterator[Row]:
+def _of_hdf5(source: KeypointSource) -> Iterator[FileRow]:
+    deeplabcut_hdf5.check_h5py(source.path)
+    what = "this is neither a file of DeepLabCut nor an analysis of SLEAP"
+    found = read_hdf5(source.path, _stored_hdf5, what, _UNDERSTOOD)
+    if isinstance(found, deeplabcut_hdf5.StoredTable):
+        return deeplabcut.read_h5(source, found)
+    return sleap.rows_of_analysis(found, source)
+
+
+def _stored_hdf5(path: Path) -> deeplabcut_hdf5.StoredTable | sleap.Analysis:
+    """What an HDF5 file holds; called in a process of its own."""
+    import h5py
+
+    what = "this is not a DeepLabCut file"
+    with decoding(path, what, _UNDERSTOOD), h5py.File(path) as stored:
+        if sleap.is_analysis(stored):
+            return sleap.stored_analysis(stored, path)
+        return deeplabcut_hdf5.table_in(stored)
+
+
+def _of_csv(source: KeypointSource) -> Iterator[FileRow]:
     lines = read_cells(source.path)
     if is_deeplabcut(lines):
         return deeplabcut.read_csv(source)

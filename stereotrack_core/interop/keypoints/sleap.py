@@ -1,31 +1,85 @@
-"""SLEAP's predicted instances (.slp), with the scores of their points."""
+"""SLEAP's predictions, with the scores of their points: projects (.slp) and analyses (.h5).
+
+An analysis holds one video as arrays: ``tracks`` (track, x y, node, frame), ``point_scores``
+(track, node, frame), and the names of tracks and nodes.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, TypeAlias
 
+import numpy as np
+
+from stereotrack_core.arrays import FloatArray
+from stereotrack_core.interop.keypoints.people import FileRow, Who
 from stereotrack_core.interop.keypoints.source import KeypointSource
-from stereotrack_core.interop.sleap import place_of_labelled
-from stereotrack_core.interop.sleap_file import SleapPerson, read_sleap_file
-from stereotrack_core.recording.keypoints import Row
+from stereotrack_core.interop.sleap import places_of_labelled
+from stereotrack_core.interop.sleap_file import read_sleap_file
+from stereotrack_core.reading import TABLE_BYTES, decoding
+
+_WHAT = "this is not an analysis of SLEAP"
+_REMEDY = "Export it again with SLEAP's File, Export Analysis HDF5."
 
 
-def read_slp(source: KeypointSource) -> Iterator[Row]:
+def read_slp(source: KeypointSource) -> Iterator[FileRow]:
     """Rows of what SLEAP has predicted; what people have labelled is left out.
 
     InputError where the file cannot be read, or sleap-io is not installed.
     """
     path = source.path
-    for labelled in read_sleap_file(path, predicted=True).frames:
+    frames = [one for one in read_sleap_file(path, predicted=True).frames if one.people]
+    place_of = places_of_labelled(frames, source.labels)
+    for labelled in frames:
         if labelled.problem is not None:
             raise labelled.problem
-        if labelled.people:
-            where = f"{path}, frame {labelled.number}"
-            place = place_of_labelled(labelled, source.labels, where)
-            for number, person in enumerate(labelled.people):
-                yield from _rows(person, place, source.name, number)
+        place = place_of(labelled, f"{path}, frame {labelled.number}")
+        if place is None:
+            continue
+        for number, person in enumerate(labelled.people):
+            who = Who(number, person.track)
+            for point, x, y, score in person.points():
+                yield *place, point, x, y, score, source.name, who
 
 
-def _rows(person: SleapPerson, place: tuple[int, str], name: str, number: int) -> Iterator[Row]:
-    for point, x, y, score in person.points():
-        yield *place, point, x, y, score, name, number
+Analysis: TypeAlias = tuple[list[str], list[str], FloatArray, FloatArray]
+"""Names of nodes and tracks, places (track, node, frame, 2) and scores (track, node, frame)."""
+
+
+def is_analysis(stored: Any) -> bool:
+    """Whether an open HDF5 file is an analysis of SLEAP."""
+    return {"tracks", "node_names", "track_names"} <= set(stored)
+
+
+def stored_analysis(stored: Any, path: Path) -> Analysis:
+    """What an open file holds.
+
+    Raises InputError where its parts do not fit together.
+    """
+    with decoding(path, _WHAT, _REMEDY):
+        nodes, tracks = (
+            [name.decode() if isinstance(name, bytes) else str(name) for name in stored[key][()]]
+            for key in ("node_names", "track_names")
+        )
+        data = stored["tracks"]
+        if data.size * data.dtype.itemsize > TABLE_BYTES or data.dtype.kind not in "fiu":
+            raise ValueError("its tracks are no numbers of a usual size")
+        if data.ndim != 4 or data.shape[1:3] != (2, len(nodes)):
+            raise ValueError("its parts do not fit together")
+        places = np.moveaxis(data[()].astype(np.float64), 1, 3)
+        scores = np.ones(places.shape[:3])
+        if "point_scores" in stored and stored["point_scores"].shape == scores.shape:
+            scores = stored["point_scores"][()].astype(np.float64)
+        tracks = tracks if len(tracks) == len(places) else [""] * len(places)
+        return nodes, tracks, places, scores
+
+
+def rows_of_analysis(found: Analysis, source: KeypointSource) -> Iterator[FileRow]:
+    """Rows of an analysis, whose camera is stated or told by the file's name."""
+    nodes, tracks, places, scores = found
+    camera = source.camera_of(source.path.name, str(source.path))
+    for track, node, frame in np.argwhere(np.isfinite(places).all(axis=3)).tolist():
+        x, y = places[track, node, frame].tolist()
+        sure, who = float(scores[track, node, frame]), Who(track, tracks[track])
+        yield frame, camera, nodes[node], x, y, sure, source.name, who

@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+import numpy as np
+
+from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
+from stereotrack_core.interop.keypoints.layouts import sentences, unnamed, with_layouts
+from stereotrack_core.interop.keypoints.people import FileRow, identified, numbered
 from stereotrack_core.interop.label_source import LabelSource, camera_of
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.keypoint_names import (
@@ -15,12 +20,23 @@ from stereotrack_core.recording.keypoint_names import (
     LANDMARK_OF,
     LAYOUTS,
     keypoint_name,
-    layout_of,
 )
-from stereotrack_core.recording.keypoints import Keypoints, Row, keypoints_of
+from stereotrack_core.recording.keypoints import (
+    Keypoints,
+    Row,
+    changes_of_surest,
+    keypoints_of,
+    of_one_person,
+    rows_of,
+)
 from stereotrack_core.recording.landmarks import LANDMARKS
 
-_KNOWN = frozenset(LANDMARKS) | frozenset(LANDMARK_OF) | {n for ns in LAYOUTS.values() for n in ns}
+_OTHERS = "of other people"
+_SHOWN = 12
+
+_KNOWN = {*LANDMARKS, *LANDMARK_OF} | {
+    name for names in LAYOUTS.values() for name in names if not name.startswith("point_")
+}
 
 
 @dataclass(frozen=True)
@@ -53,21 +69,11 @@ class KeypointSource:
         return camera_of(picture, self.recording, self.camera, where=where)
 
     def points_of(self, count: int, where: str) -> Sequence[str]:
-        """Names of so many points in a file that names none.
+        """Names of so many points in a file that names none, until all of it is read.
 
         Raises InputError where they cannot be told.
         """
-        if self.layout is not None:
-            names = LAYOUTS[self.layout]
-            return (*names, *(f"point_{i}" for i in range(len(names), count)))
-        found = layout_of(count)
-        if found is None:
-            raise InputError(
-                f"a person has {count} points, which is none of the usual layouts",
-                where=where,
-                remedy=f"State the layout with --layout: {', '.join(LAYOUTS)}.",
-            )
-        return found
+        return unnamed(count, where, stated=self.layout)
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,6 +83,10 @@ class FoundKeypoints:
     keypoints: Keypoints
     left_out: Mapping[str, int] = field(default_factory=dict)
     """Rows by the reason for which they are left out, in words."""
+    notes: tuple[str, ...] = ()
+    """What was decided about them, such as the order of points without names."""
+    people: Mapping[int, str] = field(default_factory=dict)
+    """Names of people by their number, as far as the file states identities."""
 
     def summary(self) -> str:
         """What was left out, in a line; ``nothing`` where all is there."""
@@ -85,7 +95,7 @@ class FoundKeypoints:
 
 
 def found_in(
-    source: KeypointSource, rows: Iterable[Row], frames: int | None = None
+    source: KeypointSource, rows: Iterable[FileRow], frames: int | None = None
 ) -> FoundKeypoints:
     """Take the rows of a file whose names, frames and places make sense, and count the others.
 
@@ -93,7 +103,7 @@ def found_in(
 
     Parameters
     ----------
-    rows : iterable of Row
+    rows : iterable of FileRow
         With the file's own names of keypoints.
     frames : int, optional
         Number of frames of the recording, where it is known.
@@ -106,8 +116,9 @@ def found_in(
                 remedy=f"Write a landmark or a keypoint, such as {', '.join(COCO_17[:7])}.",
             )
     left: Counter[str] = Counter()
-    kept: list[Row] = []
-    for row in rows:
+    kept: list[FileRow] = []
+    named, layouts = with_layouts(list(rows), source.layout)
+    for row in named:
         frame, camera, theirs, x, y, sure, told, person = row
         name = source.names.get(theirs) or keypoint_name(theirs)
         if name not in _KNOWN:
@@ -118,7 +129,8 @@ def found_in(
             left["without confidence"] += 1
         else:
             kept.append((frame, camera, name, x, y, sure, told, person))
-    keypoints = keypoints_of(kept)
+    identities, people = identified(kept)
+    keypoints = keypoints_of(identities)
     if lost := len(kept) - len(keypoints):
         left["without a place"] += lost
     if not len(keypoints):
@@ -129,4 +141,67 @@ def found_in(
             remedy="Check that the file is of this recording, and state names with --name "
             "THEIRS=OURS where they are unusual.",
         )
-    return FoundKeypoints(keypoints, dict(left))
+    notes = (*sentences(layouts), *_counted_from_one(keypoints))
+    return FoundKeypoints(keypoints, dict(left), notes, people)
+
+
+def _counted_from_one(keypoints: Keypoints) -> Iterator[str]:
+    """A note on frames that run from 1 on, as in files that count from 1."""
+    frames = np.unique(keypoints.frame)
+    if len(frames) > 1 and frames[0] == 1 and frames[-1] == len(frames):
+        yield (
+            f"its frames run from 1 to {len(frames)} without a gap; here 0 is the first frame. If "
+            "the file counts from 1, all its keypoints are one frame late"
+        )
+
+
+def joined(found: Sequence[FoundKeypoints]) -> FoundKeypoints:
+    """Keypoints of several files as of one; of two in the same place the later one counts."""
+    names = dict.fromkeys(name for one in found for name in one.people.values())
+    numbers, left = numbered(tuple(names)), Counter[str]()
+    rows: list[Row] = []
+    for one in found:
+        left.update(one.left_out)
+        own = {number: numbers[name] for number, name in one.people.items()}
+        rows += [(*row[:7], own.get(row[7], row[7])) for row in rows_of(one.keypoints)]
+    keypoints = keypoints_of({(row[:3], row[6:]): row for row in rows}.values())
+    if twice := len(rows) - len(keypoints):
+        left["that another one of the same name replaces"] += twice
+    notes = dict.fromkeys(note for one in found for note in one.notes)
+    people = {number: name for name, number in numbers.items()}
+    return FoundKeypoints(keypoints, dict(left), tuple(notes), people)
+
+
+def of_chosen_person(found: FoundKeypoints, person: str | None = None) -> FoundKeypoints:
+    """Keypoints of one person over all frames, the stated one or else the surest of all.
+
+    Raises InputError if nobody has the stated name or number.
+    """
+    keypoints, names = found.keypoints, found.people
+    shown = [names.get(number, str(number)) for number in np.unique(keypoints.person).tolist()]
+    if person is None and len(shown) < 2:
+        return found
+    if person is None:
+        kept = of_one_person(keypoints)
+    else:
+        number = next((n for n, name in names.items() if name.lower() == person.lower()), None)
+        if number is None and person not in shown:
+            raise InputError(
+                f"the keypoints have no person {person!r}",
+                where="--person",
+                remedy=f"Their people are {', '.join(shown[:_SHOWN])}.",
+            )
+        kept = keypoints[keypoints.person == (int(person) if number is None else number)]
+    others = len(keypoints) - len(kept)
+    if not others:
+        return found
+    own = sorted({names.get(n, str(n)) for n in kept.person.tolist()})
+    what = "as stated" if person is not None else "the surest of all frames"
+    more = f" and {len(shown) - _SHOWN} more" if len(shown) > _SHOWN else ""
+    note = (
+        f"{len(shown)} people ({', '.join(shown[:_SHOWN])}{more}): {', '.join(own)} is kept in all "
+        f"frames, {what}; the surest of each picture would have changed "
+        f"{counted(changes_of_surest(keypoints), 'time')}. --person chooses another"
+    )
+    left = {**found.left_out, _OTHERS: found.left_out.get(_OTHERS, 0) + others}
+    return replace(found, keypoints=kept, left_out=left, notes=(*found.notes, note))

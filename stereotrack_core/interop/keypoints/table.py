@@ -1,7 +1,8 @@
 """Predicted keypoints as this program writes them, ``frame,view,keypoint,x,y,confidence``.
 
-Columns ``person`` and ``source`` may follow; a column ``landmark`` may stand for ``keypoint`` and
-``camera`` for ``view``. A view means its reference picture; pixels are those of raw pictures.
+Columns ``person`` (number or name) and ``source`` may follow; a column ``landmark`` may stand for
+``keypoint`` and ``camera`` for ``view``. A view means its reference picture. Pixels are those of
+raw pictures.
 """
 
 from __future__ import annotations
@@ -10,10 +11,11 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from stereotrack_core.atomic import write_file
+from stereotrack_core.interop.keypoints.people import FileRow, Who
 from stereotrack_core.interop.keypoints.source import KeypointSource
-from stereotrack_core.interop.label_source import checked_frame
+from stereotrack_core.interop.label_source import PicturePlaces, checked_frame
 from stereotrack_core.recording.description import Recording
-from stereotrack_core.recording.keypoints import Keypoints, Row, rows_of
+from stereotrack_core.recording.keypoints import Keypoints, rows_of
 from stereotrack_core.tables import csv_text, finite_number, read_cells, read_rows, whole_number
 
 COLUMNS = ("frame", "view", "keypoint", "x", "y", "confidence", "person", "source")
@@ -25,18 +27,21 @@ def is_table(header: list[str]) -> bool:
     return all(any(name in header for name in names) for names in _NEEDED)
 
 
-def read_table(source: KeypointSource) -> Iterator[Row]:
+def read_table(source: KeypointSource) -> Iterator[FileRow]:
     """Rows of a table; InputError where it cannot be read or names no camera of the recording."""
     path, header = source.path, read_cells(source.path)[0]
     frame, view, keypoint, x, y = (
         next(name for name in names if name in header) for names in _NEEDED
     )
     others = [name for name in COLUMNS[5:] if name in header]
-    cameras: dict[str, str] = {}
-    for line, cells in read_rows(path, (frame, view, keypoint, x, y, *others)):
-        if cells[view] not in cameras:
-            where = f"{path}, line {line}"
-            cameras[cells[view]] = _camera(cells[view], source, where)
+    lines = list(read_rows(path, (frame, view, keypoint, x, y, *others)))
+    places = PicturePlaces(source.labels, {f"{cells[view]}/*" for _, cells in lines})
+    cameras: dict[str, str | None] = {}
+    for line, cells in lines:
+        if (name := cells[view]) not in cameras:
+            cameras[name] = places.camera(f"{name}/*", f"{path}, line {line}")
+        if (camera := cameras[name]) is None:
+            continue
         numbers = [
             finite_number(cells[name], path, line, name) if cells[name] else float("nan")
             for name in (x, y)
@@ -46,23 +51,14 @@ def read_table(source: KeypointSource) -> Iterator[Row]:
             checked_frame(
                 whole_number(cells[frame], path, line, frame), where=f"{path}, line {line}"
             ),
-            cameras[cells[view]],
+            camera,
             cells[keypoint],
             numbers[0],
             numbers[1],
             finite_number(sure, path, line, "confidence") if sure else 1.0,
             source.detector or told or source.name,
-            whole_number(person, path, line, "person") if person else 0,
+            Who(0, person.strip()),
         )
-
-
-def _camera(name: str, source: KeypointSource, where: str) -> str:
-    """Camera of a view or camera that a row names."""
-    return (
-        source.camera_of(f"{name}/", where)
-        if source.camera is None
-        else source.camera_of(name, where)
-    )
 
 
 def write_table(path: Path, keypoints: Keypoints, recording: Recording) -> None:

@@ -8,6 +8,7 @@ import numpy as np
 
 from stereotrack_core.arrays import FloatArray, ImageArray
 from stereotrack_core.errors import InputError
+from stereotrack_core.interop.keypoints.layouts import with_layouts
 from stereotrack_core.interop.keypoints.source import KeypointSource
 from stereotrack_core.interop.pose_model.model import PoseModel, crop_around
 from stereotrack_core.recording.description import Recording, View
@@ -77,7 +78,7 @@ def detect_keypoints(
             where=str(model.path),
             remedy="Check that it is a pose model for people, and that the person is visible.",
         )
-    return keypoints_of(rows)
+    return keypoints_of(with_layouts(rows, layout)[0])
 
 
 class _Follower:
