@@ -32,7 +32,7 @@ from stereotrack_core.tracking.frame import TrackedFrame
 from stereotrack_core.tracking.inspection import RecordedStep
 from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.presets import preset
-from stereotrack_core.tracking.run_checks import CHECK, Untracked, misfits
+from stereotrack_core.tracking.run_checks import CHECK, Untracked, run_warnings
 from stereotrack_core.tracking.run_spec import FirstPose, RunSpec
 from stereotrack_core.tracking.tuning.stages import changes_in_words
 from stereotrack_core.worker_processes import Lost
@@ -59,6 +59,7 @@ class LiveRun:
 
     def __init__(self, entry: RunEntry, run: RunTask, process: TaskProcess) -> None:
         self.entry, self.recording, self.settings = entry, run.recording, run.spec.settings
+        self._spec = run.spec
         self.held = False
         """Whether it waits for leave to go on, with every frame fetched."""
         self.progress: Preparing | None = None
@@ -114,7 +115,8 @@ class LiveRun:
 
     def end(self) -> None:
         """Nothing more comes of it."""
-        self.entry.warnings = misfits(self.entry.frames.values(), self.settings)
+        frames = list(self.entry.ordered())
+        self.entry.warnings = run_warnings(frames, self.entry.body, self.recording, self._spec)
         if self.asked is not None:
             self.asked.cancel()
 

@@ -17,7 +17,7 @@ from stereotrack_core.recording.keypoints import Keypoints
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.recording.sighted_keypoints import keypoints_in_views
 from stereotrack_core.tracking.frame import Run
-from stereotrack_core.tracking.residuals.reprojection import KeypointObservation
+from stereotrack_core.tracking.keypoint_checks import keypoint_fits
 from stereotrack_core.tracking.stored import body_of_run, pose_of_run
 
 
@@ -148,13 +148,10 @@ def keypoint_error(run: Run, recording: Recording, keypoints: Keypoints) -> floa
     there = {view.name for view in recording.views}
     views = [name for name in run.meta.get("views", ()) if name in there]
     seen, body = keypoints_in_views(recording, views, keypoints), body_of_run(run)
-    found = [np.empty(0)]
-    for i, frame in enumerate(run.frame.tolist()):
-        pose = pose_of_run(run, i)
-        if pose is not None:
-            fit = KeypointObservation(seen.at(frame), 1.0).fitted(body, pose)
-            if fit is not None:
-                found.append(np.linalg.norm(fit.seen.pixel - fit.predicted, axis=2).ravel())
-    every = np.concatenate(found)
+    poses = ((frame, pose_of_run(run, i)) for i, frame in enumerate(run.frame.tolist()))
+    tracked = ((frame, pose) for frame, pose in poses if pose is not None)
+    fits = keypoint_fits(tracked, body, seen)
+    found = (np.linalg.norm(fit.seen.pixel - fit.predicted, axis=2).ravel() for fit in fits)
+    every = np.concatenate([np.empty(0), *found])
     known = every[np.isfinite(every)]
     return float(np.median(known)) if len(known) else float("nan")

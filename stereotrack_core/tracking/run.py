@@ -9,8 +9,9 @@ from stereotrack_core.recording.description import Recording
 from stereotrack_core.tracking.frame import Run, TrackedFrame, in_place, run_of
 from stereotrack_core.tracking.pipeline import Pipeline
 from stereotrack_core.tracking.repair import repaired, with_repaired
-from stereotrack_core.tracking.run_checks import with_warnings
+from stereotrack_core.tracking.run_checks import run_warnings, with_warnings
 from stereotrack_core.tracking.run_spec import RunSpec
+from stereotrack_core.tracking.stored import body_of_run
 from stereotrack_core.tracking.unfinished import RunKeeper, UnfinishedRun
 
 
@@ -74,4 +75,5 @@ def track(
                 raise
         found, mended = repaired(pipeline, found, cancelled)
         run = pipeline.smoothed_run(found) if spec.smooth else run_of(found, pipeline.origin())
-        return with_warnings(with_repaired(run, mended), found, spec.settings)
+        warnings = run_warnings(found, body_of_run(run), recording, spec)
+        return with_warnings(with_repaired(run, mended), warnings)

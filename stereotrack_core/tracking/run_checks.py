@@ -13,12 +13,15 @@ from typing import Any
 
 import numpy as np
 
+from stereotrack_core.body.model import BodyModel
 from stereotrack_core.depth.cloud import PointCounts
 from stereotrack_core.depth.lost_points import Cause, LostPoints
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.tracking.frame import Run, TrackedFrame
 from stereotrack_core.tracking.initialise.heading_watch import ENOUGH
+from stereotrack_core.tracking.keypoint_checks import disagreeing_keypoints
 from stereotrack_core.tracking.parameters import Settings
+from stereotrack_core.tracking.run_spec import RunSpec
 
 WARNINGS = "warnings"
 """Key of a run's meta."""
@@ -114,9 +117,21 @@ def heading_words(heading: Mapping[str, Any] | None) -> HeadingWords | None:
     return None
 
 
-def with_warnings(run: Run, frames: Iterable[TrackedFrame], settings: Settings) -> Run:
+def with_warnings(run: Run, warnings: Iterable[str]) -> Run:
     """The run, whose meta says what looks wrong about the frames that it was made of."""
-    return replace(run, meta={**run.meta, WARNINGS: list(misfits(frames, settings))})
+    return replace(run, meta={**run.meta, WARNINGS: list(warnings)})
+
+
+def run_warnings(
+    frames: Sequence[TrackedFrame], body: BodyModel | None, recording: Recording, spec: RunSpec
+) -> tuple[str, ...]:
+    """What looks wrong about a run and its keypoints, as clauses; see :func:`misfits`."""
+    found = misfits(frames, spec.settings)
+    poses = [(frame.frame, pose) for frame in frames if (pose := frame.pose) is not None]
+    if body is None or spec.keypoints is None:
+        return found
+    views = spec.views or tuple(view.name for view in recording.views)
+    return (*found, *disagreeing_keypoints(poses, body, recording, views, spec.keypoints))
 
 
 @dataclass

@@ -44,6 +44,50 @@ def test_a_file_and_a_project_give_the_same_run(run, mono, tmp_path):
     assert ended.status == 0, ended.err
 
 
+def test_keypoints_that_disagree_with_the_body_are_named(run, mono, tmp_path):
+    folder, file = mono
+    lines = file.read_text().splitlines()
+    moved = []
+    for line in lines:
+        cells = line.split(",")
+        if cells[1:3] == ["N", "left_elbow"]:
+            cells[3] = str(float(cells[3]) + 40.0)
+        moved.append(",".join(cells))
+    file.write_text("\n".join(moved) + "\n")
+    out = tmp_path / "run.npz"
+    ended = run("track", folder, "-o", out, "--keypoints", file, "--json")
+    assert ended.status == 0, ended.err
+    [warning] = ended.json["warnings"]
+    assert "left_elbow in N (100 %, median 4" in warning
+    assert warning.count(" px)") == 1
+    assert "keypoints disagree with the body" in ended.err
+    assert read_npz(out).meta["warnings"] == [warning]
+
+
+def test_one_of_two_people_is_tracked_by_name(run, mono, tmp_path):
+    folder, file = mono
+    header, *lines = file.read_text().splitlines()
+    both = [header]
+    for line in lines:
+        cells = line.split(",")
+        both.append(",".join((*cells[:6], "patient", cells[7])))
+        x = str(float(cells[3]) + 25.0)
+        sure = "0.99" if int(cells[0]) % 2 else "0.2"
+        both.append(",".join((*cells[:3], x, cells[4], sure, "therapist", cells[7])))
+    file.write_text("\n".join(both) + "\n")
+    out = ("-o", tmp_path / "run.npz", "--keypoints", file)
+    ended = run("track", folder, *out, "--person", "patient", "--json")
+    assert ended.status == 0, ended.err
+    assert ended.json["warnings"] == []
+    assert "2 people (patient, therapist): patient is kept in all frames, as stated" in ended.err
+    assert "would have changed" in ended.err
+    nobody = run("track", folder, *out, "--person", "nurse")
+    assert "no person 'nurse'" in nobody.err
+    assert "patient, therapist" in nobody.err
+    alone = run("track", folder, "-o", tmp_path / "a.npz", "--layout", "coco17")
+    assert "Give the keypoints with --keypoints" in alone.err
+
+
 def test_what_cannot_be_followed_is_said(run, mono, tmp_path):
     folder, file = mono
     out = ("-o", tmp_path / "run.npz")

@@ -22,7 +22,7 @@ _FRAMES = ("frame", "frame_id", "frame_number", "frame_index", "frame_idx")
 _LANDMARKS = ("landmarks", "pose_landmarks", "keypoints")
 _REMEDY = "Save a list of frame and landmarks, each with x, y and visibility."
 _POINT: Kind = {"x": float, "y": float, **dict.fromkeys(CONFIDENCES, float), "name": str}
-_KIND: Kind = [{**dict.fromkeys(_FRAMES, int), **dict.fromkeys(_LANDMARKS, ([_POINT], [[_POINT]]))}]
+_KIND: Kind = [{**dict.fromkeys(_FRAMES, int), **dict.fromkeys(_LANDMARKS, [object])}]
 
 
 def is_mediapipe(content: Any) -> bool:
@@ -65,6 +65,7 @@ def read_mediapipe(source: KeypointSource, content: Any) -> Iterator[FileRow]:
         for points in own if own and isinstance(own[0], list) else [own]:
             who = Who(people.get(frame, 0), stated_name(entry.get("person_id")))
             people[frame] = who.place + 1
+            check_kind(points, [_POINT], where, _REMEDY)
             names = source.points_of(len(points), where) if points else ()
             for name, point in zip(names, points, strict=True):
                 sure = next((point[key] for key in CONFIDENCES if point.get(key) is not None), 1.0)

@@ -19,6 +19,7 @@ from stereotrack_core.interop.sleap import places_of_labelled
 from stereotrack_core.interop.sleap_file import read_sleap_file
 from stereotrack_core.reading import TABLE_BYTES, decoding
 
+_MOST_NAMES = 100_000
 _WHAT = "this is not an analysis of SLEAP"
 _REMEDY = "Export it again with SLEAP's File, Export Analysis HDF5."
 
@@ -58,9 +59,12 @@ def stored_analysis(stored: Any, path: Path) -> Analysis:
     Raises InputError where its parts do not fit together.
     """
     with decoding(path, _WHAT, _REMEDY):
+        names = stored["node_names"], stored["track_names"]
+        if any(one.size > _MOST_NAMES for one in names):
+            raise ValueError("it has too many nodes or tracks")
         nodes, tracks = (
-            [name.decode() if isinstance(name, bytes) else str(name) for name in stored[key][()]]
-            for key in ("node_names", "track_names")
+            [name.decode() if isinstance(name, bytes) else str(name) for name in one[()]]
+            for one in names
         )
         data = stored["tracks"]
         if data.size * data.dtype.itemsize > TABLE_BYTES or data.dtype.kind not in "fiu":

@@ -13,8 +13,10 @@ from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.interop.keypoints.coco import write_results
 from stereotrack_core.interop.keypoints.reading import read_keypoints
-from stereotrack_core.interop.keypoints.source import KeypointSource
+from stereotrack_core.interop.keypoints.source import KeypointSource, of_chosen_person
 from stereotrack_core.interop.keypoints.table import write_table
+from stereotrack_core.interop.label_source import LabelSource
+from stereotrack_core.interop.labels import read_labels
 from stereotrack_core.recording.description import Recording, Stream, View
 from stereotrack_core.recording.keypoint_names import (
     BODY_25,
@@ -118,6 +120,158 @@ def test_annotations_of_coco(recording, tmp_path):
         (12, "cam1", "nose", 3.0, 4.0, 0.5),
     ]
     assert found.left_out == {"without confidence": 1}
+
+
+def test_confidences_of_coco_are_told_by_the_whole_file(recording, tmp_path):
+    path = tmp_path / "annotations.json"
+    content = {
+        "images": [{"id": 5, "file_name": "cam1/000012.png"}],
+        "annotations": [
+            {
+                "id": 1,
+                "image_id": 5,
+                "category_id": 1,
+                "keypoints": [1, 2, 1.0, 3, 4, 0.99, 0, 0, 0],
+            }
+        ],
+        "categories": [{"id": 1, "keypoints": ["left_wrist", "nose", "left_eye"]}],
+    }
+    path.write_text(json.dumps(content))
+    assert [row[5] for row in plain(read(path, recording))] == [1.0, 0.99]
+    results = tmp_path / "results.json"
+    values = [v for i in range(17) for v in (*point(i), 2 if i % 2 else 1)]
+    results.write_text(json.dumps([{"image_id": "cam1/000007.png", "keypoints": values}]))
+    assert set(read(results, recording).keypoints.confidence.tolist()) == {0.5, 1.0}
+
+
+def test_tracks_of_coco_are_people(recording, tmp_path):
+    path = tmp_path / "results.json"
+    entries = [
+        {
+            "image_id": f"cam1/{frame:06d}.png",
+            "track_id": [4, 9][(frame + place) % 2],
+            "keypoints": [v for i in range(17) for v in (*point(i), 0.5 + 0.1 * place)],
+        }
+        for frame in range(6)
+        for place in (0, 1)
+    ]
+    path.write_text(json.dumps(entries))
+    found = read(path, recording)
+    assert found.people == {4: "4", 9: "9"}
+    kept = of_chosen_person(found, "9")
+    nose = kept.keypoints[kept.keypoints.keypoint == "nose"]
+    assert nose.confidence.tolist() == pytest.approx([0.6, 0.5] * 3)
+    assert "4, 9): 9 is kept in all frames, as stated" in kept.notes[-1]
+    assert "would have changed 5 times" in kept.notes[-1]
+
+
+def test_a_stated_camera_chooses_among_those_of_a_file(recording, tmp_path):
+    table = tmp_path / "table.csv"
+    rows = [(0, name, "nose", x, 2.0, 1.0, "d", 0) for x, name in enumerate(("cam1", "cam2"))]
+    write_table(table, keypoints_of(rows), recording)
+    assert plain(read(table, recording, camera="cam2")) == [(0, "cam2", "nose", 1.0, 2.0, 1.0)]
+    array = np.zeros((2, 1, 33, 2)) + 5.0
+    array[1] += 1.0
+    np.save(tmp_path / "two.npy", array)
+    found = read(tmp_path / "two.npy", recording, camera="cam2").keypoints
+    assert (found.cameras, set(found.place.ravel().tolist())) == (("cam2",), {6.0})
+
+
+@pytest.mark.parametrize("named", ["cam1.0003.json", "walk_000000000003.json"])
+def test_openpose_is_known_by_what_its_files_hold(recording, tmp_path, named):
+    folder = tmp_path / "cam1_json"
+    folder.mkdir()
+    values = [v for i in range(25) for v in (*point(i), 0.5)]
+    people = [{"person_id": [k], "pose_keypoints_2d": values} for k in (7, 2)]
+    (folder / named).write_text(json.dumps({"version": 1.3, "people": people}))
+    (folder / "settings.json").write_text("{}")
+    found = read(folder, recording)
+    assert found.keypoints.cameras == ("cam1",)
+    assert set(found.keypoints.frame.tolist()) == {3}
+    assert set(found.people.values()) == {"2", "7"}
+    assert len(read(folder / named, recording).keypoints) == len(found.keypoints)
+
+
+@pytest.mark.parametrize("several", [False, True])
+def test_mediapipe_as_json(recording, tmp_path, several):
+    path = tmp_path / "cam1.json"
+    marks = [{"x": 0.25 + i / 100, "y": 0.5, "z": 0, "visibility": 0.75} for i in range(33)]
+    entry = {"frame": 4, "landmarks": [marks, marks] if several else marks}
+    path.write_text(json.dumps([{"frame": 3, "landmarks": []}, entry]))
+    found = read(path, recording)
+    where = MEDIAPIPE_33.index("left_wrist")
+    x = 640 * (0.25 + where / 100) - 0.5
+    assert (4, "cam1", "left_wrist", pytest.approx(x), 239.5, 0.75) in plain(found)
+    assert len(found.keypoints) == (66 if several else 33)
+
+
+def test_frames_that_seem_to_be_counted_from_one_are_told(recording, tmp_path):
+    path = tmp_path / "table.csv"
+    rows = [(k, "cam1", "nose", 1.0, 2.0, 1.0, "d", 0) for k in (1, 2, 3)]
+    write_table(path, keypoints_of(rows), recording)
+    assert "run from 1 to 3 without a gap" in read(path, recording).notes[0]
+
+
+def test_an_analysis_of_sleap(recording, tmp_path):
+    h5py = pytest.importorskip("h5py")
+    path = tmp_path / "labels.000_cam2.analysis.h5"
+    places = np.full((2, 2, 2, 4), np.nan)  # track, x y, node, frame
+    places[0, :, 1, 3], places[1, :, 0, 2] = (5.0, 6.0), (7.0, 8.0)
+    scores = np.full((2, 2, 4), 0.25)
+    with h5py.File(path, "w") as stored:
+        stored["tracks"], stored["point_scores"] = places, scores
+        stored["node_names"], stored["track_names"] = [b"nose", b"left_wrist"], [b"me", b"you"]
+    found = read(path, recording)
+    assert plain(found) == [
+        (2, "cam2", "nose", 7.0, 8.0, 0.25),
+        (3, "cam2", "left_wrist", 5.0, 6.0, 0.25),
+    ]
+    assert [found.people[k] for k in found.keypoints.person.tolist()] == ["you", "me"]
+
+
+def test_tracks_of_sleap_are_people(recording, tmp_path):
+    sio = pytest.importorskip("sleap_io")
+    path = tmp_path / "labels.slp"
+    skeleton = sio.Skeleton(["nose", "left_wrist"])
+    tracks, frames = [sio.Track("me"), sio.Track("you")], []
+    videos = [sio.Video(f"{name}.mp4", open_backend=False) for name in ("cam1", "cam2")]
+    for video in videos:
+        for k in range(4):
+            people = [
+                sio.PredictedInstance.from_numpy(
+                    np.full((2, 2), 10.0 * j + k), skeleton, np.full(2, 0.5 + 0.1 * ((j + k) % 2)),
+                    score=0.5, track=tracks[j],
+                )
+                for j in ((0, 1) if k % 2 else (1, 0))
+            ]  # fmt: skip
+            frames.append(sio.LabeledFrame(video=video, frame_idx=k, instances=people))
+    sio.save_slp(sio.Labels(frames, videos, [skeleton]), str(path), verbose=False)
+    found = read(path, recording)
+    kept = of_chosen_person(found, "you").keypoints
+    assert kept.cameras == ("cam1", "cam2")
+    assert sorted(set(kept.place.ravel().tolist())) == [10.0, 11.0, 12.0, 13.0]
+    assert read(path, recording, camera="cam2").keypoints.cameras == ("cam2",)
+
+
+def test_labels_of_deeplabcut_in_fixed_hdf5(recording, tmp_path):
+    h5py = pytest.importorskip("h5py")
+    path = tmp_path / "CollectedData.h5"
+    with h5py.File(path, "w") as stored:
+        group = stored.create_group("df_with_missing")
+        group["axis1"] = [b"labeled-data/cam2/img005.png", b"labeled-data/cam2/img020.png"]
+        for axis in ("axis0", "block0_items"):
+            levels = ([b"scorer"], [b"left_wrist"], [b"x", b"y"])
+            for level, (names, codes) in enumerate(
+                zip(levels, ([0, 0], [0, 0], [0, 1]), strict=True)
+            ):
+                group[f"{axis}_level{level}"] = names
+                group[f"{axis}_label{level}"] = np.array(codes, dtype=np.int8)
+        group["block0_values"] = np.array([[1.0, 2.0], [np.nan, np.nan]])
+    assert plain(read(path, recording)) == [(5, "cam2", "left_wrist", 1.0, 2.0, 1.0)]
+    labels = read_labels(LabelSource(path, recording, ("left_wrist",)))
+    assert [(one.frame, one.camera, one.position) for one in labels.clicks] == [
+        (5, "cam2", (1.0, 2.0))
+    ]
 
 
 @pytest.mark.parametrize("demo", [False, True])

@@ -1,0 +1,94 @@
+"""Keypoints that disagree with the body that was tracked: of which view, how often, how far."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+
+import numpy as np
+
+from stereotrack_core.body.model import BodyModel
+from stereotrack_core.body.pose import Pose
+from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.keypoints import Keypoints
+from stereotrack_core.recording.sighted_keypoints import KeypointsInViews, keypoints_in_views
+from stereotrack_core.tracking.residuals.reprojection import KeypointFit, KeypointObservation
+
+_FAR = 0.15
+"""Metres from the body, at the person's distance, from which a keypoint disagrees with it. Guessed
+ones behind the trunk are up to 0.1 m off."""
+
+_OFTEN = 0.25
+"""Share of a view's pictures in which a keypoint that is named disagrees; usual detectors have
+gross errors in less than 0.1 of them."""
+
+_FEWEST = 5
+"""Pictures without which nothing is said about a keypoint in a view."""
+
+_MOST_FRAMES = 150
+"""Frames that are looked at, spread over the run: the window does it at the end of a run."""
+
+_NAMED = 6
+"""Keypoints that are named; the others are counted."""
+
+
+def keypoint_fits(
+    poses: Iterable[tuple[int, Pose]], body: BodyModel, seen: KeypointsInViews
+) -> Iterator[KeypointFit]:
+    """How the keypoints of frames fit their poses, with sides exchanged back as in tracking."""
+    for frame, pose in poses:
+        fit = KeypointObservation(seen.at(frame), 1.0).fitted(body, pose)
+        if fit is not None:
+            yield fit
+
+
+def disagreeing_keypoints(
+    poses: Sequence[tuple[int, Pose]],
+    body: BodyModel,
+    recording: Recording,
+    views: Sequence[str],
+    keypoints: Keypoints | None,
+) -> tuple[str, ...]:
+    """A clause that names the keypoints that disagree with the body; none if all agree.
+
+    Parameters
+    ----------
+    poses : sequence of (int, Pose)
+        Of the tracked frames.
+    views : sequence of str
+        Views of the recording that were tracked with.
+    keypoints : Keypoints or None
+        That were tracked with.
+    """
+    if keypoints is None or not poses:
+        return ()
+    seen = keypoints_in_views(recording, views, keypoints)
+    chosen = poses[:: -(-len(poses) // _MOST_FRAMES)]
+    off: dict[tuple[str, str], list[tuple[float, float]]] = {}
+    for fit in keypoint_fits(chosen, body, seen):
+        pixels = np.linalg.norm(fit.seen.pixel - fit.predicted, axis=2)
+        for k, v in np.argwhere(np.isfinite(pixels)).tolist():
+            one = off.setdefault((fit.seen.names[k], fit.seen.cameras[v]), [])
+            one.append((float(pixels[k, v]), float(fit.off[k, v])))
+    return _clauses(off, {view.image.camera: view.name for view in recording.views})
+
+
+def _clauses(
+    off: Mapping[tuple[str, str], Sequence[tuple[float, float]]], views: Mapping[str, str]
+) -> tuple[str, ...]:
+    found: list[tuple[float, str]] = []
+    for (name, camera), distances in off.items():
+        pixels, metres = np.array(distances).T
+        share = float(np.mean(metres > _FAR))
+        if len(pixels) >= _FEWEST and share >= _OFTEN:
+            where = views.get(camera, camera)
+            how = f"{100 * share:.0f} %, median {np.median(pixels):.0f} px"
+            found.append((-share, f"{name} in {where} ({how})"))
+    if not found:
+        return ()
+    named = [words for _, words in sorted(found)]
+    more = f" and {len(named) - _NAMED} more" if len(named) > _NAMED else ""
+    return (
+        f"keypoints disagree with the body in many pictures: {', '.join(named[:_NAMED])}{more}; "
+        "the order of their points (--layout), the person (--person) or the calibration may be "
+        "wrong",
+    )
