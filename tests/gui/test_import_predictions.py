@@ -98,3 +98,30 @@ def test_files_are_told_imported_undone_and_removed(opened, qtbot, tmp_path):
     action("undo").trigger()
     qtbot.waitUntil(window.context.tasks.settled)
     assert project.keypoints.sources() == {"rtm": count}
+
+
+def test_one_of_several_people_is_chosen(opened, qtbot, tmp_path):
+    window, project = opened, opened.context.session.project.project
+    header, *lines = (tmp_path / "N.csv").read_text().splitlines()
+    both = [header]
+    for line in lines:
+        cells = line.split(",")
+        both.append(",".join((*cells[:6], "patient", "x")))
+        both.append(",".join((*cells[:3], str(float(cells[3]) + 20), cells[4], "1", "helper", "x")))
+    (tmp_path / "both.csv").write_text("\n".join(both) + "\n")
+    window.context.actions.action("annotate-import-predictions").trigger()
+    dialog = window.findChild(PredictionsDialog)
+    assert not dialog.person.isEnabled()
+    dialog.add([tmp_path / "both.csv"])
+    qtbot.waitUntil(dialog.accept_button.isEnabled)
+    assert "2 people (patient, helper): helper is kept in all frames" in dialog.preview.text()
+    assert dialog.person.isEnabled()
+    dialog.person.setFocus()
+    QTest.keyClicks(dialog.person, "p")
+    qtbot.waitUntil(dialog.accept_button.isEnabled)
+    assert "patient is kept in all frames, as stated" in dialog.preview.text()
+    QTest.mouseClick(dialog.accept_button, Qt.MouseButton.LeftButton)
+    qtbot.waitUntil(window.context.tasks.settled)
+    kept = project.keypoints.all()
+    assert len(kept) == len(lines) - 2
+    assert (kept.person == 0).all()

@@ -147,7 +147,7 @@ class LayoutChoice:
             why = "told by a body's proportions"
         return (
             f"{points}: in the order of {self.layout} ({why}), not of {', '.join(self.others)}"
-            f"{doubt}. State another one with --layout"
+            f"{doubt}; another order can be stated (--layout)"
         )
 
 

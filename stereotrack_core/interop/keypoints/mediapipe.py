@@ -22,7 +22,7 @@ _FRAMES = ("frame", "frame_id", "frame_number", "frame_index", "frame_idx")
 _LANDMARKS = ("landmarks", "pose_landmarks", "keypoints")
 _REMEDY = "Save a list of frame and landmarks, each with x, y and visibility."
 _POINT: Kind = {"x": float, "y": float, **dict.fromkeys(CONFIDENCES, float), "name": str}
-_KIND: Kind = [{**dict.fromkeys(_FRAMES, int), **dict.fromkeys(_LANDMARKS, [object])}]
+_KIND: Kind = [{**dict.fromkeys(_FRAMES, int), **{name: [object] for name in _LANDMARKS}}]
 
 
 def is_mediapipe(content: Any) -> bool:

@@ -201,7 +201,7 @@ def of_chosen_person(found: FoundKeypoints, person: str | None = None) -> FoundK
     note = (
         f"{len(shown)} people ({', '.join(shown[:_SHOWN])}{more}): {', '.join(own)} is kept in all "
         f"frames, {what}; the surest of each picture would have changed "
-        f"{counted(changes_of_surest(keypoints), 'time')}. --person chooses another"
+        f"{counted(changes_of_surest(keypoints), 'time')}; another person can be stated (--person)"
     )
     left = {**found.left_out, _OTHERS: found.left_out.get(_OTHERS, 0) + others}
     return replace(found, keypoints=kept, left_out=left, notes=(*found.notes, note))

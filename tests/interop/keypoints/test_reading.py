@@ -131,10 +131,10 @@ def test_confidences_of_coco_are_told_by_the_whole_file(recording, tmp_path):
                 "id": 1,
                 "image_id": 5,
                 "category_id": 1,
-                "keypoints": [1, 2, 1.0, 3, 4, 0.99, 0, 0, 0],
+                "keypoints": [1, 2, 1.0, 3, 4, 0.99],
             }
         ],
-        "categories": [{"id": 1, "keypoints": ["left_wrist", "nose", "left_eye"]}],
+        "categories": [{"id": 1, "keypoints": ["left_wrist", "nose"]}],
     }
     path.write_text(json.dumps(content))
     assert [row[5] for row in plain(read(path, recording))] == [1.0, 0.99]
@@ -258,13 +258,12 @@ def test_labels_of_deeplabcut_in_fixed_hdf5(recording, tmp_path):
     path = tmp_path / "CollectedData.h5"
     with h5py.File(path, "w") as stored:
         group = stored.create_group("df_with_missing")
-        group["axis1"] = [b"labeled-data/cam2/img005.png", b"labeled-data/cam2/img020.png"]
+        pictures = [f"labeled-data/cam2/img{k:03d}.png".encode() for k in (5, 20)]
+        group["axis1"] = np.array(pictures)
         for axis in ("axis0", "block0_items"):
-            levels = ([b"scorer"], [b"left_wrist"], [b"x", b"y"])
-            for level, (names, codes) in enumerate(
-                zip(levels, ([0, 0], [0, 0], [0, 1]), strict=True)
-            ):
-                group[f"{axis}_level{level}"] = names
+            levels = ([b"scorer"], [0, 0]), ([b"left_wrist"], [0, 0]), ([b"x", b"y"], [0, 1])
+            for level, (names, codes) in enumerate(levels):
+                group[f"{axis}_level{level}"] = np.array(names)
                 group[f"{axis}_label{level}"] = np.array(codes, dtype=np.int8)
         group["block0_values"] = np.array([[1.0, 2.0], [np.nan, np.nan]])
     assert plain(read(path, recording)) == [(5, "cam2", "left_wrist", 1.0, 2.0, 1.0)]

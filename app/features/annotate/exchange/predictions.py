@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from PySide6.QtCore import QTimer, Signal, Slot
+from PySide6.QtCore import QSignalBlocker, QTimer, Signal, Slot
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QCheckBox,
@@ -50,6 +50,7 @@ class _Question:
     project: Project
     sources: tuple[KeypointSource, ...]
     frames: int | None
+    person: str | None
     all_people: bool
     propose: bool
 
@@ -60,6 +61,7 @@ def _plan(question: _Question) -> DetectorImport:
         question.project,
         question.sources,
         question.frames,
+        person=question.person,
         all_people=question.all_people,
         propose=question.propose,
     )
@@ -115,9 +117,16 @@ class PredictionsDialog(FormDialog):
         )
         self.layout_box = choice(
             "Point order",
-            [("", "by names or number of points"), *((name, name) for name in LAYOUTS)],
-            "Order of the points in a file that does not name them.",
+            [("", "by names or proportions"), *((name, name) for name in LAYOUTS)],
+            "Order of the points in a file that does not name them. Layouts of equally many points "
+            "are told apart by a body's proportions.",
         )
+        self.person = choice(
+            "Person",
+            [("", "the surest of all frames")],
+            "Of several people, the one who is kept over all frames.",
+        )
+        self.person.setEnabled(False)
         self.names = line_edit(
             "Names",
             placeholder="hand_l=left_wrist, snout=nose",
@@ -127,11 +136,12 @@ class PredictionsDialog(FormDialog):
         self.propose.setToolTip("Show them as predictions in Annotate, to be accepted as clicks.")
         self.propose.setChecked(True)
         self.all_people = QCheckBox("Keep all people")
-        self.all_people.setToolTip("Otherwise the person with the highest confidence is kept.")
+        self.all_people.setToolTip("Otherwise one person is kept over all frames.")
         self.preview = label()
         for changed in (
             self.detector.textChanged, self.names.textChanged, self.propose.toggled,
             self.all_people.toggled, self.layout_box.currentIndexChanged,
+            self.person.currentIndexChanged,
         ):  # fmt: skip
             changed.connect(self.read_again)
 
@@ -145,6 +155,7 @@ class PredictionsDialog(FormDialog):
         form = QFormLayout()
         form.addRow("Detector", self.detector)
         form.addRow("Point order", self.layout_box)
+        form.addRow("Person", self.person)
         form.addRow("Names", self.names)
         checks = hbox(self.propose, self.all_people, None)
         self.lay_out(
@@ -229,13 +240,17 @@ class PredictionsDialog(FormDialog):
             sources.append(
                 KeypointSource(path, self._recording, camera or None, layout, names, detector)
             )
-        how = self.all_people.isChecked(), self.propose.isChecked()
+        person = self.person.currentData() or None
+        if self.all_people.isChecked():
+            person = None
+        how = person, self.all_people.isChecked(), self.propose.isChecked()
         return _Question(self._project, tuple(sources), self._frames, *how)
 
     @Slot(object, object)
     def _on_read(self, question: _Question, plan: DetectorImport) -> None:
         if question is self._asked:
             self._plan = plan
+            self._offer(plan.people)
             self.preview.setText(_told(plan, propose=question.propose))
             self.accept_button.setEnabled(True)
 
@@ -244,6 +259,19 @@ class PredictionsDialog(FormDialog):
         if question is self._asked:
             self.preview.setText("")
             self.say(str(error), error=True)
+
+    def _offer(self, people: Sequence[str]) -> None:
+        """Let the person choose among the people of the files."""
+        chosen = self.person.currentData()
+        offered = [("", "the surest of all frames")]
+        if len(people) > 1:
+            offered += [(name, f"person {name}" if name.isdecimal() else name) for name in people]
+        with QSignalBlocker(self.person):
+            self.person.clear()
+            for name, shown in offered:
+                self.person.addItem(shown, name)
+            self.person.setCurrentIndex(max(self.person.findData(chosen), 0))
+        self.person.setEnabled(len(people) > 1 and not self.all_people.isChecked())
 
     def settled(self) -> bool:
         """Whether what is shown was read with what the form says."""
@@ -268,6 +296,7 @@ def _told(plan: DetectorImport, *, propose: bool) -> str:
     ]
     if propose:
         lines.append(f"Will be proposed as clicks: {counted(plan.proposed, 'landmark')}.")
+    lines += [f"{note[0].upper()}{note[1:]}." for note in plan.notes]
     if plan.replaced:
         lines.append(f"{counted(plan.replaced, 'keypoint')} of the project will be replaced.")
     return "\n".join(lines)
