@@ -172,12 +172,18 @@ def _pictures(recording: Recording, stream: Stream) -> Mapping[int, Path]:
 
 
 def _index_of(files: Mapping[int, Path], frame: int) -> int | None:
-    """Place among the files of a stream's frame; None if its picture is missing."""
+    """Place among the files of a stream's frame; None if its picture is missing among them."""
     if not files:
         return frame
-    numbers = sorted(files)
-    number = numbers[0] + frame
-    return numbers.index(number) if number in files else None
+    number = min(files) + frame
+    inside = min(files) <= number <= max(files)
+    return None if inside and number not in files else frame - _missing(files, number)
+
+
+def _missing(files: Mapping[int, Path], before: int) -> int:
+    """How many pictures are missing between the first one and a number."""
+    there = sum(number < before for number in files)
+    return min(before, max(files) + 1) - min(files) - there
 
 
 def _shift(stream: Stream, recording: Recording) -> int:
@@ -229,8 +235,8 @@ def _camera_of_video(video: str, streams: Mapping[str, Stream]) -> str | None:
 
 def _frame_in_stream(labelled: SleapFrame, files: Mapping[int, Path], where: str) -> int:
     """Frame of a camera's stream, by the number of its picture if it is one of several files."""
-    if not labelled.picture:
-        return labelled.number
+    if not labelled.picture:  # of a video, or behind the last picture
+        return labelled.number + (_missing(files, max(files) + 1) if files else 0)
     number = frame_of(labelled.picture, where=where)
     return number - min(files) if files else number
 

@@ -121,5 +121,5 @@ def _files_of(video: Any, number: int) -> tuple[str, str]:
     file = video.filename
     if not isinstance(file, list):
         return str(file).replace("\\", "/"), ""
-    first, own = (str(file[k]).replace("\\", "/") for k in (0, number))
-    return first, own
+    first = str(file[0]).replace("\\", "/")
+    return first, str(file[number]).replace("\\", "/") if 0 <= number < len(file) else ""

@@ -17,9 +17,9 @@ _FAR = 0.15
 """Metres from the body, at the person's distance, from which a keypoint disagrees with it. Guessed
 ones behind the trunk are up to 0.1 m off."""
 
-_OFTEN = 0.25
-"""Share of a view's pictures in which a keypoint that is named disagrees; usual detectors have
-gross errors in less than 0.1 of them."""
+_OFTEN = 0.2
+"""Share of a view's pictures in which a keypoint that is named disagrees at least, two standard
+deviations below the share that was found; usual detectors have gross errors in less than 0.1."""
 
 _FEWEST = 5
 """Pictures without which nothing is said about a keypoint in a view."""
@@ -79,7 +79,8 @@ def _clauses(
     for (name, camera), distances in off.items():
         pixels, metres = np.array(distances).T
         share = float(np.mean(metres > _FAR))
-        if len(pixels) >= _FEWEST and share >= _OFTEN:
+        uncertain = float(np.sqrt(share * (1.0 - share) / len(pixels)))
+        if len(pixels) >= _FEWEST and share - 2.0 * uncertain >= _OFTEN:
             where = views.get(camera, camera)
             how = f"{100 * share:.0f} %, median {np.median(pixels):.0f} px"
             found.append((-share, f"{name} in {where} ({how})"))

@@ -157,42 +157,6 @@ def test_numbered_pictures_are_listed_for_sleap(recording, tmp_path):
     assert read_sleap(LabelSource(path, there, NINE.names)).clicks == (click,)
 
 
-@pytest.mark.parametrize("pictures", [False, True])
-def test_sleap_shows_the_clicked_picture_behind_a_missing_number(recording, tmp_path, pictures):
-    sio = pytest.importorskip("sleap_io")
-    there = replace(recording, folder=tmp_path)
-    (tmp_path / "S").mkdir()
-    for number in (3, 4, 6, 7):
-        write_png(tmp_path / "S" / f"{number}.png", np.full((48, 64), number, dtype=np.uint8))
-    click = Click(3, "S", "head", (5.0, 6.0), origin="imported")
-    path = tmp_path / "a.slp"
-    write_sleap(path, [click], there, NINE, pictures=pictures)
-    stored = sio.load_slp(str(path))
-    assert stored.labeled_frames[0].image.max() == 6
-    assert read_sleap(LabelSource(path, there, NINE.names)).clicks == (click,)
-    gone = replace(click, frame=2)
-    with pytest.raises(InputError, match="the picture of frame 2 in S is missing"):
-        write_sleap(path, [click, gone], there, NINE)
-
-
-def test_a_stated_camera_chooses_one_of_several_videos(recording, tmp_path):
-    pytest.importorskip("sleap_io")
-    path = tmp_path / "a.slp"
-    written = [Click(3, name, "head", (x, 6.0), origin="imported") for x, name in enumerate("SN")]
-    written[1] = replace(written[1], camera="N_left")
-    write_sleap(path, written, recording, NINE)
-    assert read_sleap(LabelSource(path, recording, NINE.names, camera="S")).clicks == (written[0],)
-    text = "bodyparts,head,head\ncoords,x,y\n"
-    rows = "".join(f"labeled-data/{name}/img0003.png,{k},6\n" for k, name in enumerate("ab"))
-    table = tmp_path / "labels.csv"
-    table.write_text(f"scorer,me,me\n{text}{rows}")
-    with pytest.raises(InputError, match=r"pictures of 2 videos or cameras .* none is named S"):
-        read_labels(LabelSource(table, recording, NINE.names, camera="S")).checked()
-    table.write_text(f"scorer,me,me\n{text}{rows.replace('/a/', '/S/')}")
-    found = read_labels(LabelSource(table, recording, NINE.names, camera="S")).checked()
-    assert [(one.camera, one.position) for one in found] == [("S", (0.0, 6.0))]
-
-
 def test_labels_with_confidences_are_refused_as_predictions(recording, tmp_path):
     path = tmp_path / "a.json"
     content = {

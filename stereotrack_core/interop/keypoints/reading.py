@@ -24,6 +24,7 @@ from stereotrack_core.interop.keypoints.source import FoundKeypoints, KeypointSo
 from stereotrack_core.reading import TABLE_BYTES, decoding, read_json
 from stereotrack_core.tables import read_cells
 
+_NO_HDF5 = "this is not a DeepLabCut file or an analysis of SLEAP"
 _UNDERSTOOD = (
     "Supported: a folder of OpenPose, COCO results or annotations (.json), MMPose and RTMPose "
     "(.json), FreeMoCap and MediaPipe (.npy, .csv, .json), DeepLabCut (.csv, .h5), SLEAP (.slp, "
@@ -91,8 +92,7 @@ def _of_json(source: KeypointSource) -> Iterator[FileRow]:
 
 def _of_hdf5(source: KeypointSource) -> Iterator[FileRow]:
     deeplabcut_hdf5.check_h5py(source.path)
-    what = "this is neither a file of DeepLabCut nor an analysis of SLEAP"
-    found = read_hdf5(source.path, _stored_hdf5, what, _UNDERSTOOD)
+    found = read_hdf5(source.path, _stored_hdf5, _NO_HDF5, _UNDERSTOOD)
     if isinstance(found, deeplabcut_hdf5.StoredTable):
         return deeplabcut.read_h5(source, found)
     return sleap.rows_of_analysis(found, source)
@@ -102,8 +102,7 @@ def _stored_hdf5(path: Path) -> deeplabcut_hdf5.StoredTable | sleap.Analysis:
     """What an HDF5 file holds; called in a process of its own."""
     import h5py
 
-    what = "this is not a DeepLabCut file"
-    with decoding(path, what, _UNDERSTOOD), h5py.File(path) as stored:
+    with decoding(path, _NO_HDF5, _UNDERSTOOD), h5py.File(path) as stored:
         if sleap.is_analysis(stored):
             return sleap.stored_analysis(stored, path)
         return deeplabcut_hdf5.table_in(stored)
