@@ -100,6 +100,12 @@ REFERENCE = option(
     "fit`); by default the reference of the run's recording",
     type=Path,
 )
+LIMIT_OF_SIGMA = option(
+    "--max-sigma MM",
+    "landmarks of a reference whose standard deviation in the worst direction is larger count as "
+    "unknown (default: 100; inf: no limit)",
+    type=float,
+)
 OF_RUN = option(
     "--recording DIR", "the run's recording; by default the one named in the run", type=Path
 )

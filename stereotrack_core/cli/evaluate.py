@@ -8,9 +8,22 @@ from typing import Any
 
 import numpy as np
 
-from stereotrack_core.cli.arguments import FRAMES, JSON, REFERENCE, SEGMENTS, option
+from stereotrack_core.cli.arguments import (
+    FRAMES,
+    JSON,
+    LIMIT_OF_SIGMA,
+    REFERENCE,
+    SEGMENTS,
+    option,
+)
 from stereotrack_core.cli.output import OK, put, put_json, put_table, say
-from stereotrack_core.cli.sources import read_measured, some_segments, truth_of, warn_about_size
+from stereotrack_core.cli.sources import (
+    limit_of_sigma,
+    read_measured,
+    some_segments,
+    truth_of,
+    warn_about_size,
+)
 from stereotrack_core.evaluation.accuracy import (
     accuracy_facts,
     accuracy_of,
@@ -33,6 +46,7 @@ DESCRIPTION = (
 OPTIONS = (
     option("run_file RUN", "run or reference (.npz), or landmarks (.csv, .trc, .c3d)", type=Path),
     REFERENCE,
+    LIMIT_OF_SIGMA,
     FRAMES,
     SEGMENTS,
     JSON,
@@ -43,11 +57,12 @@ def run(args: Namespace) -> int:
     """Measure and print."""
     trajectory, stored = read_measured(args.run_file)
     meta = {} if stored is None else dict(stored.meta)
-    truth = truth_of(args.reference, meta)
+    limit = limit_of_sigma(args)
+    truth = truth_of(args.reference, meta, limit)
     segments = some_segments(truth.segments, truth.source) if args.segments else ()
     found = stored or trajectory
     accuracy = accuracy_of(
-        found, truth.reference, truth.states, segments, asked_frames(args.frames)
+        found, truth.reference, truth.states, segments, asked_frames(args.frames), limit
     )
     if not len(accuracy.errors.frame):
         raise none_of_the_frames("--frames" if args.frames else "--reference")

@@ -10,6 +10,7 @@ from stereotrack_core.cli.arguments import (
     AXES,
     FPS,
     JSON,
+    LIMIT_OF_SIGMA,
     NAMES,
     OF_RUN,
     VIEWS,
@@ -22,6 +23,7 @@ from stereotrack_core.cli.output import OK, put_result, say
 from stereotrack_core.cli.progress import watched
 from stereotrack_core.cli.sources import (
     angle_source,
+    limit_of_sigma,
     open_project,
     recording_of,
     recording_of_run,
@@ -29,6 +31,11 @@ from stereotrack_core.cli.sources import (
     stated_in,
 )
 from stereotrack_core.errors import InputError
+from stereotrack_core.interop.reference_npz import (
+    fps_of_reference,
+    is_reference,
+    read_reference,
+)
 from stereotrack_core.interop.run_file import holds_run, read_run, read_timed_trajectory
 from stereotrack_core.project.exporting.formats import (
     FORMATS,
@@ -96,6 +103,7 @@ OPTIONS = (
         nargs="?",
         const="",
     ),
+    LIMIT_OF_SIGMA,
     flag(
         "--pictures",
         "for clicks as coco, dlc and slp: also the pictures that they were made on, where the "
@@ -166,7 +174,7 @@ def _project_reference(args: Namespace, project: Project, form: ExportFormat) ->
     fps = None
     if form.name != "npz":
         fps = recording_of(project).fps if args.fps is None else args.fps
-    return export_reference(args.output, reference, form, fps)
+    return export_reference(args.output, reference, form, fps, limit_of_sigma(args))
 
 
 def _reference(project: Project, name: str | None) -> Reference:
@@ -201,6 +209,11 @@ def _trajectory(args: Namespace, form: ExportFormat) -> Exported:
                 where=option_name,
                 remedy="Omit this option.",
             )
+    if is_reference(args.source):
+        check_kind(form, "reference")
+        reference = read_reference(args.source)
+        rate = fps_of_reference(reference) if args.fps is None else args.fps
+        return export_reference(args.output, reference, form, rate, limit_of_sigma(args))
     if form.name in ANGLE_FORMATS:
         source = angle_source(args.source, args.fps)
         return export_angles(args.output, source.angles, form, source.fps)

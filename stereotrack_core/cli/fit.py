@@ -29,6 +29,7 @@ from stereotrack_core.body.proportions import Proportions, proportions_of
 from stereotrack_core.cli.arguments import (
     FRAMES,
     JSON,
+    LIMIT_OF_SIGMA,
     RECORDING,
     VIEWS,
     changes,
@@ -40,13 +41,14 @@ from stereotrack_core.cli.arguments import (
 from stereotrack_core.cli.output import OK, put_json, put_table, say
 from stereotrack_core.cli.personal import MEASURED, personal_lengths, personalise
 from stereotrack_core.cli.progress import progress, stoppable
-from stereotrack_core.cli.sources import clicks_in_file
+from stereotrack_core.cli.sources import clicks_in_file, limit_of_sigma
 from stereotrack_core.counting import counted, spread_words
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera_agreement import Disagreement
-from stereotrack_core.interop.reference_npz import check_reference_file, export_reference
 from stereotrack_core.locks import writing
 from stereotrack_core.parameters import parsed_settings
+from stereotrack_core.project.exporting.formats import format_of_file
+from stereotrack_core.project.exporting.runs import export_reference
 from stereotrack_core.recording.description import Recording, read_subject
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.landmarks import LANDMARKS
@@ -109,6 +111,7 @@ OPTIONS = (
         "the project has measured)",
         type=float,
     ),
+    LIMIT_OF_SIGMA,
     option(
         "--subject FILE|measured",
         "segment lengths of the person: a subject.toml, or measured from the clicks "
@@ -128,7 +131,7 @@ def run(args: Namespace) -> int:
     if args.personalise:
         check_suffix(args.output, ".toml")
     else:
-        check_reference_file(args.output)
+        check_suffix(args.output, ".csv", ".npz")
     recording = open_recording(args.recording)
     check_calibrated(recording)
     check_output(args.output, recording)
@@ -137,7 +140,7 @@ def run(args: Namespace) -> int:
 
 
 def _fit(args: Namespace, recording: Recording) -> int:
-    settings, stated = _settings(args), _sigma(args.sigma)
+    settings, stated, limit = _settings(args), _sigma(args.sigma), limit_of_sigma(args)
     views = views_of(recording, args.views)
     with FrameReader(recording, views=views, read_ahead=0) as reader:
         count = reader.frame_count
@@ -164,7 +167,11 @@ def _fit(args: Namespace, recording: Recording) -> int:
             cancelled=stopped,
         )
     meta = origin_of(recording, len(clicks), sigma, settings)
-    export_reference(args.output, reference_of_fit(fit, meta))
+    written = export_reference(
+        args.output, reference_of_fit(fit, meta), format_of_file(args.output), None, limit
+    )
+    for note in written.notes:
+        say(note)
     _tell(args, fit, recording, clicks_in(recording, clicks, views))
     return OK
 

@@ -8,8 +8,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from stereotrack_core.annotation.click import USUAL_SIGMA, Click, click_detections
-from stereotrack_core.annotation.reference import Reference
+from stereotrack_core.annotation.reference import MAX_SIGMA, Reference
 from stereotrack_core.cli.output import say
 from stereotrack_core.counting import counted
 from stereotrack_core.errors import Finding, InputError
@@ -22,7 +24,12 @@ from stereotrack_core.evaluation.joint_angles.series import (
 from stereotrack_core.interop.label_source import stated_names
 from stereotrack_core.interop.labels import read_clicks
 from stereotrack_core.interop.landmark_file import Stated, world_from_axes
-from stereotrack_core.interop.reference_npz import fps_of_reference, is_reference, read_reference
+from stereotrack_core.interop.reference_npz import (
+    fps_of_reference,
+    is_reference,
+    read_reference,
+    read_reference_table,
+)
 from stereotrack_core.interop.run_file import (
     holds_run,
     read_run,
@@ -54,18 +61,34 @@ class Truth:
     """The reference with its uncertainty, where it states one."""
 
 
+def limit_of_sigma(args: Namespace) -> float:
+    """The value of ``--max-sigma`` in metres; InputError unless it is positive."""
+    if args.max_sigma is None:
+        return MAX_SIGMA
+    if not args.max_sigma > 0.0:
+        raise InputError(
+            f"{args.max_sigma:g} mm is not a limit of sigma",
+            where="--max-sigma",
+            remedy="Give a number above 0, or inf for no limit.",
+        )
+    return float(args.max_sigma) / 1000.0
+
+
 def read_measured(path: Path) -> tuple[LandmarkTrajectory, Run | None]:
     """Landmarks of a file, and the run where it holds a complete one."""
     if holds_run(path):
         stored = read_run(path)
         say_if_unfinished(path, stored)
         return stored.trajectory(), stored
+    if path.suffix.lower() == ".npz":
+        return read_reference(path).trajectory(np.inf), None
     return read_trajectory(path), None
 
 
-def truth_of(given: Path | None, meta: Mapping[str, Any]) -> Truth:
+def truth_of(given: Path | None, meta: Mapping[str, Any], max_sigma: float = MAX_SIGMA) -> Truth:
     """The reference that was named, else that of the run's recording.
 
+    Landmarks that are less certain than a standard deviation in metres are unknown, which is said.
     Raises InputError where there is none.
     """
     folder = meta.get("recording_folder")
@@ -74,10 +97,16 @@ def truth_of(given: Path | None, meta: Mapping[str, Any]) -> Truth:
     if given is not None:
         own = given.with_name("segments.csv")
         beside = segments or (read_segments(own) if own.is_file() else ())
+        states = None
         if given.suffix.lower() == ".npz" and is_reference(given):
             states = read_reference(given)
-            return Truth(states.trajectory(), given, beside, states)
-        return Truth(read_trajectory(given), given, beside)
+        elif given.suffix.lower() == ".csv":
+            states = read_reference_table(given)
+        if states is None or states.covariance is None:
+            return Truth(read_trajectory(given), given, beside)
+        if note := states.left_out(max_sigma):
+            say(f"{given}: {note}")
+        return Truth(states.trajectory(max_sigma), given, beside, states)
     if not folder:
         raise InputError(
             "the file does not state its recording",

@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from stereotrack_core.annotation.reference import Reference
+from stereotrack_core.annotation.reference import MAX_SIGMA, Reference
 from stereotrack_core.arrays import FloatArray, IntArray
-from stereotrack_core.body.limbs import LIMBS
+from stereotrack_core.body.limbs import LIMB_ENDS, LIMBS
 from stereotrack_core.evaluation.errors import LimbErrors, errors_against
 from stereotrack_core.evaluation.summary import (
     Doubts,
@@ -49,8 +49,13 @@ def accuracy_of(
     states: Reference | None = None,
     segments: Sequence[Segment] = (),
     frames: range | None = None,
+    max_sigma: float = MAX_SIGMA,
 ) -> Accuracy:
-    """Measure a run, or landmarks alone; `states` is the reference with its uncertainty."""
+    """Measure a run, or landmarks alone.
+
+    `states` is the reference with its uncertainty, of which only landmarks within `max_sigma`
+    (metres) describe its quality, as only those are in `reference`.
+    """
     run, trajectory = (found, found.trajectory()) if isinstance(found, Run) else (None, found)
     errors = errors_against(trajectory, reference)
     if frames is not None:
@@ -60,7 +65,7 @@ def accuracy_of(
         errors=errors,
         summary=summarise(errors),
         segments=summarise_segments(errors, segments),
-        quality={} if states is None else reference_quality(states, errors.frame),
+        quality={} if states is None else reference_quality(states, errors.frame, max_sigma),
         doubts=doubts if doubts is not None and doubts.judged else None,
     )
 
@@ -86,13 +91,18 @@ def arms_good_to(quality: Mapping[str, float]) -> float:
     return float(np.sqrt(np.mean(squares))) if squares else float("nan")
 
 
-def reference_quality(reference: Reference, frames: IntArray) -> dict[str, float]:
+def reference_quality(
+    reference: Reference, frames: IntArray, max_sigma: float = MAX_SIGMA
+) -> dict[str, float]:
     """Root mean square error that the reference states for itself, by measure.
 
     Parameters
     ----------
     frames : (F,) int64
         Frames that count; those that the reference does not have are passed over.
+    max_sigma : float
+        Largest standard deviation in metres of landmarks that count; errors are not measured
+        against others.
 
     Returns
     -------
@@ -102,14 +112,20 @@ def reference_quality(reference: Reference, frames: IntArray) -> dict[str, float
         errors of the shoulders to be independent: both state rather too much than too little.
     """
     chosen = np.isin(reference.frame, frames)
+    points = reference.trajectory(max_sigma).points[chosen]
+    known = np.asarray(np.isfinite(points).all(axis=2))
     values: dict[str, float] = {}
     if reference.covariance is not None:
-        covariance = _of_the_nine(reference, reference.covariance[chosen])
+        covariance = reference.of_the_nine(reference.covariance[chosen])
+        covariance[~known] = np.nan
         hips = covariance[:, _places("hip")].mean(axis=1)
         values["torso_position"] = 1000.0 * root_mean(np.trace(hips, axis1=1, axis2=2))
-        values["torso_cross"] = _cross_deg(reference.trajectory().points[chosen], covariance)
+        values["torso_cross"] = _cross_deg(points, covariance)
     if reference.limb_sigma_deg is not None:
         sigma = reference.limb_sigma_deg[chosen]
+        for i, limb in enumerate(LIMBS):
+            ends = [LANDMARKS.index(name) for end in LIMB_ENDS[limb] for name in end]
+            sigma[~known[:, ends].all(axis=1), i] = np.nan
         for measure, limbs in _OF_LIMBS.items():
             own = sigma[:, [LIMBS.index(limb) for limb in limbs]]
             values[measure] = root_mean(np.square(own))
@@ -141,14 +157,6 @@ def _cross_deg(nine: FloatArray, covariance: FloatArray) -> float:
     both = covariance[:, left] + covariance[:, right]
     across = np.trace(both, axis1=1, axis2=2) - np.einsum("fi,fij,fj->f", unit, both, unit)
     return float(np.degrees(root_mean(across / np.square(length))))
-
-
-def _of_the_nine(reference: Reference, covariance: FloatArray) -> FloatArray:
-    result: FloatArray = np.full((len(covariance), len(LANDMARKS), 3, 3), np.nan)
-    for place, name in enumerate(LANDMARKS):
-        if name in reference.landmark_names:
-            result[:, place] = covariance[:, reference.landmark_names.index(name)]
-    return result
 
 
 def _places(joint: str) -> list[int]:

@@ -177,14 +177,15 @@ def _parameter(data: bytes, at: int) -> _Parameter:
 
 
 _LAST_FRAME = 0xFFFF - 1
+_LARGEST_RESIDUAL = 0xFF  # the format keeps one byte of it
 
 
 def write_c3d(
     path: Path, trajectory: LandmarkTrajectory, fps: float, residual: FloatArray | None = None
 ) -> None:
-    """Write landmarks, and the tracker's residual (F,), metres, as the residual of every point.
+    """Write landmarks, with residuals in metres: of frames (F,) or of their landmarks (F, 9).
 
-    The format keeps whole millimetres of it. Frames between those of the trajectory are missing.
+    The format keeps whole millimetres of them. Frames between those of the trajectory are missing.
 
     InputError for a frame number that the format cannot count.
     """
@@ -196,14 +197,15 @@ def write_c3d(
             remedy="Export part of the run, or use another format.",
         )
     first, points = contiguous(trajectory, str(path))
-    per_frame = np.zeros(len(points))
+    residuals = np.zeros(points.shape[:2])
     if residual is not None:
-        per_frame[trajectory.frame - first] = np.nan_to_num(1000.0 * residual)
+        millimetres = np.clip(np.nan_to_num(1000.0 * residual), 0.0, _LARGEST_RESIDUAL)
+        residuals[trajectory.frame - first] = millimetres.reshape(len(frame), -1)
     file = _new_file(checked_fps(fps), first)
     file["data"]["points"] = np.ones((4, len(LANDMARKS), len(points)))
     file["data"]["points"][:3] = 1000.0 * points.transpose(2, 1, 0)
     missing = np.isnan(points).any(axis=-1).T
-    file["data"]["meta_points"]["residuals"] = np.where(missing, -1.0, per_frame)[None]
+    file["data"]["meta_points"]["residuals"] = np.where(missing, -1.0, residuals.T)[None]
     file["data"]["meta_points"]["camera_masks"] = np.zeros((7, *missing.shape), dtype=np.bool_)
 
     def is_whole(written: Path) -> bool:  # ezc3d says nothing where the drive is full

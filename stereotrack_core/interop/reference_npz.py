@@ -16,7 +16,11 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.interop.npz import ArchiveFormat, ArrayLayout, archive_bytes, array_names
 from stereotrack_core.plain_data import Kind, check_kind
 from stereotrack_core.reading import MB, open_file, parsed_json
-from stereotrack_core.recording.landmarks import write_landmarks
+from stereotrack_core.recording.landmarks import (
+    LandmarkTable,
+    read_landmark_table,
+    write_landmark_table,
+)
 from stereotrack_core.tables import LARGEST as LAST_FRAME
 
 _LAYOUT: dict[str, ArrayLayout] = {
@@ -53,26 +57,33 @@ def write_reference(path: Path, reference: Reference) -> None:
     write_file(path, reference_bytes(reference))
 
 
-def export_reference(path: Path, reference: Reference) -> None:
-    """Write a reference: as a recording has it, or (``.npz``) with everything that it states.
+def write_reference_table(path: Path, reference: Reference) -> None:
+    """Write the nine landmarks as ``.csv``, with standard deviations and sources where stated.
 
-    Raises InputError where the file cannot be written, or has another suffix.
+    InputError where the file cannot be written.
     """
-    check_reference_file(path)
-    if path.suffix.lower() == ".npz":
-        write_reference(path, reference)
-    else:
-        write_landmarks(path, reference.trajectory())
+    sigma = source = None
+    if reference.covariance is not None:
+        variances = np.diagonal(reference.covariance, axis1=2, axis2=3)
+        sigma = reference.of_the_nine(np.sqrt(np.maximum(variances, 0.0)))
+    if reference.filled is not None:
+        source = tuple("interpolated" if one else "fit" for one in reference.filled)
+    trajectory = reference.trajectory(np.inf)
+    write_landmark_table(path, LandmarkTable(trajectory, sigma, source))
 
 
-def check_reference_file(path: Path) -> None:
-    """Refuse a file of a kind that no reference is written to."""
-    if path.suffix.lower() not in {".csv", ".npz"}:
-        raise InputError(
-            f"a reference cannot be written as {path.suffix or 'a file without suffix'}",
-            where=str(path),
-            remedy="Use a name that ends in .csv, or in .npz to keep the uncertainty.",
-        )
+def read_reference_table(path: Path) -> Reference:
+    """The reference of a ``.csv`` file; the covariances are diagonal, as far as it states sigmas.
+
+    InputError where it cannot be read.
+    """
+    table = read_landmark_table(path)
+    covariance = None if table.sigma is None else table.sigma[..., None] ** 2 * np.eye(3)
+    filled = None
+    if table.source is not None:
+        filled = np.array([one == "interpolated" for one in table.source], dtype=np.bool_)
+    trajectory, meta = table.trajectory, {"imported_from": path.name}
+    return Reference(trajectory.frame, trajectory.points, covariance, filled=filled, meta=meta)
 
 
 def read_reference(path: Path) -> Reference:

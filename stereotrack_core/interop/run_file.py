@@ -17,6 +17,7 @@ from stereotrack_core.interop.reference_npz import (
     fps_of_reference,
     is_reference,
     read_reference,
+    read_reference_table,
 )
 from stereotrack_core.interop.run_journal import PART_SUFFIX, read_unfinished
 from stereotrack_core.interop.run_npz import check_run, read_npz, write_npz
@@ -175,13 +176,17 @@ def read_timed_trajectory(path: Path, stated: Stated | None = None) -> Timed:
     suffix = _suffix(path, (*_READERS, *_FOREIGN))
     if suffix in _FOREIGN:
         return _FOREIGN[suffix](path, stated)
-    if stated is not None and (stated.names or stated.world_from_file is not None):
+    if _says_something(stated):
         raise InputError(
             "landmark names and axes can only be given for .trc and .c3d files",
             where=str(path),
             remedy="Omit --name and --axes.",
         )
     return _READERS[suffix](path)
+
+
+def _says_something(stated: Stated | None) -> bool:
+    return stated is not None and bool(stated.names or stated.world_from_file is not None)
 
 
 def _suffix(path: Path, known: tuple[str, ...]) -> str:
@@ -199,5 +204,7 @@ def reference_in(path: Path, stated: Stated | None = None) -> Reference:
     """The reference that a file of a trajectory holds; InputError where it cannot be read."""
     if is_reference(path):
         return read_reference(path)
+    if path.suffix.lower() == ".csv" and not _says_something(stated):
+        return read_reference_table(path)
     trajectory = read_trajectory(path, stated)
     return Reference(trajectory.frame, trajectory.points, meta={"imported_from": path.name})

@@ -40,7 +40,7 @@ def _landmarks(recording: Recording, project: Project | None) -> FloatArray:
         with suppress(InputError):
             name = project.chosen(project.references)
             if name is not None:
-                trajectories.append(load_reference(project.references, name).points)
+                trajectories.append(load_reference(project.references, name).trajectory().points)
         with suppress(InputError):
             newest = project.runs.names()[-1:]
             trajectories += [load_run(project.runs, one).landmarks for one in newest]

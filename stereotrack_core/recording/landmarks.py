@@ -12,7 +12,7 @@ from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.atomic import write_file
 from stereotrack_core.errors import InputError
 from stereotrack_core.recording.toml_table import LARGEST
-from stereotrack_core.tables import csv_text, read_rows, whole_number
+from stereotrack_core.tables import csv_text, read_cells, read_rows, whole_number
 
 LANDMARKS: tuple[str, ...] = (
     "left_shoulder",
@@ -50,18 +50,42 @@ class LandmarkTrajectory:
 
 
 COLUMNS = ("frame", "landmark", "x", "y", "z")
+SIGMA_COLUMNS = ("sigma_x", "sigma_y", "sigma_z")
+"""Optional: standard deviations in metres."""
+
+SOURCE_COLUMN = "source"
+"""Optional: where a place comes from."""
+
+
+@dataclass(frozen=True, eq=False)
+class LandmarkTable:
+    """A trajectory, and what its file states about it."""
+
+    trajectory: LandmarkTrajectory
+    sigma: FloatArray | None = None  # (F, 9, 3), metres, along the axes; also of unknown landmarks
+    source: tuple[str, ...] | None = None  # of each frame: where its landmarks come from
 
 
 def read_landmarks(path: Path) -> LandmarkTrajectory:
+    """The trajectory of :func:`read_landmark_table` alone."""
+    return read_landmark_table(path).trajectory
+
+
+def read_landmark_table(path: Path) -> LandmarkTable:
     """Trajectory in metres, world; values that are missing, empty or NaN are NaN.
 
     Landmarks besides the nine are ignored (:func:`unknown_landmarks` names them). Raises InputError
     when the file cannot be read, a value is no number, a landmark stands twice in a frame, or none
     of its landmarks is one of the nine.
     """
+    header = next(iter(read_cells(path)), [])
+    stated = set(SIGMA_COLUMNS) <= set(header)
+    values = (*"xyz", *SIGMA_COLUMNS) if stated else tuple("xyz")
+    more = (SOURCE_COLUMN,) if SOURCE_COLUMN in header else ()
     found: dict[int, dict[str, list[float]]] = {}
+    source: dict[int, str] = {}
     others = set()
-    for line, cells in read_rows(path, COLUMNS):
+    for line, cells in read_rows(path, (*COLUMNS[:2], *values, *more)):
         frame = whole_number(cells["frame"], path, line, "frame")
         name = cells["landmark"]
         if name not in LANDMARKS:
@@ -74,7 +98,8 @@ def read_landmarks(path: Path) -> LandmarkTrajectory:
                 where=str(path),
                 remedy="Delete one of the two lines.",
             )
-        at_frame[name] = [_coordinate(cells[axis], path, line, axis) for axis in "xyz"]
+        at_frame[name] = [_coordinate(cells[column], path, line, column) for column in values]
+        source[frame] = source.get(frame) or cells.get(SOURCE_COLUMN, "")
     if others and not found:
         raise InputError(
             f"none of its landmarks is known (the first is {min(others)!r})",
@@ -82,11 +107,15 @@ def read_landmarks(path: Path) -> LandmarkTrajectory:
             remedy=f"The landmarks are {', '.join(LANDMARKS)}.",
         )
     frames = sorted(found)
-    points = np.full((len(frames), len(LANDMARKS), 3), np.nan)
+    table = np.full((len(frames), len(LANDMARKS), len(values)), np.nan)
     for i, frame in enumerate(frames):
         for name, position in found[frame].items():
-            points[i, LANDMARKS.index(name)] = position
-    return LandmarkTrajectory(np.array(frames, dtype=np.int64), points)
+            table[i, LANDMARKS.index(name)] = position
+    return LandmarkTable(
+        LandmarkTrajectory(np.array(frames, dtype=np.int64), table[..., :3]),
+        table[..., 3:] if stated else None,
+        tuple(source[frame] for frame in frames) if more else None,
+    )
 
 
 def unknown_landmarks(path: Path) -> tuple[str, ...]:
@@ -117,13 +146,30 @@ def write_landmarks(path: Path, trajectory: LandmarkTrajectory) -> None:
     A frame of which nothing is known is written as one row with empty values, so that reading
     gives the same frames again.
     """
-    write_file(path, csv_text(COLUMNS, _rows(trajectory)))
+    write_landmark_table(path, LandmarkTable(trajectory))
 
 
-def _rows(trajectory: LandmarkTrajectory) -> Iterator[list[str | int]]:
-    for frame, points in zip(trajectory.frame, trajectory.points, strict=True):
-        known = np.isfinite(points).all(axis=1)
-        if not known.any():
-            yield [int(frame), LANDMARKS[0], "", "", ""]
-        for i in np.flatnonzero(known):
-            yield [int(frame), LANDMARKS[i], *(f"{value:.6f}" for value in points[i])]
+def write_landmark_table(path: Path, table: LandmarkTable) -> None:
+    """Write a trajectory with what is stated about it.
+
+    With a sigma, landmarks that are unknown have rows with empty places.
+    """
+    columns = list(COLUMNS)
+    if table.sigma is not None:
+        columns += SIGMA_COLUMNS
+    if table.source is not None:
+        columns.append(SOURCE_COLUMN)
+    write_file(path, csv_text(columns, _rows(table)))
+
+
+def _rows(table: LandmarkTable) -> Iterator[list[str | int]]:
+    known = np.asarray(np.isfinite(table.trajectory.points).all(axis=2))
+    for row, frame in enumerate(table.trajectory.frame):
+        written = np.flatnonzero(known[row]) if table.sigma is None else range(len(LANDMARKS))
+        for i in written if len(written) else (0,):
+            place = table.trajectory.points[row, i]
+            numbers = [place if known[row, i] else np.full(3, np.nan)]
+            numbers += [] if table.sigma is None else [table.sigma[row, i]]
+            cells = ["" if np.isnan(value) else f"{value:.6f}" for value in np.concatenate(numbers)]
+            said = [] if table.source is None else [table.source[row]]
+            yield [int(frame), LANDMARKS[i], *cells, *said]

@@ -3,18 +3,21 @@
 import re
 from dataclasses import replace
 
+import ezc3d
 import numpy as np
 import pytest
 
 from stereotrack_core.annotation.click import Click
+from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.evaluation.errors import errors_against
 from stereotrack_core.interop.labels import read_clicks, write_clicks
-from stereotrack_core.interop.reference_npz import read_reference
-from stereotrack_core.interop.run_file import read_run
+from stereotrack_core.interop.reference_npz import read_reference, write_reference
+from stereotrack_core.interop.run_file import read_run, read_trajectory
 from stereotrack_core.interop.trc import read_trc
 from stereotrack_core.project.clicks import PlaceClicks
 from stereotrack_core.project.project import Project
+from stereotrack_core.project.setups import load_reference
 from stereotrack_core.recording.description import Recording, Stream, View, read_subject
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.landmarks import LANDMARKS, read_landmarks
@@ -47,7 +50,8 @@ def fit(run, recording, clicks, output, *more):
 
 @pytest.mark.parametrize(("depth", "worst"), [((), 12.0), (("--no-depth",), 8.0)])
 def test_fit_writes_a_reference(run, recording, clicks, tmp_path, depth, worst):
-    ended = fit(run, recording, clicks, tmp_path / "reference.csv", "--json", *depth)
+    whole = ("--json", "--max-sigma", "inf")
+    ended = fit(run, recording, clicks, tmp_path / "reference.csv", *whole, *depth)
     assert ended.status == 0
     assert ended.json["frames"] == {"clicked": 4, "interpolated": 6, "gap": 0}
     assert ended.json["clicks"] == 72
@@ -59,6 +63,89 @@ def test_fit_writes_a_reference(run, recording, clicks, tmp_path, depth, worst):
     errors = errors_against(found, open_recording(recording).reference)
     assert np.degrees(errors.forearm).mean() < worst
     assert np.degrees(errors.upper_arm).mean() < worst
+
+
+def test_what_no_click_supports_is_left_out(run, recording, clicks, tmp_path):
+    """One clicked frame of ten says nothing about arms half a second later."""
+    few = tmp_path / "few.csv"
+    lines = clicks.read_text().splitlines()
+    few.write_text("\n".join([lines[0], *(one for one in lines[1:] if one.startswith("0,"))]))
+    ended = fit(run, recording, few, tmp_path / "few.npz", "--no-depth", "--json")
+    assert "Left out: " in ended.err
+    assert "of 90 landmark positions" in ended.err
+    assert "standard deviation above 100 mm" in ended.err
+    stored = read_reference(tmp_path / "few.npz")
+    known = np.isfinite(stored.points).all(axis=2)
+    assert known[0].all()
+    assert not known[5:].any()
+
+    project = tmp_path / "p.stereotrack"
+    Project.create(project, recording).close()
+    every = tmp_path / "every.npz"
+    fit(run, recording, few, every, "--no-depth", "--max-sigma", "inf")
+    assert np.isfinite(read_reference(every).points).all(axis=2).sum() > known.sum()
+    assert run("import", "labels", every, "--into", project).status == 0
+    sources = ((tmp_path / "few.npz", ()), (every, ()), (project, ("--reference",)))
+    for number, (source, more) in enumerate(sources):
+        for kind in ("csv", "trc", "c3d", "npz", "nc"):
+            out = tmp_path / f"{number}.{kind}"
+            ended = run("export", source, "--format", kind, "-o", out, *more)
+            assert ended.status == 0, ended.err
+            assert "Left out: " in ended.err
+            assert ("TRC, OpenSim cannot store: standard deviations" in ended.err) is (
+                kind == "trc"
+            )
+            if kind != "nc":
+                found = read_trajectory(out)
+                np.testing.assert_array_equal(np.isfinite(found.points).all(axis=2), known)
+    rows = [line.split(",") for line in (tmp_path / "1.csv").read_text().splitlines()]
+    assert rows[0][2:] == ["x", "y", "z", "sigma_x", "sigma_y", "sigma_z", "source"]
+    cells = {(row[0], row[1]): row[2:] for row in rows[1:]}
+    assert len(cells) == 90
+    assert all(map(float, cells["0", "left_hand"][:6]))
+    assert cells["0", "left_hand"][6] == "fit"
+    assert cells["5", "left_hand"][:3] == ["", "", ""]
+    assert max(map(float, cells["5", "left_hand"][3:6])) > 0.1
+    residual = ezc3d_residuals(tmp_path / "1.c3d")
+    assert (residual[:, 5:] == -1.0).all()
+    assert (residual[:, 0] > 0.0).all()
+
+    ended = run("export", every, "--format", "trc", "-o", tmp_path / "x.trc", "--max-sigma", "0")
+    assert ended.status == 2
+    assert "--max-sigma" in ended.err
+    back = tmp_path / "q.stereotrack"
+    Project.create(back, recording).close()
+    run("export", every, "--format", "csv", "-o", tmp_path / "all.csv", "--max-sigma", "inf")
+    assert run("import", "labels", tmp_path / "all.csv", "--into", back).status == 0
+    with Project.open(back, read_only=True) as opened:
+        stored = load_reference(opened.references, "all")
+        np.testing.assert_array_equal(np.isfinite(stored.trajectory().points).all(axis=2), known)
+
+
+def ezc3d_residuals(path):
+    """Residuals (9, F) as another library reads them."""
+    return ezc3d.c3d(str(path))["data"]["meta_points"]["residuals"][0]
+
+
+def test_errors_are_not_measured_where_the_reference_is_unknown(run, recording, tmp_path):
+    truth = read_landmarks(recording / "reference.csv")
+    count = len(truth.frame)
+    covariance = np.broadcast_to(1e-4 * np.eye(3), (count, 9, 3, 3)).copy()
+    covariance[:, LANDMARKS.index("left_hand")] = np.eye(3)
+    wrong = truth.points.copy()
+    wrong[:, LANDMARKS.index("left_hand")] += 0.4
+    sigma = np.full((count, 6), 2.0)
+    sigma[:, LIMBS.index("left_forearm")] = 120.0
+    made, path = Reference(truth.frame, wrong, covariance, sigma), tmp_path / "guess.npz"
+    write_reference(path, made)
+    ended = run("evaluate", recording / "reference.csv", "--reference", path, "--json")
+    measures = ended.json["measures"]
+    assert measures["forearms"]["mean"] == pytest.approx(0.0, abs=0.01)
+    assert measures["forearms"]["reference_good_to"] == pytest.approx(2.0)
+    assert f"Left out: {count} of {9 * count} landmark positions" in ended.err
+    every = ("--max-sigma", "inf", "--json")
+    ended = run("evaluate", recording / "reference.csv", "--reference", path, *every)
+    assert ended.json["measures"]["forearms"]["mean"] > 10.0
 
 
 @pytest.fixture(scope="module")

@@ -44,7 +44,7 @@ from stereotrack_core.interop.motion.netcdf import write_netcdf
 from stereotrack_core.interop.motion.rerun import SeenFrame, write_rerun
 from stereotrack_core.interop.ply import write_cloud
 from stereotrack_core.interop.point_tables import write_points
-from stereotrack_core.interop.reference_npz import export_reference, write_reference
+from stereotrack_core.interop.reference_npz import write_reference, write_reference_table
 from stereotrack_core.interop.run_file import write_run
 from stereotrack_core.interop.run_npz import write_npz
 from stereotrack_core.interop.sleap import write_sleap
@@ -266,8 +266,7 @@ FILES: dict[str, Callable[[Path, Things], None]] = {
     "run.glb": lambda path, things: write_glb(path, things.run, {}),
     "run.rrd": _scene,
     "reference.npz": lambda path, things: write_reference(path, things.reference),
-    "exported reference.npz": lambda path, things: export_reference(path, things.reference),
-    "exported reference.csv": lambda path, things: export_reference(path, things.reference),
+    "exported reference.csv": lambda path, things: write_reference_table(path, things.reference),
     "landmarks.csv": lambda path, things: write_landmarks(path, things.truth),
     "clicks.csv": lambda path, things: write_clicks(path, things.clicks, things.recording),
     "coco.json": lambda path, things: write_coco(path, things.clicks, things.recording, NINE),

@@ -19,7 +19,7 @@ def reference(frames=5, *, full=True):
     extra = {}
     if full:
         extra = {
-            "covariance": rng.normal(size=(frames, 9, 3, 3)),
+            "covariance": 1e-4 * rng.normal(size=(frames, 9, 3, 3)),
             "limb_sigma_deg": rng.uniform(1, 5, (frames, 6)),
             "filled": rng.uniform(size=frames) > 0.5,
         }

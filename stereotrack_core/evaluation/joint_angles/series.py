@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from stereotrack_core.annotation.reference import Reference
+from stereotrack_core.annotation.reference import MAX_SIGMA, Reference
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 from stereotrack_core.body.angles import THESIS_JOINTS, pose_of_state
 from stereotrack_core.body.manifold import displaced
@@ -67,9 +67,13 @@ def angles_of_run(run: Run) -> JointAngles:
     return JointAngles(found.frame, angle, sigma)
 
 
-def angles_of_reference(reference: Reference) -> JointAngles:
-    """Angles of a reference, uncertain as its landmarks are; see :func:`sigma_of_reference`."""
-    return angles_of_trajectory(reference.trajectory(), sigma_of_reference(reference))
+def angles_of_reference(reference: Reference, max_sigma: float = MAX_SIGMA) -> JointAngles:
+    """Angles of the landmarks that are known within a standard deviation, in metres.
+
+    Uncertain as the landmarks are; see :func:`sigma_of_reference`.
+    """
+    known = reference.within(max_sigma)
+    return angles_of_trajectory(known.trajectory(np.inf), sigma_of_reference(known))
 
 
 def unwrapped(frame: IntArray, angle: FloatArray) -> FloatArray:
@@ -151,7 +155,7 @@ def sigma_of_reference(reference: Reference) -> FloatArray | None:
     """
     if reference.covariance is None:
         return None
-    points = reference.trajectory().points
+    points = reference.of_the_nine(reference.points)
     total: FloatArray = np.zeros((len(points), len(NAMES)))
     at = raw_angles(points)
     for place, name in enumerate(LANDMARKS):

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Literal, TypeAlias
 
+from stereotrack_core.annotation.click import Click, Visibility
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.point_tables import POINT_TABLES
 
@@ -33,6 +34,10 @@ class ExportFormat:
     """`module` and `extra`: library that it needs besides, and what installs that."""
     pictures: bool = False
     """Whether labels may come with their pictures."""
+    loses: frozenset[str] = frozenset()
+    """Properties of clicks, by their names in :data:`_PROPERTIES`, that it has no place for."""
+    lost_of_reference: str = ""
+    """What it has no place for of a fitted reference, in words."""
 
     @property
     def missing(self) -> str:
@@ -51,22 +56,72 @@ class ExportFormat:
 _MOTION: tuple[Kind, ...] = ("run", "trajectory", "reference")
 _LABELS: tuple[Kind, ...] = ("clicks",)
 
+_PROPERTIES: Mapping[str, tuple[str, Callable[[Click], bool]]] = {
+    "guessed": ("which clicks are guessed", lambda one: one.visibility == Visibility.GUESSED),
+    "outside": ("landmarks outside the image", lambda one: one.visibility == Visibility.OUTSIDE),
+    "source": ("which clicks are accepted or imported", lambda one: one.origin != "hand"),
+    "sigma": ("click uncertainties", lambda one: one.sigma is not None),
+    "flag": ("flags", lambda one: bool(one.flag)),
+    "annotator": ("annotators and times", lambda one: bool(one.who)),
+}
+"""Properties of clicks: in words, and whether a click has a value that is not the usual one."""
+
+_NOTES = frozenset({"sigma", "flag", "annotator"})
+_ALL_BUT_PLACES = frozenset(_PROPERTIES)
+_SIGMA_AND_SOURCE = "standard deviations, and which frames are interpolated"
+
 FORMATS: tuple[ExportFormat, ...] = (
-    ExportFormat("csv", "Table", (".csv",), (*_MOTION, "clicks", "keypoints")),
-    ExportFormat("trc", "TRC, OpenSim", (".trc",), _MOTION),
-    ExportFormat("c3d", "C3D", (".c3d",), _MOTION),
-    ExportFormat("bvh", "BVH", (".bvh",), _MOTION),
-    ExportFormat("nc", "netCDF, movement", (".nc",), _MOTION, "h5netcdf", "movement"),
+    ExportFormat(
+        "csv", "Table", (".csv",), (*_MOTION, "clicks", "keypoints"), loses=_NOTES,
+        lost_of_reference="covariances between axes, and uncertainties of limbs",
+    ),
+    ExportFormat("trc", "TRC, OpenSim", (".trc",), _MOTION, lost_of_reference=_SIGMA_AND_SOURCE),
+    ExportFormat(
+        "c3d", "C3D", (".c3d",), _MOTION,
+        lost_of_reference="standard deviations other than the largest one of each landmark (its "
+        "residual), and which frames are interpolated",
+    ),
+    ExportFormat(
+        "bvh", "BVH", (".bvh",), _MOTION,
+        lost_of_reference=f"{_SIGMA_AND_SOURCE}, and gaps: unknown landmarks stay as they were "
+        "last known",
+    ),
+    ExportFormat(
+        "nc", "netCDF, movement", (".nc",), _MOTION, "h5netcdf", "movement",
+        lost_of_reference=_SIGMA_AND_SOURCE,
+    ),
     ExportFormat("npz", "Complete, with uncertainty", (".npz",), ("run", "reference")),
     ExportFormat("angles", "Joint angles", (".csv",), _MOTION),
-    ExportFormat("mot", "Joint angles, OpenSim", (".mot",), _MOTION),
+    ExportFormat(
+        "mot", "Joint angles, OpenSim", (".mot",), _MOTION, lost_of_reference=_SIGMA_AND_SOURCE
+    ),
     ExportFormat("glb", "Moving body, glTF", (".glb",), ("run",)),
     ExportFormat("rrd", "Images and clouds, Rerun", (".rrd",), ("run",), "rerun", "rerun"),
-    ExportFormat("coco", "COCO keypoints", (".json",), ("clicks", "keypoints"), pictures=True),
-    ExportFormat("slp", "SLEAP", (".slp",), _LABELS, "sleap_io", "sleap", pictures=True),
-    ExportFormat("dlc", "DeepLabCut", (".csv", ".h5"), _LABELS, pictures=True),
-    *(ExportFormat(name, one.program, (".csv",), _LABELS) for name, one in POINT_TABLES.items()),
-)
+    ExportFormat(
+        "coco", "COCO keypoints", (".json",), ("clicks", "keypoints"), pictures=True, loses=_NOTES
+    ),
+    ExportFormat(
+        "slp", "SLEAP", (".slp",), _LABELS, "sleap_io", "sleap", pictures=True,
+        loses=_NOTES | {"outside"},
+    ),
+    ExportFormat(
+        "dlc", "DeepLabCut", (".csv", ".h5"), _LABELS, pictures=True, loses=_ALL_BUT_PLACES
+    ),
+    *(
+        ExportFormat(name, one.program, (".csv",), _LABELS, loses=_ALL_BUT_PLACES)
+        for name, one in POINT_TABLES.items()
+    ),
+)  # fmt: skip
+
+
+def lost_of_clicks(form: ExportFormat, clicks: Iterable[Click]) -> str:
+    """Sentence on properties of these clicks that a format has no place for; empty if none."""
+    lost = {name: 0 for name in _PROPERTIES if name in form.loses}
+    for click in clicks:
+        for name in lost:
+            lost[name] += _PROPERTIES[name][1](click)
+    words = [f"{_PROPERTIES[name][0]} ({count})" for name, count in lost.items() if count]
+    return f"{form.label} cannot store: {', '.join(words)}." if words else ""
 
 
 def formats_of(*kinds: Kind) -> tuple[ExportFormat, ...]:

@@ -16,7 +16,12 @@ from stereotrack_core.interop.labels import write_clicks
 from stereotrack_core.interop.pictures import labelled_pictures, write_pictures
 from stereotrack_core.interop.point_tables import write_points
 from stereotrack_core.interop.sleap import write_sleap
-from stereotrack_core.project.exporting.formats import ExportFormat, check_kind, formats_of
+from stereotrack_core.project.exporting.formats import (
+    ExportFormat,
+    check_kind,
+    formats_of,
+    lost_of_clicks,
+)
 from stereotrack_core.project.exporting.runs import Exported
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.keypoints import Keypoints
@@ -60,8 +65,10 @@ def export_clicks(
     if pictures and form.name != "slp":
         count = _write_pictures(path, clicks, recording, form, report, stopped)
         files[path.parent] = f"{count} pictures"
-    notes = () if clicks else ("The project has no clicks, so the file is empty.",)
-    return Exported(files, notes)
+    note = lost_of_clicks(form, clicks)
+    if not clicks:
+        note = "The project has no clicks, so the file is empty."
+    return Exported(files, (note,) if note else ())
 
 
 def _write(

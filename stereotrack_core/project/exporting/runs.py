@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
-from stereotrack_core.annotation.reference import Reference
+import numpy as np
+
+from stereotrack_core.annotation.reference import MAX_SIGMA, Reference
 from stereotrack_core.atomic import write_file
 from stereotrack_core.counting import counted
 from stereotrack_core.evaluation.joint_angles.definitions import NAMES
@@ -25,7 +27,7 @@ from stereotrack_core.evaluation.joint_angles.series import (
 from stereotrack_core.evaluation.limb_colours import LIMB_COLOURS
 from stereotrack_core.interop.motion.gltf import write_glb
 from stereotrack_core.interop.motion.mot import write_mot
-from stereotrack_core.interop.reference_npz import write_reference
+from stereotrack_core.interop.reference_npz import write_reference, write_reference_table
 from stereotrack_core.interop.run_file import write_trajectory
 from stereotrack_core.interop.run_npz import write_npz
 from stereotrack_core.project.exporting.formats import ExportFormat, check_kind
@@ -88,16 +90,35 @@ def export_trajectory(
 
 
 def export_reference(
-    path: Path, reference: Reference, form: ExportFormat, fps: float | None
+    path: Path,
+    reference: Reference,
+    form: ExportFormat,
+    fps: float | None,
+    max_sigma: float = MAX_SIGMA,
 ) -> Exported:
-    """Write a reference, as ``npz`` with its uncertainty; see :func:`export_run`."""
+    """Write what is known of a reference within a limit of sigma, in metres; says what is not.
+
+    ``npz`` keeps the covariances, ``csv`` the standard deviations along the axes and ``c3d`` the
+    largest one as residual; see :func:`export_run` for the rest.
+    """
     check_kind(form, "reference")
+    known = reference.within(max_sigma)
     if form.name == "npz":
-        write_reference(path, reference)
-        return Exported({path: counted(len(reference.frame), "frame")})
-    if form.name in ANGLE_FORMATS and fps is not None:
-        return export_angles(path, angles_of_reference(reference), form, fps)
-    return export_trajectory(path, reference.trajectory(), form, fps)
+        write_reference(path, known)
+        written = Exported({path: counted(len(reference.frame), "frame")})
+    elif form.name == "csv":
+        write_reference_table(path, known)
+        written = Exported({path: counted(len(reference.frame), "frame")})
+    elif form.name in ANGLE_FORMATS and fps is not None:
+        written = export_angles(path, angles_of_reference(known, np.inf), form, fps)
+    else:
+        sigma = None if reference.covariance is None else reference.of_the_nine(reference.sigma())
+        write_trajectory(path, known.trajectory(np.inf), fps, sigma)
+        written = Exported({path: counted(len(reference.frame), "frame")})
+    notes = [reference.left_out(max_sigma)]
+    if form.lost_of_reference and reference.covariance is not None:
+        notes.append(f"{form.label} cannot store: {form.lost_of_reference}.")
+    return replace(written, notes=(*written.notes, *filter(None, notes)))
 
 
 def export_angles(path: Path, angles: JointAngles, form: ExportFormat, fps: float) -> Exported:
