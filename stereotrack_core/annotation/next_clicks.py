@@ -67,6 +67,8 @@ class StopSign:
     """Mapping from limb to int; frames in which that limb misses it; limbs that nobody misses are
     there with 0."""
     allowed: float = 0.05  # share of the frames that may miss it
+    frames_unknown: int = 0  # frames in which the direction of a limb is unknown
+    frames_clicked: int = 0
 
     @property
     def reached(self) -> bool:
@@ -74,11 +76,21 @@ class StopSign:
         return self.frames > 0 and self.frames_missing <= self.allowed * self.frames
 
     def words(self) -> str:
-        """``12 of 490 frames miss 3 deg, most often the left forearm (9)``."""
+        """``12 of 490 frames exceed 3 deg, most often the left forearm (9)``.
+
+        If limbs are unknown in many frames, how many, and why.
+        """
         if not self.frames:
             return "not fitted yet"
         if not self.frames_missing:
             return f"all {self.frames} frames are within {self.wanted_deg:g} deg: target reached"
+        if self.frames_unknown and not self.reached:
+            within, unknown = self.frames - self.frames_missing, self.frames_unknown
+            return (
+                f"{within} of {self.frames} frames are within {self.wanted_deg:g} deg, "
+                f"{self.frames_missing - unknown} less certain, {unknown} have unknown limbs, too "
+                f"far from a click: {counted(self.frames_clicked, 'frame')} clicked so far"
+            )
         worst = max(self.missing_by_limb, key=lambda limb: self.missing_by_limb[limb])
         number = self.missing_by_limb[worst]
         text = f"{self.frames_missing} of {self.frames} frames exceed {self.wanted_deg:g} deg"
@@ -87,8 +99,8 @@ class StopSign:
         return f"{text}: target reached" if self.reached else text
 
 
-def good_enough(limb_sigma_deg: FloatArray, wanted_deg: float) -> StopSign:
-    """Count what misses the wanted accuracy.
+def good_enough(limb_sigma_deg: FloatArray, wanted_deg: float, clicked: int = 0) -> StopSign:
+    """Count what misses the wanted accuracy; `clicked` is the number of clicked frames.
 
     `limb_sigma_deg` (F, 6), root mean square angle by which each limb may be off, in the order of
     ``LIMBS``; NaN where nothing is known, which misses every accuracy. Leave out flagged gaps.
@@ -97,9 +109,14 @@ def good_enough(limb_sigma_deg: FloatArray, wanted_deg: float) -> StopSign:
     """
     if not wanted_deg > 0:
         raise ValueError(f"{wanted_deg} deg is not a valid target")
-    missing = ~(limb_sigma_deg[:, [LIMBS.index(limb) for limb in SCORED]] <= wanted_deg)
+    sigma = limb_sigma_deg[:, [LIMBS.index(limb) for limb in SCORED]]
+    missing = ~(sigma <= wanted_deg)
+    unknown = int((~(sigma <= max(UNKNOWN_DEG, wanted_deg))).any(axis=1).sum())
     by_limb = {limb: int(missing[:, i].sum()) for i, limb in enumerate(SCORED)}
-    return StopSign(wanted_deg, len(missing), int(missing.any(axis=1).sum()), by_limb)
+    count = int(missing.any(axis=1).sum())
+    return StopSign(
+        wanted_deg, len(missing), count, by_limb, frames_unknown=unknown, frames_clicked=clicked
+    )
 
 
 _LARGE_GAP = 10  # frames without a click of a landmark that are worth a word
@@ -279,11 +296,9 @@ class NextClicks:
                 f"tracker and reference differ by {self._apart_deg[row, worst]:.0f} deg ({name})"
             )
         name, much = AXES[axis].replace("_", " "), spread_words(sigma, " deg")
-        said.append(
-            f"{name}: direction unknown" if sigma > UNKNOWN_DEG else f"{name} uncertain ({much})"
-        )
-        gap = self._gap(row, landmark)
-        if gap >= _LARGE_GAP:
+        unknown, gap = sigma > UNKNOWN_DEG, self._gap(row, landmark)
+        said.append(f"{name} unknown" if unknown else f"{name} uncertain ({much})")
+        if gap >= (1 if unknown else _LARGE_GAP):
             said.append(f"no click for {gap} frames")
         seen_by = int((self.gains.state[row, :, landmark] == Place.CLICKED).sum())
         if seen_by == 1:

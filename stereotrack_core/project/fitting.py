@@ -29,6 +29,7 @@ from stereotrack_core.annotation.fitted_clicks import (
 )
 from stereotrack_core.annotation.landmark_set import LandmarkSet
 from stereotrack_core.annotation.reference import (
+    MAX_SIGMA,
     Reference,
     fit_of_reference,
     merged_reference,
@@ -170,16 +171,17 @@ def read_reference(
     if fit is None:
         good = arms_good_to(reference_quality(reference, reference.frame))
         says = f"arm uncertainty {spread_words(good)}"
-        words = f"“{name}”: {len(reference.frame)} frames, {says}."
-        return ShownReference(name, reference, None, None, words)
+        words = f"“{name}”: {len(reference.frame)} frames, {says}. {reference.left_out(MAX_SIGMA)}"
+        return ShownReference(name, reference, None, None, words.strip())
     residuals = np.full((frames, len(LIMBS)), np.nan)
     inside = fit.frame < frames
     residuals[fit.frame[inside]] = residuals_of(fit, clicks, cameras, landmarks)[inside]
     doubtful = doubtful_camera(clicks, cameras, landmarks)
     outliers = own_outliers(fit.flagged(), doubtful, clicks, cameras)
     words = f"“{name}”: {_words(fit, len(outliers), doubtful, recording.camera_names())}"
+    words += f" {reference.left_out(MAX_SIGMA)}"
     known = fitted_clicks(reference.meta, clicks)
-    return ShownReference(name, reference, fit, residuals, words, outliers, known)
+    return ShownReference(name, reference, fit, residuals, words.strip(), outliers, known)
 
 
 def _words(

@@ -72,6 +72,10 @@ def test_clicks_are_asked_for_where_least_is_known():
     assert 25 <= found[0].frame <= 35
     assert "no click for 39 frames" in found[0].reason
     assert "uncertain (" in found[0].reason
+    fit = fit_of(points, clicked)
+    wide = replace(fit, covariance=400.0 * fit.covariance, limb_sigma_deg=20.0 * fit.limb_sigma_deg)
+    unknown = NextClicks(RIG, NINE, wide, clicks).best()[0].reason
+    assert unknown.endswith("unknown, no click for 39 frames")
     totals = [one.over_frames_deg for one in found]
     assert totals == sorted(totals, reverse=True)
     assert all(one.over_frames_deg > one.gain_deg > 0 for one in found)
@@ -293,5 +297,11 @@ def test_stop_sign_counts_frames_and_limbs():
     assert not good_enough(np.empty((0, 6)), 3.0).reached
     unknown = good_enough(np.full((4, 6), np.nan), 3.0)
     assert (unknown.frames_missing, unknown.reached) == (4, False)
+    few = np.full((100, 6), 120.0)
+    few[:2], few[2:4] = 2.0, 20.0
+    assert good_enough(few, 3.0, clicked=2).words() == (
+        "2 of 100 frames are within 3 deg, 2 less certain, 96 have unknown limbs, too far from a "
+        "click: 2 frames clicked so far"
+    )
     with pytest.raises(ValueError, match="not a valid target"):
         good_enough(sigma, 0.0)

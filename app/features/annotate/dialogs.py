@@ -20,7 +20,6 @@ from stereotrack_core.interop.run_file import reference_in
 from stereotrack_core.project.entries import Choose
 from stereotrack_core.project.exporting.formats import ExportFormat, formats_of
 from stereotrack_core.project.exporting.labels import export_keypoints
-from stereotrack_core.project.exporting.runs import export_reference
 from stereotrack_core.project.merging import clicks_of_project, incoming
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.schema import REFERENCE
@@ -31,7 +30,7 @@ from stereotrack_core.recording.description import Recording
 from ...services.failures import message_of
 from ...widgets.forms.form_dialog import ask_to_export, ask_to_open
 from .exchange.agreement import AgreementDialog, AgreementReport, agreement_report
-from .exchange.click_files import ExportDialog, ImportDialog
+from .exchange.click_files import ExportDialog, ImportDialog, ReferenceExportDialog
 from .exchange.merging import TakeIn, TakeInDialog
 from .panels import AnnotationPanels
 from .setup.landmark_set import LandmarkSetDialog
@@ -156,23 +155,13 @@ class AnnotationDialogs(QObject):
         self._begin("reading clicks", lambda project, _recording: project.clicks.all(), show)
 
     def ask_to_export_reference(self) -> None:
-        """Let the person choose where the reference is written to."""
-        if self._panels.reference.now is not None:
-            proposed, formats = Path(self._folder()) / "reference.csv", formats_of("reference")
-            title = "Export the reference"
-            ask_to_export(self._panels.window, title, proposed, formats, self.export_reference)
-
-    def export_reference(self, path: Path, form: ExportFormat) -> None:
-        """Write the reference that is shown; says so when it is done."""
-        now, recording = self._panels.reference.now, self._panels.recording
-        if now is None or recording is None:
-            return
-        reference, fps = now.reference, recording.fps
-        self._panels.tasks.begin(
-            "exporting the reference",
-            lambda _task: export_reference(path, reference, form, fps),
-            lambda written: self._panels.said.emit(f"Reference: {written.words()}"),
-        )
+        """Let the person choose where the reference is written to, and how certain it has to be."""
+        now, recording, panels = self._panels.reference.now, self._panels.recording, self._panels
+        if now is not None and recording is not None:
+            path, fps = Path(self._folder()) / "reference.csv", recording.fps
+            dialog = ReferenceExportDialog(now.reference, fps, path, panels.tasks, panels.window)
+            dialog.written.connect(panels.said)
+            self._show(dialog)
 
     def ask_to_export_predictions(self) -> None:
         """Let the person choose where the keypoints of all detectors are written to."""

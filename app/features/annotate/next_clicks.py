@@ -94,7 +94,8 @@ class _Ranker:
         for gap in gaps:
             counts &= (order.fit.frame < gap.start) | (order.fit.frame >= gap.stop)
         sigma = ranking.gains.limb_sigma_deg()[counts]
-        return Ranking(ranking.best(order.wish), good_enough(sigma, order.wanted_deg))
+        clicked = int(ranking.gains.clicked()[counts].any(axis=1).sum())
+        return Ranking(ranking.best(order.wish), good_enough(sigma, order.wanted_deg, clicked))
 
     def _built(self, order: _Order, gaps: Sequence[range]) -> NextClicks:
         project = self._project

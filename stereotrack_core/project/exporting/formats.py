@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Literal, TypeAlias
 
 from stereotrack_core.annotation.click import Click, Visibility
+from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.point_tables import POINT_TABLES
 
@@ -45,6 +46,12 @@ class ExportFormat:
         if not self.module or find_spec(self.module) is not None:
             return ""
         return f"It needs `pip install 'stereotrack[{self.extra}]'`."
+
+    def lost(self, reference: Reference) -> str:
+        """Sentence on what it cannot store of a reference; empty if nothing."""
+        if not self.lost_of_reference or reference.covariance is None:
+            return ""
+        return f"{self.label} cannot store: {self.lost_of_reference}."
 
     def named(self, path: Path) -> Path:
         """The path with a suffix, where it has none of this format."""

@@ -115,9 +115,7 @@ def export_reference(
         sigma = None if reference.covariance is None else reference.of_the_nine(reference.sigma())
         write_trajectory(path, known.trajectory(np.inf), fps, sigma)
         written = Exported({path: counted(len(reference.frame), "frame")})
-    notes = [reference.left_out(max_sigma)]
-    if form.lost_of_reference and reference.covariance is not None:
-        notes.append(f"{form.label} cannot store: {form.lost_of_reference}.")
+    notes = [reference.left_out(max_sigma), form.lost(reference)]
     return replace(written, notes=(*written.notes, *filter(None, notes)))
 
 

@@ -7,13 +7,13 @@ import json
 import numpy as np
 from PySide6.QtCore import Qt
 
-from app.features.annotate.exchange.click_files import ExportDialog
+from app.features.annotate.exchange.click_files import ExportDialog, ReferenceExportDialog
 from stereotrack_core.interop.labels import read_clicks
 from stereotrack_core.interop.reference_npz import read_reference
 from stereotrack_core.interop.run_file import read_trajectory
 from stereotrack_core.project.clicks import place
 from stereotrack_core.project.exporting import formats
-from stereotrack_core.project.exporting.formats import format_named, names_of
+from stereotrack_core.project.exporting.formats import names_of
 from stereotrack_core.recording.landmarks import read_landmarks
 from tests.gui.annotating.stage import LEFT, select, settled
 
@@ -64,20 +64,32 @@ def test_clicks_are_exported_in_every_format(qtbot, stage, tmp_path, monkeypatch
     assert len(json.loads((tmp_path / "out.json").read_text())["images"]) == 24
 
 
-def test_the_reference_is_exported_with_and_without_its_uncertainty(qtbot, stage, tmp_path):
+def test_the_reference_is_exported_as_far_as_it_is_known(qtbot, stage, tmp_path):
     assert not stage.book.action("annotate-export-reference").isEnabled()
     stage.trigger("fit")
     settled(qtbot, stage)
-    stage.trigger("export-reference")
-    for name in ("csv", "npz", "c3d"):
-        path = tmp_path / f"reference.{name}"
-        stage.dialogs.export_reference(path, format_named(name))
+    reference = stage.panels.reference.now.reference
+    for name, limit in (("csv", 10_000.0), ("npz", 10_000.0), ("c3d", 10_000.0), ("trc", 30.0)):
+        stage.trigger("export-reference")
+        dialog = stage.findChildren(ReferenceExportDialog)[-1]
+        assert dialog.limit.value() == 100.0
+        assert "Left out: " in dialog.preview.text()
+        dialog.limit.setValue(limit)
+        assert ("Left out: " in dialog.preview.text()) is (name == "trc")
+        dialog.format_box.setCurrentIndex(dialog.format_box.findData(name))
+        dialog.format_box.activated.emit(dialog.format_box.currentIndex())
+        assert ("cannot store: standard deviations" in dialog.preview.text()) is (
+            name in ("trc", "c3d")
+        )
+        dialog.path.setText(str(tmp_path / f"reference.{name}"))
+        qtbot.mouseClick(dialog.accept_button, LEFT)
         settled(qtbot, stage)
-        assert str(path) in stage.heard[-1]
+        assert f"reference.{name}" in stage.heard[-1]
     known = read_landmarks(tmp_path / "reference.csv")
     np.testing.assert_allclose(known.points, stage.panels.reference.now.fit.nine, atol=1e-5)
     again = read_reference(tmp_path / "reference.npz")
-    np.testing.assert_array_equal(
-        again.limb_sigma_deg, stage.panels.reference.now.fit.limb_sigma_deg
-    )
+    np.testing.assert_array_equal(again.limb_sigma_deg, reference.limb_sigma_deg)
     assert len(read_trajectory(tmp_path / "reference.c3d").frame) == len(known.frame)
+    few = np.isfinite(read_trajectory(tmp_path / "reference.trc").points).all(axis=2)
+    np.testing.assert_array_equal(few, reference.sigma() <= 0.03)
+    assert "Left out: " in stage.heard[-1]

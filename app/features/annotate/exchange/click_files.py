@@ -1,8 +1,8 @@
-"""Clicks from files and to files: which file, what it does not say itself, what becomes of it."""
+"""Clicks from files, clicks and references to files: which file, and what becomes of it."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from PySide6.QtCore import Signal, Slot
@@ -10,12 +10,19 @@ from PySide6.QtWidgets import QCheckBox, QFileDialog, QFormLayout, QWidget
 
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.annotation.landmark_set import LandmarkSet
+from stereotrack_core.annotation.reference import MAX_SIGMA, Reference
 from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.label_source import LabelSource, stated_names
 from stereotrack_core.interop.labels import read_clicks
-from stereotrack_core.project.exporting.formats import ExportFormat, format_named, formats_of
+from stereotrack_core.project.exporting.formats import (
+    ExportFormat,
+    format_named,
+    formats_of,
+    lost_of_clicks,
+)
 from stereotrack_core.project.exporting.labels import export_clicks
+from stereotrack_core.project.exporting.runs import export_reference
 from stereotrack_core.project.selection import Selection
 from stereotrack_core.recording.description import Recording
 
@@ -27,9 +34,8 @@ from ....widgets.forms.form_dialog import (
     line_edit,
     push_button,
 )
-from ....widgets.style.building import choice, hbox, label
+from ....widgets.style.building import choice, hbox, label, number_box
 
-_FORMATS = formats_of("clicks")
 _FILES = (
     "Labels and references (*.csv *.json *.npz *.trc *.c3d);;"
     "Clicks and DeepLabCut (*.csv);;COCO keypoints (*.json);;"
@@ -103,64 +109,34 @@ class ImportDialog(FormDialog):
             self.accept()
 
 
-class ExportDialog(FormDialog):
-    """Which clicks, as what, to which file, and what becomes of that file.
-
-    Parameters
-    ----------
-    clicks : tuple
-        All of the project.
-    """
+class ExportFileDialog(FormDialog):
+    """A format, a file, and what becomes of it."""
 
     written = Signal(str)
     """What was done, in words."""
 
     def __init__(
         self,
-        clicks: tuple[Click, ...],
-        landmarks: LandmarkSet,
-        recording: Recording,
-        selection: Selection | None,
+        title: str,
+        formats: Sequence[ExportFormat],
         path: Path,
         tasks: TaskList,
         parent: QWidget | None = None,
     ) -> None:
-        super().__init__("Export clicks", "Export", self._write, parent)
-        self._clicks, self._landmarks = clicks, landmarks
-        self._recording, self._selection, self._tasks = recording, selection, tasks
-        self.choice = choice("Which clicks", [("", "All clicks of the project")])
-        if selection is not None:
-            self.choice.addItem(f"Only {selection.words()}")
-            self.choice.setCurrentIndex(1)
-        formats = [(one.name, f"{one.label} ({', '.join(one.suffixes)})") for one in _FORMATS]
-        self.format_box = choice("Format", formats)
-        self.pictures = QCheckBox("Write the clicked pictures as well")
-        self.pictures.setToolTip("As PNG, where the other program looks for them.")
+        super().__init__(title, "Export", self._write, parent)
+        self._tasks = tasks
+        named = [(one.name, f"{one.label} ({', '.join(one.suffixes)})") for one in formats]
+        self.format_box = choice("Format", named)
         self.path = line_edit("File", str(path))
+        self.path_row = hbox((self.path, 1), push_button("&Choose …", self._ask))
         self.preview = label()
-        note = "Flags, click uncertainties and annotators cannot be stored in these formats."
-        row = hbox((self.path, 1), push_button("&Choose …", self._ask))
-        form = QFormLayout()
-        form.addRow("Clicks", self.choice)
-        form.addRow("Format", hbox((self.format_box, 1), self.pictures))
-        form.addRow("File", row)
-        self.lay_out(form, self.preview, label(note, "muted"), None, size=(600, 280))
         self.path.editingFinished.connect(self._look)
-        self.choice.currentIndexChanged.connect(self._look)
         self.format_box.activated.connect(self._on_format)
-        self._look()
 
     @property
     def form(self) -> ExportFormat:
         """The format that is chosen."""
         return format_named(self.format_box.currentData())
-
-    def clicks(self) -> Sequence[Click]:
-        """The clicks that would be written."""
-        chosen = self._selection
-        if self.choice.currentIndex() != 1 or chosen is None:
-            return self._clicks
-        return [c for c in self._clicks if c.frame in chosen.frames and chosen.has(c.landmark)]
 
     def target(self) -> Path:
         """The file that would be written."""
@@ -177,50 +153,32 @@ class ExportDialog(FormDialog):
 
     @Slot()
     def _look(self) -> None:
-        clicks, form, path = self.clicks(), self.form, self.target()
-        names = tuple(
-            dict.fromkeys((*self._landmarks.names, *(click.landmark for click in clicks)))
-        )
-        if form.name == "csv":
-            words, warning = _preview(clicks, path, self._recording, names)
-        else:
-            words, warning = _counted(clicks), ""
-            if path.exists():
-                warning = "The existing file will be replaced."
-        fits = path.suffix.lower() in form.suffixes
+        """Say what would be written and what not."""
+        raise NotImplementedError
+
+    def _write(self) -> None:
+        raise NotImplementedError
+
+    def _say_what_is_wrong(self, warning: str, *, something: bool) -> None:
+        """Say what is wrong with the file or the format, else the warning."""
+        fits = self.target().suffix.lower() in self.form.suffixes
         if not fits:
-            warning = f"The name of the file must end in {' or '.join(form.suffixes)}."
-        warning = form.missing or warning
-        self.pictures.setEnabled(form.pictures)
-        self.preview.setText(words if clicks else "There are no clicks to export.")
-        self.say(warning, error=True)
-        self.accept_button.setEnabled(bool(clicks) and fits and not form.missing)
+            warning = f"The name of the file must end in {' or '.join(self.form.suffixes)}."
+        self.say(self.form.missing or warning, error=True)
+        self.accept_button.setEnabled(something and fits and not self.form.missing)
 
     def _ask(self) -> None:
         files = file_filter(self.form)
-        ask_to_save(self, "Export clicks", self.path.text(), files, self._take, goes_on=True)
+        ask_to_save(self, self.windowTitle(), self.path.text(), files, self._take, goes_on=True)
 
     def _take(self, path: Path) -> None:
         self.path.setText(str(path))
         self._look()
 
-    def _write(self) -> None:
-        clicks, path, recording, form = self.clicks(), self.target(), self._recording, self.form
-        pictures = self.pictures.isChecked() and form.pictures
-        landmarks = self._landmarks
+    def _begin(self, title: str, write: Callable[[Task], str]) -> None:
+        """Write in the background, and close when it is done."""
         self.accept_button.setEnabled(False)
-
-        def write(task: Task) -> str:
-            written = export_clicks(
-                path, clicks, recording, landmarks, form, pictures=pictures,
-                report=task.report, stopped=task.token.cancelled,
-            )  # fmt: skip
-            if form.name == "csv":
-                _check_back(clicks, path, recording)
-            return written.words()
-
-        task = self._tasks.begin("writing clicks", write, self._on_written)
-        task.failed.connect(self._on_failed)
+        self._tasks.begin(title, write, self._on_written).failed.connect(self._on_failed)
 
     @Slot(object)
     def _on_written(self, words: str) -> None:
@@ -231,6 +189,132 @@ class ExportDialog(FormDialog):
     def _on_failed(self, error: Exception) -> None:
         self.say(str(error), error=True)
         self.accept_button.setEnabled(True)
+
+
+class ExportDialog(ExportFileDialog):
+    """Which clicks, as what, to which file, and what becomes of that file.
+
+    Parameters
+    ----------
+    clicks : tuple
+        All of the project.
+    """
+
+    def __init__(
+        self,
+        clicks: tuple[Click, ...],
+        landmarks: LandmarkSet,
+        recording: Recording,
+        selection: Selection | None,
+        path: Path,
+        tasks: TaskList,
+        parent: QWidget | None = None,
+    ) -> None:
+        super().__init__("Export clicks", formats_of("clicks"), path, tasks, parent)
+        self._clicks, self._landmarks = clicks, landmarks
+        self._recording, self._selection = recording, selection
+        self.choice = choice("Which clicks", [("", "All clicks of the project")])
+        if selection is not None:
+            self.choice.addItem(f"Only {selection.words()}")
+            self.choice.setCurrentIndex(1)
+        self.pictures = QCheckBox("Write the clicked pictures as well")
+        self.pictures.setToolTip("As PNG, where the other program looks for them.")
+        self.lost = label("", "muted")
+        form = QFormLayout()
+        form.addRow("Clicks", self.choice)
+        form.addRow("Format", hbox((self.format_box, 1), self.pictures))
+        form.addRow("File", self.path_row)
+        self.lay_out(form, self.preview, self.lost, None, size=(600, 280))
+        self.choice.currentIndexChanged.connect(self._look)
+        self._look()
+
+    def clicks(self) -> Sequence[Click]:
+        """The clicks that would be written."""
+        chosen = self._selection
+        if self.choice.currentIndex() != 1 or chosen is None:
+            return self._clicks
+        return [c for c in self._clicks if c.frame in chosen.frames and chosen.has(c.landmark)]
+
+    @Slot()
+    def _look(self) -> None:
+        clicks, form, path = self.clicks(), self.form, self.target()
+        names = tuple(
+            dict.fromkeys((*self._landmarks.names, *(click.landmark for click in clicks)))
+        )
+        if form.name == "csv":
+            words, warning = _preview(clicks, path, self._recording, names)
+        else:
+            words, warning = _counted(clicks), ""
+            if path.exists():
+                warning = "The existing file will be replaced."
+        self.pictures.setEnabled(form.pictures)
+        self.preview.setText(words if clicks else "There are no clicks to export.")
+        self.lost.setText(lost_of_clicks(form, clicks) or f"{form.label} stores all of them.")
+        self._say_what_is_wrong(warning, something=bool(clicks))
+
+    def _write(self) -> None:
+        clicks, path, recording, form = self.clicks(), self.target(), self._recording, self.form
+        pictures = self.pictures.isChecked() and form.pictures
+        landmarks = self._landmarks
+
+        def write(task: Task) -> str:
+            written = export_clicks(
+                path, clicks, recording, landmarks, form, pictures=pictures,
+                report=task.report, stopped=task.token.cancelled,
+            )  # fmt: skip
+            if form.name == "csv":
+                _check_back(clicks, path, recording)
+            return written.words()
+
+        self._begin("writing clicks", write)
+
+
+class ReferenceExportDialog(ExportFileDialog):
+    """A reference, as what, to which file, and which landmarks are certain enough."""
+
+    def __init__(
+        self,
+        reference: Reference,
+        fps: float,
+        path: Path,
+        tasks: TaskList,
+        parent: QWidget | None = None,
+    ) -> None:
+        super().__init__("Export the reference", formats_of("reference"), path, tasks, parent)
+        self._reference, self._fps = reference, fps
+        tip = (
+            "Largest standard deviation of a landmark in its worst direction. Landmarks that are "
+            "less certain are left empty."
+        )
+        self.limit = number_box(
+            "Limit of sigma", (0.1, 10_000.0), 1000.0 * MAX_SIGMA, tip, prefix="± ", suffix=" mm"
+        )
+        self.limit.setSingleStep(10.0)
+        self.limit.valueChanged.connect(self._look)
+        form = QFormLayout()
+        form.addRow("Format", self.format_box)
+        form.addRow("File", self.path_row)
+        form.addRow("Leave out beyond", hbox(self.limit, None))
+        self.lay_out(form, self.preview, None, size=(560, 260))
+        self._look()
+
+    @Slot()
+    def _look(self) -> None:
+        left_out = self._reference.left_out(self.limit.value() / 1000.0)
+        said = [left_out or "All landmarks are within the limit.", self.form.lost(self._reference)]
+        self.preview.setText("\n".join(filter(None, said)))
+        there = self.target().exists()
+        warning = "The existing file will be replaced." if there else ""
+        self._say_what_is_wrong(warning, something=True)
+
+    def _write(self) -> None:
+        path, form, limit = self.target(), self.form, self.limit.value() / 1000.0
+        reference, fps = self._reference, self._fps
+
+        def write(_task: Task) -> str:
+            return f"Reference: {export_reference(path, reference, form, fps, limit).words()}"
+
+        self._begin("exporting the reference", write)
 
 
 def _counted(clicks: Sequence[Click]) -> str:
