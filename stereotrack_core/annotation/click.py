@@ -37,7 +37,7 @@ class Visibility(IntEnum):
 
 
 class ClickKey(NamedTuple):
-    """What a click is found by: never its place in a list."""
+    """Identifies a click."""
 
     frame: int
     camera: str
@@ -162,6 +162,8 @@ class Prediction:
     source: str  # what it comes from: ``run accurate``, ``following``, ``triangulated`` ...
     position: tuple[float, float]  # raw-image pixels
     sigma: float | None = None  # standard deviation in pixels per axis, where the source knows it
+    visibility: Visibility = Visibility.SEEN
+    """As in the nearest clicked frames; what is outside has a position all the same."""
 
     @property
     def key(self) -> ClickKey:

@@ -24,14 +24,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from stereotrack_core.annotation.accepting import pixel_scale
 from stereotrack_core.annotation.click import ACCEPTED, USUAL_SIGMA, Click, Prediction, sigma_of
 from stereotrack_core.annotation.follow_body import BodyStep
 from stereotrack_core.annotation.predict import predicted_point
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 from stereotrack_core.geometry.camera import Camera, pixel_jacobian
-
-LINES = 480.0
-"""Lines of the images that pixels are stated for."""
 
 STEADY = 0.5
 """Share of a click's standard deviation that is not in the offset."""
@@ -110,7 +108,7 @@ class Rig:
     def __init__(self, question: ProposalQuestion) -> None:
         self.names, self.sigmas = question.names, question.sigmas
         self.cameras = tuple(question.cameras.values())
-        self.scale = np.array([max(1.0, min(c.width, c.height) / LINES) for c in self.cameras])
+        self.scale = np.array([pixel_scale(camera) for camera in self.cameras])
         self._camera = {name: place for place, name in enumerate(question.cameras)}
         self._landmark = {name: place for place, name in enumerate(question.names)}
         self.size = 6 + 2 * len(self.cameras)

@@ -267,17 +267,28 @@ class NextClicks:
             yield Suggestion(*key, gain, doubt.words, click_there=True, over_frames_deg=total)
 
     def _unknown(self, wish: Wish) -> Iterator[Suggestion]:
-        """The middle of every stretch that nothing is known of."""
-        known = np.isfinite(self.gains.limb_sigma_deg()).any(axis=1)
-        waiting = ~known & ~self._barred & ~self.gains.clicked().any(axis=1)
-        for part in stretches_of(waiting):
+        """Where nothing is known: the middle of every stretch, and open places of begun frames."""
+        gain = _WORST_DEG * len(SCORED)
+        unknown = ~np.isfinite(self.gains.limb_sigma_deg()).any(axis=1) & ~self._barred
+        clicked = self.gains.clicked()
+        for part in stretches_of(unknown & ~clicked.any(axis=1)):
             frame = int(self.gains.frame[(part.start + part.stop - 1) // 2])
             if wish.frames is None or frame in wish.frames:
                 reason = f"no information on {counted(len(part), 'frame')}"
-                gain = _WORST_DEG * len(SCORED)
                 sound = [name for name in self.gains.names if name not in self._unsound]
                 place = (frame, (sound or self.gains.names)[0], self._set.names[0])
                 yield Suggestion(*place, gain, reason, over_frames_deg=gain * len(part))
+        for row in np.flatnonzero(unknown & clicked.any(axis=1) & self._wanted(wish)):
+            free = np.argwhere((self.gains.state[row] == Place.FREE) & ~clicked[row])
+            if len(free):
+                camera, landmark = free[0]
+                place = (
+                    int(self.gains.frame[row]),
+                    self.gains.names[camera],
+                    self._set.names[landmark],
+                )
+                open_ = counted(len(np.unique(free[:, 1])), "landmark")
+                yield Suggestion(*place, gain, f"{open_} open in this frame", over_frames_deg=gain)
 
     def _reason(self, row: int, camera: int, landmark: int) -> str:
         """Why a click is asked for: which limb it is for, and what is the matter there."""

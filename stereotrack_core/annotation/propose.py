@@ -12,12 +12,19 @@ would tell it then is left out in the one image where a click tells most.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from stereotrack_core.annotation.click import ACCEPTED, USUAL_SIGMA, ClickKey, Prediction
+from stereotrack_core.annotation.accepting import NearestClicks
+from stereotrack_core.annotation.click import (
+    ACCEPTED,
+    USUAL_SIGMA,
+    ClickKey,
+    Prediction,
+    Visibility,
+)
 from stereotrack_core.annotation.epipolar import in_image
 from stereotrack_core.annotation.follow_body import told_by
 from stereotrack_core.annotation.landmark_filter import (
@@ -29,6 +36,7 @@ from stereotrack_core.annotation.landmark_filter import (
     updated,
 )
 from stereotrack_core.arrays import FloatArray
+from stereotrack_core.geometry.camera import Camera
 
 PROPOSED = "proposed"
 """Source of proposals."""
@@ -56,6 +64,7 @@ class Proposer:
         if self._kept is None or not _same_around(self._kept[0], question):
             self._kept = (question, LandmarkFilter(question).predicted())
         prior, rig = self._kept[1], Rig(question)
+        near = NearestClicks(question.around)
         told = told_by(question.steps, question.frame)  # with the motion, so not once more
         followed = [one for one in question.followed if one.landmark not in told]
         found: list[Prediction] = []
@@ -67,7 +76,18 @@ class Proposer:
         said = {one.key for one in question.clicks} | {one.key for one in found}
         alone = {one.key: one for one in question.followed if one.key not in said}
         found += (replace(one, source=PROPOSED) for one in alone.values())
-        return Proposals(question, tuple(found))
+        made = [
+            replace(one, visibility=visibility)
+            for one in found
+            if (visibility := near.visibility(one.key)) is not None
+            and (visibility == Visibility.OUTSIDE or _is_inside(one, question.cameras))
+        ]
+        return Proposals(question, tuple(made))
+
+
+def _is_inside(one: Prediction, cameras: Mapping[str, Camera]) -> bool:
+    camera = cameras.get(one.camera)
+    return camera is None or bool(in_image(camera, np.array(one.position)))
 
 
 def _same_around(one: ProposalQuestion, two: ProposalQuestion) -> bool:
@@ -105,7 +125,7 @@ def _gain(P: FloatArray, view: int, sigma: float) -> float:
 
 
 def _open_places(state: Gaussian, rig: Rig, question: ProposalQuestion) -> Sequence[Prediction]:
-    """What nobody has clicked and is certain enough, in all images that show it."""
+    """What nobody has clicked and is certain enough, in all cameras in front of which it is."""
     said = {click.key for click in question.clicks}
     count = len(rig.names)
     camera = np.repeat(np.arange(len(rig.cameras)), count)
@@ -120,6 +140,6 @@ def _open_places(state: Gaussian, rig: Rig, question: ProposalQuestion) -> Seque
         x, y = pixels[camera[place], landmark[place]].tolist()
         one = Prediction(question.frame, own.name, name, PROPOSED, (x, y), sigma)
         certain = sigma <= _FARTHEST * rig.scale[camera[place]]
-        if one.key not in said and certain and bool(in_image(own, np.array([x, y]))):
+        if one.key not in said and certain and np.isfinite((x, y)).all():
             found.append(one)
     return found

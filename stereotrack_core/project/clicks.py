@@ -14,6 +14,7 @@ import numpy as np
 
 from stereotrack_core.annotation.agreement import Difference, differences
 from stereotrack_core.annotation.click import (
+    ACCEPTED,
     UNCERTAIN,
     Click,
     ClickKey,
@@ -370,6 +371,7 @@ class AcceptPredictions(Edit):
     kind: ClassVar[str] = "accept predictions"
     predictions: tuple[Prediction, ...]
     even_deleted: bool = False
+    left_open: str = ""  # sentence on what was not certain enough
 
     def words(self) -> str:
         """``accept left elbow in N_right, frame 213``."""
@@ -380,5 +382,7 @@ class AcceptPredictions(Edit):
         for prediction in self.predictions:
             before = state.row(CLICK, prediction.key)
             if before is None or (before[-1] and self.even_deleted):
-                click = Click(*prediction.key, prediction.position, origin="accepted")
+                outside = prediction.visibility == Visibility.OUTSIDE
+                position = None if outside else prediction.position
+                click = Click(*prediction.key, position, prediction.visibility, origin=ACCEPTED)
                 yield Change(CLICK, prediction.key, before, _values(click, stamp))

@@ -10,9 +10,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, partial
+from types import MappingProxyType
 
 import numpy as np
 
+from stereotrack_core.annotation.accepting import ACCEPTED_SIGMA, Acceptance, acceptable
 from stereotrack_core.annotation.click import Click, Prediction
 from stereotrack_core.annotation.epipolar import in_image
 from stereotrack_core.annotation.fit.results import GAP, TrajectoryFit
@@ -204,13 +206,46 @@ def _keep_predictions(
     return project.predictions.replace(source, [*here, *others], frames=frames) - len(others)
 
 
+_ACCEPTED_SIGMA = "accepted_sigma_px"
+
+
+def accepted_sigma(project: Project) -> float:
+    """Largest standard deviation of predictions that are accepted, pixels at 480 lines."""
+    return float(project.view_settings.get(_ACCEPTED_SIGMA, ACCEPTED_SIGMA))
+
+
+def set_accepted_sigma(project: Project, limit: float) -> None:
+    """Set the largest standard deviation of predictions that are accepted, pixels at 480 lines."""
+    project.view_settings.set(_ACCEPTED_SIGMA, limit)
+
+
+def accept(
+    project: Project, predictions: Sequence[Prediction], cameras: Mapping[str, Camera]
+) -> Acceptance:
+    """Choose the predictions that are within the project's limit of sigma.
+
+    They are seen as in the nearest clicked frames; see :func:`acceptable`.
+    """
+    frames = {one.frame for one in predictions}
+    if len(frames) == 1:
+        around = clicks_around(project, frames.pop(), gaps_of(project))[1]
+    else:
+        around = project.clicks.all()
+    return acceptable(predictions, around, cameras, accepted_sigma(project))
+
+
 def accept_predictions(
-    project: Project, sources: Sequence[str], selection: Selection, called: str
+    project: Project,
+    sources: Sequence[str],
+    selection: Selection,
+    called: str,
+    cameras: Mapping[str, Camera] = MappingProxyType({}),
 ) -> AcceptPredictions:
     """The edit that makes clicks of what sources have found in the selection.
 
-    Of several sources the one counts that is surest of a place. Raises InputError where there is
-    nothing to take; `called` says what that would be.
+    Of several sources the one counts that is surest of a place. What is less certain than the
+    project's limit of sigma stays open; `cameras` scale that limit to the size of their images.
+    Raises InputError where there is nothing to take; `called` says what that would be.
     """
     found: list[Prediction] = []
     for source in sources:
@@ -221,8 +256,14 @@ def accept_predictions(
             f"there are no {called} in {selection.words()}",
             remedy="Predict points for this selection first, then accept them.",
         )
-    found.sort(key=lambda one: -(one.sigma or np.inf))
-    return AcceptPredictions(tuple({one.key: one for one in found}.values()))
+    found.sort(key=lambda one: np.inf if one.sigma is None else one.sigma, reverse=True)
+    accepted = accept(project, tuple({one.key: one for one in found}.values()), cameras)
+    if not accepted.predictions:
+        raise InputError(
+            f"none of the {called} in {selection.words()} is certain enough",
+            remedy=accepted.words(),
+        )
+    return AcceptPredictions(accepted.predictions, left_open=accepted.words())
 
 
 def propose_selection(

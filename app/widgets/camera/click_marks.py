@@ -63,6 +63,12 @@ class PredictionMark:
     chosen: bool = False
     proposed: bool = False
     """For this frame, to be accepted or dragged; else it is known from elsewhere."""
+    guessed: bool = False
+    """Hidden in the nearest clicked frames."""
+    opacity: float = 1.0
+    """The less certain the fainter."""
+    certain: bool = True
+    """Whether it is within the limit of sigma up to which predictions are accepted."""
 
 
 @dataclass(frozen=True)
@@ -134,6 +140,8 @@ class ClickMarks:
     """Whether the model was fitted before the last click."""
     outside: tuple[str, ...] = ()
     """Labels of landmarks that a person says are not in the picture."""
+    proposed_outside: tuple[str, ...] = ()
+    """Labels of landmarks that are proposed as outside, as in the nearest clicked frames."""
     offer: Offer = Offer()
     """What the next click does."""
     trails: tuple[TrailMark, ...] = ()

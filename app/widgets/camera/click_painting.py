@@ -8,6 +8,8 @@ from math import hypot, isfinite
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPen, QPolygonF, QTransform
 
+from stereotrack_core.counting import counted
+
 from ..style.colours import OLD
 from ..style.limb_colours import LIMB_COLOURS
 from .click_marks import ClickMark, ClickMarks, CurveMark, PredictionMark, ResidualMark, TrailMark
@@ -171,6 +173,8 @@ def paint_notes(
     said, old = [], []
     if marks is not None and marks.outside and "clicks" in shown:
         said.append(f"outside: {', '.join(short_label(label) for label in marks.outside)}")
+    if marks is not None and "predictions" in shown:
+        said += _notes_on_proposals(marks)
     if marks is not None and marks.model and marks.model_is_old and "fit" in shown:
         old.append("model")
     if reference_is_old and "reference" in shown:
@@ -187,6 +191,18 @@ def paint_notes(
     box = QRectF(*corner, width, metrics.height() + 2.0)
     words = metrics.elidedText(text, Qt.TextElideMode.ElideRight, width - 8.0)
     _write(painter, box, words, font, 150)
+
+
+def _notes_on_proposals(marks: ClickMarks) -> list[str]:
+    """What accepting leaves open or marks as outside."""
+    said = []
+    if marks.proposed_outside:
+        names = ", ".join(short_label(label) for label in marks.proposed_outside)
+        said.append(f"proposed as outside: {names}")
+    open_ = sum(mark.proposed and not mark.certain for mark in marks.predictions)
+    if open_:
+        said.append(f"{counted(open_, 'proposal')} too uncertain to accept (dashed circle)")
+    return said
 
 
 class _Names:
@@ -252,21 +268,37 @@ def _paint_predictions(
     for mark in predictions:
         place = to_widget.map(QPointF(mark.x, mark.y))
         if mark.proposed:
-            _paint_proposal(painter, mark, place)
+            _paint_proposal(painter, mark, place, to_widget)
             continue
         size = _CROSS + (2.0 if mark.chosen else 0.0)
+        painter.setOpacity(mark.opacity)
         for pen in (QPen(_DARK, 4.0), QPen(QColor(mark.colour).lighter(120), 1.9)):
             pen.setCapStyle(Qt.PenCapStyle.FlatCap)
             painter.setPen(pen)
             painter.drawLine(place + QPointF(-size, -size), place + QPointF(size, size))
             painter.drawLine(place + QPointF(-size, size), place + QPointF(size, -size))
+        painter.setOpacity(1.0)
 
 
-def _paint_proposal(painter: QPainter, mark: PredictionMark, place: QPointF) -> None:
-    """The middle stays free, so that the picture is seen where the landmark would be."""
+def _paint_proposal(
+    painter: QPainter, mark: PredictionMark, place: QPointF, to_widget: QTransform
+) -> None:
+    """The middle stays free, so that the picture is seen where the landmark would be.
+
+    Dotted: guessed. The less certain the fainter; what is too uncertain to be accepted has a
+    dashed circle of its standard deviation.
+    """
     size = _DIAMOND + (2.0 if mark.chosen else 0.0)
-    pens = QPen(_DARK, 4.2), QPen(_WHITE, 2.8), QPen(QColor(mark.colour), 1.9)
-    _paint_diamond(painter, place, size, *pens)
+    colour = QPen(QColor(mark.colour), 1.9)
+    if mark.guessed:
+        colour.setStyle(Qt.PenStyle.DotLine)
+    painter.setOpacity(mark.opacity)
+    _paint_diamond(painter, place, size, QPen(_DARK, 4.2), QPen(_WHITE, 2.8), colour)
+    if not mark.certain and isfinite(mark.spread_px):
+        radius = max(mark.spread_px * hypot(to_widget.m11(), to_widget.m12()), size + 3.0)
+        dashed = QPen(QColor(mark.colour).lighter(130), 1.6, Qt.PenStyle.DashLine)
+        _circle(painter, place, radius, QPen(_DARK, 3.0), dashed)
+    painter.setOpacity(1.0)
 
 
 def _paint_diamond(painter: QPainter, place: QPointF, size: float, *pens: QPen) -> None:

@@ -106,13 +106,17 @@ def _placing(annotate: ClickController) -> list[Command]:
                 partial(annotate.accept, everywhere=True), "Shift+A", "accept",
                 why_not=partial(nothing_predicted, True)),
         command("accept_view", "Accept all proposals in this view", "Turn everything that is "
-                "proposed in the view under the cursor into clicks. Drag what is wrong first.",
+                "proposed in the view under the cursor and certain enough into clicks. Drag what "
+                "is wrong first.",
                 partial(annotate.accept_proposals, everywhere=False), "Q", "accept",
                 why_not=partial(nothing_proposed, False)),
         command("accept_frame", "Accept all proposals in this frame", "Turn everything that is "
-                "proposed in all views of this frame into clicks, as one edit.",
+                "proposed in all views of this frame and certain enough into clicks, as one edit.",
                 partial(annotate.accept_proposals, everywhere=True), "Shift+Q", "accept",
                 why_not=partial(nothing_proposed, True)),
+        command("accept_limit", "Limit for accepting …", "Set up to which standard deviation "
+                "proposals and predictions are accepted. What is less certain is drawn fainter, "
+                "with a dashed circle, and stays open.", annotate.ask_accepted_sigma),
         command("delete_click", "Clear click", "Delete the last click, or the click of the "
                 "selected landmark in this view.", annotating.delete, "Del", "delete",
                 why_not=partial(_no_click, annotate), section=True),

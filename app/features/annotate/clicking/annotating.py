@@ -24,6 +24,7 @@ from stereotrack_core.project.clicks import (
 )
 from stereotrack_core.project.edit import Edit, Together
 from stereotrack_core.project.history import Changed
+from stereotrack_core.project.prefilling import accept
 
 from ....session.document import DocumentPresenter
 from ....session.project import ProjectPresenter
@@ -321,11 +322,18 @@ class Annotating(QObject):
             self._edit(MarkClicks(keys, sigma=sigma, usual_sigma=sigma is None))
 
     def accept(self, predictions: Sequence[Prediction]) -> None:
-        """Let predictions be clicks where nobody has clicked."""
+        """Let predictions be clicks that are certain enough, where nobody has clicked."""
+        project, recording = self._project.project, self._document.recording
+        free = tuple(one for one in predictions if one.key not in self.clicks())
+        if not free or project is None or recording is None:
+            return
         with self._as_one():
-            free = tuple(one for one in predictions if one.key not in self.clicks())
-            if free and self._edit(AcceptPredictions(free, even_deleted=len(free) == 1)):
-                self._advance_from(free[-1].key, new=True)
+            accepted = accept(project, free, recording.cameras)
+            taken, one = accepted.predictions, len(free) == 1
+            if taken and self._edit(AcceptPredictions(taken, even_deleted=one)):
+                self._advance_from(taken[-1].key, new=True)
+            if accepted.left_open:
+                self.said.emit(accepted.words())
 
     def swap(self, found: Swap) -> None:
         """Exchange two landmarks in the cameras where they were mixed up; one edit."""

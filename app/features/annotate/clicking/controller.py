@@ -6,12 +6,13 @@ from collections.abc import Callable, Mapping
 from functools import partial
 
 from PySide6.QtCore import QObject, Qt, Slot
-from PySide6.QtWidgets import QInputDialog
+from PySide6.QtWidgets import QInputDialog, QWidget
 
 from stereotrack_core.annotation.click import Prediction, Visibility
 from stereotrack_core.annotation.doubts import Swap
 from stereotrack_core.annotation.frame_clicks import ClickHints
 from stereotrack_core.project.blind_repeats import BlindRepeats
+from stereotrack_core.project.prefilling import accepted_sigma, set_accepted_sigma
 
 from ....context import Context
 from ....services.stored import stored_text
@@ -311,16 +312,30 @@ class ClickController(QObject):
         click = self.annotating.at_hand()
         if click is None:
             return
-        dialog = QInputDialog(self._context.docks.dialog_parent)
-        dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        dialog.setWindowTitle("Click uncertainty")
-        dialog.setLabelText("Standard deviation in pixels; 0: as usual for this landmark")
-        dialog.setInputMode(QInputDialog.InputMode.DoubleInput)
-        dialog.setDoubleDecimals(1)
-        dialog.setDoubleRange(0.0, 500.0)
-        dialog.setDoubleStep(0.5)
-        dialog.setDoubleValue(click.sigma or 0.0)
+        dialog = _number_dialog(
+            self._context.docks.dialog_parent, "Click uncertainty",
+            "Standard deviation in pixels; 0: as usual for this landmark", click.sigma or 0.0,
+        )  # fmt: skip
         dialog.doubleValueSelected.connect(lambda px: self.annotating.set_sigma(px or None))
+        dialog.open()
+
+    def ask_accepted_sigma(self) -> None:
+        """Let the person set up to which standard deviation predictions are accepted."""
+        project = self._session.project.project
+        if project is None:
+            return
+
+        def put(limit: float) -> None:
+            set_accepted_sigma(project, limit)
+            self.show()
+
+        dialog = _number_dialog(
+            self._context.docks.dialog_parent, "Limit for accepting",
+            "Largest standard deviation of points that are accepted, in pixels of an image of 480 "
+            "lines. Points that are less certain stay open.", accepted_sigma(project),
+        )  # fmt: skip
+        dialog.setDoubleMinimum(0.5)
+        dialog.doubleValueSelected.connect(put)
         dialog.open()
 
     def toggle_depth(self) -> None:
@@ -373,3 +388,16 @@ class ClickController(QObject):
             )
         else:
             self._context.notifier.say(words, 6000)
+
+
+def _number_dialog(parent: QWidget, title: str, text: str, value: float) -> QInputDialog:
+    dialog = QInputDialog(parent)
+    dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+    dialog.setWindowTitle(title)
+    dialog.setLabelText(text)
+    dialog.setInputMode(QInputDialog.InputMode.DoubleInput)
+    dialog.setDoubleDecimals(1)
+    dialog.setDoubleRange(0.0, 500.0)
+    dialog.setDoubleStep(0.5)
+    dialog.setDoubleValue(value)
+    return dialog

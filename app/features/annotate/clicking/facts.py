@@ -9,6 +9,7 @@ from typing import Any
 
 from PySide6.QtCore import QObject, QTimer, Signal, Slot
 
+from stereotrack_core.annotation.accepting import ACCEPTED_SIGMA
 from stereotrack_core.annotation.click import Prediction
 from stereotrack_core.annotation.epipolar import volume_in_sight
 from stereotrack_core.annotation.frame_clicks import (
@@ -24,6 +25,7 @@ from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.points import Volume
 from stereotrack_core.project.history import Changed
+from stereotrack_core.project.prefilling import accepted_sigma
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.task_process import TaskProcess
 
@@ -155,7 +157,12 @@ class AnnotationFacts(QObject):
             else {},
             doubtful=self._compared.now,
             residuals=self._compared.residuals,
+            accepted_sigma=self._accepted_sigma(),
         )
+
+    def _accepted_sigma(self) -> float:
+        project = self._project.project
+        return ACCEPTED_SIGMA if project is None else accepted_sigma(project)
 
     def view_names(self) -> Mapping[str, str]:
         """How people call the cameras, by name."""

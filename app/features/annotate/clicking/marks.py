@@ -8,7 +8,15 @@ from functools import cached_property
 
 import numpy as np
 
-from stereotrack_core.annotation.click import UNCERTAIN, Click, ClickKey, Prediction, Visibility
+from stereotrack_core.annotation.accepting import ACCEPTED_SIGMA, is_certain, pixel_scale
+from stereotrack_core.annotation.click import (
+    ACCEPTED,
+    UNCERTAIN,
+    Click,
+    ClickKey,
+    Prediction,
+    Visibility,
+)
 from stereotrack_core.annotation.doubts import own_outliers
 from stereotrack_core.annotation.fit.results import PROBABLE
 from stereotrack_core.annotation.frame_clicks import ClickHints, ShownFit
@@ -38,6 +46,7 @@ FEWEST = 3
 """Clicks from which on a body is fitted; fewer would only show the usual pose."""
 
 _SURE_DEG, _FAINTEST = 5.0, 0.15  # standard deviation up to which a limb is opaque; opacity
+_FAINTEST_PREDICTION = 0.35
 _KEYS = 9
 _NUMBERS = ("none", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine")
 
@@ -67,6 +76,8 @@ class FrameMarks:
     """How far the clicks of each camera lie from the points that the cameras agree on."""
     trail: tuple[Click, ...] = ()
     """Clicks of the frames before, the newest last."""
+    accepted_sigma: float = ACCEPTED_SIGMA
+    """Largest standard deviation of predictions that are accepted, pixels at 480 lines."""
 
     @property
     def fit_is_old(self) -> bool:
@@ -116,17 +127,23 @@ def predictions_in(facts: FrameMarks, camera: str) -> tuple[Prediction, ...]:
 def _marks(facts: FrameMarks, camera: Camera) -> ClickMarks:
     own = [click for click in facts.clicks if click.camera == camera.name]
     clicks = [mark for click in own if (mark := _click_mark(facts, click)) is not None]
+    said = {click.key for click in own}
     return ClickMarks(
         frame=facts.frame,
         camera=camera.name,
         clicks=tuple(clicks),
-        predictions=_prediction_marks(facts, camera.name, {mark.landmark for mark in clicks}),
+        predictions=_prediction_marks(facts, camera, {mark.landmark for mark in clicks}),
         curves=_curve_marks(facts, camera.name),
         residuals=_residual_marks(facts, own, camera),
         model=_model(facts, camera),
         model_is_old=facts.fit_is_old,
         outside=tuple(
             _label(facts, click.landmark) for click in own if click.visibility == Visibility.OUTSIDE
+        ),
+        proposed_outside=tuple(
+            _label(facts, one.landmark)
+            for one in predictions_in(facts, camera.name)
+            if one.visibility == Visibility.OUTSIDE and one.key not in said
         ),
         offer=_offer(facts, camera.name, own),
         trails=_trail_marks(facts, camera.name),
@@ -175,7 +192,7 @@ def _click_mark(facts: FrameMarks, click: Click) -> ClickMark | None:
         y=y,
         guessed=click.visibility == Visibility.GUESSED,
         doubted=click.flag == UNCERTAIN,
-        accepted=click.origin == "accepted",
+        accepted=click.origin == ACCEPTED,
         outlier=click.key in facts.outliers,
         chosen=click.landmark == facts.chosen,
         at_hand=click.key == facts.at_hand,
@@ -184,14 +201,15 @@ def _click_mark(facts: FrameMarks, click: Click) -> ClickMark | None:
 
 
 def _prediction_marks(
-    facts: FrameMarks, camera: str, clicked: set[str]
+    facts: FrameMarks, camera: Camera, clicked: set[str]
 ) -> tuple[PredictionMark, ...]:
     """Predictions where nobody has clicked; of the chosen landmark everywhere, with its error."""
     points = facts.hints.points if facts.hints is not None else {}
     found = []
-    for one in predictions_in(facts, camera):
+    limit = facts.accepted_sigma * pixel_scale(camera)
+    for one in predictions_in(facts, camera.name):
         chosen = one.landmark == facts.chosen
-        if one.landmark in clicked and not chosen:
+        if (one.landmark in clicked and not chosen) or one.visibility == Visibility.OUTSIDE:
             continue
         errors = points[one.landmark].error_px if one.landmark in points else {}
         found.append(
@@ -200,10 +218,13 @@ def _prediction_marks(
                 _label(facts, one.landmark),
                 _colour(facts, one.landmark),
                 *one.position,
-                error_px=errors.get(camera, float("nan")),
+                error_px=errors.get(camera.name, float("nan")),
                 spread_px=float("nan") if one.sigma is None else one.sigma,
                 chosen=chosen,
                 proposed=one.source == PROPOSED,
+                guessed=one.visibility == Visibility.GUESSED,
+                opacity=_certainty(one.sigma, limit),
+                certain=is_certain(one, {camera.name: camera}, facts.accepted_sigma),
             )
         )
     return tuple(found)
@@ -257,6 +278,13 @@ def _model(facts: FrameMarks, camera: Camera) -> tuple[LimbMark, ...]:
     shapes = part_shapes(facts.fit.meshes, camera.project, camera.position_world, wire=False)
     sigma = dict(zip(LIMBS, facts.fit.fit.limb_sigma_deg.tolist(), strict=True))
     return tuple(LimbMark(limb, path, _opacity(sigma[limb])) for limb, path in limb_paths(shapes))
+
+
+def _certainty(sigma: float | None, limit: float) -> float:
+    """Opacity of a prediction with this standard deviation, of which `limit` is accepted."""
+    if sigma is None:
+        return _FAINTEST_PREDICTION
+    return float(np.interp(sigma / limit, (0.5, 1.0, 3.0), (1.0, 0.75, _FAINTEST_PREDICTION)))
 
 
 def _opacity(sigma_deg: float) -> float:

@@ -143,9 +143,10 @@ class PredictionWork(QObject):
         run = source_of_run(self.run.name) if self.run is not None else ""
         kept = {"proposed": (PROPOSED,), "fit": (FIT,), "run": (run,)}.get(source)
         sources = self._detectors() if kept is None else kept
-        called = _ACCEPTED[source]
+        called, recording = _ACCEPTED[source], self._p.recording
+        cameras = {} if recording is None else recording.cameras
         self._p.edit_selection(
-            lambda project, chosen: accept_predictions(project, sources, chosen, called)
+            lambda project, chosen: accept_predictions(project, sources, chosen, called, cameras)
         )
 
 
@@ -196,7 +197,8 @@ def prediction_commands(work: PredictionWork, menu: str) -> list[Command]:
         Command(
             "annotate-accept" + ("" if source == "proposed" else f"-{source}"), menu,
             f"Accept {what}", f"Turn what {found} in the selection into clicks, as one edit. "
-            "Existing clicks do not change.", partial(work.accept, source),
+            "Existing clicks do not change. What is less certain than the limit stays open.",
+            partial(work.accept, source),
             "Ctrl+Shift+A" if source == "proposed" else "", icon="accept",
             why_not=partial(work.why_no_accept, source), says=partial(named, f"Accept {what}"),
             section=source == "proposed",

@@ -1,0 +1,102 @@
+"""Which predictions become clicks when a person accepts them, and with which visibility.
+
+A prediction is accepted if its standard deviation is within a limit. Its visibility is that of the
+landmark's nearest clicks before and after it in the same camera: who has guessed a shoulder behind
+an arm in two keyframes has not seen it in between.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_left
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from stereotrack_core.annotation.click import Click, ClickKey, Prediction, Visibility
+from stereotrack_core.counting import counted
+from stereotrack_core.geometry.camera import Camera
+
+ACCEPTED_SIGMA = 5.0
+"""Largest standard deviation of an accepted prediction, pixels per axis at 480 lines.
+
+A click has 3 px. Landmarks followed from one frame to the next are known to 1.5 to 2 px, landmarks
+clicked in two other views to 3 px if these do not face each other. Hands of arms that were raised
+within half a second are stated to 5 to 30 px, and are 6 to 50 px off.
+"""
+
+_LINES = 480.0
+
+
+def pixel_scale(camera: Camera) -> float:
+    """Factor from pixels at 480 lines to those of a camera; at least 1."""
+    return max(1.0, min(camera.width, camera.height) / _LINES)
+
+
+class NearestClicks:
+    """The clicks of each landmark in each camera, to look up those around a frame."""
+
+    def __init__(self, clicks: Iterable[Click]) -> None:
+        self._clicks: dict[tuple[str, str], list[tuple[int, Visibility]]] = {}
+        for click in clicks:
+            if not click.deleted:
+                own = self._clicks.setdefault((click.camera, click.landmark), [])
+                own.append((click.frame, click.visibility))
+        for own in self._clicks.values():
+            own.sort()
+
+    def visibility(self, key: ClickKey) -> Visibility | None:
+        """The less visible of the clicks before and after a frame; seen if there are none.
+
+        None if one of them is outside the image and the other is not.
+        """
+        own = self._clicks.get((key.camera, key.landmark), [])
+        first = bisect_left(own, (key.frame, Visibility.OUTSIDE))
+        end = bisect_left(own, (key.frame + 1, Visibility.OUTSIDE))
+        near = {seen for _, seen in (*own[max(first - 1, 0) : first], *own[end : end + 1])}
+        if Visibility.OUTSIDE in near and len(near) > 1:
+            return None
+        return min(near, default=Visibility.SEEN)
+
+
+@dataclass(frozen=True)
+class Acceptance:
+    """Predictions that become clicks, and how many stay open."""
+
+    predictions: tuple[Prediction, ...]  # with their visibilities
+    left_open: int
+    limit: float  # pixels per axis at 480 lines
+
+    def words(self) -> str:
+        """What stays open and why, as a sentence; empty if nothing does."""
+        if not self.left_open:
+            return ""
+        verb = "stays" if self.left_open == 1 else "stay"
+        return (
+            f"{counted(self.left_open, 'point')} less certain than {self.limit:g} px {verb} open. "
+            "Click or drag them."
+        )
+
+
+def is_certain(prediction: Prediction, cameras: Mapping[str, Camera], limit: float) -> bool:
+    """Whether a prediction is within a limit of sigma, pixels per axis at 480 lines."""
+    camera = cameras.get(prediction.camera)
+    scale = 1.0 if camera is None else pixel_scale(camera)
+    return prediction.sigma is not None and prediction.sigma <= limit * scale
+
+
+def acceptable(
+    predictions: Sequence[Prediction],
+    clicks: Iterable[Click],
+    cameras: Mapping[str, Camera],
+    limit: float = ACCEPTED_SIGMA,
+) -> Acceptance:
+    """Choose the predictions within a limit of sigma, seen as in the nearest clicked frames.
+
+    `clicks` are those around. Left open is also what was outside the image in one of the nearest
+    clicked frames and inside in the other.
+    """
+    near, taken = NearestClicks(clicks), []
+    for one in predictions:
+        visibility = near.visibility(one.key)
+        if visibility is not None and is_certain(one, cameras, limit):
+            taken.append(replace(one, visibility=visibility))
+    return Acceptance(tuple(taken), len(predictions) - len(taken), limit)
