@@ -71,7 +71,7 @@ class Acceptance:
             return ""
         verb = "stays" if self.left_open == 1 else "stay"
         return (
-            f"{counted(self.left_open, 'point')} less certain than {self.limit:g} px {verb} open. "
+            f"{counted(self.left_open, 'point')} less certain than {self.limit:.3g} px {verb} open. "
             "Click or drag them."
         )
 

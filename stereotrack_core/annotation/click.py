@@ -20,6 +20,9 @@ UNCERTAIN = "uncertain"
 ACCEPTED = "accepted"
 """Origin of a click that was a prediction before."""
 
+_BY_HAND, _CLICKED = "hand", "clicked"  # the same origin in projects and in files
+_FILED = (ACCEPTED, "merged")
+
 GUESSED_FACTOR = 3.0
 """Factor on the standard deviation of clicks that were guessed behind something."""
 
@@ -58,9 +61,9 @@ class Click:
     flag: str = ""  # empty, or a word such as :data:`UNCERTAIN`
     sigma: float | None = None
     """Standard deviation in pixels per axis; None: as usual for this landmark."""
-    origin: str = "hand"
-    """How it came about: ``hand``, ``accepted`` (a prediction that a person confirmed) or
-    ``imported``."""
+    origin: str = _BY_HAND
+    """How it came about: ``hand``, ``accepted`` (a prediction that a person confirmed),
+    ``imported`` or ``merged`` (mean of two annotators' clicks)."""
     who: str = ""  # annotator; empty until the project stamps it
     at: str = ""  # time of the last change, ISO 8601, UTC; empty until the project stamps it
     deleted: bool = False  # a person took it away. The position is the last one that it had.
@@ -82,6 +85,11 @@ class Click:
         """Frame, camera and landmark."""
         return ClickKey(self.frame, self.camera, self.landmark)
 
+    @property
+    def source(self) -> str:
+        """Its origin as files state it: ``clicked``, ``accepted``, ``imported`` or ``merged``."""
+        return _CLICKED if self.origin == _BY_HAND else self.origin
+
     def says_the_same(self, other: Click) -> bool:
         """Whether the other states the same, whoever did it, when, and how."""
         return (
@@ -93,6 +101,13 @@ class Click:
                 == (other.position, other.visibility, other.flag, other.sigma)
             )
         )
+
+
+def origin_of_source(source: str) -> str:
+    """Origin of a click of which a file states this source; imported if it is another word."""
+    if source == _CLICKED:
+        return _BY_HAND
+    return source if source in _FILED else "imported"
 
 
 def sigma_of(click: Click, default: Mapping[str, float] | float = USUAL_SIGMA) -> float:

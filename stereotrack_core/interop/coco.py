@@ -2,7 +2,8 @@
 
 One annotation is one person in one picture; a keypoint is x, y in pixels (the centre of the first
 one is 0) and v: 2 visible, 1 labelled but hidden, 0 not labelled. What is outside the image cannot
-be told from what nobody has labelled, so an annotation may list it under ``outside``; pictures may
+be told from what nobody has labelled, so an annotation may list it under ``outside``; where each
+keypoint comes from may stand under ``sources``, in their order, empty if not labelled; pictures may
 state ``camera`` and ``frame``, otherwise both are told from the file's name.
 """
 
@@ -14,7 +15,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from stereotrack_core.annotation.click import Click, Visibility
+from stereotrack_core.annotation.click import Click, Visibility, origin_of_source
 from stereotrack_core.annotation.landmark_set import LandmarkSet
 from stereotrack_core.atomic import write_file
 from stereotrack_core.errors import InputError
@@ -34,6 +35,7 @@ _ENTRY: Kind = {
     **dict.fromkeys(("id", "image_id", "category_id"), (int, str)),
     "keypoints": [object],
     "outside": [object],
+    "sources": [object],
 }
 _KINDS: Mapping[str, Kind] = {"images": [_ENTRY], "annotations": [_ENTRY], "categories": [_ENTRY]}
 """What a file has to hold, and of which kind it has to be."""
@@ -152,6 +154,7 @@ def _annotation(number: int, clicks: Mapping[str, Click], names: Sequence[str]) 
         "bbox": [*low, *size],
         "area": size[0] * size[1],
         "outside": [name for name, click in clicks.items() if click.position is None],
+        "sources": [clicks[name].source if name in clicks else "" for name in names],
     }
 
 
@@ -217,14 +220,16 @@ def _clicks(
             remedy="Use the file as written by the labelling tool.",
         )
     outside = {str(name) for name in annotation.get("outside") or []}
+    sources = dict(zip(keypoints, map(str, annotation.get("sources") or []), strict=False))
     clicks = []
     for i, name in enumerate(keypoints):
         if name not in known:
             continue
+        origin = origin_of_source(sources.get(name, ""))
         x, y, v = values[3 * i : 3 * i + 3]
         if v in (1, 2):
             seen = Visibility(int(v))
-            clicks.append(Click(*place, known[name], (float(x), float(y)), seen, origin="imported"))
+            clicks.append(Click(*place, known[name], (float(x), float(y)), seen, origin=origin))
         elif name in outside:
-            clicks.append(Click(*place, known[name], None, Visibility.OUTSIDE, origin="imported"))
+            clicks.append(Click(*place, known[name], None, Visibility.OUTSIDE, origin=origin))
     return clicks

@@ -1,6 +1,7 @@
 """Clicks from any file that is understood, by what it holds, and this program's own clicks file.
 
-The clicks file is ``frame,view,landmark,x,y,visibility``, in raw-image pixels.
+The clicks file is ``frame,view,landmark,x,y,visibility,source``, in raw-image pixels; files
+without ``source`` are read as well.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
-from stereotrack_core.annotation.click import Click, ClickKey, Visibility
+from stereotrack_core.annotation.click import Click, ClickKey, Visibility, origin_of_source
 from stereotrack_core.atomic import write_file
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
@@ -118,6 +119,7 @@ def _trouble(click: Click, recording: Recording, frames: int | None) -> str:
 
 
 COLUMNS = ("frame", "view", "landmark", "x", "y", "visibility")
+_SOURCE = "source"
 
 
 def read_clicks(
@@ -142,7 +144,9 @@ def read_clicks(
     problems: list[InputError] = []
     lines: dict[ClickKey, int] = {}
     clicks = []
-    for line, cells in read_rows(path, COLUMNS, problems):
+    header = next(iter(read_cells(path)), [])
+    columns = (*COLUMNS, _SOURCE) if _SOURCE in header else COLUMNS
+    for line, cells in read_rows(path, columns, problems):
         try:
             click = _click(_Line(path, line, cells), recording, landmarks, frames)
             if click.key in lines:
@@ -172,10 +176,10 @@ def write_clicks(path: Path, clicks: Iterable[Click], recording: Recording) -> N
     """
     there = (click for click in clicks if not click.deleted)
     rows = sorted(_row(click, recording) for click in there)
-    write_file(path, csv_text(COLUMNS, rows))
+    write_file(path, csv_text((*COLUMNS, _SOURCE), rows))
 
 
-def _row(click: Click, recording: Recording) -> tuple[int, str, str, str, str, int]:
+def _row(click: Click, recording: Recording) -> tuple[int, str, str, str, str, int, str]:
     views = {view.image.camera: view.name for view in recording.views}
     name = views.get(click.camera, click.camera)
     if click.camera not in views and name in views.values():
@@ -185,7 +189,7 @@ def _row(click: Click, recording: Recording) -> tuple[int, str, str, str, str, i
             remedy="Rename the camera or the view; a clicks file cannot distinguish them.",
         )
     x, y = ("", "") if click.position is None else (repr(float(value)) for value in click.position)
-    return click.frame, name, click.landmark, x, y, int(click.visibility)
+    return click.frame, name, click.landmark, x, y, int(click.visibility), click.source
 
 
 class _Line(NamedTuple):
@@ -230,7 +234,8 @@ def _click(
     position = None
     if seen != Visibility.OUTSIDE:
         position = _pixel(line, "x", shape.width, shape), _pixel(line, "y", shape.height, shape)
-    return Click(frame, shape.name, landmark, position, seen, origin="imported")
+    origin = origin_of_source(cells.get(_SOURCE, ""))
+    return Click(frame, shape.name, landmark, position, seen, origin=origin)
 
 
 def _pixel(line: _Line, column: str, length: int, camera: Camera) -> float:

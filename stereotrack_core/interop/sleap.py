@@ -4,6 +4,9 @@ Pixels are SLEAP's own (the centre of the first one is 0, as here), frames those
 stream that begins earlier or later than the recording is accounted for. Of numbered pictures SLEAP
 counts the files, so that a missing number moves all frames behind it. The format cannot tell what
 is outside the image from what nobody has labelled, and keeps neither flag nor sigma.
+
+Accepted clicks are also points of a predicted instance from which the labelled one was made, which
+is how SLEAP keeps what a person has confirmed. Points that differ from it are a person's own.
 """
 
 from __future__ import annotations
@@ -16,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from stereotrack_core.annotation.click import Click, Visibility
+from stereotrack_core.annotation.click import ACCEPTED, Click, Visibility
 from stereotrack_core.annotation.landmark_set import LandmarkSet
 from stereotrack_core.atomic import replacing
 from stereotrack_core.errors import InputError
@@ -108,9 +111,18 @@ def _save(
             seen[names.index(name)] = click.visibility == Visibility.SEEN
         instance = sio.Instance.from_numpy(points, skeleton=skeleton)
         instance.points["visible"] = seen
-        own = _index_of(files[camera.name], frame + _shift(stream, recording))
+        own, instances = _index_of(files[camera.name], frame + _shift(stream, recording)), [instance]
+        accepted = np.array([name in found and found[name].origin == ACCEPTED for name in names])
+        if accepted.any():
+            places = np.where(accepted[:, None], points, np.nan)
+            scores = np.ones(len(names))
+            predicted = sio.PredictedInstance.from_numpy(
+                places, skeleton=skeleton, point_scores=scores, score=1.0
+            )
+            instance.from_predicted = predicted
+            instances.append(predicted)
         frames.append(
-            sio.LabeledFrame(video=videos[camera.name], frame_idx=own, instances=[instance])
+            sio.LabeledFrame(video=videos[camera.name], frame_idx=own, instances=instances)
         )
     labels = sio.Labels(labeled_frames=frames, videos=list(videos.values()), skeletons=[skeleton])
     for video in videos.values() if embed else ():
@@ -246,5 +258,6 @@ def _clicks(person: SleapPerson, place: tuple[int, str], known: Mapping[str, str
     for name, x, y, visible in person.points():
         if name in known:
             seen = Visibility.SEEN if visible else Visibility.GUESSED
-            clicks.append(Click(*place, known[name], (x, y), seen, origin="imported"))
+            origin = ACCEPTED if name in person.accepted else "imported"
+            clicks.append(Click(*place, known[name], (x, y), seen, origin=origin))
     return clicks

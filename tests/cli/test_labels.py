@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stereotrack_core.annotation.click import Click, ClickKey, Visibility
+from stereotrack_core.annotation.click import Click, ClickKey, Prediction, Visibility
 from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.interop.reference_npz import read_reference
 from stereotrack_core.interop.run_file import read_trajectory
-from stereotrack_core.project.clicks import DeleteClicks, PlaceClicks
+from stereotrack_core.project.clicks import AcceptPredictions, DeleteClicks, PlaceClicks
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.setups import load_reference, save_reference
 
@@ -58,6 +58,28 @@ def test_clicks_go_from_project_to_project(run, project, empty, tmp_path, kind, 
     with Project.open(empty) as opened:
         opened.undo()
         assert opened.clicks.count() == 0
+
+
+def test_the_source_of_clicks_is_kept_or_its_loss_is_said(run, project, empty, tmp_path):
+    with Project.open(project) as opened:
+        predicted = Prediction(5, "N_right", "head", "fit", (9.0, 9.0), 1.0)
+        opened.apply(AcceptPredictions((predicted,)))
+    for kind, suffix in (("csv", ".csv"), ("coco", ".json"), ("dlc", ".csv"), ("argus", ".csv")):
+        path = tmp_path / f"{kind}{suffix}"
+        ended = run("export", project, "--format", kind, "-o", path)
+        lost = "which clicks are accepted or imported (1)"
+        assert (lost in ended.err) is (kind in ("dlc", "argus"))
+        assert ("which clicks are guessed (1)" in ended.err) is (kind in ("dlc", "argus"))
+        assert "annotators and times (4)" in ended.err
+    for path in (tmp_path / "csv.csv", tmp_path / "coco.json"):
+        with Project.open(empty) as opened:
+            opened.apply(DeleteClicks(tuple(one.key for one in opened.clicks.all())))
+        taken = ("--conflicts", "theirs")
+        assert run("import", "labels", path, "--into", empty, *taken).status == 0
+        with Project.open(empty, read_only=True) as opened:
+            origins = {one.key: one.origin for one in opened.clicks.all()}
+        assert origins[predicted.key] == "accepted"
+        assert sorted(origins.values()) == ["accepted", "hand", "hand", "hand"]
 
 
 def test_deeplabcut_gets_a_file_for_each_camera(run, project, empty, tmp_path):

@@ -7,9 +7,11 @@ import pytest
 from PySide6.QtCore import Qt
 
 from app.widgets.timeline.lanes import Mark
-from stereotrack_core.annotation.click import ACCEPTED, Click
+from stereotrack_core.annotation.click import ACCEPTED, Click, ClickKey, Visibility
 from stereotrack_core.annotation.landmark_set import NINE
-from stereotrack_core.project.clicks import PlaceClicks
+from stereotrack_core.interop.labels import read_clicks, write_clicks
+from stereotrack_core.project.clicks import MarkClicks, PlaceClicks
+from stereotrack_core.project.prefilling import set_accepted_sigma
 from tests.gui.hands import (
     CTRL,
     SHIFT,
@@ -96,6 +98,61 @@ def test_the_next_frame_is_there_to_be_accepted_and_corrected(four, qtbot, monke
     assert not proposed(four, "S")
     key(four, Qt.Key.Key_Z, CTRL, name="N")
     assert len(clicks(four)) == 1
+
+
+def test_what_is_uncertain_stays_open_and_visibility_survives(four, qtbot, monkeypatch, tmp_path):
+    project = four.context.session.project.project
+    clicking = four.features.annotate.clicking
+    monkeypatch.setattr(clicking.annotating, "goes_on", True)
+    places = [(f"{view}_right", name, truth(four, name, view)) for view in VIEWS
+              for name in NINE.names]  # fmt: skip
+    project.apply(PlaceClicks(tuple(Click(0, *place) for place in places)))
+    guessed = [ClickKey(0, "N_right", name) for name in ("left_shoulder", "left_elbow", "left_hip")]
+    project.apply(MarkClicks(tuple(guessed), visibility=Visibility.GUESSED))
+    outside = ClickKey(0, "O_right", "left_hand")
+    project.apply(MarkClicks((outside,), visibility=Visibility.OUTSIDE))
+    four.context.session.document.visit(1)
+    settle(four, qtbot)
+    assert "left_hand" not in proposed(four, "O"), "it is proposed as outside"
+    assert view(four, "O").marks.proposed_outside == (NINE["left_hand"].label,)
+    sigma = {one.key: one.sigma for one in clicking.proposals.now()}
+    assert len(sigma) == 36
+    limit = float(np.median([value for key, value in sigma.items() if key.landmark != "head"]))
+    set_accepted_sigma(project, limit)
+    clicking.show()
+    marks = [mark for name in VIEWS for mark in view(four, name).marks.predictions]
+    uncertain = {key for key, value in sigma.items() if value > limit}
+    drawn = {key for key in uncertain if key[1:] != outside[1:]}
+    assert sum(not mark.certain for mark in marks) == len(drawn) > 5
+    faint = [mark.opacity for mark in marks if not mark.certain]
+    assert max(faint) < min(mark.opacity for mark in marks if mark.certain)
+
+    said = []
+    four.context.notifier.said.connect(lambda words, _ms: said.append(words))
+    key(four, Qt.Key.Key_Q, SHIFT, name="N")
+    there = clicks(four, 1)
+    assert {one.key for one in there.values()} == set(sigma) - uncertain
+    assert four.context.session.document.frame == 1, "there is something left to do"
+    assert f"{len(uncertain)} points less certain than" in said[-1]
+    settle(four, qtbot)
+    lanes = {lane.id: lane.values for lane in four.context.docks.timeline.lanes}
+    open_everywhere = {name for name in NINE.names if name not in {one[1] for one in there}}
+    assert {lanes[name][1] for name in open_everywhere} <= {Mark.PROPOSED}
+    key(four, Qt.Key.Key_Z, CTRL, name="N")
+    settle(four, qtbot)
+
+    set_accepted_sigma(project, 50.0)
+    key(four, Qt.Key.Key_Q, SHIFT, name="N")
+    recording = four.context.session.document.recording
+    write_clicks(tmp_path / "clicks.csv", project.clicks.all(), recording)
+    exported = read_clicks(tmp_path / "clicks.csv", recording).checked()
+    for found in (clicks(four, 1), {one.key: one for one in exported if one.frame == 1}):
+        assert len(found) == 36
+        assert {one.key[1:] for one in found.values() if one.visibility == Visibility.GUESSED} == {
+            one[1:] for one in guessed
+        }
+        assert [one.key[1:] for one in found.values() if one.position is None] == [outside[1:]]
+        assert {one.origin for one in found.values()} == {ACCEPTED}
 
 
 def test_uncertain_landmarks_are_left_to_be_clicked_where_that_is_wanted(four, qtbot):

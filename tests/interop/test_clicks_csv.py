@@ -69,15 +69,20 @@ def test_what_is_written_is_read_again_bit_by_bit(clicks):
 def test_the_layout_is_that_of_the_command_line(tmp_path):
     path = tmp_path / "clicks.csv"
     clicks = [
-        Click(4, "N_right", "head", (100.5, 20.0), Visibility.GUESSED, "uncertain", 3.0),
+        Click(
+            4, "N_right", "head", (100.5, 20.0), Visibility.GUESSED, "uncertain", 3.0, "imported"
+        ),
         Click(3, "N_left", "left_hip", (1.25, 2.0)),
-        Click(3, "S", "left_hip", None, Visibility.OUTSIDE),
+        Click(3, "S", "left_hip", None, Visibility.OUTSIDE, origin="accepted"),
         Click(5, "S", "left_hip", (1.0, 1.0), deleted=True),
     ]
     write_clicks(path, clicks, RECORDING)
     assert path.read_text() == (
-        HEAD + "3,N_left,left_hip,1.25,2.0,2\n3,S,left_hip,,,0\n4,N,head,100.5,20.0,1\n"
+        f"{HEAD.strip()},source\n3,N_left,left_hip,1.25,2.0,2,clicked\n"
+        "3,S,left_hip,,,0,accepted\n4,N,head,100.5,20.0,1,imported\n"
     )
+    found = read_clicks(path, RECORDING).checked()
+    assert [click.origin for click in found] == ["hand", "accepted", "imported"]
 
 
 def test_a_view_means_its_reference_image_and_a_camera_itself(tmp_path):

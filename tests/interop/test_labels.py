@@ -117,6 +117,44 @@ def test_sleap_round_trip(recording, tmp_path, written):
         assert sorted(found.clicks, key=lambda one: one.key) == own
 
 
+MIXED = (
+    Click(3, "S", "head", (5.0, 6.0)),
+    Click(3, "S", "left_hand", (7.25, 8.0), Visibility.GUESSED, origin="accepted"),
+    Click(3, "S", "left_elbow", (9.0, 8.0), origin="accepted"),
+)
+
+
+def test_coco_tells_accepted_from_clicked(recording, tmp_path):
+    path = tmp_path / "labels.json"
+    outside = Click(3, "S", "right_hand", None, Visibility.OUTSIDE, origin="accepted")
+    write_coco(path, (*MIXED, outside), recording, NINE)
+    (annotation,) = json.loads(path.read_text())["annotations"]
+    sources = dict(zip(NINE.names, annotation["sources"], strict=True))
+    assert (sources["head"], sources["left_hand"], sources["left_hip"]) == (
+        "clicked", "accepted", ""
+    )  # fmt: skip
+    found = read_labels(LabelSource(path, recording, NINE.names))
+    assert set(found.clicks) == {*MIXED, outside}
+
+
+def test_sleap_tells_accepted_from_clicked(recording, tmp_path):
+    sleap = pytest.importorskip("sleap_io")
+    path = tmp_path / "labels.slp"
+    write_sleap(path, MIXED, recording, NINE)
+    (labelled,) = sleap.load_slp(str(path), open_videos=False).labeled_frames
+    (user,), (predicted,) = labelled.user_instances, labelled.predicted_instances
+    assert user.from_predicted is predicted
+    names = [node.name for node in predicted.skeleton.nodes]
+    known = {name for name, xy in zip(names, predicted.numpy(), strict=True) if xy[0] == xy[0]}
+    assert known == {"left_hand", "left_elbow"}
+    placed = np.isfinite(user.points["xy"]).all(axis=1)
+    assert placed.sum() == 3, "SLEAP trains on all of them"
+    found = read_labels(LabelSource(path, recording, NINE.names))
+    origins = {one.landmark: one.origin for one in found.clicks}
+    assert origins == {"head": "imported", "left_hand": "accepted", "left_elbow": "accepted"}
+    assert {one.landmark: one.visibility for one in found.clicks}["left_hand"] == 1
+
+
 def test_sleap_needs_its_library(recording, tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "sleap_io", None)
     for call in (
