@@ -69,11 +69,8 @@ class Acceptance:
         """What stays open and why, as a sentence; empty if nothing does."""
         if not self.left_open:
             return ""
-        verb = "stays" if self.left_open == 1 else "stay"
-        return (
-            f"{counted(self.left_open, 'point')} less certain than {self.limit:.3g} px {verb} open. "
-            "Click or drag them."
-        )
+        points, verb = counted(self.left_open, "point"), "stays" if self.left_open == 1 else "stay"
+        return f"{points} less certain than {self.limit:.3g} px {verb} open. Click or drag them."
 
 
 def is_certain(prediction: Prediction, cameras: Mapping[str, Camera], limit: float) -> bool:
