@@ -371,11 +371,12 @@ class AcceptPredictions(Edit):
     kind: ClassVar[str] = "accept predictions"
     predictions: tuple[Prediction, ...]
     even_deleted: bool = False
-    left_open: str = ""  # sentence on what was not certain enough
+    left_open: str = ""  # what was not certain enough, in words without a full stop
 
     def words(self) -> str:
-        """``accept left elbow in N_right, frame 213``."""
-        return f"accept {_place_text([one.key for one in self.predictions])}"
+        """``accept left elbow in N_right, frame 213``, and what stays open."""
+        text = f"accept {_place_text([one.key for one in self.predictions])}"
+        return f"{text}; {self.left_open}" if self.left_open else text
 
     def changes(self, state: State, stamp: Stamp) -> Iterable[Change]:
         """The rows of landmarks that nobody has clicked."""

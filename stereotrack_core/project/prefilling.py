@@ -263,7 +263,7 @@ def accept_predictions(
             f"none of the {called} in {selection.words()} is certain enough",
             remedy=accepted.words(),
         )
-    return AcceptPredictions(accepted.predictions, left_open=accepted.words())
+    return AcceptPredictions(accepted.predictions, left_open=accepted.words().removesuffix("."))
 
 
 def propose_selection(

@@ -129,12 +129,8 @@ def test_coco_tells_accepted_from_clicked(recording, tmp_path):
     outside = Click(3, "S", "right_hand", None, Visibility.OUTSIDE, origin="accepted")
     write_coco(path, (*MIXED, outside), recording, NINE)
     (annotation,) = json.loads(path.read_text())["annotations"]
-    sources = dict(zip(NINE.names, annotation["sources"], strict=True))
-    assert (sources["head"], sources["left_hand"], sources["left_hip"]) == (
-        "clicked", "accepted", ""
-    )  # fmt: skip
-    found = read_labels(LabelSource(path, recording, NINE.names))
-    assert set(found.clicks) == {*MIXED, outside}
+    assert annotation["sources"][NINE.names.index("left_hand")] == "accepted"
+    assert set(read_labels(LabelSource(path, recording, NINE.names)).clicks) == {*MIXED, outside}
 
 
 def test_sleap_tells_accepted_from_clicked(recording, tmp_path):
@@ -142,17 +138,14 @@ def test_sleap_tells_accepted_from_clicked(recording, tmp_path):
     path = tmp_path / "labels.slp"
     write_sleap(path, MIXED, recording, NINE)
     (labelled,) = sleap.load_slp(str(path), open_videos=False).labeled_frames
-    (user,), (predicted,) = labelled.user_instances, labelled.predicted_instances
-    assert user.from_predicted is predicted
-    names = [node.name for node in predicted.skeleton.nodes]
-    known = {name for name, xy in zip(names, predicted.numpy(), strict=True) if xy[0] == xy[0]}
-    assert known == {"left_hand", "left_elbow"}
-    placed = np.isfinite(user.points["xy"]).all(axis=1)
-    assert placed.sum() == 3, "SLEAP trains on all of them"
+    (user,) = labelled.user_instances
+    assert [user.from_predicted] == labelled.predicted_instances
+    known = np.isfinite(user.from_predicted.numpy()).all(axis=1)
+    assert known.tolist() == [name in ("left_hand", "left_elbow") for name in NINE.names]
+    assert np.isfinite(user.points["xy"]).all(axis=1).sum() == 3, "SLEAP trains on all of them"
     found = read_labels(LabelSource(path, recording, NINE.names))
     origins = {one.landmark: one.origin for one in found.clicks}
     assert origins == {"head": "imported", "left_hand": "accepted", "left_elbow": "accepted"}
-    assert {one.landmark: one.visibility for one in found.clicks}["left_hand"] == 1
 
 
 def test_sleap_needs_its_library(recording, tmp_path, monkeypatch):

@@ -212,24 +212,19 @@ class AnnotationPanels(QObject):
         project, chosen = self.project, chosen or self.selection()
         if project is None:
             return
-
-        def edit() -> tuple[Changed | None, str]:
-            made = make(project, chosen)
-            return project.apply(made), getattr(made, "left_open", "")
-
         if len(chosen.frames) > _MANY_FRAMES:
-            self.tasks.begin("editing", lambda _task: edit(), self._on_done)
+            self.tasks.begin(
+                "editing", lambda _task: project.apply(make(project, chosen)), self._on_done
+            )
             return
         try:
-            self._on_done(edit())
+            self._on_done(project.apply(make(project, chosen)))
         except InputError as error:
             self.message.emit(message_of(error))
 
     @Slot(object)
-    def _on_done(self, done: tuple[Changed | None, str]) -> None:
-        changed, left_open = done
-        words = f"Done: {changed.words}." if changed is not None else "Nothing to change."
-        self.said.emit(f"{words} {left_open}".strip())
+    def _on_done(self, changed: Changed | None) -> None:
+        self.said.emit(f"Done: {changed.words}." if changed is not None else "Nothing to change.")
 
     @Slot(object)
     def _on_edited(self, changed: Changed) -> None:

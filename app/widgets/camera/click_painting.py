@@ -8,8 +8,6 @@ from math import hypot, isfinite
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPen, QPolygonF, QTransform
 
-from stereotrack_core.counting import counted
-
 from ..style.colours import OLD
 from ..style.limb_colours import LIMB_COLOURS
 from .click_marks import ClickMark, ClickMarks, CurveMark, PredictionMark, ResidualMark, TrailMark
@@ -195,13 +193,11 @@ def paint_notes(
 
 def _notes_on_proposals(marks: ClickMarks) -> list[str]:
     """What accepting leaves open or marks as outside."""
-    said = []
+    uncertain = sum(mark.proposed and not mark.certain for mark in marks.predictions)
+    said = [f"{uncertain} too uncertain to accept"] if uncertain else []
     if marks.proposed_outside:
         names = ", ".join(short_label(label) for label in marks.proposed_outside)
         said.append(f"proposed as outside: {names}")
-    open_ = sum(mark.proposed and not mark.certain for mark in marks.predictions)
-    if open_:
-        said.append(f"{counted(open_, 'proposal')} too uncertain to accept (dashed circle)")
     return said
 
 

@@ -40,17 +40,14 @@ class Annotating(QObject):
     ----------
     repeats : callable
         What is being annotated again, blindly; None where that is not known.
-    camera : callable
-        Name of the camera whose image keys act on; empty where there is none.
-    cameras : callable
-        Names of all cameras whose images are shown.
+    camera, cameras : callable
+        Name of the camera whose image keys act on, empty if none; of all that are shown.
     """
 
     clicks_changed = Signal()
-    """Other clicks are to be shown: another frame, an edit, another project. The choice may be
-    another one too."""
+    """Emitted when other clicks are to be shown; the choice may have changed too."""
     choice_changed = Signal()
-    """Nothing but the choice is another one."""
+    """Emitted when only the choice has changed."""
     said = Signal(str)
     """A sentence about what was done or why it was not."""
 
@@ -285,8 +282,7 @@ class Annotating(QObject):
     def mark(self, visibility: Visibility) -> None:
         """Say how the click that keys act on is seen.
 
-        What is outside the image is what the next click would place, unless the person has picked
-        a click: the one that was placed last was in the image.
+        Outside is what the next click would place, unless a click was picked.
         """
         with self._as_one():
             if visibility != Visibility.OUTSIDE:
@@ -325,13 +321,12 @@ class Annotating(QObject):
         """Let predictions be clicks that are certain enough, where nobody has clicked."""
         project, recording = self._project.project, self._document.recording
         free = tuple(one for one in predictions if one.key not in self.clicks())
-        if not free or project is None or recording is None:
-            return
-        with self._as_one():
+        if free and project is not None and recording is not None:
             accepted = accept(project, free, recording.cameras)
-            taken, one = accepted.predictions, len(free) == 1
-            if taken and self._edit(AcceptPredictions(taken, even_deleted=one)):
-                self._advance_from(taken[-1].key, new=True)
+            taken = accepted.predictions
+            with self._as_one():
+                if taken and self._edit(AcceptPredictions(taken, even_deleted=len(free) == 1)):
+                    self._advance_from(taken[-1].key, new=True)
             if accepted.left_open:
                 self.said.emit(accepted.words())
 
@@ -400,7 +395,7 @@ class Annotating(QObject):
         return next((one for one in following if one > frame), None)
 
     def _go_on(self) -> None:
-        """Show the next keyframe that is not done; the next frame where none are set."""
+        """Show the frame of :meth:`following_frame`."""
         after = self.following_frame()
         if after is None:
             project = self._project.project

@@ -154,10 +154,9 @@ class ExportFileDialog(FormDialog):
     @Slot()
     def _look(self) -> None:
         """Say what would be written and what not."""
-        raise NotImplementedError
 
     def _write(self) -> None:
-        raise NotImplementedError
+        """Begin to write."""
 
     def _say_what_is_wrong(self, warning: str, *, something: bool) -> None:
         """Say what is wrong with the file or the format, else the warning."""
