@@ -111,7 +111,8 @@ def _save(
             seen[names.index(name)] = click.visibility == Visibility.SEEN
         instance = sio.Instance.from_numpy(points, skeleton=skeleton)
         instance.points["visible"] = seen
-        own, instances = _index_of(files[camera.name], frame + _shift(stream, recording)), [instance]
+        own = _index_of(files[camera.name], frame + _shift(stream, recording))
+        instances = [instance]
         accepted = np.array([name in found and found[name].origin == ACCEPTED for name in names])
         if accepted.any():
             places = np.where(accepted[:, None], points, np.nan)
