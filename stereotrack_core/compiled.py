@@ -3,12 +3,27 @@
 from __future__ import annotations
 
 import functools
+import hashlib
+import os
+import shutil
+import sys
+import tempfile
 import threading
-from collections.abc import Callable
+import time
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from pathlib import Path
+from types import CodeType, ModuleType
 from typing import Any, TypeVar, cast
 
 _FunctionT = TypeVar("_FunctionT", bound=Callable[..., Any])
 _lock = threading.RLock()
+
+_KEPT_VERSIONS = 400
+"""Versions of functions in a cache folder before unused ones are removed; the program has 60."""
+
+_UNUSED_SECONDS = 86_400.0
+"""Age from which a version may be removed; another running program may use newer ones."""
 
 
 def load_before_threads() -> None:
@@ -50,18 +65,133 @@ class _Compiled:
         return (self._machine or self.machine())(*args)
 
     def machine(self) -> Callable[..., Any]:
-        """What numba makes of it, made once.
+        """Numba's version of the function, made once.
 
-        The names in its module that stand for such functions are given what numba makes of these,
-        since numba compiles calls of its own functions only.
+        Numba compiles calls of its own functions only, so those that this one calls are replaced in
+        its module by numba's versions of them.
         """
         with _lock:
             if self._machine is None:
                 import numba
 
+                folder = self._cache_folder()
                 names = self._function.__globals__
-                for name in self._function.__code__.co_names:
+                for name in _names(self._function.__code__):
                     if isinstance(called := names.get(name), _Compiled):
                         names[name] = called.machine()
-                self._machine = numba.njit(cache=True, nogil=True, **self._options)(self._function)
+                chosen, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(folder or "")
+                try:
+                    compiler = numba.njit(cache=folder is not None, nogil=True, **self._options)
+                    self._machine = compiler(self._function)
+                finally:
+                    numba.config.CACHE_DIR = chosen
+                _digests[self._function] = self.digest
             return self._machine
+
+    @functools.cached_property
+    def digest(self) -> str:
+        """Digest of all that is compiled: its code, and the functions and values that it names.
+
+        Numba itself looks at the file of the function alone, and would go on with machine code that
+        holds a former version of a function or a constant of another module. The digest is made of
+        what is loaded and not of files, which may have changed since. Processor and types stand in
+        numba's own index.
+        """
+        import numba  # noqa: F401 - it loads the others
+
+        names = self._function.__globals__
+        named = [(n, _identity(names[n])) for n in _names(self._function.__code__) if n in names]
+        versions = [sys.modules[name].__version__ for name in ("llvmlite", "numba", "numpy")]
+        code = _code_identity(self._function.__code__), self._function.__defaults__
+        text = repr((versions, self._options, code, named))
+        return hashlib.blake2b(text.encode(), digest_size=16).hexdigest()
+
+    def _cache_folder(self) -> Path | None:
+        """Make the folder of this version's machine code; None if none can be written to."""
+        folder = _all_folders()
+        if folder is None:
+            return None
+        folder /= self.digest
+        with suppress(OSError):
+            folder.mkdir(exist_ok=True)
+            os.utime(folder)  # it is in use
+        return folder
+
+
+_digests: dict[Callable[..., Any], str] = {}
+"""Digests of functions that are replaced in their modules by numba's versions of them."""
+
+
+def _codes(code: CodeType) -> Iterator[CodeType]:
+    """The code of a function, and of those within it."""
+    yield code
+    for constant in code.co_consts:
+        if isinstance(constant, CodeType):
+            yield from _codes(constant)
+
+
+def _names(code: CodeType) -> list[str]:
+    """Global names that a function may use, in a fixed order."""
+    return sorted({name for one in _codes(code) for name in one.co_names})
+
+
+def _code_identity(code: CodeType) -> list[object]:
+    """All that the meaning of a function's code depends on, the same in every process."""
+    parts = list[object]()
+    for one in _codes(code):
+        constants = [c for c in one.co_consts if not isinstance(c, CodeType)]
+        names = one.co_names, one.co_varnames, one.co_freevars, one.co_cellvars
+        parts += [one.co_code, one.co_argcount, one.co_flags, constants, names]
+    return parts
+
+
+def _identity(value: Any) -> object:
+    """A global value as the digest takes it, the same in every process.
+
+    Raises TypeError for a kind of value whose changes could not be noticed.
+    """
+    import numpy as np
+
+    if isinstance(value, _Compiled):
+        return value.digest
+    if (function := getattr(value, "py_func", None)) in _digests:
+        return _digests[function]
+    if isinstance(value, ModuleType):
+        if not value.__name__.startswith("stereotrack"):
+            return value.__name__
+    elif isinstance(value, np.ndarray):
+        return value.dtype.descr, value.shape, value.tobytes()
+    elif isinstance(value, bool | int | float | str | np.generic | np.dtype):
+        return repr(value)
+    elif isinstance(value, tuple):
+        return [_identity(part) for part in value]
+    raise TypeError(f"a compiled function uses {value!r}, and changes of that would go unnoticed")
+
+
+@functools.cache
+def _all_folders() -> Path | None:
+    """Folder that holds a folder for each version of each function; None if none can be written."""
+    import numba
+    import platformdirs
+
+    if chosen := numba.config.CACHE_DIR:
+        places = [Path(chosen)]
+    else:
+        user = platformdirs.user_cache_path("stereotrack", appauthor=False)
+        places = [Path(__file__).parent / "__pycache__", user]
+    for place in places:
+        folder = place / "compiled"
+        with suppress(OSError):
+            folder.mkdir(parents=True, exist_ok=True)
+            tempfile.TemporaryFile(dir=folder).close()
+            _remove_unused(folder)
+            return folder
+    return None
+
+
+def _remove_unused(folder: Path) -> None:
+    """Remove the versions that were not used for the longest time, if there are many."""
+    used = sorted(((one.stat().st_mtime, one.path) for one in os.scandir(folder)), reverse=True)
+    for at, path in used[_KEPT_VERSIONS:]:
+        if at < time.time() - _UNUSED_SECONDS:
+            shutil.rmtree(path, ignore_errors=True)

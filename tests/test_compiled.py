@@ -2,11 +2,19 @@
 
 from __future__ import annotations
 
+import importlib
+import os
+import pkgutil
+import shutil
 import subprocess
 import sys
+import time
+from pathlib import Path
 
 import pytest
 
+import stereotrack_core
+from stereotrack_core import compiled as module
 from stereotrack_core.compiled import compiled
 from stereotrack_core.simulation.make import simulate
 from stereotrack_core.simulation.rig import SceneOptions
@@ -36,6 +44,115 @@ def test_decorating_does_not_load_numba():
     script = "import sys, stereotrack_core.tracking.tracker; print('numba' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
     assert done.stdout == "False\n"
+
+
+_DISTANCE = """
+import numpy as np
+from stereotrack_core.experiments.baselines.particles import _robust_sums
+table, sums = np.zeros((1, 1, 18)), np.zeros(1)
+table[..., [0, 4, 8, 12, 13, 14, 15]] = 1.0
+_robust_sums(np.array([[3.0, 0.0, 0.5]]), table, 9.0, 1e12, sums)
+print(round(sums[0], 3))
+"""
+"""Half the squared distance of a point from a cone; the distance is 2."""
+
+
+def _run(script, *paths, **variables):
+    environment = {**os.environ, **variables, "PYTHONPATH": os.pathsep.join(map(str, paths))}
+    command = [sys.executable, "-P", "-c", script]  # -P: nothing of the working directory
+    done = subprocess.run(command, capture_output=True, text=True, env=environment)
+    assert not done.returncode, done.stderr
+    return done.stdout.split()
+
+
+def _edit(file, old, new):
+    text = file.read_text("utf-8")
+    assert old in text
+    file.write_text(text.replace(old, new), "utf-8")
+
+
+def test_a_changed_function_is_compiled_anew_in_a_caller_of_another_file(tmp_path):
+    package = tmp_path / "stereotrack_core"
+    ignored = shutil.ignore_patterns("__pycache__")
+    shutil.copytree(Path(stereotrack_core.__file__).parent, package, ignore=ignored)
+    assert _run(_DISTANCE, tmp_path) == ["2.0"]
+    _edit(package / "body" / "surface.py", "fx) * nx + (py", "fx) * 2.0 * nx + (py")
+    assert _run(_DISTANCE, tmp_path) == ["8.0"]
+
+
+_VALUES = {
+    "values.py": "LIMIT = 2\nTABLE = np.array([1.0, 2.0])\n",
+    "deep.py": "@compiled()\ndef deep(x):\n    return x + 10\n",
+    "callee.py": "from deep import deep\n@compiled()\ndef callee(x):\n    return deep(x) + 100\n",
+    "caller.py": "from callee import callee\nfrom values import LIMIT, TABLE\n@compiled()\n"
+    "def caller(x):\n    return callee(x) + LIMIT + TABLE[1]\n"
+    "print(caller(0), sum(caller.machine().stats.cache_hits.values()))\n",
+}
+
+
+@pytest.fixture
+def caller(tmp_path):
+    """A program of four files with compiled functions and values; prints what it returns."""
+    for name, text in _VALUES.items():
+        imports = "import numpy as np\nfrom stereotrack_core.compiled import compiled\n"
+        (tmp_path / name).write_text(imports + text, "utf-8")
+    root = Path(stereotrack_core.__file__).parents[1]
+    cache = tmp_path / "cache"
+    return lambda: _run("import caller", tmp_path, root, NUMBA_CACHE_DIR=str(cache))
+
+
+def test_constants_and_functions_that_callees_call_count_as_well(caller, tmp_path):
+    assert caller() == ["114.0", "0"]
+    assert caller() == ["114.0", "1"], "read from the drive"
+    _edit(tmp_path / "deep.py", "10", "20")
+    assert caller() == ["124.0", "0"]
+    _edit(tmp_path / "values.py", "LIMIT = 2", "LIMIT = 3")
+    assert caller() == ["125.0", "0"]
+    _edit(tmp_path / "values.py", "[1.0, 2.0]", "[1.0, 4.0]")
+    assert caller() == ["127.0", "0"]
+
+
+def test_every_compiled_function_has_a_digest_of_its_own():
+    packages = pkgutil.walk_packages(stereotrack_core.__path__, "stereotrack_core.")
+    modules = [importlib.import_module(p.name) for p in packages if "__main__" not in p.name]
+    found = {
+        (one.__module__, one.__name__): one.digest
+        for names in map(vars, modules)
+        for one in names.values()
+        if isinstance(one, module._Compiled)
+    }
+    assert len(found) > 15
+    assert len({*found.values()}) == len(found)
+
+
+def test_a_value_whose_changes_would_go_unnoticed_is_refused():
+    with pytest.raises(TypeError, match="go unnoticed"):
+        module._identity(object())
+
+
+def test_versions_of_functions_that_nobody_uses_are_removed(tmp_path, monkeypatch):
+    monkeypatch.setattr(module, "_KEPT_VERSIONS", 3)
+    for k in range(8):
+        (tmp_path / str(k)).mkdir()
+        at = time.time() - k * 20_000
+        os.utime(tmp_path / str(k), (at, at))
+    module._remove_unused(tmp_path)
+    assert sorted(one.name for one in tmp_path.iterdir()) == ["0", "1", "2", "3", "4"]
+
+
+def test_an_installation_that_cannot_be_written_to_keeps_machine_code_elsewhere(
+    tmp_path, monkeypatch
+):
+    (tmp_path / "file").touch()
+    cache = tmp_path / "cache"
+    monkeypatch.setattr("platformdirs.user_cache_path", lambda *_, **__: cache)
+    monkeypatch.setattr("numba.config.CACHE_DIR", "")
+    monkeypatch.setattr(module, "__file__", str(tmp_path / "file" / "compiled.py"))
+    assert module._all_folders.__wrapped__() == cache / "compiled"
+    monkeypatch.setattr("platformdirs.user_cache_path", lambda *_, **__: tmp_path / "file")
+    assert module._all_folders.__wrapped__() is None
+    monkeypatch.setattr(module, "_all_folders", lambda: None)
+    assert compiled()(lambda x: x + 2)(5) == 7, "compiled all the same"
 
 
 _STARTS = """
