@@ -1,6 +1,31 @@
-"""Numbers with their words."""
+"""Numbers as a person types them, and with their words."""
 
 from __future__ import annotations
+
+import re
+
+_NUMBER = re.compile(r"[+-]?([0-9]+[.,]?[0-9]*|[.,][0-9]+)([eE][+-]?[0-9]+)?")
+_WHOLE = re.compile(r"[+-]?[0-9]+")
+
+
+def typed_number(text: str) -> float:
+    """Read a number as a person types it: ``.`` and ``,`` are both the decimal sign.
+
+    Raises ValueError for everything else. ``1.234,5`` and ``1 234`` are not guessed at.
+    """
+    return float(_matched(_NUMBER, text).replace(",", "."))
+
+
+def typed_whole_number(text: str) -> int:
+    """Read a whole number as a person types it; ValueError for everything but digits."""
+    return int(_matched(_WHOLE, text))
+
+
+def _matched(form: re.Pattern[str], text: str) -> str:
+    typed = text.strip().replace("\N{MINUS SIGN}", "-")
+    if not form.fullmatch(typed):
+        raise ValueError(f"{text!r} is not a number")
+    return typed
 
 
 def counted(number: int, word: str) -> str:

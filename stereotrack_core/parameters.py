@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Any, TypeVar, get_type_hints
 
+from stereotrack_core.counting import typed_number, typed_whole_number
 from stereotrack_core.errors import InputError, did_you_mean
 
 Value = bool | int | float | str
@@ -91,9 +92,9 @@ class ParameterRow:
             if self.type is int:
                 if isinstance(value, float) and value != int(value):
                     raise ValueError
-                return int(value)
+                return typed_whole_number(value) if isinstance(value, str) else int(value)
             if self.type is float:
-                return float(value)
+                return typed_number(value) if isinstance(value, str) else float(value)
         except (TypeError, ValueError, OverflowError):
             raise self._refusal(value, f"a {_TYPE_WORDS[self.type]}") from None
         return str(value)

@@ -13,8 +13,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, Qt
-from PySide6.QtWidgets import QApplication, QInputDialog
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication, QLabel
 
+from app.widgets.forms.form_dialog import FormDialog
+from app.widgets.forms.numbers import WholeNumberField
 from app.widgets.timeline.lanes import Mark
 from stereotrack_core.annotation.click import ClickKey
 from stereotrack_core.annotation.next_clicks import Suggestion, good_enough
@@ -237,10 +240,10 @@ def test_a_window_that_is_killed_loses_no_click_that_was_on_screen(
 def test_keyframes_are_of_the_selection_or_else_of_the_whole_recording(annotating):
     def ask(step):
         annotating.context.actions.action("annotate-keyframes").trigger()
-        dialog = annotating.findChildren(QInputDialog)[-1]
-        dialog.setIntValue(step)
-        dialog.accept()
-        return dialog.labelText(), [
+        dialog = annotating.findChildren(FormDialog)[-1]
+        QTest.keyClicks(dialog.findChild(WholeNumberField), str(step))
+        dialog.accept_button.click()
+        return dialog.findChildren(QLabel)[0].text(), [
             one.frame for one in annotating.context.session.project.project.marks.keyframes()
         ]
 

@@ -7,8 +7,9 @@ import math
 import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QInputDialog
 
+from app.widgets.forms.form_dialog import FormDialog
+from app.widgets.forms.numbers import NumberField
 from app.widgets.tables.landmarks_panel import LandmarksPanel
 from stereotrack_core.annotation.click import UNCERTAIN, ClickKey, Visibility
 from stereotrack_core.annotation.landmark_set import NINE
@@ -283,9 +284,9 @@ def test_flags_on_keys(annotating, qtbot):
     key(annotating, Qt.Key.Key_I)
     assert clicks(annotating)[place].visibility == Visibility.SEEN
     key(annotating, Qt.Key.Key_U, SHIFT)
-    dialog = next(one for one in annotating.findChildren(QInputDialog) if one.isVisible())
-    dialog.setDoubleValue(4.5)
-    dialog.accept()
+    dialog = next(one for one in annotating.findChildren(FormDialog) if one.isVisible())
+    QTest.keyClicks(dialog.findChild(NumberField), "4,5")
+    dialog.accept_button.click()
     assert clicks(annotating)[place].sigma == 4.5
     key(annotating, Qt.Key.Key_E)
     key(annotating, Qt.Key.Key_X)

@@ -5,9 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from functools import partial
 
-from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QInputDialog
-
 from stereotrack_core.counting import frames_in_words
 from stereotrack_core.project.blind_repeats import USUAL_SHARE
 from stereotrack_core.project.edit import Edit
@@ -22,6 +19,8 @@ from stereotrack_core.project.selection import (
 )
 
 from ...services.actions import ActionRegistry, Command, Menu
+from ...widgets.forms.form_dialog import ask_for_number
+from ...widgets.forms.numbers import WholeNumberField
 from .dialogs import AnnotationDialogs
 from .filling.predicting import NO_FIT, PredictionWork, prediction_commands
 from .panels import AnnotationPanels
@@ -126,19 +125,12 @@ def _ask_for_keyframes(p: AnnotationPanels) -> None:
     where = frames_in_words(chosen.frames)
     if not p.timeline.selection and p.frame_count:
         chosen, where = Selection(range(p.frame_count)), "the whole recording"
-    dialog = QInputDialog(p.window)
-    dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-    dialog.setWindowTitle("Keyframes")
-    dialog.setLabelText(f"Frames between keyframes in {where}:")
-    dialog.setInputMode(QInputDialog.InputMode.IntInput)
-    dialog.setIntRange(1, 100_000)
-    dialog.setIntValue(10)
 
     def take(step: int) -> None:
         p.edit_selection(lambda _project, all_: SetKeyframes(tuple(all_.frames[::step])), chosen)
 
-    dialog.intValueSelected.connect(take)
-    dialog.open()
+    field = WholeNumberField(minimum=1, maximum=100_000, value=10)
+    ask_for_number(p.window, "Keyframes", f"Frames between keyframes in {where}:", field, take)
 
 
 def _trust(p: AnnotationPanels, dialogs: AnnotationDialogs) -> list[Command]:

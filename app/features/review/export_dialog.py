@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from PySide6.QtCore import Qt, Slot
-from PySide6.QtWidgets import QComboBox, QFormLayout, QSpinBox, QWidget
+from PySide6.QtWidgets import QComboBox, QFormLayout, QWidget
 
 from ...widgets.forms.form_dialog import (
     FormDialog,
@@ -15,6 +15,7 @@ from ...widgets.forms.form_dialog import (
     line_edit,
     push_button,
 )
+from ...widgets.forms.numbers import WholeNumberField
 from ...widgets.style.building import choice, hbox
 
 _FRAMES = 5
@@ -44,7 +45,7 @@ class ExportDialog(FormDialog):
         self.which.addItem(every, False)
         named = [(name, name) for name in views]
         self.view = choice("View", [("", "best view of each failure"), *named])
-        self.count = QSpinBox(minimum=2, maximum=12, value=_FRAMES)
+        self.count = WholeNumberField(minimum=2, maximum=12, value=_FRAMES)
         self.path = line_edit("Path", str(proposed.with_suffix(".mp4") if video else proposed))
         self.path.textChanged.connect(self._check)
         form = QFormLayout()

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from PySide6.QtWidgets import QCheckBox, QFormLayout, QSpinBox, QWidget
+from PySide6.QtWidgets import QCheckBox, QFormLayout, QWidget
 
 from stereotrack_core.counting import counted
 from stereotrack_core.recording.selection import seeds_of
@@ -13,6 +13,7 @@ from stereotrack_core.study.run import StudyRequest, selection_of
 from stereotrack_core.worker_processes import usable_cores
 
 from ...widgets.forms.form_dialog import FormDialog, line_edit
+from ...widgets.forms.numbers import WholeNumberField
 from ...widgets.style.building import label
 
 _NOTE = (
@@ -38,7 +39,7 @@ class TrackDialog(FormDialog):
         self._preset, self._changes = settings
         self._begin = begin
         self.seeds = line_edit("Seeds", "0", tip="Comma-separated; one run for each seed")
-        self.processes = QSpinBox(minimum=1, maximum=4 * usable_cores())
+        self.processes = WholeNumberField(minimum=1, maximum=4 * usable_cores())
         self.processes.setValue(usable_cores())
         self.smooth = QCheckBox("S&mooth the runs")
         self.report = QCheckBox("Write a &page about every run")

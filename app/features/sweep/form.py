@@ -17,7 +17,6 @@ from PySide6.QtWidgets import (
     QListWidget,
     QListWidgetItem,
     QRadioButton,
-    QSpinBox,
     QWidget,
 )
 
@@ -32,6 +31,7 @@ from ...widgets.forms.form_dialog import (
     line_edit,
     push_button,
 )
+from ...widgets.forms.numbers import WholeNumberField
 from ...widgets.style.building import hbox, vbox
 from .points import SweepPoints
 
@@ -162,7 +162,7 @@ class SweepForm(QWidget):
         group = QButtonGroup(self)
         group.addButton(self.here)
         group.addButton(self.cluster)
-        self.processes = QSpinBox(minimum=1, maximum=256, value=usable_cores())
+        self.processes = WholeNumberField(minimum=1, maximum=256, value=usable_cores())
         self.processes.setAccessibleName("Processes")
         self.processes.valueChanged.connect(self.changed)
         self.address = line_edit(

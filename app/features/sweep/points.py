@@ -12,7 +12,6 @@ from PySide6.QtWidgets import (
     QFormLayout,
     QGroupBox,
     QSizePolicy,
-    QSpinBox,
     QStackedWidget,
     QWidget,
 )
@@ -22,6 +21,7 @@ from stereotrack_core.experiments.measures import MEASURES
 from stereotrack_core.experiments.sweep.points import SPECIAL, TRIALS, parameter_rows
 
 from ...widgets.forms.form_dialog import ask_to_open, line_edit, push_button
+from ...widgets.forms.numbers import WholeNumberField
 from ...widgets.forms.sweep_values import SweepValues
 from ...widgets.style.building import choice, hbox, label, vbox
 
@@ -109,7 +109,7 @@ class SweepPoints(QGroupBox):
         return page
 
     def _search_page(self) -> QWidget:
-        self.trials = QSpinBox(minimum=1, maximum=100_000, value=TRIALS)
+        self.trials = WholeNumberField(minimum=1, maximum=100_000, value=TRIALS)
         self.trials.setToolTip("Number of points to try, each with all recordings and seeds")
         best = {True: "higher is better", False: "lower is better"}
         named = [(one.name, f"{one.title}, {best[one.more_is_better]}") for one in MEASURES]

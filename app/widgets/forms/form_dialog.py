@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from itertools import chain, count
 from pathlib import Path
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import (
@@ -22,6 +22,7 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.project.exporting.formats import ExportFormat
 
 from ..style.building import Item, label, vbox
+from .numbers import NumberField, WholeNumberField, refusal_in
 
 
 class FormDialog(QDialog):
@@ -47,7 +48,8 @@ class FormDialog(QDialog):
         """Says what is wrong or what was done."""
         standard, role = QDialogButtonBox.StandardButton, QDialogButtonBox.ButtonRole
         self.buttons = QDialogButtonBox(standard.Close if close else standard.Cancel)
-        self.accept_button = push_button(accept, run)
+        self._run = run
+        self.accept_button = push_button(accept, self._take_over)
         self.accept_button.setAutoDefault(by_return)
         self.buttons.addButton(
             self.accept_button, role.AcceptRole if by_return else role.ActionRole
@@ -58,6 +60,13 @@ class FormDialog(QDialog):
         """Stand these above the line of words and the buttons."""
         self.setLayout(vbox(*items, self.words, self.buttons, margins=(9, 9, 9, 9)))
         self.resize(*size)
+
+    def _take_over(self) -> None:
+        """Do what the button says, unless a field has just refused what was typed."""
+        if refusal := refusal_in(self):
+            self.say(refusal, error=True)
+        else:
+            self._run()
 
     def say(self, text: str, *, error: bool = False) -> None:
         """Say something in the line of words; nothing hides it."""
@@ -71,6 +80,27 @@ class FormDialog(QDialog):
             self.say(str(error), error=True)
             return False
         return True
+
+
+def ask_for_number(
+    parent: QWidget,
+    title: str,
+    text: str,
+    field: NumberField | WholeNumberField,
+    use: Callable[[Any], object],
+) -> None:
+    """Let the person type a number into a field, which is made for it."""
+
+    def take() -> None:
+        use(field.stored() if isinstance(field, NumberField) else field.value())
+        dialog.accept()
+
+    dialog = FormDialog(title, "OK", take, parent)
+    dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+    field.setAccessibleName(title)
+    dialog.lay_out(label(text), field, size=(340, 130))
+    field.selectAll()
+    dialog.open()
 
 
 Use: TypeAlias = Callable[[Path], object]

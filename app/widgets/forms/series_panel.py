@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from PySide6.QtCore import QEvent, QSignalBlocker, Qt, Signal
-from PySide6.QtGui import QDoubleValidator
 from PySide6.QtWidgets import (
     QCheckBox,
     QComboBox,
@@ -13,15 +12,16 @@ from PySide6.QtWidgets import (
     QLineEdit,
     QPushButton,
     QSlider,
-    QSpinBox,
     QWidget,
 )
 
+from stereotrack_core.counting import typed_number
 from stereotrack_core.parameters import ParameterRow, Value, value_text
 from stereotrack_core.tracking.tuning.series import MOST, usual_range
 
 from ..plots.small_multiples import MeansCurve, Multiple, SmallMultiples, keeps_arrows
 from ..style.building import choice, hbox, label, scrolled, searchable, thin_progress, vbox
+from .numbers import WholeNumberField
 
 _NOTHING = (
     "Choose a parameter and a range to see the errors for each value. The selected frames are "
@@ -164,11 +164,10 @@ class SeriesPanel(QWidget):
         self.low, self.high = QLineEdit(self), QLineEdit(self)
         for field, name in ((self.low, "From"), (self.high, "To")):
             field.setAccessibleName(name)
-            field.setValidator(QDoubleValidator(field))
             field.setMaximumWidth(72)
             field.returnPressed.connect(self._on_begin)
         self.unit = label("", "muted", wraps=False)
-        self.count = QSpinBox(self)
+        self.count = WholeNumberField(self)
         self.count.setRange(2, MOST)
         self.count.setValue(6)
         self.count.setAccessibleName("Number of values")
@@ -214,6 +213,6 @@ class SeriesPanel(QWidget):
 
 def _number(text: str) -> float:
     try:
-        return float(text)
+        return typed_number(text)
     except ValueError:
         return float("nan")

@@ -11,7 +11,6 @@ from PySide6.QtWidgets import (
     QBoxLayout,
     QComboBox,
     QCompleter,
-    QDoubleSpinBox,
     QHBoxLayout,
     QLabel,
     QLayout,
@@ -167,23 +166,6 @@ def searchable(box: QComboBox) -> QComboBox:
         completer.setCaseSensitivity(Qt.CaseSensitivity.CaseInsensitive)
         completer.setFilterMode(Qt.MatchFlag.MatchContains)
         completer.setCompletionMode(QCompleter.CompletionMode.PopupCompletion)
-    return box
-
-
-def number_box(
-    name: str, limits: tuple[float, float], value: float, tip: str, *, prefix: str, suffix: str
-) -> QDoubleSpinBox:
-    """Make a field for a number with one digit behind the point, taken over by Enter."""
-    box = QDoubleSpinBox()
-    box.setRange(*limits)
-    box.setSingleStep(0.5)
-    box.setDecimals(1)
-    box.setValue(value)
-    box.setPrefix(prefix)
-    box.setSuffix(suffix)
-    box.setKeyboardTracking(False)
-    box.setAccessibleName(name)
-    box.setToolTip(tip)
     return box
 
 

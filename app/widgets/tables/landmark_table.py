@@ -9,7 +9,6 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QComboBox,
-    QDoubleSpinBox,
     QHeaderView,
     QStyledItemDelegate,
     QStyleOptionViewItem,
@@ -21,6 +20,7 @@ from stereotrack_core.annotation.landmark_set import Landmark
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.skeleton import PARTS
 
+from ..forms.numbers import NumberField
 from .table import LEFT, RIGHT, Cell, Column, Index, TableModel, dress_table
 
 _COLUMNS: tuple[tuple[str, str, str], ...] = (
@@ -86,6 +86,8 @@ class LandmarkModel(TableModel[Landmark]):
         if role != Qt.ItemDataRole.EditRole:
             return False
         row, field = index.row(), _FIELDS[index.column()]
+        if value == _value(self.rows[row], field):
+            return True  # the cell was opened and left as it was
         if field in _OFFSETS:
             offset = list(self.rows[row].offset)
             offset[_OFFSETS.index(field)] = float(value) / 1000.0
@@ -131,23 +133,25 @@ class _Editors(QStyledItemDelegate):
                 box.addItem(word.replace("_", " ") or "none", word)
             return box
         if field in _NUMBERS:
-            number = QDoubleSpinBox(parent)
-            largest = 1000.0 if field in _OFFSETS else 1.0
-            number.setRange(-largest, largest)
-            number.setDecimals(0 if field in _OFFSETS else 3)
-            number.setSingleStep(1.0 if field in _OFFSETS else 0.05)
-            return number
+            if field in _OFFSETS:
+                return NumberField(parent, minimum=-1000.0, maximum=1000.0)
+            return NumberField(parent, digits=3, minimum=-1.0, maximum=1.0, singleStep=0.05)
         return super().createEditor(parent, option, index)
 
     def setEditorData(self, editor: QWidget, index: Index) -> None:
         if isinstance(editor, QComboBox):
             editor.setCurrentIndex(editor.findData(index.data(Qt.ItemDataRole.EditRole)))
+        elif isinstance(editor, NumberField):
+            editor.show_stored(index.data(Qt.ItemDataRole.EditRole))
         else:
             super().setEditorData(editor, index)
 
     def setModelData(self, editor: QWidget, model: Any, index: Index) -> None:
         if isinstance(editor, QComboBox):
             model.setData(index, editor.currentData())
+        elif isinstance(editor, NumberField):
+            editor.interpretText()
+            model.setData(index, editor.stored())
         else:
             super().setModelData(editor, model, index)
 

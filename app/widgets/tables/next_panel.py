@@ -11,7 +11,8 @@ from PySide6.QtWidgets import QCheckBox, QPushButton, QTreeView, QWidget
 from stereotrack_core.annotation.click import ClickKey
 from stereotrack_core.annotation.next_clicks import StopSign, Suggestion
 
-from ..style.building import hbox, label, number_box, vbox
+from ..forms.numbers import NumberField
+from ..style.building import hbox, label, vbox
 from ..style.theme import Dressed, current_theme
 from .table import RIGHT, Cell, Column, RowDelegate, TableModel, dress_list
 
@@ -97,8 +98,10 @@ class NextPanel(Dressed):
         self.model = SuggestionModel()
         self.sign = label()
         tip = "Target uncertainty. Suggestions stop when all limbs are within this angle."
-        limits = (0.1, 45.0)
-        self.wanted = number_box("Target uncertainty", limits, 3.0, tip, prefix="± ", suffix="°")
+        self.wanted = NumberField(
+            minimum=0.1, maximum=45.0, value=3.0, singleStep=0.5, prefix="± ", suffix="°",
+            keyboardTracking=False, accessibleName="Target uncertainty", toolTip=tip,
+        )  # fmt: skip
         self.wanted.valueChanged.connect(self.wanted_changed)
         self.limit = QCheckBox("Selected frames only")
         self.limit.setToolTip("Suggest clicks only in the frames selected in the timeline")

@@ -21,13 +21,13 @@ from PySide6.QtWidgets import (
 from stereotrack_core.counting import counted
 from stereotrack_core.recording.findings import Finding
 
+from ..forms.numbers import NumberField
 from ..style.building import (
     ElidedLabel,
     action_button,
     empty_label,
     hbox,
     label,
-    number_box,
     thin_progress,
     vbox,
 )
@@ -127,15 +127,12 @@ class MotionTable(QWidget):
         self.table.clicked.connect(
             lambda index: self.angle_chosen.emit(self.model.cell(index.row(), 0).value)
         )
-        self.cut_off = number_box(
-            "Low-pass cut-off frequency",
-            (0.1, 50.0),
-            cut_off,
-            "Cut-off frequency of the low-pass filter for velocities, accelerations and ranges; "
-            "at most 0.4 of the frame rate",
-            prefix="low-pass ",
-            suffix=" Hz",
-        )
+        self.cut_off = NumberField(
+            minimum=0.1, maximum=50.0, value=cut_off, singleStep=0.5, prefix="low-pass ",
+            suffix=" Hz", keyboardTracking=False, accessibleName="Low-pass cut-off frequency",
+            toolTip="Cut-off frequency of the low-pass filter for velocities, accelerations and "
+            "ranges; at most 0.4 of the frame rate",
+        )  # fmt: skip
         self.cut_off.valueChanged.connect(lambda _: self.cut_off_changed.emit())
         self._top = hbox((self.words, 1), self.cut_off, margins=(8, 2, 4, 0))
         self.setLayout(vbox(self._top, (self.table, 1), spacing=0))

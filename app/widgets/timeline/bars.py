@@ -7,8 +7,9 @@ from dataclasses import replace
 
 from PySide6.QtCore import QPoint, QSignalBlocker, Qt, Signal
 from PySide6.QtGui import QAction, QColor, QPalette
-from PySide6.QtWidgets import QMenu, QSizePolicy, QSpinBox, QToolButton, QWidget
+from PySide6.QtWidgets import QMenu, QSizePolicy, QToolButton, QWidget
 
+from ..forms.numbers import WholeNumberField
 from ..style.building import hbox, label, thin_progress, tool_button
 from ..style.theme import current_theme
 from .lanes import KIND_WORDS, KINDS, LaneFilter
@@ -21,11 +22,11 @@ class Transport(QWidget):
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self.number = QSpinBox()
+        self.number = WholeNumberField()
         self.number.setAccessibleName("Frame")
         self.number.setToolTip("Frame number, counted from 0")
         self.number.setKeyboardTracking(False)
-        self.number.setButtonSymbols(QSpinBox.ButtonSymbols.NoButtons)
+        self.number.setButtonSymbols(WholeNumberField.ButtonSymbols.NoButtons)
         self.number.setAlignment(Qt.AlignmentFlag.AlignRight)
         self.number.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
         self.number.setMinimumWidth(56)

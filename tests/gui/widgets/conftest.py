@@ -18,4 +18,4 @@ def pytest_collection_modifyitems(items):
         if item.path.is_relative_to(_HERE):
             item.add_marker(pytest.mark.qt_log_level_fail("WARNING"))
             # said by the platform that paints into memory for every window
-            item.add_marker(pytest.mark.qt_log_ignore("propagateSizeHints"))
+            item.add_marker(pytest.mark.qt_log_ignore("plugin does not support"))

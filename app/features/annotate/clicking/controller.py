@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from functools import partial
 
-from PySide6.QtCore import QObject, Qt, Slot
-from PySide6.QtWidgets import QInputDialog, QWidget
+from PySide6.QtCore import QObject, Slot
 
 from stereotrack_core.annotation.click import Prediction, Visibility
 from stereotrack_core.annotation.doubts import Swap
@@ -21,7 +20,9 @@ from ....session.pictures import FittedBody
 from ....widgets.camera.click_marks import ClickAct
 from ....widgets.camera.overlays import LEADING
 from ....widgets.camera.picture import camera_of
+from ....widgets.forms.form_dialog import ask_for_number
 from ....widgets.forms.message import Message
+from ....widgets.forms.numbers import NumberField
 from ....widgets.tables.landmarks_panel import LandmarksPanel
 from ....widgets.tables.panels import BodyPanel
 from .annotating import Annotating
@@ -312,12 +313,15 @@ class ClickController(QObject):
         click = self.annotating.at_hand()
         if click is None:
             return
-        dialog = _number_dialog(
-            self._context.docks.dialog_parent, "Click uncertainty",
-            "Standard deviation in pixels; 0: as usual for this landmark", click.sigma or 0.0,
-        )  # fmt: skip
-        dialog.doubleValueSelected.connect(lambda px: self.annotating.set_sigma(px or None))
-        dialog.open()
+        field = NumberField(maximum=500.0, singleStep=0.5, suffix=" px")
+        field.show_stored(click.sigma or 0.0)
+        ask_for_number(
+            self._context.docks.dialog_parent,
+            "Click uncertainty",
+            "Standard deviation in pixels; 0: as usual for this landmark",
+            field,
+            lambda px: self.annotating.set_sigma(px or None),
+        )
 
     def ask_accepted_sigma(self) -> None:
         """Let the person set up to which standard deviation predictions are accepted."""
@@ -329,14 +333,16 @@ class ClickController(QObject):
             set_accepted_sigma(project, limit)
             self.show()
 
-        dialog = _number_dialog(
-            self._context.docks.dialog_parent, "Limit for accepting",
+        field = NumberField(minimum=0.5, maximum=500.0, singleStep=0.5, suffix=" px")
+        field.show_stored(accepted_sigma(project))
+        ask_for_number(
+            self._context.docks.dialog_parent,
+            "Limit for accepting",
             "Largest standard deviation of points that are accepted, in pixels of an image of 480 "
-            "lines. Points that are less certain stay open.", accepted_sigma(project),
-        )  # fmt: skip
-        dialog.setDoubleMinimum(0.5)
-        dialog.doubleValueSelected.connect(put)
-        dialog.open()
+            "lines. Points that are less certain stay open.",
+            field,
+            put,
+        )
 
     def toggle_depth(self) -> None:
         """Fit with or without measured points."""
@@ -388,16 +394,3 @@ class ClickController(QObject):
             )
         else:
             self._context.notifier.say(words, 6000)
-
-
-def _number_dialog(parent: QWidget, title: str, text: str, value: float) -> QInputDialog:
-    dialog = QInputDialog(parent)
-    dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-    dialog.setWindowTitle(title)
-    dialog.setLabelText(text)
-    dialog.setInputMode(QInputDialog.InputMode.DoubleInput)
-    dialog.setDoubleDecimals(1)
-    dialog.setDoubleRange(0.0, 500.0)
-    dialog.setDoubleStep(0.5)
-    dialog.setDoubleValue(value)
-    return dialog

@@ -10,7 +10,6 @@ from typing import Any
 
 from PySide6.QtCore import QSignalBlocker, Qt, Slot
 from PySide6.QtWidgets import (
-    QDoubleSpinBox,
     QGridLayout,
     QLabel,
     QListWidget,
@@ -40,6 +39,7 @@ from ....widgets.forms.form_dialog import (
     line_edit,
     push_button,
 )
+from ....widgets.forms.numbers import NumberField
 from ....widgets.style.building import hbox, label, vbox
 
 _RECORDED = "as in the recording"
@@ -102,7 +102,7 @@ class SubjectDialog(FormDialog):
         self.list.setAccessibleName("Subjects")
         self.list.setMaximumWidth(190)
         self.name = line_edit("Name", placeholder="Name of the subject")
-        self.lengths: dict[str, QDoubleSpinBox] = {}
+        self.lengths: dict[str, NumberField] = {}
         self._averages: dict[str, QLabel] = {}
         self._found: dict[str, QLabel] = {}
         self._lay_out_parts()
@@ -131,10 +131,11 @@ class SubjectDialog(FormDialog):
         for column, heading in enumerate(("", "Length", "Average", "Measured from clicks")):
             grid.addWidget(label(heading, "muted", wraps=False), 0, column)
         for row, (key, (name, between)) in enumerate(_LENGTHS.items(), start=1):
-            box = QDoubleSpinBox(maximum=1500.0, decimals=0, suffix=" mm")
-            box.setSpecialValueText("not measured")
-            box.setToolTip(f"In millimetres, {between}; 0: not measured")
-            box.setAccessibleName(name)
+            box = NumberField(
+                digits=0, per_unit=1000.0, maximum=1500.0, suffix=" mm",
+                specialValueText="not measured", accessibleName=name,
+                toolTip=f"In millimetres, {between}; 0: not measured",
+            )  # fmt: skip
             box.setMinimumWidth(box.fontMetrics().horizontalAdvance("not measured") + 44)
             box.valueChanged.connect(self._check)
             named = label(name, wraps=False)
@@ -177,7 +178,7 @@ class SubjectDialog(FormDialog):
 
     def draft(self) -> Subject:
         """The subject as it is written in the form."""
-        lengths = {key: box.value() / 1000.0 or None for key, box in self.lengths.items()}
+        lengths = {key: box.stored() or None for key, box in self.lengths.items()}
         known: dict[str, Any] = {**lengths, "offsets": self._offsets}
         return Subject(self.name.text().strip(), **known)
 
@@ -186,7 +187,7 @@ class SubjectDialog(FormDialog):
         self._offsets = subject.offsets
         self.name.setText(subject.name)
         for key, box in self.lengths.items():
-            box.setValue(1000.0 * (getattr(subject, key) or 0.0))
+            box.show_stored(getattr(subject, key) or 0.0)
         self._check()
 
     @Slot()

@@ -7,12 +7,13 @@ from pathlib import Path
 from typing import Any
 
 from PySide6.QtCore import QSignalBlocker, Slot
-from PySide6.QtWidgets import QButtonGroup, QComboBox, QLabel, QRadioButton, QSpinBox, QWidget
+from PySide6.QtWidgets import QButtonGroup, QComboBox, QLabel, QRadioButton, QWidget
 
 from stereotrack_core.calibrate.align import POINTS, Alignment
 from stereotrack_core.calibrate.changes import place_table
 
 from ....widgets.forms.form_dialog import ask_to_open, push_button
+from ....widgets.forms.numbers import WholeNumberField
 from ....widgets.style.building import Item, choice, hbox, label, label_of, vbox
 from ....widgets.tables.plain import PlainTable
 from ..aligning import FILE, AligningController
@@ -211,15 +212,15 @@ class AxesPage(QWidget):
         self._aligning.change(frames=(self.first_frame.value(), self.last_frame.value()))
 
 
-def _frame_box(name: str, on_changed: Callable[[int], None]) -> QSpinBox:
-    box = QSpinBox(minimum=0, maximum=_MOST_FRAMES)
+def _frame_box(name: str, on_changed: Callable[[int], None]) -> WholeNumberField:
+    box = WholeNumberField(minimum=0, maximum=_MOST_FRAMES)
     box.setAccessibleName(name)
     box.setKeyboardTracking(False)
     box.valueChanged.connect(on_changed)
     return box
 
 
-def _put(box: QSpinBox, value: int) -> None:
+def _put(box: WholeNumberField, value: int) -> None:
     with QSignalBlocker(box):
         box.setValue(value)
 

@@ -7,10 +7,8 @@ from pathlib import Path
 
 from PySide6.QtCore import QSignalBlocker, Qt, Slot
 from PySide6.QtWidgets import (
-    QDoubleSpinBox,
     QFormLayout,
     QGroupBox,
-    QSpinBox,
     QTreeWidget,
     QTreeWidgetItem,
     QWidget,
@@ -21,7 +19,8 @@ from stereotrack_core.calibrate.pictures import VIDEO_SUFFIXES
 from stereotrack_core.errors import InputError
 
 from ....widgets.forms.form_dialog import ask_for_folder, ask_to_open, push_button, say_in
-from ....widgets.style.building import choice, hbox, label, number_box, vbox
+from ....widgets.forms.numbers import NumberField, WholeNumberField
+from ....widgets.style.building import choice, hbox, label, vbox
 from ....widgets.tables.table import dress_list
 from ..controller import CalibrationController
 from ..state import Calibration
@@ -87,13 +86,12 @@ class BoardPage(QWidget):
             "Search the images of the open recording for the board",
         )  # fmt: skip
         self.remove_button = push_button("&Remove", self._remove, "Leave the chosen camera out")
-        self.every = QSpinBox(minimum=1, maximum=1000, value=1)
-        self.every.setAccessibleName("Pictures that are used")
-        self.every.setToolTip("One of so many pictures is used, which makes long videos quick")
-        self.every.setSpecialValueText("all pictures")
-        self.every.setPrefix("one of ")
-        self.every.setSuffix(" pictures")
-        self.every.setKeyboardTracking(False)
+        self.every = WholeNumberField(
+            minimum=1, maximum=1000, prefix="one of ", suffix=" pictures",
+            specialValueText="all pictures", keyboardTracking=False,
+            accessibleName="Pictures that are used",
+            toolTip="One of so many pictures is used, which makes long videos quick",
+        )  # fmt: skip
         self.every.valueChanged.connect(self._calibration.set_every)
         first = hbox(self.folder_button, self.images_button, self.video_button, None, spacing=6)
         second = hbox(
@@ -105,7 +103,7 @@ class BoardPage(QWidget):
     def _board(self) -> QGroupBox:
         self.kind = choice("Kind of board", _KINDS, "ChArUco boards have markers in their squares")
         self.columns, self.rows = (
-            QSpinBox(minimum=3, maximum=100, value=value) for value in (9, 6)
+            WholeNumberField(minimum=3, maximum=100, value=value) for value in (9, 6)
         )
         self.columns.setAccessibleName("Columns of the board")
         self.rows.setAccessibleName("Rows of the board")
@@ -143,10 +141,10 @@ class BoardPage(QWidget):
         self.kind.setCurrentIndex(self.kind.findData(kind))
         self.columns.setValue(board.columns + more)
         self.rows.setValue(board.rows + more)
-        self.square.setValue(1000.0 * board.square)
+        self.square.show_stored(board.square)
         if board.dictionary:
             self.dictionary.setCurrentIndex(self.dictionary.findData(board.dictionary))
-            self.marker.setValue(1000.0 * board.marker)
+            self.marker.show_stored(board.marker)
         self._show_fields(kind)
         del blockers
 
@@ -162,16 +160,14 @@ class BoardPage(QWidget):
     def _on_board(self, _value: object = None) -> None:
         kind = str(self.kind.currentData())
         self._show_fields(kind)
-        square = self.square.value() / 1000.0
+        square = self.square.stored()
         size = f"{self.columns.value()}x{self.rows.value()}"
         try:
             if kind == "chessboard":
                 board = chessboard(size, square)
             else:
-                marker = self.marker.value() / 1000.0
-                if marker <= 0.0:
-                    marker = 0.75 * square
-                board = charuco(f"{size}:{self.dictionary.currentData()}:{marker:g}", square)
+                marker = self.marker.stored() or 0.75 * square
+                board = charuco(f"{size}:{self.dictionary.currentData()}:{marker!r}", square)
         except InputError as error:
             self._calibration.set_board(None, f"{error.what[:1].upper()}{error.what[1:]}. "
                                         f"{error.remedy}")  # fmt: skip
@@ -225,7 +221,8 @@ def _source_list() -> QTreeWidget:
     return tree
 
 
-def _millimetres(name: str, tip: str) -> QDoubleSpinBox:
-    box = number_box(name, (0.0, 500.0), 0.0, tip, prefix="", suffix=" mm")
-    box.setDecimals(2)
-    return box
+def _millimetres(name: str, tip: str) -> NumberField:
+    return NumberField(
+        digits=2, per_unit=1000.0, maximum=500.0, singleStep=0.5, suffix=" mm",
+        accessibleName=name, toolTip=tip,
+    )  # fmt: skip

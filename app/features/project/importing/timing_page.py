@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from PySide6.QtCore import Slot
-from PySide6.QtWidgets import QCheckBox, QDoubleSpinBox, QFormLayout, QWizardPage
+from PySide6.QtWidgets import QCheckBox, QFormLayout, QWizardPage
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.recording.importing.choices import GUESS, Choices, doubts_about
@@ -15,6 +15,7 @@ from stereotrack_core.recording.importing.timing import at_one_rate
 from ....services.failures import message_of
 from ....services.tasks.task import Task, TaskList
 from ....widgets.forms.form_dialog import push_button, say_in
+from ....widgets.forms.numbers import NumberField
 from ....widgets.style.building import choice, hbox, label, label_of, vbox
 from .looking import Looked
 from .preview import SyncPreview
@@ -34,11 +35,12 @@ class TimingPage(QWizardPage):
         self._choices, self._tasks = looked.proposed, tasks
         self._work: Task | None = None
         self._leads: dict[str, float] = {}
-        self.fps = QDoubleSpinBox(minimum=0.0, maximum=1000.0, decimals=3)
-        self.fps.setSpecialValueText("not known")
-        self.fps.setAccessibleName("Frames per second")
-        self.fps.setToolTip("Frame sets per second, as stated by the files")
-        self.fps.setValue(looked.found.fps or 0.0)
+        self.fps = NumberField(
+            digits=3, maximum=1000.0, specialValueText="not known",
+            accessibleName="Frames per second",
+            toolTip="Frame sets per second, as stated by the files",
+        )  # fmt: skip
+        self.fps.show_stored(looked.found.fps or 0.0)
         self.method = choice(
             "Synchronise by", [("", "nothing: frame 0 of all"), *METHODS.items()],
             "What tells which frames show the same instant",
@@ -46,10 +48,11 @@ class TimingPage(QWizardPage):
         self.estimate = push_button(
             "&Estimate", self._estimate, "Read the sources and estimate their offsets"
         )
-        self.unit = QDoubleSpinBox(minimum=0.01, maximum=1000.0, decimals=3, suffix=" mm")
-        self.unit.setAccessibleName("Depth unit")
-        self.unit.setToolTip("Millimetres per count of the depth maps")
-        self.unit.setValue(1000.0 * looked.proposed.depth_unit)
+        self.unit = NumberField(
+            digits=3, per_unit=1000.0, minimum=0.01, maximum=1000.0, suffix=" mm",
+            accessibleName="Depth unit", toolTip="Millimetres per count of the depth maps",
+        )  # fmt: skip
+        self.unit.show_stored(looked.proposed.depth_unit)
         self.distance, self._middle = label("", "muted"), looked.middle_m
         self.unit.valueChanged.connect(self._say_distance)
         self._say_distance()
@@ -86,7 +89,7 @@ class TimingPage(QWizardPage):
         uses = tuple(
             replace(use, lead=self._leads.get(use.source.name, 0.0)) for use in choices.uses
         )
-        fps, unit = self.fps.value() or None, self.unit.value() / 1000.0
+        fps, unit = self.fps.stored() or None, self.unit.stored()
         return replace(
             choices, uses=uses, fps=fps, depth_unit=unit, resample=self.resample.isChecked()
         )
@@ -110,7 +113,7 @@ class TimingPage(QWizardPage):
 
     @Slot()
     def _say_distance(self) -> None:
-        metres = self._middle * self.unit.value() / 1000.0
+        metres = self._middle * self.unit.stored()
         self.distance.setText(
             f"Guessed from the scene, whose middle is then {metres:.1f} m away. Check it."
         )
@@ -178,7 +181,7 @@ class TimingPage(QWizardPage):
         self._work = None
         choices, leads = found
         self._leads = {use.source.name: use.lead for use in choices.used()}
-        self.offsets.setText("\n".join(lead.says(self.fps.value()) for lead in leads))
+        self.offsets.setText("\n".join(lead.says(self.fps.stored()) for lead in leads))
         self._say()
 
     @Slot(object)

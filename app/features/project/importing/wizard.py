@@ -14,6 +14,7 @@ from stereotrack_core.recording.importing.timing import at_one_rate
 from ....services.failures import message_of
 from ....services.tasks.task import Task, TaskList
 from ....widgets.forms.form_dialog import say_in
+from ....widgets.forms.numbers import refusal_in
 from .calibration_page import CalibrationPage
 from .looking import Looked
 from .place_page import PlacePage
@@ -61,6 +62,12 @@ class ImportWizard(QWizard):
             page.begin(self.sources.chosen(self._looked.proposed))
         elif isinstance(page, CalibrationPage | PlacePage):
             page.begin(self.choices())
+
+    def validateCurrentPage(self) -> bool:
+        if refusal := refusal_in(self.timing):
+            say_in(self.timing.words, refusal, error=True)
+            return False
+        return super().validateCurrentPage()
 
     def accept(self) -> None:
         """Make the recording; the wizard closes when it is there."""
