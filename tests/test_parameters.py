@@ -66,14 +66,14 @@ def test_what_is_printed_can_be_set(count, gain, on, width):
         ("width", 0.09, "from 0.1 to 2 m"),
         ("width", "2.1", "from 0.1 to 2 m"),
         ("width", "wide", "a number"),
-        ("width", "nan", "from 0.1 to 2 m"),
+        ("width", "nan", "a number"),
         ("width", None, "a number"),
         ("count", 0, "from 1"),
         ("count", 2.5, "a whole number"),
         ("count", "2.5", "a whole number"),
         ("count", float("inf"), "a whole number"),
         ("gain", float("nan"), "of any size"),
-        ("gain", "inf", "of any size"),
+        ("gain", "inf", "a number"),
         ("gain", float("-inf"), "of any size"),
         ("on", "perhaps", "yes or no"),
         ("on", None, "yes or no"),
@@ -86,6 +86,22 @@ def test_wrong_values_are_refused_with_a_sentence(name, value, right):
     assert refused.value.where == name
     assert right in refused.value.remedy
     assert repr(value) in refused.value.what
+
+
+def test_both_decimal_signs_are_read_and_nothing_groups_digits():
+    gain = next(row for row in Outer.rows() if row.name == "gain")
+    read = {text: gain.checked(text) for text in ("0,5", "0.5", ",5", "-1,5e2", "1.500", "2")}
+    assert read == {"0,5": 0.5, "0.5": 0.5, ",5": 0.5, "-1,5e2": -150.0, "1.500": 1.5, "2": 2.0}
+    for row, text in (
+        (0, "1.000"),
+        (0, "2,5"),
+        (0, "1_000"),
+        (1, "1.234,5"),
+        (1, "1 234"),
+        (1, "5_0"),
+    ):
+        with pytest.raises(InputError, match="is not a valid value"):
+            Outer.rows()[row].checked(text)
 
 
 def test_wrong_values_are_refused_by_the_constructor_too():

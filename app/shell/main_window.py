@@ -9,6 +9,7 @@ from PySide6.QtWidgets import QMainWindow, QWidget
 from ..context import make_context
 from ..services.stored import stored_bytes
 from ..services.tasks.task import Processes
+from ..services.wheel import WheelGuard
 from ..session.opening import dropped_paths
 from ..widgets.forms.message import MessageBar
 from ..widgets.forms.welcome import WelcomePage
@@ -36,6 +37,7 @@ class MainWindow(QMainWindow):
     def __init__(self, settings: QSettings, processes: Processes | None = None) -> None:
         super().__init__()
         self.context = make_context(self, settings, processes)
+        WheelGuard(self)
         self.messages, self.welcome = MessageBar(), WelcomePage()
         self.context.docks.lay_over_views(self.messages)
         self.context.docks.middle.addWidget(self.welcome)

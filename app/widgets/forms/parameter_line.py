@@ -5,7 +5,7 @@ from __future__ import annotations
 import textwrap
 
 from PySide6.QtCore import QEvent, QObject, Qt, Signal
-from PySide6.QtGui import QFont, QKeyEvent, QWheelEvent
+from PySide6.QtGui import QFont, QKeyEvent
 from PySide6.QtWidgets import QCheckBox, QComboBox, QGridLayout, QLineEdit, QWidget
 
 from stereotrack_core.errors import InputError
@@ -29,14 +29,6 @@ class _Number(QLineEdit):
             self.dropped.emit()
         else:
             super().keyPressEvent(event)
-
-
-class _Choice(QComboBox):
-    """One of several words."""
-
-    def wheelEvent(self, event: QWheelEvent) -> None:
-        # the wheel scrolls the panel and must not change what it passes
-        event.ignore()
 
 
 class ParameterLine(QWidget):
@@ -119,10 +111,9 @@ class ParameterLine(QWidget):
             switch.clicked.connect(self._on_given)
             return switch
         if self.row.choices:
-            box = _Choice()
+            box = QComboBox()
             for choice in self.row.choices:
                 box.addItem(choice.replace("_", " "), choice)
-            box.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
             box.activated.connect(lambda: self._on_given(box.currentData()))
             return box
         field = _Number()

@@ -1,8 +1,7 @@
 from dataclasses import dataclass
 
 import pytest
-from PySide6.QtCore import QPoint, QPointF, Qt
-from PySide6.QtGui import QWheelEvent
+from PySide6.QtCore import QPoint, Qt
 from PySide6.QtWidgets import QApplication, QLabel
 
 from app.widgets.forms.parameter_panel import ParameterPanel
@@ -219,20 +218,3 @@ class TestPresets:
         assert panel.preset_box.currentText() == PRESETS[1]
         panel.set_preset("")
         assert panel.preset_box.currentText() == ""
-
-
-def test_wheel_over_a_choice_changes_nothing(qtbot, panel):
-    box = panel.line("mode").editor
-    event = QWheelEvent(
-        QPointF(5, 5),
-        box.mapToGlobal(QPointF(5, 5)),
-        QPoint(),
-        QPoint(0, -120),
-        Qt.MouseButton.NoButton,
-        Qt.KeyboardModifier.NoModifier,
-        Qt.ScrollPhase.NoScrollPhase,
-        False,
-    )
-    box.wheelEvent(event)
-    assert not event.isAccepted()
-    assert box.currentData() == "fast"
