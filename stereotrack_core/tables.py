@@ -13,9 +13,11 @@ import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from io import StringIO, TextIOWrapper
+from itertools import chain
 from pathlib import Path
 from typing import Literal
 
+from stereotrack_core.counting import typed_number
 from stereotrack_core.errors import InputError
 from stereotrack_core.reading import TABLE_BYTES, decoding, open_file
 
@@ -78,18 +80,40 @@ def csv_text(
 
 
 def read_cells(
-    path: Path, *, delimiter: str = ",", quoting: Literal[0, 3] = csv.QUOTE_MINIMAL
+    path: Path,
+    *,
+    delimiter: str = ",",
+    quoting: Literal[0, 3] = csv.QUOTE_MINIMAL,
+    headers: int = 0,
 ) -> list[list[str]]:
     """All cells of a text file, stripped and unguarded, line by line.
 
-    Raises InputError where it cannot be read.
+    A table whose first line has semicolons instead of commas is read as spreadsheets write it where
+    the comma is the decimal sign. Raises InputError where it cannot be read, or where a line is
+    longer than all of the first `headers`: decimal commas between commas make two values of one.
     """
     sign = "tabulators" if delimiter == "\t" else "commas"
     remedy = f"It must be a UTF-8 text file with {sign} between values."
     with open_file(path, TABLE_BYTES) as file, decoding(path, "the file cannot be read", remedy):
         text = TextIOWrapper(file, encoding="utf-8-sig", newline="")
-        lines = csv.reader(text, delimiter=delimiter, quoting=quoting)
-        return [[unguarded(cell.strip()) for cell in line] for line in lines]
+        first = text.readline()
+        if delimiter == "," and ";" in first and "," not in first:
+            delimiter = ";"
+        lines = csv.reader(chain([first], text), delimiter=delimiter, quoting=quoting)
+        cells = [[unguarded(cell.strip()) for cell in line] for line in lines]
+    if headers:
+        _check_lengths(path, cells, headers)
+    return cells
+
+
+def _check_lengths(path: Path, cells: list[list[str]], headers: int) -> None:
+    """Refuse lines that are longer than the first ones, but for one comma at the end of each."""
+    header, rest = max(cells[:headers], key=len, default=[]), cells[headers:]
+    if all(len(line) == len(header) + 1 and not line[-1] for line in rest if any(line)):
+        return
+    for number, line in enumerate(rest, start=headers + 1):
+        if len(line) > len(header):
+            raise _wrong_length(path, number, line, header)
 
 
 def read_rows(
@@ -142,7 +166,7 @@ def finite_number(
 ) -> float:
     """Finite number in a cell; InputError where it is none, or larger than anybody writes."""
     try:
-        value = float(text)
+        value = typed_number(text)
         if math.isfinite(value) and abs(value) <= LARGEST:
             return value
     except ValueError:

@@ -59,7 +59,7 @@ def read_deeplabcut(source: LabelSource) -> Labels:
     InputError where the file cannot be read at all, or none of its landmarks is known.
     """
     path = source.path
-    lines = cells_of(path) if path.suffix.lower() == ".h5" else read_cells(path)
+    lines = cells_of(path) if path.suffix.lower() == ".h5" else read_cells(path, headers=3)
     header = {line[0]: line for line in lines[:4] if line and line[0] in _HEADERS}
     if len(set(header.get("individuals", [])[1:]) - {""}) > 1:
         raise InputError(

@@ -6,7 +6,6 @@ without ``source`` are read as well.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -14,6 +13,7 @@ from typing import NamedTuple
 
 from stereotrack_core.annotation.click import Click, ClickKey, Visibility, origin_of_source
 from stereotrack_core.atomic import write_file
+from stereotrack_core.counting import typed_number
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.interop.coco import read_coco
@@ -241,14 +241,12 @@ def _click(
 def _pixel(line: _Line, column: str, length: int, camera: Camera) -> float:
     text = line.cells[column]
     try:
-        value = float(text)
+        value = typed_number(text)
     except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
         raise line.wrong(
             f"{column} is {text!r}",
             "Write pixels as a number; a landmark without a position has the visibility 0.",
-        )
+        ) from None
     if not -0.5 <= value <= length - 0.5:
         raise line.wrong(
             f"{column} = {text} is outside the image of {camera.name} ({length} pixels)",

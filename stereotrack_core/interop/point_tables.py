@@ -173,7 +173,7 @@ def read_points(source: LabelSource) -> Labels:
     InputError where the file cannot be read, the recording has fewer cameras, or no point is known.
     """
     path = source.path
-    lines = read_cells(path)
+    lines = read_cells(path, headers=1)
     table = POINT_TABLES[point_table_of(lines[0])]
     cameras, points = _stated_beside(path, source)
     places: dict[tuple[str, str], dict[str, int]] = {}

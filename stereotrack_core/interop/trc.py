@@ -78,7 +78,7 @@ def read_trc(path: Path, stated: Stated | None = None) -> tuple[LandmarkTrajecto
     stated = stated or Stated()
     lines = read_cells(path, delimiter="\t", quoting=csv.QUOTE_NONE)
     if lines and "".join(lines[0][:1]).startswith("PathFileType,"):
-        lines = read_cells(path)
+        lines = read_cells(path, headers=5)
     if len(lines) < 5 or lines[0][:1] != ["PathFileType"]:
         raise InputError(
             "this is not a TRC file",

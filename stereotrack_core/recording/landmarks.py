@@ -128,7 +128,7 @@ def _coordinate(text: str, path: Path, line: int, axis: str) -> float:
     if not text:
         return float("nan")
     try:
-        value = float(text)
+        value = float(text.replace(",", "."))
         if np.isfinite(value) and abs(value) > LARGEST:
             raise ValueError
     except ValueError:

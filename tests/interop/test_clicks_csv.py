@@ -125,7 +125,7 @@ def test_every_slip_is_named_with_its_line_and_a_remedy(tmp_path):
     ("content", "said"),
     [
         (None, "no such file"),
-        ("frame;view\n", "column 'frame' is missing"),
+        ("frame;view\n", "column 'landmark' is missing"),
         (b"\xff\xfe", "read"),
     ],
 )

@@ -103,7 +103,7 @@ def read_wide(source: KeypointSource) -> Iterator[FileRow]:
     Frames are the column ``frame``, where there is one, or the rows in their order.
     """
     path = source.path
-    lines = read_cells(path)
+    lines = read_cells(path, headers=1)
     header, columns = lines[0], _columns(lines[0])
     camera = source.camera_of(path.name, str(path))
     filled = [(number, line) for number, line in enumerate(lines[1:], start=2) if any(line)]

@@ -26,7 +26,7 @@ _NUMBERS = ("x", "y", "likelihood")
 
 def read_csv(source: KeypointSource) -> Iterator[FileRow]:
     """Rows of a CSV file; InputError where it cannot be read or its camera cannot be told."""
-    path, lines = source.path, read_cells(source.path)
+    path, lines = source.path, read_cells(source.path, headers=3)
     header = {line[0]: line for line in lines[:4] if line and line[0] in _HEADERS}
     if "bodyparts" not in header or "coords" not in header:
         raise InputError("it lacks bodyparts or coords", where=str(path), remedy=_REMEDY)

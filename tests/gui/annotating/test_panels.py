@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QKeySequence
-from PySide6.QtWidgets import QInputDialog
 
 from app.features.annotate.exchange.agreement import AgreementDialog
 from app.features.annotate.exchange.click_files import ImportDialog
 from app.features.annotate.exchange.merging import TakeInDialog
 from app.features.annotate.setup.subject_dialog import SubjectDialog
+from app.widgets.forms.form_dialog import FormDialog
+from app.widgets.forms.numbers import WholeNumberField
 from app.widgets.timeline.lanes import LaneFilter, Mark
 from app.widgets.timeline.painting import RULER_HEIGHT
 from stereotrack_core.annotation.click import ClickKey
@@ -61,9 +62,9 @@ def test_the_selection_is_dragged_and_cleared(qtbot, project, stage):
 def test_keyframes_flags_and_gaps_by_commands(qtbot, project, stage):
     select(qtbot, stage, 0, 59)
     stage.trigger("keyframes")
-    dialog = stage.findChild(QInputDialog)
-    dialog.setIntValue(20)
-    dialog.accept()
+    dialog = stage.findChild(FormDialog)
+    qtbot.keyClicks(dialog.findChild(WholeNumberField), "20")
+    dialog.accept_button.click()
     stage.timeline.set_selection(None)
     stage.go_to(20)
     qtbot.keyClick(stage, Qt.Key.Key_K)
