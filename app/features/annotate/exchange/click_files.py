@@ -34,7 +34,8 @@ from ....widgets.forms.form_dialog import (
     line_edit,
     push_button,
 )
-from ....widgets.style.building import choice, hbox, label, number_box
+from ....widgets.forms.numbers import NumberField
+from ....widgets.style.building import choice, hbox, label
 
 _FILES = (
     "Labels and references (*.csv *.json *.npz *.trc *.c3d);;"
@@ -285,10 +286,11 @@ class ReferenceExportDialog(ExportFileDialog):
             "Largest standard deviation of a landmark in its worst direction. Landmarks that are "
             "less certain are left empty."
         )
-        self.limit = number_box(
-            "Limit of sigma", (0.1, 10_000.0), 1000.0 * MAX_SIGMA, tip, prefix="± ", suffix=" mm"
-        )
-        self.limit.setSingleStep(10.0)
+        self.limit = NumberField(
+            minimum=0.1, maximum=10_000.0, singleStep=10.0, prefix="± ", suffix=" mm",
+            keyboardTracking=False, accessibleName="Limit of sigma", toolTip=tip,
+        )  # fmt: skip
+        self.limit.setValue(1000.0 * MAX_SIGMA)
         self.limit.valueChanged.connect(self._look)
         form = QFormLayout()
         form.addRow("Format", self.format_box)
