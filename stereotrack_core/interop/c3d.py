@@ -3,13 +3,15 @@
 Files of Intel, DEC and MIPS processors are read, with the axes that ``POINT:X_SCREEN`` and
 ``POINT:Y_SCREEN`` state; written are Intel's, in millimetres, z up (``X_SCREEN`` +X, ``Y_SCREEN``
 +Z). An unknown landmark is NaN with residual -1, which other readers take as missing. The format
-stores single precision and counts frames with 16 bits; frame numbers are the recording's.
+stores single precision; frame numbers are the recording's. Its header counts frames with 16 bits:
+beyond that the group TRIAL and ``POINT:LONG_FRAMES`` count them, or the size of the file does.
 """
 
 from __future__ import annotations
 
 import math
 import struct
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -19,20 +21,25 @@ import numpy.typing as npt
 
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.atomic import replacing
-from stereotrack_core.errors import InputError
+from stereotrack_core.counting import counted
+from stereotrack_core.errors import Finding, InputError
+from stereotrack_core.interop.file_axes import FileAxes
 from stereotrack_core.interop.landmark_file import (
     Stated,
     axis_in,
     checked_fps,
     contiguous,
-    landmark_columns,
     metres_per,
     world_from_up,
 )
+from stereotrack_core.interop.markers import Markers, landmarks_in_world
 from stereotrack_core.reading import TABLE_BYTES, read_bytes
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 
 _BLOCK = 512
+_LARGEST_WORD = 0xFFFF
+_WORDS, _FLOATS = 2, 4
+"""Types of parameters."""
 _MAGIC = 0x50
 _BYTES = {-1: 1, 1: 1, 2: 2, 4: 4}
 
@@ -72,7 +79,8 @@ class _C3DContent:
     """What a file holds of points (F, N, 3), in `units` and NaN where marked as missing.
 
     The first frame is counted from 0, as ezc3d does, though the file counts from 1; `right` and
-    `vertical` are ``POINT:X_SCREEN`` and ``POINT:Y_SCREEN``, empty where not stated.
+    `vertical` are ``POINT:X_SCREEN`` and ``POINT:Y_SCREEN``, empty where not stated. A point
+    without a label has an empty one.
     """
 
     first_frame: int
@@ -82,6 +90,7 @@ class _C3DContent:
     vertical: str
     labels: tuple[str, ...]
     points: FloatArray
+    notes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -95,7 +104,17 @@ class _Parameter:
     def texts(self) -> tuple[str, ...]:
         width = self.sizes[0] if self.sizes else 1
         parts = [self.data[k : k + width] for k in range(0, len(self.data), max(width, 1))]
-        return tuple(part.decode("utf-8", "replace").strip() for part in parts)
+        return tuple(part.decode("utf-8", "replace").strip("\0 ") for part in parts)
+
+    def number(self, processor: _Processor) -> int:
+        """Its whole number, of one word or of a low and a high one, also as floats; 0 if none."""
+        if self.kind not in (_WORDS, _FLOATS):
+            return 0
+        read = processor.integers if self.kind == _WORDS else processor.floats
+        words = np.nan_to_num(read(self.data)[:2].astype(np.float64))
+        words = np.where(words < 0.0, words + _LARGEST_WORD + 1.0, words)
+        total = float(words @ [1.0, _LARGEST_WORD + 1.0][: len(words)])
+        return int(total) if 0.0 <= total < 2**31 else 0
 
 
 def _parse_c3d(data: bytes) -> _C3DContent:
@@ -114,33 +133,111 @@ def _parse_c3d(data: bytes) -> _C3DContent:
 
 
 def _content(data: bytes, processor: _Processor, parameters: dict[str, _Parameter]) -> _C3DContent:
-    count, analog, first, last = (processor.unsigned(data, at) for at in (2, 4, 6, 8))
+    count, analog = (processor.unsigned(data, at) for at in (2, 4))
     scale, rate = (float(processor.floats(data[at : at + 4])[0]) for at in (12, 20))
-    start = processor.unsigned(data, 16)
-    frames = last - first + 1
-    if frames < 0 or not 0 < rate < np.inf or not np.isfinite(scale):
+    if not 0 < rate < np.inf or not np.isfinite(scale):
         raise ValueError("the file is damaged")
     numbers, width = (processor.floats, 4) if scale < 0 else (processor.integers, 2)
-    begin = _BLOCK * (start - 1)
-    end = begin + (4 * count + analog) * frames * width
-    if begin < _BLOCK or end > len(data):
-        raise ValueError("the file ends before its last frame")
-    values = numbers(data[begin:end]).reshape(frames, 4 * count + analog)
+    begin = _BLOCK * (processor.unsigned(data, 16) - 1)
+    row = (4 * count + analog) * width
+    if begin < _BLOCK:
+        raise ValueError("the file is damaged")
+    stated = {
+        name: parameters[name].number(processor) for name in _FRAME_COUNTS if name in parameters
+    }
+    header = processor.unsigned(data, 6), processor.unsigned(data, 8)
+    first, frames, notes = _stretch(header, stated, data[begin:], row)
+    values = numbers(data[begin : begin + frames * row]).reshape(frames, 4 * count + analog)
     rows = values[:, : 4 * count].reshape(frames, count, 4).astype(np.float64)
     points = rows[..., :3] if scale < 0 else rows[..., :3] * scale
     points[(rows[..., 3] < 0) | ~np.isfinite(points).all(axis=-1)] = np.nan
-    units, labels, right, vertical = (
-        parameters[name].texts() if name in parameters else ()
-        for name in ("UNITS", "LABELS", "X_SCREEN", "Y_SCREEN")
+    units, right, vertical = (
+        "".join(parameters[name].texts()[:1]) if name in parameters else ""
+        for name in ("POINT:UNITS", "POINT:X_SCREEN", "POINT:Y_SCREEN")
     )
-    if len(labels) < count:
-        raise ValueError("the file contains points without a label")
-    unit, east, up = ("".join(texts[:1]) for texts in (units, right, vertical))
-    return _C3DContent(first - 1, rate, unit, east, up, labels[:count], points)
+    labels = _labels(parameters, count)
+    if unlabelled := labels.count(""):
+        notes += (f"{counted(unlabelled, 'point')} of {count} without a label left out",)
+    return _C3DContent(first, rate, units, right, vertical, labels, points, notes)
+
+
+_FRAME_COUNTS = (
+    "TRIAL:ACTUAL_START_FIELD",
+    "TRIAL:ACTUAL_END_FIELD",
+    "POINT:LONG_FRAMES",
+    "POINT:FRAMES",
+)
+
+
+def _stretch(
+    header: tuple[int, int], stated: Mapping[str, int], data: bytes, row: int
+) -> tuple[int, int, tuple[str, ...]]:
+    """First frame, counted from 0, number of frames, and notes.
+
+    `header` states the first and the last frame, counted from 1. It holds if ``POINT:FRAMES``
+    agrees and nothing states more than 16 bits can. Otherwise the first statement holds that fits
+    into the `data` with their `row` bytes a frame, or where they end.
+    """
+    first, last = header
+    start, end, long_frames, point_frames = (stated.get(name, 0) for name in _FRAME_COUNTS)
+    room = len(data) // row if row else 0
+    in_header = last - first + 1
+    trial = end - start + 1 if 0 < start <= end else 0
+    overflown = _LARGEST_WORD in (last, point_frames) or start > _LARGEST_WORD
+    overflown = overflown or any(_LARGEST_WORD < one <= room for one in (trial, long_frames))
+    by_size = _frames_by_size(data, row, point_frames or in_header)
+    if not (overflown or by_size) and (
+        in_header == 0 or (0 < in_header <= room and point_frames in (0, in_header))
+    ):
+        return first - 1, in_header, ()
+    statements = {
+        "the group TRIAL": trial,
+        "POINT:LONG_FRAMES": long_frames,
+        "its size": by_size,
+        "POINT:FRAMES": point_frames,
+        "the header": in_header,
+        # Optotrak states frames that it has not written; a copy that was cut ends within one
+        "its end": room if row and len(data) % row == 0 else 0,
+    }
+    source = next((name for name, value in statements.items() if 0 < value <= room), "")
+    if not source:
+        raise ValueError("the file ends before its last frame")
+    frames = statements[source]
+    if start > 0 and frames == trial:
+        first = start
+    note = f"{counted(frames, 'frame')} by {source}; the header states {in_header}"
+    return first - 1, frames, () if frames == in_header else (note,)
+
+
+def _frames_by_size(data: bytes, row: int, counted_frames: int) -> int:
+    """Number of frames of which 16 bits hold no more than `counted_frames`; 0 if they hold all.
+
+    Writers stop at the largest number, or go on from 0. The last block is filled up with zeros.
+    """
+    room = len(data) // row if row else 0
+    if room <= _LARGEST_WORD:
+        return 0
+    if counted_frames == _LARGEST_WORD:
+        padding = (len(data) - len(data.rstrip(b"\0"))) // row
+        return room - min(padding, (_BLOCK - 1) // row)
+    wraps = (room - counted_frames) // (_LARGEST_WORD + 1)
+    frames = counted_frames + wraps * (_LARGEST_WORD + 1)
+    return frames if wraps and len(data) - frames * row < _BLOCK else 0
+
+
+def _labels(parameters: Mapping[str, _Parameter], count: int) -> tuple[str, ...]:
+    """Labels of all points; an array holds at most 255, the next ones are LABELS2, LABELS3 ..."""
+    labels: list[str] = []
+    for number in range(1, count + 1):
+        array = parameters.get(f"POINT:LABELS{number if number > 1 else ''}")
+        if array is None:
+            break
+        labels += array.texts()
+    return tuple((labels + [""] * count)[:count])
 
 
 def _parameters(data: bytes, start: int, processor: _Processor) -> dict[str, _Parameter]:
-    """Parameters of the group POINT by name."""
+    """Parameters by their group and name, such as ``POINT:LABELS``."""
     end = min(len(data), start + _BLOCK * data[start + 2])
     groups: dict[int, str] = {}
     found: list[tuple[int, str, _Parameter]] = []
@@ -163,7 +260,7 @@ def _parameters(data: bytes, start: int, processor: _Processor) -> dict[str, _Pa
         if step == 0:
             break
         at += step
-    return {name: parameter for group, name, parameter in found if groups.get(group) == "POINT"}
+    return {f"{groups.get(group, '')}:{name}": parameter for group, name, parameter in found}
 
 
 def _parameter(data: bytes, at: int) -> _Parameter:
@@ -176,7 +273,7 @@ def _parameter(data: bytes, at: int) -> _Parameter:
     return _Parameter(kind, sizes, data[begin : begin + length])
 
 
-_LAST_FRAME = 0xFFFF - 1
+_LAST_FRAME = 2**31 - 2
 _LARGEST_RESIDUAL = 0xFF  # the format keeps one byte of it
 
 
@@ -192,7 +289,7 @@ def write_c3d(
     frame = trajectory.frame
     if len(frame) and (frame[0] < 0 or frame[-1] > _LAST_FRAME):
         raise InputError(
-            f"C3D frame numbers are limited to {_LAST_FRAME}",
+            f"C3D counts frames from 0 to {_LAST_FRAME}",
             where=str(path),
             remedy="Export part of the run, or use another format.",
         )
@@ -201,7 +298,7 @@ def write_c3d(
     if residual is not None:
         millimetres = np.clip(np.nan_to_num(1000.0 * residual), 0.0, _LARGEST_RESIDUAL)
         residuals[trajectory.frame - first] = millimetres.reshape(len(frame), -1)
-    file = _new_file(checked_fps(fps), first)
+    file = _new_file(checked_fps(fps), first, len(points))
     file["data"]["points"] = np.ones((4, len(LANDMARKS), len(points)))
     file["data"]["points"][:3] = 1000.0 * points.transpose(2, 1, 0)
     missing = np.isnan(points).any(axis=-1).T
@@ -209,15 +306,15 @@ def write_c3d(
     file["data"]["meta_points"]["camera_masks"] = np.zeros((7, *missing.shape), dtype=np.bool_)
 
     def is_whole(written: Path) -> bool:  # ezc3d says nothing where the drive is full
-        found, _ = read_c3d(written)
-        same = len(found.points) == len(points) and int(found.frame[0]) == first
-        return same and np.allclose(found.points, points, equal_nan=True)
+        found = _parse_c3d(read_bytes(written, TABLE_BYTES))
+        same = len(found.points) == len(points) and found.first_frame == first
+        return same and np.allclose(found.points / 1000.0, points, equal_nan=True)
 
     with replacing(path, is_whole) as temporary:
         file.write(str(temporary))
 
 
-def _new_file(fps: float, first: int) -> Any:
+def _new_file(fps: float, first: int, frames: int) -> Any:
     import ezc3d
 
     file = ezc3d.c3d()
@@ -228,6 +325,14 @@ def _new_file(fps: float, first: int) -> Any:
     file.add_parameter("POINT", "X_SCREEN", "+X")
     file.add_parameter("POINT", "Y_SCREEN", "+Z")
     file["header"]["points"]["first_frame"] = first
+    if first + frames >= _LARGEST_WORD:
+        for name, number in (("START", first + 1), ("END", first + frames)):
+            field = f"ACTUAL_{name}_FIELD"
+            file.add_parameter("TRIAL", field, [0, 0])
+            words = np.array([number & _LARGEST_WORD, number >> 16])
+            # a list would be stored as floats, which Vicon's programs do not expect
+            file["parameters"]["TRIAL"][field] |= {"type": _WORDS, "value": words}
+        file.add_parameter("POINT", "LONG_FRAMES", [float(frames)])
     return file
 
 
@@ -248,19 +353,17 @@ def read_c3d(path: Path, stated: Stated | None = None) -> tuple[LandmarkTrajecto
             str(error), where=str(path), remedy="Use another copy of the file, or export it again."
         ) from error
     metres = metres_per(content.units, f"{path}, POINT:UNITS")
-    turn = stated.world_from_file
-    world_from_file = _world_from_screen(content, path) if turn is None else turn
-    columns = landmark_columns(content.labels, stated.names, f"{path}, POINT:LABELS")
-    count = len(content.points)
-    points = np.full((count, len(LANDMARKS), 3), np.nan)
-    for name, column in columns.items():
-        points[:, LANDMARKS.index(name)] = metres * content.points[:, column] @ world_from_file.T
-    frame = np.arange(content.first_frame, content.first_frame + count, dtype=np.int64)
-    return LandmarkTrajectory(frame, points), content.rate
+    stated_axes = stated.world_from_file is not None
+    axes = FileAxes(np.eye(3), "") if stated_axes else _axes_of_screen(content, path)
+    markers = Markers(content.labels, metres * content.points, axes, path, "POINT:LABELS")
+    points, notes = landmarks_in_world(markers, stated)
+    notes = (*(Finding("note", str(path), note, "") for note in content.notes), *notes)
+    frame = np.arange(content.first_frame, content.first_frame + len(points), dtype=np.int64)
+    return LandmarkTrajectory(frame, points, content.rate, notes), content.rate
 
 
-def _world_from_screen(content: _C3DContent, path: Path) -> FloatArray:
-    """Rotation (3, 3) from the file's axes, of which the screen's vertical one points up."""
+def _axes_of_screen(content: _C3DContent, path: Path) -> FileAxes:
+    """Axes of a file, of which the screen's vertical one points up and its right one east."""
     up, east = axis_in(content.vertical or "+Z"), axis_in(content.right or "+X")
     if up is None:
         raise InputError(
@@ -268,4 +371,7 @@ def _world_from_screen(content: _C3DContent, path: Path) -> FloatArray:
             where=f"{path}, POINT:Y_SCREEN",
             remedy="State the axes that point east, north and up with --axes.",
         )
-    return world_from_up(up, east)
+    screen = {"POINT:X_SCREEN": content.right, "POINT:Y_SCREEN": content.vertical}
+    given = [name for name, text in screen.items() if text]
+    words = f"as stated by {' and '.join(given)}" if given else "as usual in C3D"
+    return FileAxes(world_from_up(up, east), words)

@@ -56,6 +56,8 @@ class LabelSource:
     landmarks: Sequence[str]  # ours
     camera: str | None = None  # camera or view that the file is of, where it does not say so itself
     names: Mapping[str, str] | None = None
+    axes: str = ""
+    """A trajectory's axes that point east, north and up, where it states others or none."""
 
     def labels(
         self,
@@ -136,6 +138,7 @@ def map_names(
     stated: Mapping[str, str] | None = None,
     *,
     where: str = "",
+    needed: bool = True,
 ) -> dict[str, str]:
     """Ours of their names of landmarks; only what is said or means the same place is taken.
 
@@ -143,7 +146,7 @@ def map_names(
     the hand's landmark is half way to the tip of the middle finger.
 
     `stated` mapping from their name to ours, what the person says; it goes before everything else.
-    `where`: file, for complaints.
+    `where`: file, for complaints. `needed`: refuse names of which none matches.
 
     Raises InputError where none matches, two mean the same landmark, or a stated name is not known.
     """
@@ -175,7 +178,7 @@ def map_names(
                 remedy="State which one to use, for example with --name THEIRS=OURS.",
             )
         known[name] = own
-    if not known:
+    if needed and not known:
         raise InputError(
             f"none of its landmarks is known (it has {_list(theirs)})",
             where=where,

@@ -3,20 +3,24 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from stereotrack_core.arrays import BoolArray, FloatArray
 from stereotrack_core.errors import InputError
-from stereotrack_core.interop.label_source import map_names
-from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
+from stereotrack_core.geometry.upright import Z_UP, Upright
+from stereotrack_core.recording.landmarks import LandmarkTrajectory
 
 _WIDEST_GAP, _MOST_MISSING = 10_000, 100
 """Rows that are filled in at most: so many, and so many for each frame that is known."""
 
-_METRES = {"m": 1.0, "cm": 0.01, "mm": 0.001}
+_METRES = {
+    **dict.fromkeys(("m", "meter", "meters", "metre", "metres"), 1.0),
+    "cm": 0.01,
+    **dict.fromkeys(("mm", "millimeter", "millimeters", "millimetre", "millimetres"), 0.001),
+}
 
 _AXIS = re.compile(r"([+-]?)([xyz])")
 
@@ -29,6 +33,16 @@ class Stated:
     """Ours of their names of landmarks."""
     world_from_file: FloatArray | None = None
     """(3, 3): which of the file's axes point east, north and up."""
+    up: Upright = Z_UP
+    """The recording's world: landmarks of a file are turned into it if its z does not point up."""
+
+    tilted: bool = False
+    """Whether the world may be tilted, so that the person cannot contradict the file's axes."""
+
+    @property
+    def about_file(self) -> bool:
+        """Whether names or axes are stated."""
+        return bool(self.names) or self.world_from_file is not None
 
 
 def world_from_axes(text: str, where: str = "--axes") -> FloatArray:
@@ -130,22 +144,7 @@ def checked_fps(fps: float) -> float:
 
 def metres_per(unit: str, where: str) -> float:
     """Metres in a unit of length; InputError for a unit that is not known."""
-    metres = _METRES.get(unit)
+    metres = _METRES.get(unit.lower())
     if metres is None:
-        raise InputError(f"unknown unit {unit!r}", where=where, remedy="Use m or mm.")
+        raise InputError(f"unknown unit {unit!r}", where=where, remedy="Use m, cm or mm.")
     return metres
-
-
-def landmark_columns(
-    labels: Sequence[str], stated: Mapping[str, str], where: str
-) -> dict[str, int]:
-    """Where each of the nine landmarks stands among a file's labels, as far as it does.
-
-    Labels may have a subject's name and a colon before them. See :func:`map_names` for the rest.
-
-    InputError where none of the landmarks is there, or two labels mean the same one.
-    """
-    plain = [label.rsplit(":", 1)[-1].strip() for label in labels]
-    theirs = [name for name in plain if name]
-    known = map_names(theirs, LANDMARKS, stated, where=where)
-    return {ours: plain.index(name) for name, ours in known.items()}

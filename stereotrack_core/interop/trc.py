@@ -4,7 +4,7 @@ The file is y-up, with x to the north and z to the east: (X, Y, Z) = (y, z, x) o
 program's world, as Pose2Sim writes it. Frame numbers are the recording's, time is frame over
 frame rate, an unknown landmark is NaN, and so is a whole frame of a gap: OpenSim refuses a row
 whose last values are blank. Blanks are read as well. Columns are separated by tabs, or by commas
-where other programs do so.
+or blanks where other programs do so.
 """
 
 from __future__ import annotations
@@ -17,14 +17,15 @@ import numpy as np
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.atomic import write_file
 from stereotrack_core.errors import InputError
+from stereotrack_core.interop.file_axes import FileAxes
 from stereotrack_core.interop.landmark_file import (
     Stated,
     checked_fps,
     contiguous,
-    landmark_columns,
     metres_per,
     world_from_up,
 )
+from stereotrack_core.interop.markers import Markers, landmarks_in_world
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 from stereotrack_core.tables import guarded, read_cells, whole_number
 
@@ -79,15 +80,15 @@ def read_trc(path: Path, stated: Stated | None = None) -> tuple[LandmarkTrajecto
     lines = read_cells(path, delimiter="\t", quoting=csv.QUOTE_NONE)
     if lines and "".join(lines[0][:1]).startswith("PathFileType,"):
         lines = read_cells(path, headers=5)
-    if len(lines) < 5 or lines[0][:1] != ["PathFileType"]:
+    if len(lines) < 5 or "".join(lines[0][:1]).split()[:1] != ["PathFileType"]:
         raise InputError(
             "this is not a TRC file",
             where=str(path),
             remedy="Use a file whose first line begins with PathFileType.",
         )
-    facts = dict(zip(lines[1], lines[2], strict=False))
+    facts = _header(lines[1], lines[2])
     metres = metres_per(facts.get("Units", ""), f"{path}, Units")
-    columns = landmark_columns(lines[3][2:], stated.names, f"{path}, line 4")
+    labels = _labels(lines[3])
     rate = facts.get("DataRate", "")
     try:
         fps = checked_fps(float(rate))
@@ -97,7 +98,7 @@ def read_trc(path: Path, stated: Stated | None = None) -> tuple[LandmarkTrajecto
             where=f"{path}, DataRate",
             remedy="Write a number of frames per second.",
         ) from None
-    found = _frames(path, lines[5:], columns)
+    found = _frames(path, lines[5:], len(labels))
     count = facts.get("NumFrames", "")
     if count.isdecimal() and len(found) < int(count):
         raise InputError(
@@ -106,18 +107,36 @@ def read_trc(path: Path, stated: Stated | None = None) -> tuple[LandmarkTrajecto
             remedy="Use another copy of the file, or export it again.",
         )
     frames = sorted(found)
-    points = np.array([found[frame] for frame in frames]).reshape(-1, len(LANDMARKS), 3)
-    turn = stated.world_from_file
-    world_from_file = world_from_up(_Y_UP) if turn is None else turn
-    world = metres * points @ world_from_file.T
-    return LandmarkTrajectory(np.array(frames, dtype=np.int64), world), fps
+    points = metres * np.array([found[frame] for frame in frames]).reshape(-1, len(labels), 3)
+    axes = FileAxes(world_from_up(_Y_UP), "as usual in TRC")
+    world, notes = landmarks_in_world(Markers(labels, points, axes, path, "line 4"), stated)
+    return LandmarkTrajectory(np.array(frames, dtype=np.int64), world, fps, notes), fps
 
 
-def _frames(path: Path, lines: list[list[str]], columns: dict[str, int]) -> dict[int, FloatArray]:
-    """Landmarks (9, 3) by frame, in the file's unit and axes."""
+def _header(names: list[str], values: list[str]) -> dict[str, str]:
+    """Values of the second line by the names of the first, with any white space between them."""
+    if len(names) == len(values) and not any(" " in name or not name for name in names):
+        return dict(zip(names, values, strict=True))
+    return dict(zip(" ".join(names).split(), " ".join(values).split(), strict=False))
+
+
+def _labels(cells: list[str]) -> list[str]:
+    """Labels of all markers; each stands over its three columns, or they follow one another."""
+    cells = cells if len(cells) > 1 else "".join(cells).split()
+    over = cells[2:]
+    names = [name for name in over if name]
+    if any(name for k, name in enumerate(over) if k % 3):
+        return names
+    count = max((k for k, name in enumerate(over) if name), default=-1) // 3 + 1
+    return [over[3 * k] for k in range(count)]
+
+
+def _frames(path: Path, lines: list[list[str]], count: int) -> dict[int, FloatArray]:
+    """Points (count, 3) by frame, in the file's unit and axes."""
     found: dict[int, FloatArray] = {}
     for number, line in enumerate(lines, start=6):
         if any(line):
+            line = _separated(line, 2 + 3 * count)
             frame = whole_number(line[0], path, number, "frame")
             if frame in found:
                 raise InputError(
@@ -126,7 +145,7 @@ def _frames(path: Path, lines: list[list[str]], columns: dict[str, int]) -> dict
                     remedy="Delete one of the two lines.",
                 )
             try:
-                found[frame] = _row(line, columns)
+                found[frame] = _row(line, count)
             except ValueError as error:
                 raise InputError(
                     f"line {number} has a value that is not a number ({error})",
@@ -136,11 +155,16 @@ def _frames(path: Path, lines: list[list[str]], columns: dict[str, int]) -> dict
     return found
 
 
-def _row(line: list[str], columns: dict[str, int]) -> FloatArray:
-    points: FloatArray = np.full((len(LANDMARKS), 3), np.nan)
-    for name, column in columns.items():
-        cells = line[2 + column : 5 + column]
-        if len(cells) == 3 and all(cells):
-            place = np.array([float(cell) for cell in cells])
-            points[LANDMARKS.index(name)] = place if np.isfinite(place).all() else np.nan
+def _separated(line: list[str], width: int) -> list[str]:
+    """Cells of a line; blanks and doubled tabs between them separate them as well."""
+    if any(" " in cell for cell in line):
+        return " ".join(line).split()
+    there = [cell for cell in line if cell]
+    return there if len(line) > width and len(there) == width else line
+
+
+def _row(line: list[str], count: int) -> FloatArray:
+    cells = (line[2:] + [""] * (3 * count))[: 3 * count]
+    points = np.array([float(cell) if cell else np.nan for cell in cells]).reshape(count, 3)
+    points[~np.isfinite(points).all(axis=-1)] = np.nan
     return points

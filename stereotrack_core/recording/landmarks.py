@@ -10,7 +10,7 @@ import numpy as np
 
 from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.atomic import write_file
-from stereotrack_core.errors import InputError
+from stereotrack_core.errors import Finding, InputError
 from stereotrack_core.recording.toml_table import LARGEST
 from stereotrack_core.tables import csv_text, read_cells, read_rows, whole_number
 
@@ -47,6 +47,10 @@ class LandmarkTrajectory:
     frame: IntArray  # (F,), frame numbers of the recording, ascending; need not be contiguous
     points: FloatArray
     """(F, 9, 3), world, metres, in the order of :data:`LANDMARKS`; NaN where not known."""
+    fps: float | None = None
+    """Frames per second that the source states; without it, frames are the recording's."""
+    notes: tuple[Finding, ...] = ()
+    """Decisions made while reading that the user should know."""
 
 
 COLUMNS = ("frame", "landmark", "x", "y", "z")

@@ -6,6 +6,7 @@ import ezc3d
 import numpy as np
 import pytest
 
+from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.c3d import read_c3d, write_c3d
 from stereotrack_core.interop.landmark_file import Stated, world_from_axes
@@ -40,13 +41,113 @@ def test_gaps_are_missing(tmp_path, random, body_trajectory):
     np.testing.assert_allclose(found.points[[0, 1, 5]], sparse.points, atol=2e-7)
 
 
-@pytest.mark.parametrize("frame", [[-1], [0, 65535]])
-def test_frames_that_the_format_cannot_count(tmp_path, frame):
-    trajectory = LandmarkTrajectory(np.array(frame), np.zeros((len(frame), 9, 3)))
-    with pytest.raises(InputError, match="65534"):
-        write_c3d(tmp_path / "a.c3d", trajectory, 10.0)
+def test_frames_that_the_format_cannot_count(tmp_path):
+    for frame in (-1, 2**31):
+        trajectory = LandmarkTrajectory(np.array([frame]), np.zeros((1, 9, 3)))
+        with pytest.raises(InputError, match="from 0 to 2147483646"):
+            write_c3d(tmp_path / "a.c3d", trajectory, 10.0)
     with pytest.raises(InputError, match="no frames"):
         write_c3d(tmp_path / "a.c3d", LandmarkTrajectory(np.zeros(0, int), np.zeros((0, 9, 3))), 10)
+
+
+def _heads(path, frames, *, first=0, trial=False, long_frames=False):
+    """Write a file in which the head rises by a millimetre a frame; the header as ezc3d has it."""
+    file = ezc3d.c3d()
+    point = file["parameters"]["POINT"]
+    point["RATE"]["value"], point["UNITS"]["value"] = [100.0], ["mm"]
+    point["LABELS"]["value"] = ["head"]
+    points = np.ones((4, 1, frames))
+    points[2] = np.arange(frames)
+    file["data"]["points"] = points
+    file["header"]["points"]["first_frame"] = first
+    if trial:
+        for name, number in (("START", first + 1), ("END", first + frames)):
+            words = [number & 0xFFFF, number >> 16]
+            file.add_parameter("TRIAL", f"ACTUAL_{name}_FIELD", words)
+    if long_frames:
+        file.add_parameter("POINT", "LONG_FRAMES", [float(frames)])
+    file.write(str(path))
+    return path
+
+
+def _set_words(path, **words):
+    """Change numbers of 16 bits: those of the header and ``POINT:FRAMES``."""
+    data = bytearray(path.read_bytes())
+    places = {"first": 6, "last": 8, "FRAMES": data.index(b"FRAMES") + len("FRAMES") + 4}
+    for name, value in words.items():
+        data[places[name] : places[name] + 2] = value.to_bytes(2, "little")
+    path.write_bytes(data)
+
+
+@pytest.mark.parametrize(
+    ("stated", "words"),
+    [
+        ({"trial": True}, {}),
+        ({"long_frames": True}, {}),
+        ({}, {}),
+        ({}, {"last": 70_000 - 65_536, "FRAMES": 70_000 - 65_536}),
+        ({"trial": True}, {"last": 70_000 - 65_536, "FRAMES": 70_000 - 65_536}),
+    ],
+    ids=["TRIAL", "LONG_FRAMES", "size", "size with wrapped header", "TRIAL with wrapped header"],
+)
+def test_more_frames_than_16_bits_count(tmp_path, stated, words):
+    path = _heads(tmp_path / "a.c3d", 70_000, **stated)
+    _set_words(path, **words)
+    found, _ = read_c3d(path)
+    assert found.frame[[0, -1]].tolist() == [0, 69_999]
+    height = found.points[:, LANDMARKS.index("head"), 2]
+    np.testing.assert_allclose(height, 0.001 * np.arange(70_000), rtol=1e-6)
+    assert found.notes[0].what.startswith(f"{counted(70_000, 'frame')} by ")
+
+
+def test_long_and_late_stretches_are_written_whole(tmp_path, random, body_trajectory):
+    some = body_trajectory(random, range(3))
+    for frames in (range(65_530, 65_600), range(66_000), range(70_000, 70_020)):
+        frame = np.array(frames)
+        written = LandmarkTrajectory(frame, some.points[frame % 3] + 1e-5 * frame[:, None, None])
+        write_c3d(tmp_path / "a.c3d", written, 10.0)
+        found, _ = read_c3d(tmp_path / "a.c3d")
+        np.testing.assert_array_equal(found.frame, frame)
+        np.testing.assert_allclose(found.points, written.points, atol=1e-6)
+
+
+def test_a_header_that_the_file_contradicts(tmp_path):
+    """As Optotrak's, which states 1149 frames and ends behind the 29th."""
+    path = _heads(tmp_path / "a.c3d", 29)
+    _set_words(path, last=1149)
+    found, _ = read_c3d(path)
+    assert found.frame.tolist() == list(range(29))
+    assert found.notes[0].what == "29 frames by POINT:FRAMES; the header states 1149"
+    _set_words(path, FRAMES=1149)
+    data = path.read_bytes()
+    end = 512 * (int.from_bytes(data[16:18], "little") - 1) + 29 * 16
+    path.write_bytes(data[:end])
+    found, _ = read_c3d(path)
+    assert found.frame.tolist() == list(range(29))
+    assert found.notes[0].what == "29 frames by its end; the header states 1149"
+    path.write_bytes(data[: end - 7])
+    with pytest.raises(InputError, match="ends before its last frame"):
+        read_c3d(path)
+
+
+def test_more_than_255_labels_and_points_without_one(tmp_path):
+    names = [f"marker {k}" for k in range(300)]
+    names[290], names[3] = "left_hip", "head"
+    file = ezc3d.c3d()
+    point = file["parameters"]["POINT"]
+    point["RATE"]["value"], point["UNITS"]["value"] = [50.0], ["m"]
+    point["LABELS"]["value"] = names
+    file["data"]["points"] = np.ones((4, 300, 2)) * np.arange(300)[None, :, None]
+    file.write(str(tmp_path / "a.c3d"))
+    found, _ = read_c3d(tmp_path / "a.c3d")
+    assert (found.points[:, LANDMARKS.index("left_hip")] == 290.0).all()
+    assert (found.points[:, LANDMARKS.index("head")] == 3.0).all()
+    data = (tmp_path / "a.c3d").read_bytes().replace(b"LABELS2", b"LABELZ2")
+    (tmp_path / "b.c3d").write_bytes(data)
+    fewer, _ = read_c3d(tmp_path / "b.c3d")
+    assert (fewer.points[:, LANDMARKS.index("head")] == 3.0).all()
+    assert np.isnan(fewer.points[:, LANDMARKS.index("left_hip")]).all()
+    assert fewer.notes[0].what == "45 points of 300 without a label left out"
 
 
 @pytest.mark.parametrize("size", [0, 300, 600, 1100, -900, -400])
