@@ -16,6 +16,7 @@ from stereotrack_core.annotation.fitted_clicks import FITTED_TO
 from stereotrack_core.annotation.landmark_set import NINE, LandmarkSet
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 from stereotrack_core.body.limbs import LIMBS
+from stereotrack_core.errors import Finding
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
@@ -48,6 +49,7 @@ class Reference:
     """(F,); frames that nobody annotated, filled in between annotated ones."""
     landmark_names: tuple[str, ...] = LANDMARKS
     meta: Mapping[str, Any] = field(default_factory=dict)  # how it was made; JSON-serialisable
+    notes: tuple[Finding, ...] = ()  # decisions made while reading; not stored
 
     def __post_init__(self) -> None:
         frames, landmarks = len(self.frame), len(self.landmark_names)

@@ -8,16 +8,25 @@ import numpy as np
 
 from stereotrack_core.body.landmark_pose import pose_of_landmarks
 from stereotrack_core.errors import InputError
-from stereotrack_core.interop.run_file import holds_run, read_run, read_trajectory
+from stereotrack_core.interop.landmark_file import Stated
+from stereotrack_core.interop.run_file import (
+    has_own_axes,
+    holds_run,
+    read_run,
+    read_trajectory,
+    unstatable,
+)
 from stereotrack_core.tracking.run_spec import AUTO, FirstPose
 from stereotrack_core.tracking.stored import pose_of_run
 
 
-def first_pose(text: str, frame: int) -> FirstPose:
-    """Where ``--init`` says that tracking begins.
+def first_pose(text: str, frame: int, *, stated: Stated | None = None) -> FirstPose:
+    """Where ``--init`` says that tracking begins; `stated`: names and axes of its file.
 
     InputError for a file that does not know `frame`.
     """
+    if stated is not None and stated.about_file and not has_own_axes(Path(text)):
+        raise unstatable(Path(text))
     if text in {"auto", "tpose"}:
         return text
     if text.startswith(f"{AUTO} "):
@@ -29,7 +38,7 @@ def first_pose(text: str, frame: int) -> FirstPose:
             where="--init",
             remedy="Use auto, tpose, or the name of a run or landmarks file.",
         )
-    return _pose_in_file(path, frame)
+    return _pose_in_file(path, frame, stated)
 
 
 _COMPASS = {"north": 0.0, "east": 90.0, "south": 180.0, "west": 270.0}
@@ -63,14 +72,14 @@ def with_heading(init: FirstPose, heading: str | None) -> FirstPose:
     return f"{AUTO} {degrees % 360.0:g}"
 
 
-def _pose_in_file(path: Path, frame: int) -> FirstPose:
+def _pose_in_file(path: Path, frame: int, stated: Stated | None) -> FirstPose:
     pose = None
     if holds_run(path):
         run = read_run(path)
         for i in np.flatnonzero(run.frame == frame):
             pose = pose_of_run(run, int(i))
     else:
-        trajectory = read_trajectory(path)
+        trajectory = read_trajectory(path, stated)
         for points in trajectory.points[trajectory.frame == frame]:
             try:
                 pose = pose_of_landmarks(points)

@@ -19,6 +19,7 @@ from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.interop.coco import read_coco
 from stereotrack_core.interop.deeplabcut import is_deeplabcut, read_deeplabcut
 from stereotrack_core.interop.label_source import Labels, LabelSource
+from stereotrack_core.interop.other_files import refuse_other_suffix, refuse_other_table
 from stereotrack_core.interop.point_tables import point_table_of, read_points
 from stereotrack_core.interop.run_journal import PART_SUFFIX
 from stereotrack_core.interop.sleap import read_sleap
@@ -28,8 +29,8 @@ from stereotrack_core.tables import csv_text, read_cells, read_rows, whole_numbe
 
 _UNDERSTOOD = (
     "Supported files: clicks from .csv, DeepLabCut .csv and .h5, DLTdv, Argus and XMALab .csv, "
-    "COCO keypoints .json and SLEAP .slp; trajectories from .csv with x, y and z, .trc, .c3d and "
-    ".npz."
+    "COCO keypoints .json and SLEAP .slp; trajectories from .csv with x, y and z, .trc, .c3d, "
+    ".nc of movement and .npz."
 )
 _OTHERS = {
     ".mat": "Export the labels as .csv or COCO keypoints (.json), and use that file.",
@@ -45,7 +46,7 @@ def is_trajectory(path: Path) -> bool:
     """
     suffix = path.suffix.lower()
     if suffix != ".csv":
-        return suffix in (".trc", ".c3d", ".npz", PART_SUFFIX)
+        return suffix in (".trc", ".c3d", ".npz", ".nc", ".bvh", ".mot", ".sto", PART_SUFFIX)
     lines = read_cells(path)
     return bool(lines) and set(lines[0]) >= _TRAJECTORY_COLUMNS
 
@@ -58,6 +59,7 @@ def read_labels(source: LabelSource, frames: int | None = None) -> Labels:
     InputError where the file cannot be read at all, or is of a kind that is not understood.
     """
     suffix = source.path.suffix.lower()
+    refuse_other_suffix(source.path)
     read: Callable[[LabelSource], Labels] | None
     read = {".json": read_coco, ".slp": read_sleap, ".h5": read_deeplabcut}.get(suffix)
     if suffix == ".csv":
@@ -70,6 +72,7 @@ def read_labels(source: LabelSource, frames: int | None = None) -> Labels:
             where=str(source.path),
             remedy=_OTHERS.get(suffix, _UNDERSTOOD),
         )
+    refuse_other_table(source.path)
     for option, given in (("--camera", source.camera), ("--name", source.names)):
         if given:
             raise InputError(

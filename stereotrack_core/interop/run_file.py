@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import TypeAlias
 
@@ -11,8 +12,11 @@ from stereotrack_core.arrays import FloatArray
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.bvh import write_bvh
 from stereotrack_core.interop.c3d import read_c3d, write_c3d
+from stereotrack_core.interop.file_axes import FileAxes
 from stereotrack_core.interop.landmark_file import Stated
-from stereotrack_core.interop.motion.netcdf import write_netcdf
+from stereotrack_core.interop.markers import Markers, landmarks_in_world
+from stereotrack_core.interop.motion.netcdf import read_netcdf, write_netcdf
+from stereotrack_core.interop.other_files import refuse_other_suffix, refuse_other_table
 from stereotrack_core.interop.reference_npz import (
     fps_of_reference,
     is_reference,
@@ -23,7 +27,12 @@ from stereotrack_core.interop.run_journal import PART_SUFFIX, read_unfinished
 from stereotrack_core.interop.run_npz import check_run, read_npz, write_npz
 from stereotrack_core.interop.trc import read_trc, write_trc
 from stereotrack_core.reading import check_file
-from stereotrack_core.recording.landmarks import LandmarkTrajectory, read_landmarks, write_landmarks
+from stereotrack_core.recording.landmarks import (
+    LANDMARKS,
+    LandmarkTrajectory,
+    read_landmarks,
+    write_landmarks,
+)
 from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.stored import fps_of_run, upright_run
 
@@ -43,18 +52,32 @@ def _read_timed_run(path: Path) -> Timed:
     return run.trajectory(), fps_of_run(run) if "fps" in run.meta else None
 
 
+def _read_table(path: Path, stated: Stated | None) -> Timed:
+    """Landmarks of a table, whose axes are those of the world unless others are stated."""
+    refuse_other_table(path)
+    trajectory, stated = read_landmarks(path), stated or Stated()
+    if stated.names:
+        raise unstatable(path)
+    axes = FileAxes(stated.up.rotation, "as usual in tables of landmarks")
+    markers = Markers(LANDMARKS, trajectory.points, axes, path, "landmark")
+    points, (axes_taken, *_) = landmarks_in_world(markers, stated)
+    notes = trajectory.notes if stated.world_from_file is None else (axes_taken,)
+    return replace(trajectory, points=points, notes=notes), None
+
+
 _READERS: Mapping[str, Callable[[Path], Timed]] = {
     ".npz": _read_archive,
-    ".csv": lambda path: (read_landmarks(path), None),
     PART_SUFFIX: _read_timed_run,
 }
-"""What landmarks are read from that have this program's names and axes."""
+"""What landmarks are read from that has this program's names and the recording's axes."""
 
 _FOREIGN: Mapping[str, Callable[[Path, Stated | None], Timed]] = {
+    ".csv": _read_table,
     ".trc": read_trc,
     ".c3d": read_c3d,
+    ".nc": read_netcdf,
 }
-"""What they are read from with the names and axes of other programs."""
+"""What they are read from with other axes, and, but for ``.csv``, with other names."""
 
 _WRITERS: Mapping[str, Callable[[Path, LandmarkTrajectory, float], None]] = {
     ".trc": write_trc,
@@ -161,9 +184,9 @@ def read_run(path: Path) -> Run:
 
 
 def read_trajectory(path: Path, stated: Stated | None = None) -> LandmarkTrajectory:
-    """Landmarks of a run, a reference (.npz) or a landmarks file (.csv, .trc, .c3d).
+    """Landmarks of a run, a reference (.npz) or a landmarks file (.csv, .trc, .c3d, .nc).
 
-    `stated`: names and axes of a file of another program (.trc, .c3d).
+    `stated`: names and axes of a file of another program, axes of a ``.csv``.
 
     InputError for an unknown suffix, a damaged file, or something stated about another format.
     """
@@ -173,20 +196,27 @@ def read_trajectory(path: Path, stated: Stated | None = None) -> LandmarkTraject
 def read_timed_trajectory(path: Path, stated: Stated | None = None) -> Timed:
     """The same, with frames per second where the file states them."""
     path = Path(path)
+    refuse_other_suffix(path)
     suffix = _suffix(path, (*_READERS, *_FOREIGN))
     if suffix in _FOREIGN:
         return _FOREIGN[suffix](path, stated)
-    if _says_something(stated):
-        raise InputError(
-            "landmark names and axes can only be given for .trc and .c3d files",
-            where=str(path),
-            remedy="Omit --name and --axes.",
-        )
+    if stated is not None and stated.about_file:
+        raise unstatable(path)
     return _READERS[suffix](path)
 
 
-def _says_something(stated: Stated | None) -> bool:
-    return stated is not None and bool(stated.names or stated.world_from_file is not None)
+def has_own_axes(path: Path) -> bool:
+    """Whether names and axes can be stated of a file of this suffix."""
+    return path.suffix.lower() in _FOREIGN
+
+
+def unstatable(path: Path) -> InputError:
+    """The complaint about names or axes that are stated of a file of this program."""
+    return InputError(
+        "landmark names and axes cannot be given for files of this program",
+        where=str(path),
+        remedy="Omit --name and --axes.",
+    )
 
 
 def _suffix(path: Path, known: tuple[str, ...]) -> str:
@@ -203,8 +233,21 @@ def _suffix(path: Path, known: tuple[str, ...]) -> str:
 def reference_in(path: Path, stated: Stated | None = None) -> Reference:
     """The reference that a file of a trajectory holds; InputError where it cannot be read."""
     if is_reference(path):
+        if stated is not None and stated.about_file:
+            raise unstatable(path)
         return read_reference(path)
-    if path.suffix.lower() == ".csv" and not _says_something(stated):
-        return read_reference_table(path)
     trajectory = read_trajectory(path, stated)
-    return Reference(trajectory.frame, trajectory.points, meta={"imported_from": path.name})
+    if path.suffix.lower() == ".csv":
+        return _turned(read_reference_table(path), trajectory, stated or Stated())
+    meta = {"imported_from": path.name}
+    return Reference(trajectory.frame, trajectory.points, meta=meta, notes=trajectory.notes)
+
+
+def _turned(table: Reference, trajectory: LandmarkTrajectory, stated: Stated) -> Reference:
+    """A table's reference in the world that its trajectory was read into."""
+    if stated.world_from_file is None:
+        return replace(table, notes=trajectory.notes)
+    turn = stated.up.rotation.T @ stated.world_from_file
+    covariance = None if table.covariance is None else turn @ table.covariance @ turn.T
+    points = table.points @ turn.T
+    return replace(table, points=points, covariance=covariance, notes=trajectory.notes)

@@ -9,17 +9,32 @@ confidence, which is NaN throughout, as movement has it where a source has none.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from io import BytesIO
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from stereotrack_core.arrays import FloatArray
 from stereotrack_core.atomic import write_file
-from stereotrack_core.interop.landmark_file import checked_fps, contiguous
+from stereotrack_core.errors import InputError
+from stereotrack_core.interop.file_axes import FileAxes
+from stereotrack_core.interop.hdf5 import read_hdf5
+from stereotrack_core.interop.landmark_file import (
+    Stated,
+    checked_fps,
+    contiguous,
+    metres_per,
+)
+from stereotrack_core.interop.markers import Markers, landmarks_in_world
+from stereotrack_core.reading import decoding
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 from stereotrack_core.versions import extra_library
 
+_WHAT = "this is not a netCDF file of poses of the package movement"
+_REMEDY = "Use a file that movement has saved with `to_netcdf`, in the format NETCDF4."
+_AXES = "x east, y north, z up; left and right are the person's"
 _DIMENSIONS = ("time", "space", "keypoints", "individuals")
 PERSON = "person"
 """Name of the one individual."""
@@ -56,12 +71,83 @@ def write_netcdf(path: Path, trajectory: LandmarkTrajectory, fps: float) -> None
             "fps": fps,
             "time_unit": "seconds",
             "space_unit": "m",
-            "axes": "x east, y north, z up; left and right are the person's",
+            "axes": _AXES,
         },
     )
     data = BytesIO()
     dataset.to_netcdf(data, engine="h5netcdf")
     write_file(path, data.getvalue())
+
+
+class _Poses(NamedTuple):
+    """What a file holds of one individual."""
+
+    keypoints: Sequence[str]
+    points: FloatArray  # (F, N, 2 or 3)
+    time: FloatArray  # (F,)
+    attributes: dict[str, str]
+    individuals: Sequence[str]
+
+
+def read_netcdf(path: Path, stated: Stated | None = None) -> tuple[LandmarkTrajectory, float]:
+    """Landmarks and frame rate of a file of poses in space, its keypoints matched by name.
+
+    Frames follow from the times and the frame rate.
+
+    InputError for a damaged file, one of pictures, of several individuals or without unit or rate,
+    or where xarray is not installed.
+    """
+    netcdf_library(path)
+    poses = read_hdf5(path, _stored, _WHAT, _REMEDY)
+    if poses.points.shape[-1] != 3:
+        raise InputError(
+            "its poses are pixels of a picture, not points in space",
+            where=str(path),
+            remedy="Triangulate them first.",
+        )
+    if len(poses.individuals) != 1:
+        raise InputError(
+            f"it has poses of {len(poses.individuals)} individuals "
+            f"({', '.join(poses.individuals)})",
+            where=str(path),
+            remedy="Select one with movement, `ds.sel(individuals=[NAME])`, and save that.",
+        )
+    metres = metres_per(poses.attributes.get("space_unit", ""), f"{path}, space_unit")
+    fps = checked_fps(_number(poses.attributes.get("fps", "")))
+    in_seconds = poses.attributes.get("time_unit") != "frames"
+    frame = np.round(poses.time * (fps if in_seconds else 1.0)).astype(np.int64)
+    if (np.diff(frame) <= 0).any():
+        raise InputError(
+            "its times do not follow one another", where=f"{path}, time", remedy=_REMEDY
+        )
+    own = poses.attributes.get("axes") == _AXES
+    axes = FileAxes(np.eye(3), "as stated in axes" if own else "which the file does not state")
+    markers = Markers(poses.keypoints, metres * poses.points, axes, path, "keypoints")
+    points, notes = landmarks_in_world(markers, stated or Stated())
+    return LandmarkTrajectory(frame, points, fps, notes), fps
+
+
+def _number(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        return float("nan")
+
+
+def _stored(path: Path) -> _Poses:
+    """What the file holds, in this process."""
+    with decoding(path, _WHAT, _REMEDY):
+        xarray = netcdf_library(path)
+        with xarray.open_dataset(path, engine="h5netcdf", decode_times=False) as dataset:
+            position = dataset["position"]
+            if "individuals" not in position.dims:
+                position = position.expand_dims("individuals")
+            order = ("time", "keypoints", "space", "individuals")
+            array = np.asarray(position.transpose(*order).values, dtype=np.float64)
+            names = {one: [str(x) for x in position[one].values] for one in order[1::2]}
+            attributes = {str(key): str(value) for key, value in dataset.attrs.items()}
+            time = np.asarray(position["time"].values, dtype=np.float64)
+        return _Poses(names["keypoints"], array[..., 0], time, attributes, names["individuals"])
 
 
 def netcdf_library(path: Path) -> Any:

@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 from stereotrack_core.errors import InputError
+from stereotrack_core.interop.landmark_file import Stated
 from stereotrack_core.interop.motion.netcdf import write_netcdf
+from stereotrack_core.interop.run_file import read_trajectory
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 
 
@@ -46,6 +48,38 @@ def test_movement_takes_it(written):
     speed = kinematics.compute_velocity(dataset.position).sel(keypoints="head", space="x")
     head = trajectory.points[:, LANDMARKS.index("head"), 0]
     assert speed.values[0, 0] == pytest.approx((head[1] - head[0]) * 20.0)
+
+
+def test_what_was_written_is_read(written):
+    _, trajectory, path = written
+    found = read_trajectory(path)
+    assert (found.fps, found.frame.tolist()) == (20.0, [7, 8, 9, 10])
+    np.testing.assert_array_equal(found.points[[0, 1, 3]], trajectory.points)
+    assert np.isnan(found.points[2]).all()
+    assert "as stated in axes" in found.notes[0].what
+
+
+def test_what_other_programs_wrote_is_read_or_refused_in_a_sentence(written, tmp_path):
+    dataset, trajectory, _ = written
+    other = tmp_path / "other.nc"
+
+    def save(changed):
+        changed.to_netcdf(other, engine="h5netcdf")
+        return other
+
+    plain = dataset.drop_vars("frame")
+    plain.attrs = {"ds_type": "poses", "fps": 20.0, "time_unit": "seconds"}
+    with pytest.raises(InputError, match="space_unit: unknown unit ''"):
+        read_trajectory(save(plain))
+    plain = plain.assign(position=1000.0 * plain.position.transpose("individuals", ...))
+    plain.attrs["space_unit"] = "mm"
+    stated = Stated({"left_hand": "right_hand", "right_hand": "left_hand"}, np.eye(3))
+    found = read_trajectory(save(plain), stated)
+    hand = found.points[[0, 1, 3], LANDMARKS.index("right_hand")]
+    np.testing.assert_allclose(hand, trajectory.points[:, LANDMARKS.index("left_hand")])
+    two = plain.reindex(individuals=["person", "p2"])
+    with pytest.raises(InputError, match=r"2 individuals \(person, p2\)"):
+        read_trajectory(save(two))
 
 
 def test_it_needs_its_library_and_frames(tmp_path, random, body_trajectory, monkeypatch):
