@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from argparse import Namespace
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +14,7 @@ from stereotrack_core.cli.arguments import (
     FRAMES,
     JSON,
     SEGMENTS,
+    STATED,
     check_output,
     check_suffix,
     option,
@@ -24,6 +25,7 @@ from stereotrack_core.cli.sources import (
     angle_source,
     angles_of_file,
     some_segments,
+    stated_for,
 )
 from stereotrack_core.errors import InputError
 from stereotrack_core.evaluation.errors import none_of_the_frames
@@ -37,6 +39,7 @@ from stereotrack_core.evaluation.joint_angles.motion import (
     range_of_motion,
 )
 from stereotrack_core.evaluation.joint_angles.series import JointAngles, angles_of_trajectory
+from stereotrack_core.interop.landmark_file import Stated
 from stereotrack_core.project.exporting.runs import write_angles
 from stereotrack_core.recording.selection import asked_frames
 from stereotrack_core.report.run_tables import range_table, side_table
@@ -53,7 +56,7 @@ DESCRIPTION = (
 OPTIONS = (
     option(
         "source RUN|REFERENCE",
-        "run or reference (.npz), or landmarks (.csv, .trc, .c3d)",
+        "run or reference (.npz), or landmarks (.csv, .trc, .c3d, .nc)",
         type=Path,
     ),
     FRAMES,
@@ -71,6 +74,7 @@ OPTIONS = (
         nargs="?",
         const="",
     ),
+    *STATED,
     option("-o --output FILE", "write the angles of every frame as a table (.csv)", type=Path),
     JSON,
 )
@@ -82,14 +86,16 @@ def run(args: Namespace) -> int:
         check_suffix(args.output, ".csv")
         check_output(args.output)
 
-    source = angle_source(args.source, args.fps)
+    truth = Path(args.reference) if args.reference else None
+    stated = stated_for(args, args.source, truth)
+    source = angle_source(args.source, args.fps, stated.get(args.source))
     angles = _chosen(source.angles, args.frames)
     motion = motion_of(angles, source.fps, CUT_OFF_HZ if args.cutoff is None else args.cutoff)
     recording = source.recording
     known = () if recording is None else recording.segments
     segments = some_segments(known, args.source) if args.segments else ()
     stretches = range_of_motion(angles, motion, segments)
-    errors = None if args.reference is None else _errors(args, source, angles)
+    errors = None if args.reference is None else _errors(args, source, angles, stated)
     if args.output is not None:
         write_angles(args.output, angles, source.fps, args.cutoff)
         say(f"Angles of every frame written to {args.output}.")
@@ -132,9 +138,12 @@ def _chosen(angles: JointAngles, frames: str | None) -> JointAngles:
     return angles
 
 
-def _errors(args: Namespace, source: AngleSource, angles: JointAngles) -> Sequence[AngleError]:
+def _errors(
+    args: Namespace, source: AngleSource, angles: JointAngles, stated: Mapping[Path, Stated]
+) -> Sequence[AngleError]:
     if args.reference:
-        truth = angles_of_file(Path(args.reference))
+        path = Path(args.reference)
+        truth = angles_of_file(path, stated.get(path))
     elif source.recording is not None and source.recording.reference is not None:
         truth = angles_of_trajectory(source.recording.reference)
     else:

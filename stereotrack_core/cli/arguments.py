@@ -91,12 +91,13 @@ NAMES = option(
 )
 AXES = option(
     "--axes EAST,NORTH,UP",
-    "the axes of a .trc or .c3d file that point east, north and up, for example z,x,y or x,-z,y; "
-    "by default z,x,y for .trc, and what the file states, or x,y,z, for .c3d",
+    "the axes of a .trc, .c3d, .nc or .csv file that point east, north and up, for example z,x,y "
+    "or x,-z,y; by default z,x,y for .trc, and what the file states, or x,y,z, for the others",
 )
+STATED = (NAMES, AXES)
 REFERENCE = option(
     "--reference FILE",
-    "reference landmarks (.csv, .trc, .c3d), or with their uncertainty (.npz of `stereotrack "
+    "reference landmarks (.csv, .trc, .c3d, .nc), or with their uncertainty (.npz of `stereotrack "
     "fit`); by default the reference of the run's recording",
     type=Path,
 )

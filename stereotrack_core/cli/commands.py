@@ -34,6 +34,16 @@ class _Parser(ArgumentParser):
     def error(self, message: str) -> NoReturn:
         raise InputError(message, remedy=f"See `{self.prog} --help`.")
 
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
+        """Parse arguments; axes such as ``--axes -x,y,-z`` would be taken for an option."""
+        words: list[str] = []
+        for word in [] if args is None else args:
+            if words and words[-1] == "--axes" and word[:2].lower() in ("-x", "-y", "-z"):
+                words[-1] += f"={word}"
+            else:
+                words.append(word)
+        return super().parse_known_args(words, namespace)
+
 
 @dataclass(frozen=True)
 class Command:

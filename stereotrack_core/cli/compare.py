@@ -10,13 +10,14 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from stereotrack_core.cli.arguments import FRAMES, JSON, REFERENCE, SEGMENTS, option
+from stereotrack_core.cli.arguments import FRAMES, JSON, REFERENCE, SEGMENTS, STATED, option
 from stereotrack_core.cli.output import OK, put, put_json, put_table, say
 from stereotrack_core.cli.sources import (
     Truth,
     read_measured,
     recording_in,
     some_segments,
+    stated_for,
     truth_of,
     warn_about_size,
 )
@@ -31,6 +32,7 @@ from stereotrack_core.evaluation.comparison.compare import (
     how_it_is_made,
     verdict,
 )
+from stereotrack_core.interop.landmark_file import Stated
 from stereotrack_core.recording.description import Segment
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.recording.selection import asked_frames
@@ -47,12 +49,13 @@ DESCRIPTION = (
 OPTIONS = (
     option(
         "run_files RUN",
-        "two or more runs (.npz) or landmark files (.csv, .trc, .c3d); the others are "
+        "two or more runs (.npz) or landmark files (.csv, .trc, .c3d, .nc); the others are "
         "compared with the first",
         type=Path,
         nargs="+",
     ),
     REFERENCE,
+    *STATED,
     FRAMES,
     SEGMENTS,
     JSON,
@@ -64,10 +67,11 @@ def run(args: Namespace) -> int:
     if len(args.run_files) > len(string.ascii_uppercase):
         raise InputError("too many runs", remedy="Compare at most 26 at once.")
     frames = asked_frames(args.frames)
-    read = [read_measured(path) for path in args.run_files]
+    stated = stated_for(args, *args.run_files, args.reference)
+    read = [read_measured(path, stated.get(path)) for path in args.run_files]
     candidates = _candidates(read)
     stored = [one for _, one in read if one is not None]
-    truth = _truth(args.reference, stored)
+    truth = _truth(args.reference, stored, stated.get(args.reference))
     _warn(args.run_files, stored, truth)
     reference = None if truth is None else truth.reference
     whole = compare(candidates, reference, frames)
@@ -109,10 +113,10 @@ def _candidates(read: Sequence[tuple[LandmarkTrajectory, Run | None]]) -> list[C
     ]
 
 
-def _truth(given: Path | None, stored: Sequence[Run]) -> Truth | None:
+def _truth(given: Path | None, stored: Sequence[Run], stated: Stated | None) -> Truth | None:
     """What is named, else what the first run's recording has; None where there is nothing."""
     if given is not None:
-        return truth_of(given, stored[0].meta if stored else {})
+        return truth_of(given, stored[0].meta if stored else {}, stated=stated)
     if not stored:
         say("No reference: the files do not state their recording.")
         return None

@@ -14,6 +14,7 @@ from stereotrack_core.cli.arguments import (
     LIMIT_OF_SIGMA,
     REFERENCE,
     SEGMENTS,
+    STATED,
     option,
 )
 from stereotrack_core.cli.output import OK, put, put_json, put_table, say
@@ -21,6 +22,7 @@ from stereotrack_core.cli.sources import (
     limit_of_sigma,
     read_measured,
     some_segments,
+    stated_for,
     truth_of,
     warn_about_size,
 )
@@ -44,8 +46,11 @@ DESCRIPTION = (
 )
 
 OPTIONS = (
-    option("run_file RUN", "run or reference (.npz), or landmarks (.csv, .trc, .c3d)", type=Path),
+    option(
+        "run_file RUN", "run or reference (.npz), or landmarks (.csv, .trc, .c3d, .nc)", type=Path
+    ),
     REFERENCE,
+    *STATED,
     LIMIT_OF_SIGMA,
     FRAMES,
     SEGMENTS,
@@ -55,10 +60,11 @@ OPTIONS = (
 
 def run(args: Namespace) -> int:
     """Measure and print."""
-    trajectory, stored = read_measured(args.run_file)
+    stated = stated_for(args, args.run_file, args.reference)
+    trajectory, stored = read_measured(args.run_file, stated.get(args.run_file))
     meta = {} if stored is None else dict(stored.meta)
     limit = limit_of_sigma(args)
-    truth = truth_of(args.reference, meta, limit)
+    truth = truth_of(args.reference, meta, limit, stated.get(args.reference))
     segments = some_segments(truth.segments, truth.source) if args.segments else ()
     found = stored or trajectory
     accuracy = accuracy_of(

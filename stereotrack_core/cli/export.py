@@ -28,6 +28,7 @@ from stereotrack_core.cli.sources import (
     recording_of,
     recording_of_run,
     say_if_unfinished,
+    say_notes,
     stated_in,
 )
 from stereotrack_core.errors import InputError
@@ -75,7 +76,7 @@ DESCRIPTION = (
 OPTIONS = (
     option(
         "source RUN|PROJECT",
-        "run (.npz), landmarks (.csv, .trc, .c3d), or project (.stereotrack)",
+        "run (.npz), landmarks (.csv, .trc, .c3d, .nc), or project (.stereotrack)",
         type=Path,
     ),
     option(
@@ -215,7 +216,7 @@ def _trajectory(args: Namespace, form: ExportFormat) -> Exported:
         rate = fps_of_reference(reference) if args.fps is None else args.fps
         return export_reference(args.output, reference, form, rate, limit_of_sigma(args))
     if form.name in ANGLE_FORMATS:
-        source = angle_source(args.source, args.fps)
+        source = angle_source(args.source, args.fps, stated_in(args))
         return export_angles(args.output, source.angles, form, source.fps)
     check_kind(form, "run")
     if holds_run(args.source):
@@ -231,6 +232,7 @@ def _trajectory(args: Namespace, form: ExportFormat) -> Exported:
             remedy="Use an .npz file written by `stereotrack track`, or export as bvh.",
         )
     trajectory, fps = read_timed_trajectory(args.source, stated_in(args))
+    say_notes(trajectory.notes)
     rate = fps if args.fps is None else args.fps
     return export_trajectory(args.output, trajectory, form, rate)
 

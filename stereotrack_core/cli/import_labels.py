@@ -4,12 +4,19 @@ from __future__ import annotations
 
 from argparse import Namespace
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from stereotrack_core.cli.arguments import AXES, JSON, NAMES, flag, option
 from stereotrack_core.cli.output import OK, put_result, say
-from stereotrack_core.cli.sources import open_project, recording_of, say_notes, stated_in
+from stereotrack_core.cli.sources import (
+    open_project,
+    recording_of,
+    say_notes,
+    stated_in,
+    up_of_recording,
+)
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.label_source import Labels, LabelSource
 from stereotrack_core.interop.labels import is_trajectory, read_labels
@@ -33,7 +40,7 @@ OPTIONS = (
         "file FILE",
         "clicks (.csv), DeepLabCut labels (.csv), COCO keypoints (.json), SLEAP labels "
         "(.slp), another project of the recording (.stereotrack); or a trajectory (.csv with x, y "
-        "and z, .trc, .c3d, .npz), which becomes a reference of the project",
+        "and z, .trc, .c3d, .nc, .npz), which becomes a reference of the project",
         type=Path,
     ),
     option("--into PROJECT", "project (.stereotrack)", type=Path, required=True),
@@ -120,7 +127,10 @@ def _labels(args: Namespace, project: Project, names: Mapping[str, str]) -> Labe
 def _reference(args: Namespace, project: Project, stated: Stated) -> dict[str, Any]:
     """Keep a trajectory as a reference of the project."""
     _refuse(args, "a trajectory belongs to no camera", "camera")
-    reference = reference_in(args.file, stated)
+    reference = reference_in(args.file, replace(stated, up=up_of_recording(recording_of(project))))
+    say_notes(reference.notes)
+    if args.file.suffix.lower() in (".csv", ".npz") and stated.world_from_file is None:
+        say(f"note: {args.file}: axes of the recording's world.")
     name = args.file.stem
     replacing = args.conflicts == "theirs"
     if name in project.references.names() and not replacing:

@@ -14,6 +14,7 @@ from stereotrack_core.cli.arguments import (
     RECORDING,
     SEED,
     SETTINGS,
+    STATED,
     VIEWS,
     check_least,
     check_output,
@@ -22,8 +23,8 @@ from stereotrack_core.cli.arguments import (
 )
 from stereotrack_core.cli.output import OK, put_json, put_table, say
 from stereotrack_core.cli.progress import progress, stoppable
+from stereotrack_core.cli.sources import initial_pose
 from stereotrack_core.errors import Cancelled, InputError
-from stereotrack_core.interop.first_pose import first_pose
 from stereotrack_core.recording.description import Recording, write_subject
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.reader import FrameReader
@@ -53,6 +54,7 @@ OPTIONS = (
     VIEWS,
     SEED,
     INIT,
+    *STATED,
     JSON,
 )
 
@@ -85,7 +87,7 @@ def _estimated(args: Namespace, recording: Recording) -> EstimatedLengths:
     with FrameReader(recording, views=views, colour=False) as reader:
         frames = frames_within(args.frames, reader.frame_count)
     unaided = replace(recording, reference=None)  # truth is never seen
-    init = first_pose(args.init, frames.start)
+    init = initial_pose(args, frames.start, recording)
     wanted = min(LENGTH_FRAMES, len(frames))
     with (
         Pipeline(unaided, RunSpec(settings, views=views, seed=args.seed, init=init)) as pipeline,

@@ -7,7 +7,15 @@ from argparse import Namespace
 from dataclasses import replace
 from pathlib import Path
 
-from stereotrack_core.cli.arguments import FRAMES, JSON, OF_RUN, check_output, check_suffix, option
+from stereotrack_core.cli.arguments import (
+    FRAMES,
+    JSON,
+    OF_RUN,
+    STATED,
+    check_output,
+    check_suffix,
+    option,
+)
 from stereotrack_core.cli.output import OK, put_result
 from stereotrack_core.cli.progress import watched
 from stereotrack_core.cli.sources import (
@@ -15,6 +23,7 @@ from stereotrack_core.cli.sources import (
     recording_of,
     recording_of_run,
     say_if_unfinished,
+    stated_for,
     truth_of,
 )
 from stereotrack_core.errors import InputError
@@ -48,10 +57,11 @@ OPTIONS = (
     OF_RUN,
     option(
         "--reference FILE",
-        "reference landmarks (.csv, .trc, .c3d), or with their uncertainty (.npz); by "
+        "reference landmarks (.csv, .trc, .c3d, .nc), or with their uncertainty (.npz); by "
         "default the reference of the project or the recording",
         type=Path,
     ),
+    *STATED,
     FRAMES,
     option("--pdf PDF", "also write the report as a PDF", type=Path),
     JSON,
@@ -134,7 +144,8 @@ def _with_truth(
     """What is reported, with the reference that was named or the recording's own."""
     reference, states, said = None, None, ""
     if args.reference is not None:
-        truth = truth_of(args.reference, stored.meta)
+        stated = stated_for(args, args.reference).get(args.reference)
+        truth = truth_of(args.reference, stored.meta, stated=stated)
         reference, states = truth.reference, truth.states
         said = f"the reference {args.reference.name}"
     elif recording is not None and recording.reference is not None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from argparse import Namespace
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +21,8 @@ from stereotrack_core.evaluation.joint_angles.series import (
     angles_of_run,
     angles_of_trajectory,
 )
+from stereotrack_core.geometry.upright import Z_UP, Upright
+from stereotrack_core.interop.first_pose import first_pose
 from stereotrack_core.interop.label_source import stated_names
 from stereotrack_core.interop.labels import read_clicks
 from stereotrack_core.interop.landmark_file import Stated, world_from_axes
@@ -28,13 +30,15 @@ from stereotrack_core.interop.reference_npz import (
     fps_of_reference,
     is_reference,
     read_reference,
-    read_reference_table,
 )
 from stereotrack_core.interop.run_file import (
+    has_own_axes,
     holds_run,
     read_run,
     read_timed_trajectory,
     read_trajectory,
+    reference_in,
+    unstatable,
 )
 from stereotrack_core.project.detectors import keypoints_in
 from stereotrack_core.project.project import Project
@@ -45,8 +49,10 @@ from stereotrack_core.recording.findings import check_size
 from stereotrack_core.recording.folder import describe, fingerprint, open_recording
 from stereotrack_core.recording.keypoints import Keypoints
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
+from stereotrack_core.recording.upright import up_of_cameras
 from stereotrack_core.tracking.frame import Run
-from stereotrack_core.tracking.stored import fps_of_run
+from stereotrack_core.tracking.run_spec import AUTO, FirstPose
+from stereotrack_core.tracking.stored import fps_of_run, up_of_meta
 from stereotrack_core.tracking.unfinished import INCOMPLETE
 
 
@@ -74,7 +80,9 @@ def limit_of_sigma(args: Namespace) -> float:
     return float(args.max_sigma) / 1000.0
 
 
-def read_measured(path: Path) -> tuple[LandmarkTrajectory, Run | None]:
+def read_measured(
+    path: Path, stated: Stated | None = None
+) -> tuple[LandmarkTrajectory, Run | None]:
     """Landmarks of a file, and the run where it holds a complete one."""
     if holds_run(path):
         stored = read_run(path)
@@ -82,14 +90,22 @@ def read_measured(path: Path) -> tuple[LandmarkTrajectory, Run | None]:
         return stored.trajectory(), stored
     if path.suffix.lower() == ".npz":
         return read_reference(path).trajectory(np.inf), None
-    return read_trajectory(path), None
+    trajectory = read_trajectory(path, stated)
+    say_notes(trajectory.notes)
+    return trajectory, None
 
 
-def truth_of(given: Path | None, meta: Mapping[str, Any], max_sigma: float = MAX_SIGMA) -> Truth:
+def truth_of(
+    given: Path | None,
+    meta: Mapping[str, Any],
+    max_sigma: float = MAX_SIGMA,
+    stated: Stated | None = None,
+) -> Truth:
     """The reference that was named, else that of the run's recording.
 
     Landmarks that are less certain than a standard deviation in metres are unknown, which is said.
-    Raises InputError where there is none.
+    `stated`: names and axes of the file, which is turned into the run's world. Raises InputError
+    where there is none.
     """
     folder = meta.get("recording_folder")
     recording = describe(Path(folder), []) if folder and Path(folder).is_dir() else None
@@ -97,13 +113,10 @@ def truth_of(given: Path | None, meta: Mapping[str, Any], max_sigma: float = MAX
     if given is not None:
         own = given.with_name("segments.csv")
         beside = segments or (read_segments(own) if own.is_file() else ())
-        states = None
-        if given.suffix.lower() == ".npz" and is_reference(given):
-            states = read_reference(given)
-        elif given.suffix.lower() == ".csv":
-            states = read_reference_table(given)
-        if states is None or states.covariance is None:
-            return Truth(read_trajectory(given), given, beside)
+        states = reference_in(given, replace(stated or Stated(), up=up_of_meta(meta)))
+        say_notes(states.notes)
+        if states.covariance is None:
+            return Truth(states.trajectory(), given, beside)
         if note := states.left_out(max_sigma):
             say(f"{given}: {note}")
         return Truth(states.trajectory(max_sigma), given, beside, states)
@@ -213,7 +226,7 @@ def open_project(path: Path, *, read_only: bool = True) -> Project:
 def say_notes(notes: Iterable[Finding]) -> None:
     """Say what the person should know about a project."""
     for note in notes:
-        say(f"{note.severity}: {note.where}: {note.what}. {note.remedy}")
+        say(f"{note.severity}: {note.where}: {note.what}. {note.remedy}".rstrip())
 
 
 def keypoints_from(path: Path, recording: Recording, args: Namespace) -> Keypoints:
@@ -256,14 +269,14 @@ class AngleSource:
     """Where it is known and there."""
 
 
-def angle_source(path: Path, fps: float | None) -> AngleSource:
+def angle_source(path: Path, fps: float | None, stated: Stated | None = None) -> AngleSource:
     """Angles of a run, a reference or landmarks.
 
     The frames per second that are given hold, for files that do not say them. Raises InputError for
     a file that cannot be read, or that nothing states the frame rate of.
     """
-    angles, recording, stated = _read(path)
-    rate = fps if fps is not None else stated
+    angles, recording, own = _read(path, stated)
+    rate = fps if fps is not None else own
     if rate is None and recording is not None:
         rate = recording.fps
     if rate is None:
@@ -275,12 +288,12 @@ def angle_source(path: Path, fps: float | None) -> AngleSource:
     return AngleSource(angles, rate, recording)
 
 
-def angles_of_file(path: Path) -> JointAngles:
+def angles_of_file(path: Path, stated: Stated | None = None) -> JointAngles:
     """Angles of a run, a reference or landmarks alone."""
-    return _read(path)[0]
+    return _read(path, stated)[0]
 
 
-def _read(path: Path) -> tuple[JointAngles, Recording | None, float | None]:
+def _read(path: Path, stated: Stated | None) -> tuple[JointAngles, Recording | None, float | None]:
     """Angles, the recording where its folder is known and there, and frames per second."""
     if path.suffix.lower() == ".npz" and is_reference(path):
         reference = read_reference(path)
@@ -288,8 +301,9 @@ def _read(path: Path) -> tuple[JointAngles, Recording | None, float | None]:
         place = Path(str(folder)) if folder else path.parent
         return angles_of_reference(reference), recording_in(place), fps_of_reference(reference)
     if not holds_run(path):
-        trajectory, stated = read_timed_trajectory(path)
-        return angles_of_trajectory(trajectory), recording_in(path.parent), stated
+        trajectory, fps = read_timed_trajectory(path, stated)
+        say_notes(trajectory.notes)
+        return angles_of_trajectory(trajectory), recording_in(path.parent), fps
     run = read_run(path)
     say_if_unfinished(path, run)
     folder = run.meta.get("recording_folder")
@@ -297,10 +311,47 @@ def _read(path: Path) -> tuple[JointAngles, Recording | None, float | None]:
     return angles_of_run(run), recording, fps_of_run(run) if "fps" in run.meta else None
 
 
+def stated_for(args: Namespace, *paths: Path | None) -> dict[Path, Stated]:
+    """The same for each of several files: those of other programs, else tables of landmarks.
+
+    Raises InputError if something is stated, and none of the files can have other names or axes.
+    """
+    stated, given = stated_in(args), [path for path in paths if path is not None]
+    if not stated.about_file:
+        return {}
+    able = [path for path in given if has_own_axes(path)]
+    if not able:
+        raise (
+            unstatable(given[0])
+            if given
+            else InputError(
+                "no file is given that they could be of",
+                where="--name, --axes",
+                remedy="Omit them.",
+            )
+        )
+    return dict.fromkeys([p for p in able if p.suffix.lower() != ".csv"] or able, stated)
+
+
 def stated_in(args: Namespace) -> Stated:
     """What the options --name and --axes say about a file of another tool."""
     axes = None if args.axes is None else world_from_axes(args.axes)
     return Stated(stated_names(args.names, "--name"), axes)
+
+
+def initial_pose(args: Namespace, first: int, recording: Recording) -> FirstPose:
+    """Where --init says that tracking begins at a frame, automatically by default.
+
+    Raises InputError for a file that does not know the frame.
+    """
+    stated = replace(stated_in(args), up=up_of_recording(recording))
+    return first_pose(args.init or AUTO, first, stated=stated)
+
+
+def up_of_recording(recording: Recording) -> Upright:
+    """Which axis of a recording's world points up: z unless its cameras prove another one."""
+    likely = up_of_cameras(recording)
+    return Upright(likely.axis) if likely.sure else Z_UP
 
 
 def recording_in(folder: Path) -> Recording | None:

@@ -14,6 +14,7 @@ from stereotrack_core.cli.arguments import (
     PERSON,
     PRESET,
     RECORDING,
+    STATED,
     VIEWS,
     changes,
     check_least,
@@ -131,6 +132,7 @@ OPTIONS = (
         "initial pose: found automatically (auto, default), the T pose facing north (tpose), "
         "or a run or landmarks file that contains the first frame",
     ),
+    *STATED,
     option(
         "--heading DIRECTION",
         "direction that the person faces in the first frame, if the program cannot tell it: north, "

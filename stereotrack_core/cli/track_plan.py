@@ -13,11 +13,11 @@ from typing import Any
 
 from stereotrack_core.cli.output import say
 from stereotrack_core.cli.progress import progress, stoppable
-from stereotrack_core.cli.sources import clicks_for_tracking, keypoints_from
+from stereotrack_core.cli.sources import clicks_for_tracking, initial_pose, keypoints_from
 from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
 from stereotrack_core.experiments.tracked_run import TrackedRun, steps, track_recording
-from stereotrack_core.interop.first_pose import first_pose, with_heading
+from stereotrack_core.interop.first_pose import with_heading
 from stereotrack_core.interop.run_file import read_run, write_run
 from stereotrack_core.interop.run_journal import Wish, has_frames, part_of, read_unfinished
 from stereotrack_core.interop.run_npz import check_run
@@ -169,7 +169,7 @@ def _plan(args: Namespace, recording: Recording) -> TrackPlan:
         frames=frames,
         views=views,
         seed=args.seed or 0,
-        init=with_heading(first_pose(args.init or AUTO, frames.start), args.heading),
+        init=with_heading(initial_pose(args, frames.start, recording), args.heading),
         smooth=bool(args.smooth),
         detections=_detections(args.detections, recording),
         keypoints=keypoints,
@@ -209,7 +209,7 @@ def _plan_like(args: Namespace, recording: Recording) -> TrackPlan:
         frames=frames,
         views=views,
         seed=stored.spec.seed if args.seed is None else args.seed,
-        init=_init_like(args, stored, frames.start),
+        init=_init_like(args, stored, frames.start, recording),
         smooth=stored.spec.smooth if args.smooth is None else args.smooth,
         detections=_detections_like(args, stored, recording),
         keypoints=keypoints,
@@ -255,10 +255,10 @@ def _plan_resumed(args: Namespace, recording: Recording, output: UnfinishedOutpu
     return TrackPlan(tracked, spec, wish.count or len(begun.asked), begun=begun)
 
 
-def _init_like(args: Namespace, stored: StoredSpec, first: int) -> FirstPose:
+def _init_like(args: Namespace, stored: StoredSpec, first: int, recording: Recording) -> FirstPose:
     """The run's first pose, or what the command line says instead."""
     if args.init is not None:
-        return with_heading(first_pose(args.init, first), args.heading)
+        return with_heading(initial_pose(args, first, recording), args.heading)
     if args.heading is None:
         return stored.spec.init
     init = AUTO if is_found(stored.spec.init) else stored.spec.init

@@ -105,8 +105,13 @@ def pose_of_run(run: Run, i: int) -> Pose | None:
 
 def up_of_run(run: Run) -> Upright:
     """Which axis of the run's world points up; z where it does not say."""
-    stated = run.meta.get("from_recording", {}).get("up_axis")
-    axis = stated or run.meta.get("parameters", {}).get("up_axis", "auto")
+    return up_of_meta(run.meta)
+
+
+def up_of_meta(meta: Mapping[str, Any]) -> Upright:
+    """The same by what a run states."""
+    stated = meta.get("from_recording", {}).get("up_axis")
+    axis = stated or meta.get("parameters", {}).get("up_axis", "auto")
     return Upright(axis) if axis in UP_AXES else Z_UP
 
 

@@ -14,8 +14,11 @@ from stereotrack_core.annotation.agreement import click_sigmas, differences
 from stereotrack_core.annotation.click import USUAL_SIGMA, Click
 from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.errors import InputError
+from stereotrack_core.geometry.upright import Z_UP, Upright
+from stereotrack_core.interop.file_axes import AxesContradicted
 from stereotrack_core.interop.label_source import LabelSource
 from stereotrack_core.interop.labels import is_trajectory, read_labels
+from stereotrack_core.interop.landmark_file import Stated, world_from_axes
 from stereotrack_core.interop.run_file import reference_in
 from stereotrack_core.project.entries import Choose
 from stereotrack_core.project.exporting.formats import ExportFormat, formats_of
@@ -26,8 +29,11 @@ from stereotrack_core.project.schema import REFERENCE
 from stereotrack_core.project.selection import Selection
 from stereotrack_core.project.setups import save_reference
 from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.upright import up_of_cameras
 
 from ...services.failures import message_of
+from ...services.tasks.task import Task
+from ...session.project_opening import message_of_finding
 from ...widgets.forms.form_dialog import ask_to_export, ask_to_open
 from .exchange.agreement import AgreementDialog, AgreementReport, agreement_report
 from .exchange.click_files import ExportDialog, ImportDialog, ReferenceExportDialog
@@ -63,8 +69,12 @@ class AnnotationDialogs(QObject):
         title: str,
         work: Callable[[Project, Recording], Any],
         then: Callable[[Project, Recording, Any], None],
+        failed: Callable[[Exception], None] | None = None,
     ) -> None:
-        """Work in the background; go on with the result if that project is open still."""
+        """Work in the background; go on with the result if that project is open still.
+
+        `failed` tells of an error instead of the list of tasks.
+        """
         project, recording = self._panels.project, self._panels.recording
         if project is None or recording is None:
             return
@@ -73,7 +83,10 @@ class AnnotationDialogs(QObject):
             if project is self._panels.project:
                 self._attempt(lambda: then(project, recording, found))
 
-        self._panels.tasks.begin(title, lambda _task: work(project, recording), done)
+        task = Task(title, lambda _task: work(project, recording))
+        task.finished.connect(done)
+        task.failed.connect(failed or self._panels.tasks.failed)
+        self._panels.tasks.start(task)
 
     def _attempt(self, do: Callable[[], object]) -> bool:
         """Do something; where it cannot be done, say so."""
@@ -88,24 +101,38 @@ class AnnotationDialogs(QObject):
 
     def ask_to_import(self) -> None:
         """Let the person choose a file of labels, or of a reference."""
+        self._ask_for_labels()
+
+    def _ask_for_labels(self, source: LabelSource | None = None, complaint: str = "") -> None:
+        """The same, where something is wrong with what was chosen before."""
         project, recording = self._panels.project, self._panels.recording
         if project is not None and recording is not None:
             names = project.landmark_set().names
             dialog = ImportDialog(recording, names, self._folder(), self._panels.window)
             dialog.chosen.connect(self.import_labels)
             self._show(dialog)
+            if source is not None:
+                dialog.ask_again(source, complaint)
 
     @Slot(object)
     def import_labels(self, source: LabelSource) -> None:
         """Compare a file with the project, and show that before anything is written."""
 
         def keep(project: Project, _recording: Recording, reference: Reference) -> None:
+            for note in reference.notes:
+                self._panels.message.emit(message_of_finding(note))
             project.apply(save_reference(source.path.stem, reference))
             project.apply(Choose(REFERENCE.name, source.path.stem))
 
+        def again(error: Exception) -> None:
+            if isinstance(error, AxesContradicted):
+                self._ask_for_labels(source, _axes_asked_for(error))
+            else:
+                self._panels.message.emit(message_of(error))
+
         def begin() -> None:
             if is_trajectory(source.path):
-                self._begin("reading the reference", lambda *_: reference_in(source.path), keep)
+                self._begin("reading the reference", lambda *_: _reference_of(source), keep, again)
                 return
             frames = self._panels.frame_count or None
             self._take_in(lambda *_: _labels_of(source, frames), source.path.name)
@@ -262,6 +289,21 @@ class AnnotationDialogs(QObject):
     def _folder(self) -> str:
         project = self._panels.project
         return str(project.path.parent) if project is not None else ""
+
+
+def _axes_asked_for(error: AxesContradicted) -> str:
+    return (
+        f"{error.where}: {error.what}. Choose the axes: {error.upright} for an upright person, or "
+        f"{error.as_stated} for a person who lies or bends."
+    )
+
+
+def _reference_of(source: LabelSource) -> Reference:
+    """The trajectory of a file, turned into the recording's world."""
+    axes = world_from_axes(source.axes) if source.axes else None
+    likely = up_of_cameras(source.recording)
+    up = Upright(likely.axis) if likely.sure else Z_UP
+    return reference_in(source.path, Stated(source.names or {}, axes, up))
 
 
 def _labels_of(source: LabelSource, frames: int | None) -> _Elsewhere:

@@ -11,6 +11,7 @@ from PySide6.QtCore import QObject, Signal, Slot
 from stereotrack_core.calibrate.align import POINTS
 from stereotrack_core.calibrate.work import Source
 from stereotrack_core.depth.floor import FindFloor
+from stereotrack_core.interop.landmark_file import Stated
 from stereotrack_core.interop.run_file import read_trajectory
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 
@@ -175,7 +176,11 @@ class AligningController(QObject):
         """Take landmarks or a run from a file, which are in the world that is turned."""
         self._context.tasks.begin(
             f"reading {path.name}",
-            lambda _task: Person(f"{FILE} {path.name}", read_trajectory(path), in_recording=False),
+            lambda _task: Person(
+                f"{FILE} {path.name}",
+                read_trajectory(path, Stated(tilted=True)),
+                in_recording=False,
+            ),
             self._take,
         )
 

@@ -21,12 +21,22 @@ from stereotrack_core.calibrate.align import (
 )
 from stereotrack_core.calibrate.pictures import check_same_length, pictures_of_folder
 from stereotrack_core.calibrate.seen_board import seen_board
-from stereotrack_core.cli.arguments import FRAMES, JSON, check_output, check_suffix, flag, option
+from stereotrack_core.cli.arguments import (
+    FRAMES,
+    JSON,
+    STATED,
+    check_output,
+    check_suffix,
+    flag,
+    option,
+)
 from stereotrack_core.cli.calibration.boards import BOARD, board_of, found_board
 from stereotrack_core.cli.output import OK, put_result, say
+from stereotrack_core.cli.sources import say_notes, stated_for
 from stereotrack_core.depth.floor import alignment_to_floor
 from stereotrack_core.errors import InputError, did_you_mean
 from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.interop.landmark_file import Stated
 from stereotrack_core.interop.run_file import read_trajectory
 from stereotrack_core.recording.calibration import read_calibration, write_calibration
 from stereotrack_core.recording.selection import frames_within
@@ -70,6 +80,7 @@ OPTIONS = (
         "landmarks or run in the calibration's world, of a person who stands facing north",
         type=Path,
     ),
+    *STATED,
     flag("--walking", "the person of --person walks north instead"),
     FRAMES,
     option(
@@ -163,7 +174,9 @@ def _of_points(path: Path, cameras: Mapping[str, Camera]) -> Alignment:
 
 
 def _of_person(args: Namespace) -> Alignment:
-    trajectory = read_trajectory(args.person)
+    stated = stated_for(args, args.person).get(args.person, Stated())
+    trajectory = read_trajectory(args.person, replace(stated, tilted=True))
+    say_notes(trajectory.notes)
     frames = frames_within(args.frames, int(trajectory.frame.max(initial=-1)) + 1)
     chosen = np.isin(trajectory.frame, np.arange(frames.start, frames.stop))
     return from_person(trajectory.points[chosen], walking=args.walking)

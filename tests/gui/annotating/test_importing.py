@@ -34,10 +34,10 @@ def slow(monkeypatch):
     """Reading a reference takes until it is let go."""
     begun, go, reference_in = threading.Event(), threading.Event(), dialogs.reference_in
 
-    def reading(path):
+    def reading(*given):
         begun.set()
         assert go.wait(PATIENCE_S)
-        return reference_in(path)
+        return reference_in(*given)
 
     monkeypatch.setattr(dialogs, "reference_in", reading)
     return begun, go

@@ -19,9 +19,11 @@ from stereotrack_core.annotation.click import ClickKey
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.interop.label_source import LabelSource
 from stereotrack_core.interop.labels import write_clicks
+from stereotrack_core.interop.trc import write_trc
 from stereotrack_core.project.clicks import BlindRepeat, MoveClicks, PlaceClicks
 from stereotrack_core.project.marks import SetKeyframes
 from stereotrack_core.project.project import Project
+from stereotrack_core.project.setups import load_reference
 from stereotrack_core.recording.landmarks import LandmarkTrajectory, write_landmarks
 from tests.gui.annotating.stage import LEFT, select, settled
 
@@ -324,3 +326,39 @@ def test_a_project_that_can_only_be_read_is_shown(qtbot, project, stage, make):
         stage.panels.set_project(None, None, 0)
         stage.edits.set_project(None)
     assert not stage.problems
+
+
+def test_axes_that_a_person_contradicts_are_asked_for(qtbot, project, stage, make, tmp_path):
+    """A table with z up in a format whose y is up; its hands have another program's name."""
+    points = np.stack([make.places_at(k) for k in range(10)])
+    path = tmp_path / "theirs.trc"
+    write_trc(path, LandmarkTrajectory(np.arange(10), points[..., [2, 0, 1]]), 10.0)
+    path.write_text(path.read_text().replace("left_hand", "LWrist"))
+    stage.trigger("import")
+    asking = stage.findChild(ImportDialog)
+    qtbot.keyClicks(asking.path, str(path))
+    qtbot.keyClicks(asking.names, "LWrist=left_hand")
+    asking.axes.setCurrentText("x,y")
+    qtbot.mouseClick(asking.accept_button, LEFT)
+    assert "does not name three axes" in asking.words.text()
+    asking.axes.setCurrentIndex(0)
+    qtbot.mouseClick(asking.accept_button, LEFT)
+
+    def again():
+        shown = [one for one in stage.findChildren(ImportDialog) if one.isVisible()]
+        assert len(shown) == 1
+        assert "y points up" in shown[0].words.text()
+        return shown[0]
+
+    qtbot.waitUntil(lambda: bool(again()), timeout=20_000)
+    assert project.references.names() == ()
+    asking = again()
+    assert asking.names.text() == "LWrist=left_hand"
+    field = asking.axes.lineEdit()
+    field.selectAll()
+    qtbot.keyClicks(field, "x,y,z")
+    qtbot.mouseClick(asking.accept_button, LEFT)
+    settled(qtbot, stage)
+    qtbot.waitUntil(lambda: stage.panels.reference.now is not None, timeout=20_000)
+    kept = load_reference(project.references, "theirs")
+    np.testing.assert_allclose(kept.points, points, atol=1e-9)

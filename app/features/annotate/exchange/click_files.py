@@ -15,6 +15,7 @@ from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.label_source import LabelSource, stated_names
 from stereotrack_core.interop.labels import read_clicks
+from stereotrack_core.interop.landmark_file import world_from_axes
 from stereotrack_core.project.exporting.formats import (
     ExportFormat,
     format_named,
@@ -38,14 +39,16 @@ from ....widgets.forms.numbers import NumberField
 from ....widgets.style.building import choice, hbox, label
 
 _FILES = (
-    "Labels and references (*.csv *.json *.npz *.trc *.c3d);;"
+    "Labels and references (*.csv *.json *.npz *.trc *.c3d *.nc);;"
     "Clicks and DeepLabCut (*.csv);;COCO keypoints (*.json);;"
-    "Trajectories (*.npz *.trc *.c3d *.csv)"
+    "Trajectories (*.npz *.trc *.c3d *.nc *.csv)"
 )
 _WORDS = (
     "Clicks, DeepLabCut labels and COCO keypoints are compared with the project before anything "
     "is written. A trajectory is added as a reference of the project."
 )
+_AS_STATED = "as stated in the file"
+_AXES = ("x,y,z", "-x,-y,z", "z,x,y", "x,-z,y", "x,z,-y")
 
 
 class ImportDialog(FormDialog):
@@ -74,14 +77,29 @@ class ImportDialog(FormDialog):
             placeholder="left_wrist=left_hand, nose=head",
             tip="Landmark names in the file and their names here, where they differ",
         )
+        self.axes = choice(
+            "Axes",
+            [("", _AS_STATED), *((axes, axes) for axes in _AXES)],
+            "Of a trajectory: the file's axes that point east, north and up, such as x,-z,y.",
+        )
+        self.axes.setEditable(True)
         self.path.textChanged.connect(self._check)
         self.names.textChanged.connect(self._check)
         form = QFormLayout()
         form.addRow("File", hbox((self.path, 1), push_button("&Choose …", self._ask)))
         form.addRow("Camera", self.camera)
         form.addRow("Names", self.names)
-        self.lay_out(label(_WORDS, "muted"), form, None, size=(560, 250))
+        form.addRow("Axes", self.axes)
+        self.lay_out(label(_WORDS, "muted"), form, None, size=(560, 280))
         self._check()
+
+    def ask_again(self, source: LabelSource, complaint: str) -> None:
+        """Show what was chosen before, and what is wrong with it."""
+        self.path.setText(str(source.path))
+        self.names.setText(", ".join(f"{one}={two}" for one, two in (source.names or {}).items()))
+        self.axes.setCurrentText(source.axes or _AS_STATED)
+        self.axes.setFocus()
+        self.say(complaint, error=True)
 
     def _ask(self) -> None:
         chosen, _ = QFileDialog.getOpenFileName(self, "Import clicks", self._folder, _FILES)
@@ -103,7 +121,14 @@ class ImportDialog(FormDialog):
                     "there is no such file", where=str(path), remedy="Choose another file."
                 )
             camera = self.camera.currentData() or None
-            source = LabelSource(path, self._recording, self._landmarks, camera, names or None)
+            axes = self.axes.currentText().strip()
+            if axes in ("", _AS_STATED):
+                axes = ""
+            else:
+                world_from_axes(axes, "Axes")
+            source = LabelSource(
+                path, self._recording, self._landmarks, camera, names or None, axes
+            )
             self.chosen.emit(source)
 
         if self.attempt(take):
