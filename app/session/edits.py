@@ -40,6 +40,9 @@ class WindowEdit:
     """The frame in which it can be seen."""
     slot: Hashable = None
     """What it changes: the next change of the same, with nothing done between, is one with it."""
+    is_data: bool = False
+    """Whether it changes data. Only such an edit ends the redo of what was undone before; a setting
+    or a dismissed note takes its place before that."""
 
 
 @dataclass(frozen=True)
@@ -61,17 +64,16 @@ class _Made:
     edit: WindowEdit
     number: int
     """Of the stored edit before it."""
-    place: int
     at: str
     joined: bool
     """Whether it is a part of that stored edit."""
     closed: bool = False
     """Whether later changes of its slot are edits of their own."""
 
-    def entry(self, who: str, *, done: bool) -> Entry:
+    def entry(self, who: str, place: int, *, done: bool) -> Entry:
         """Itself, as the history lists it."""
         state: Literal["done", "undone"] = "done" if done else "undone"
-        return Entry(self.number, WINDOW, self.edit.words, who, self.at, state, self.place)
+        return Entry(self.number, WINDOW, self.edit.words, who, self.at, state, place)
 
 
 class EditStack(QObject):
@@ -89,7 +91,6 @@ class EditStack(QObject):
         self._project: Project | None = None
         self._made: list[_Made] = []
         self._done = 0
-        self._last_place = 0
         self._next: tuple[Entry | None, Entry | None] = (None, None)
 
     # ---- what is there
@@ -102,9 +103,10 @@ class EditStack(QObject):
             self._forget()
         self._project = project
         if project is not None and self._made:
-            newest = project.history.newest()
-            self._made = [replace(made, number=newest, joined=False) for made in self._made]
-            self._drop_stored_redo()
+            if any(made.edit.is_data for made in self._made):
+                self._drop_stored_redo()
+            number = self._number(joined=False)
+            self._made = [replace(made, number=number, joined=False) for made in self._made]
         self._tell()
 
     @Slot()
@@ -136,8 +138,8 @@ class EditStack(QObject):
         highest = 2**62 if before is None else before
         who = self._project.who if self._project is not None else ""
         own = (
-            made.entry(who, done=place < self._done)
-            for place, made in enumerate(self._made)
+            made.entry(who, place, done=place <= self._done)
+            for place, made in enumerate(self._made, start=1)
             if lowest <= made.number < highest and not made.joined
         )
         return tuple(sorted((*stored, *own), key=lambda entry: entry.order, reverse=True))
@@ -147,22 +149,25 @@ class EditStack(QObject):
     def do(self, edit: WindowEdit, *, joined: bool = False) -> None:
         """Make an edit of the window; where it is joined it is a part of the last stored edit."""
         edit.put(edit.after)
-        del self._made[self._done :]
-        self._drop_stored_redo()
-        last = self._made[-1] if self._made else None
+        undone = self._made[self._done :]
+        if edit.is_data:
+            undone = []
+            self._drop_stored_redo()
+        # settings that were undone would come back from values that are no longer in effect
+        undone = [made for made in undone if made.edit.is_data or made.joined]
+        done = self._made[: self._done]
+        last = done[-1] if done else None
         if last is not None and not joined and self._continues(last, edit):
-            self._made.pop()
+            done.pop()
             edit = replace(edit, before=last.edit.before)
         if joined or edit.slot is None or edit.before != edit.after:
-            self._last_place += 1
-            number = self._number(joined=joined)
-            self._made.append(_Made(edit, number, self._last_place, now(), joined))
-        self._done = len(self._made)
+            done.append(_Made(edit, self._number(joined=joined), now(), joined))
+        self._made, self._done = [*done, *undone], len(done)
         self._tell()
 
     def close_last(self) -> None:
         """Let a later change of what was changed last be an edit of its own."""
-        self._close(len(self._made) - 1)
+        self._close(self._done - 1)
 
     def withdraw(self, edit: WindowEdit) -> None:
         """Forget an edit whose effect the program has ended."""
@@ -260,10 +265,14 @@ class EditStack(QObject):
         return same and self._at_hand(back=True) == (last, None)
 
     def _number(self, *, joined: bool) -> int:
+        """Number of the stored edit after which an edit of the window is made."""
         if self._project is None:
             return 0
         last = self._project.history.to_undo() if joined else None
-        return last.number if last is not None else self._project.history.newest()
+        if last is not None:
+            return last.number
+        following = self._stored(back=False)
+        return self._project.history.newest() if following is None else following.number - 1
 
     def _drop_stored_redo(self) -> None:
         if self._project is not None:
@@ -282,6 +291,6 @@ class EditStack(QObject):
             made, stored = self._at_hand(back=back)
             found.append(stored)
             if made is not None and stored is None:
-                found[-1] = made.entry("", done=back)
+                found[-1] = made.entry("", self._done + (not back), done=back)
         self._next = (found[0], found[1])
         self.changed.emit()

@@ -20,10 +20,10 @@ from tests.gui.hands import CTRL, SHIFT, key, truth
 
 
 class Stage:
-    """A project, its stack, and one value that a window has."""
+    """A project, its stack, and a value and a setting that a window has."""
 
     def __init__(self, project):
-        self.value, self.project, self.edits = 0, project, EditStack()
+        self.value, self.setting, self.project, self.edits = 0, 0, project, EditStack()
         self.messages = []
         self.edits.message.connect(self.messages.append)
         self.edits.set_project(project)
@@ -33,8 +33,16 @@ class Stage:
         self.value = value
 
     def set(self, value, slot=None, **how):
-        edit = WindowEdit(f"set value to {value}", self.put, self.value, value, slot=slot)
-        self.edits.do(edit, **how)
+        words, change = f"set value to {value}", (self.put, self.value, value)
+        self.edits.do(WindowEdit(words, *change, slot=slot, is_data=True), **how)
+
+    def choose(self, setting):
+        """Change what is no data."""
+
+        def put(value):
+            self.setting = value
+
+        self.edits.do(WindowEdit(f"choose {setting}", put, self.setting, setting))
 
     def click(self, frame=0):
         self.project.apply(place(Click(frame, "N_right", "head", (1.0, 2.0))))
@@ -214,37 +222,69 @@ def test_a_run_that_was_kept_is_let_go_and_kept_again_with_what_made_it_a_run(st
         stage.project.let_run_go("a")
 
 
+def test_what_is_no_edit_of_data_leaves_all_that_can_be_redone(stage):
+    for frame in range(20):
+        stage.click(frame)
+    stage.set(1)
+    for _ in range(21):
+        stage.edits.undo()
+    stage.choose(5)
+    assert stage.words() == ("choose 5", "place head in N_right, frame 0")
+    stage.edits.undo()
+    assert (stage.setting, stage.words()) == (0, ("", "choose 5"))
+    while stage.edits.to_redo() is not None:
+        stage.edits.redo()
+    assert (stage.value, stage.setting, stage.frames()) == (1, 5, list(range(20)))
+
+
+def test_a_setting_that_is_changed_before_the_project_comes_leaves_its_redo(stage):
+    stage.click(2)
+    stage.edits.undo()
+    stage.edits.set_project(None)
+    stage.choose(5)
+    stage.edits.set_project(stage.project)
+    assert stage.words() == ("choose 5", "place head in N_right, frame 2")
+
+
 def test_whatever_is_done_the_states_are_those_of_a_plain_list(stage):
-    """An oracle: the list of all states, and a place in it."""
+    """An oracle: lists of what is done, and of what is undone in the order of redo."""
     rng = np.random.default_rng(4)
     model = HistoryModel()
     model.open(stage.edits.entries)
-    states, at = [(0, 0)], 0
-    for step in range(250):
-        value, clicks = states[at]
-        match int(rng.integers(8)):
+    done, undone = [], []
+    for step in range(1, 251):
+        match int(rng.integers(9)):
             case 0 | 1:
                 stage.edits.undo()
-                at = max(at - 1, 0)
+                undone = [*done[-1:], *undone]
+                done = done[:-1]
             case 2:
                 stage.edits.redo()
-                at = min(at + 1, len(states) - 1)
+                done = [*done, *undone[:1]]
+                undone = undone[1:]
             case 3:
                 stage.keep(f"run {step}")
-            case 4 | 5:
-                stage.set(step + 1)
-                states = [*states[: at + 1], (step + 1, clicks)]
-                at += 1
+            case 4:
+                stage.choose(step)
+                done, undone = [*done, ("choose", step)], [u for u in undone if u[0] != "choose"]
+            case 5 | 6:
+                stage.set(step)
+                done, undone = [*done, ("set", step)], []
             case _:
                 stage.click(step)
-                states = [*states[: at + 1], (value, clicks + 1)]
-                at += 1
-        assert (stage.value, stage.project.clicks.count()) == states[at]
-        assert (stage.words()[0] == "", stage.words()[1] == "") == (at == 0, at == len(states) - 1)
+                done, undone = [*done, ("click", step)], []
+        values = {kind: [value for one, value in done if one == kind] for kind, _ in done}
+        assert stage.value == values.get("set", [0])[-1]
+        assert stage.setting == values.get("choose", [0])[-1]
+        assert stage.frames() == values.get("click", [])
+        assert [words == "" for words in stage.words()] == [not done, not undone]
         model.follow()
         assert [row and row.order for row in model.rows] == [
             *(entry.order for entry in stage.edits.entries(1000)), None
         ]  # fmt: skip
+        numbers = [entry.words.rpartition(" ")[2] for entry in stage.edits.entries(1000)
+                   if entry.state == "undone"]  # fmt: skip
+        assert numbers == [str(value) for _, value in reversed(undone)]
     assert stage.messages == []
 
 
@@ -275,6 +315,10 @@ def test_a_swap_that_was_dismissed_is_offered_again_by_undo(four, qtbot):
             seen = truth(four, other if view == "S" else landmark, view)
             clicks.append(Click(0, camera, landmark, seen))
     four.context.session.project.apply(PlaceClicks(tuple(clicks)))
+    four.context.session.project.apply(place(Click(2, "N_right", "head", (100.0, 100.0))))
+    undone = four.context.session.edits.to_undo().words
+    key(four, Qt.Key.Key_Z, CTRL)
+    four.context.session.document.visit(0)
     qtbot.waitUntil(lambda: "swapped" in four.messages.text())
     qtbot.waitUntil(four.context.tasks.settled)
     (said,) = (one for one in four.messages._messages if "swapped" in one.what)
@@ -282,6 +326,7 @@ def test_a_swap_that_was_dismissed_is_offered_again_by_undo(four, qtbot):
         QTest.mouseClick(four.messages.close_button, Qt.MouseButton.LeftButton)
     edits = four.context.session.edits
     assert edits.to_undo().words == "dismiss swap of left elbow and right elbow, frame 0"
+    assert edits.to_redo().words == undone, "a dismissed note is no edit of data"
     four.context.session.document.visit(1)
     four.context.session.document.visit(0)
     qtbot.waitUntil(four.context.tasks.settled)

@@ -124,8 +124,8 @@ class AligningController(QObject):
 
     def _edit(self, words: str, clicks: PointClicks) -> None:
         before = self._calibration.state.axes.clicks
-        put = self._put_clicks
-        self._context.session.edits.do(WindowEdit(words, put, before, clicks, "calibrate"))
+        edit = WindowEdit(words, self._put_clicks, before, clicks, "calibrate", is_data=True)
+        self._context.session.edits.do(edit)
 
     def _put_clicks(self, clicks: PointClicks) -> None:
         self.change(clicks=clicks)

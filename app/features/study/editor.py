@@ -59,7 +59,7 @@ class StudyEditor(QObject):
         after = edit(before)
         if after == before:
             return False
-        self.stack.do(WindowEdit(words, self._put, before, after))
+        self.stack.do(WindowEdit(words, self._put, before, after, is_data=True))
         return True
 
     def _put(self, study: Study) -> None:

@@ -168,7 +168,7 @@ class TrialPresenter(QObject):
             if entry.settings is not None:
                 name = self._runs.next_name(self._session.track.name_of(entry.settings))
             before, after = ("trial", entry.name, self._runs.active), ("run", name, entry)
-            self._session.edits.do(WindowEdit(words, put, before, after, *_HERE))
+            self._session.edits.do(WindowEdit(words, put, before, after, *_HERE, is_data=True))
 
     def stop(self) -> None:
         """Forget everything, as another recording comes."""

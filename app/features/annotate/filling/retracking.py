@@ -195,7 +195,7 @@ class Retracking(QObject):
 
         words = f"re-track {frames_in_words(stretch)} around the clicks"
         frame = self._session.document.frame
-        self._session.edits.do(WindowEdit(words, put, False, True, frame=frame))
+        self._session.edits.do(WindowEdit(words, put, False, True, frame=frame, is_data=True))
         mended = len(found.mended)
         self._context.notifier.say(
             f"Tracked again: {frames_in_words(stretch)}, {mended} of them followed backwards from "
