@@ -181,7 +181,8 @@ class DocumentPresenter(QObject):
             lambda task: _unless_cancelled(task, lambda: read_folder(folder, find(folder))),
             self._on_opened,
         )
-        self._opening.ended.connect(self._on_opening_ended)
+        self._opening.failed.connect(self._on_not_opened)
+        self._opening.stopped.connect(self._on_not_opened)
 
     def close(self) -> None:
         """Close the recording; one that is being opened does not come any more."""
@@ -265,7 +266,11 @@ class DocumentPresenter(QObject):
 
     @Slot(object)
     def _on_opened(self, opened: Opened) -> None:
-        if self.sender() is not self._opening:  # another one was asked for since
+        """Close what is open once all of it is written, and show another recording."""
+        self._tasks.after_writes(partial(self._take, self.sender(), opened))
+
+    def _take(self, opening: QObject, opened: Opened) -> None:
+        if opening is not self._opening:  # another one was asked for since
             opened.reader.close()
             return
         self.close()
@@ -302,7 +307,7 @@ class DocumentPresenter(QObject):
         )
 
     @Slot()
-    def _on_opening_ended(self) -> None:
+    def _on_not_opened(self, _error: object = None) -> None:
         if self._opening is self.sender():
             self._opening = None
 

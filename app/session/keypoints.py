@@ -30,16 +30,14 @@ class KeypointPresenter(QObject):
     ) -> None:
         super().__init__(parent)
         self._project, self._edits, self._tasks = project, edits, tasks
-        self._written: DetectorState | None = None
-        self._waiting: list[tuple[Project, DetectorState]] = []
-        self._writing: Task | None = None
+        self._latest: dict[tuple[str, ...], DetectorState] = {}
         self._known: tuple[Project, Mapping[str, int], tuple[str, ...]] | None = None
         self._frame: tuple[int, Keypoints] | None = None
         self._all: Keypoints | None = None
         self.wanted = True
         """Whether runs and trials are tracked with them."""
-        project.opened.connect(self._read_again)
-        project.closed.connect(self._read_again)
+        project.opened.connect(self._on_project)
+        project.closed.connect(self._on_project)
 
     @property
     def sources(self) -> Mapping[str, int]:
@@ -110,12 +108,13 @@ class KeypointPresenter(QObject):
 
         def written(states: tuple[DetectorState, DetectorState]) -> None:
             if project is self._project.project:
-                before, self._written = states
+                before, after = states
+                self._latest[after.sources] = after
                 put = partial(self._put, project)
-                self._edits.do(WindowEdit(words, put, before, self._written, "annotate"))
+                self._edits.do(WindowEdit(words, put, before, after, "annotate", is_data=True))
                 done()
 
-        return self._tasks.begin(words, work, written)
+        return self._tasks.write(words, work, written)
 
     def bring(self, project: Project, plan: DetectorImport, done: Callable[[], object]) -> Task:
         """Write an import; see :meth:`write`."""
@@ -130,30 +129,20 @@ class KeypointPresenter(QObject):
             self.write(project, words, lambda: removal(project, source), done)
 
     def _put(self, project: Project, state: DetectorState) -> None:
-        """Undo or redo; what is written takes a moment, and is written in the order of its time."""
-        if state is self._written:
+        """Undo or redo in the background; a state that a later one replaces is not written."""
+        latest = self._latest
+        if latest.get(state.sources) is state:
             self._read_again()
             return
-        self._written = state
-        self._waiting.append((project, state))
-        if self._writing is None:
-            self._begin_writing()
+        latest[state.sources] = state
 
-    def _begin_writing(self) -> None:
-        self._writing = self._tasks.begin("saving predictions", self._write_waiting)
-        self._writing.ended.connect(self._on_put)
+        def work(_task: Task) -> None:
+            if latest[state.sources] is state:
+                project.keypoints.put(state)
 
-    def _write_waiting(self, _task: Task) -> None:
-        while self._waiting:
-            project, state = self._waiting.pop(0)
-            project.keypoints.put(state)
-
-    @Slot()
-    def _on_put(self) -> None:
-        self._writing = None
-        if self._waiting:
-            self._begin_writing()
-        self._read_again()
+        task = self._tasks.write("saving predictions", work)
+        task.ended.connect(self._read_again)
+        task.failed.connect(lambda _error: latest.pop(state.sources, None))
 
     def _read(self) -> tuple[Project, Mapping[str, int], tuple[str, ...]] | None:
         """What is known of the open project, which is asked once."""
@@ -163,6 +152,11 @@ class KeypointPresenter(QObject):
         if self._known is None or self._known[0] is not project:
             self._known = project, project.keypoints.sources(), project.keypoints.cameras()
         return self._known
+
+    @Slot()
+    def _on_project(self) -> None:
+        self._latest = {}
+        self._read_again()
 
     @Slot()
     def _read_again(self) -> None:

@@ -127,9 +127,18 @@ class ProjectPresenter(QObject):
     def open_file(self, path: Path, frame: int = 0, *, take_over: bool = False) -> None:
         """Open a project file and its recording; in the background."""
         self._give_up_waiting()
-        wishes, self._frame = self.wishes(), frame
-        if self.path is not None and self.path == path.resolve():
-            self.close()  # its lock is our own
+        self._frame = frame
+        if self.path is not None and self.path == path.resolve():  # its lock is our own
+            self._tasks.after_writes(partial(self._open_once_more, path, take_over))
+        else:
+            self._open_file(path, take_over)
+
+    def _open_once_more(self, path: Path, take_over: bool) -> None:
+        self.close()
+        self._open_file(path, take_over)
+
+    def _open_file(self, path: Path, take_over: bool) -> None:
+        wishes = self.wishes()
         self._opening = self._begin(
             f"opening {path.name}",
             lambda _task: open_project(path, wishes, take_over=take_over),
@@ -159,7 +168,8 @@ class ProjectPresenter(QObject):
 
     @Slot()
     def close(self) -> None:
-        """Give the project back; everything in it is saved already."""
+        """Give the project back, when all that is being written to it is there."""
+        self._tasks.finish_writes()
         if self._opened is not None:
             self.closing.emit()
         opened, self._opened = self._opened, None

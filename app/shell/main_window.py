@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QSettings, QSize, Qt, Slot
+from collections.abc import Sequence
+
+from PySide6.QtCore import QSettings, QSize, Qt, QTimer, Slot
 from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent
 from PySide6.QtWidgets import QMainWindow, QWidget
 
 from ..context import make_context
 from ..services.stored import stored_bytes
-from ..services.tasks.task import Processes
+from ..services.tasks.task import Processes, Task
 from ..services.wheel import WheelGuard
 from ..session.opening import dropped_paths
-from ..widgets.forms.message import MessageBar
+from ..widgets.forms.message import Message, MessageBar
 from ..widgets.forms.welcome import WelcomePage
 from ..widgets.style.icons import set_icon
 from .actions import MENUS, commands
@@ -44,6 +46,7 @@ class MainWindow(QMainWindow):
         self.status = StatusLine(self.statusBar(), self.context)
         self.help = Help(self, self.context)
         self.tour = Tour(self, self.context, self._tour_steps())
+        self._is_told_to_close = False
         self._connect()
 
     def draw(self) -> None:
@@ -173,11 +176,27 @@ class MainWindow(QMainWindow):
         return self.context.docks.focus.step(forward)
 
     def closeEvent(self, event: QCloseEvent) -> None:
+        """Close when all that was promised is written; exports are waited for only once."""
+        tasks, exports = self.context.tasks, not self._is_told_to_close
+        if waits_for := tasks.promised(exports=exports):
+            event.ignore()
+            self._is_told_to_close = True
+            tasks.after_writes(self._close_soon, exports=exports)
+            self.context.notifier.show(_closes_after(waits_for))
+            return
         self.context.docks.leave()
         self.context.settings.setValue("geometry", self.saveGeometry())
         self.context.session.close()
         self.context.settings.sync()
         event.accept()
+
+    def _close_soon(self) -> None:
+        QTimer.singleShot(0, self, self._close_if_shown)
+
+    @Slot()
+    def _close_if_shown(self) -> None:
+        if self.isVisible():
+            self.close()
 
     def dragEnterEvent(self, event: QDragEnterEvent) -> None:
         if dropped_paths(event.mimeData()):
@@ -188,3 +207,12 @@ class MainWindow(QMainWindow):
         if paths:
             event.acceptProposedAction()
             self.context.session.opening.open_all(paths)
+
+
+def _closes_after(tasks: Sequence[Task]) -> Message:
+    return Message(
+        "note",
+        "the window closes when everything is written",
+        ", ".join(task.title for task in tasks),
+        "Close it again to stop exports. Edits of the project are always written.",
+    )

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import threading
+
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
@@ -10,6 +12,7 @@ from app.features.annotate.exchange.predictions import PredictionsDialog
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.interop.keypoints.table import write_table
 from stereotrack_core.project.clicks import PlaceClicks
+from stereotrack_core.project.keypoints import StoredKeypoints
 from stereotrack_core.project.project import Project
 from stereotrack_core.simulation.keypoints import KeypointErrors, simulated_keypoints
 from tests.tracking.keypoints.mono import mono_recording, truth
@@ -125,3 +128,81 @@ def test_one_of_several_people_is_chosen(opened, qtbot, tmp_path):
     kept = project.keypoints.all()
     assert len(kept) == len(lines) - 2
     assert (kept.person == 0).all()
+
+
+@pytest.fixture
+def slow_disk(monkeypatch):
+    """Lets keypoints be written only when the test says so; setting it is saying so."""
+    ready, put = threading.Event(), StoredKeypoints.put
+    ready.set()
+
+    def wait_and_put(self, state):
+        assert ready.wait(60.0)
+        put(self, state)
+
+    monkeypatch.setattr(StoredKeypoints, "put", wait_and_put)
+    yield ready
+    ready.set()
+
+
+@pytest.fixture
+def redone(opened, qtbot, slow_disk, tmp_path):
+    """The window in which an import was undone and redone, which the disk does not have yet."""
+    imported(opened, qtbot, tmp_path)
+    action = opened.context.actions.action
+    action("undo").trigger()
+    qtbot.waitUntil(opened.context.tasks.settled)
+    assert kept_in(tmp_path) == {}
+    slow_disk.clear()
+    for _ in range(2):
+        action("redo").trigger()
+        action("undo").trigger()
+    action("redo").trigger()
+    return opened
+
+
+def kept_in(folder):
+    """Keypoints by detector that the file has."""
+    with Project.open(folder / "mono.stereotrack", read_only=True) as project:
+        return project.keypoints.sources()
+
+
+@pytest.mark.parametrize("how", ["another recording", "the same project", "close recording"])
+def test_what_was_redone_is_in_the_file_before_another_one_is_open(
+    redone, qtbot, slow_disk, small_recording, tmp_path, how
+):
+    session, tasks = redone.context.session, redone.context.tasks
+    project = session.project.project
+    if how == "close recording":
+        redone.context.actions.action("close").trigger()
+    else:
+        path = session.project.path if how == "the same project" else small_recording
+        session.opening.open(path)
+    qtbot.waitUntil(lambda: not any(task.title.startswith("opening") for task in tasks.tasks))
+    assert session.project.project is project, "it is left when everything is written"
+    assert "saving predictions" in [task.title for task in tasks.tasks], "the status line says so"
+    slow_disk.set()
+    qtbot.waitUntil(lambda: session.project.project is not project)
+    qtbot.waitUntil(tasks.settled)
+    assert kept_in(tmp_path)["rtm"] > 0
+
+
+def test_the_window_closes_when_what_was_redone_is_in_the_file(redone, qtbot, slow_disk, tmp_path):
+    for _ in range(2):
+        redone.close()
+        assert redone.isVisible()
+        assert "closes when everything is written" in redone.messages.text()
+    slow_disk.set()
+    qtbot.waitUntil(lambda: not redone.isVisible())
+    assert kept_in(tmp_path)["rtm"] > 0
+
+
+def test_an_export_is_waited_for_once(opened, qtbot):
+    ready = threading.Event()
+    opened.context.tasks.begin("writing clicks", lambda _task: ready.wait(60.0), promised=True)
+    opened.close()
+    assert opened.isVisible()
+    assert "writing clicks" in opened.messages.text()
+    threading.Timer(0.2, ready.set).start()
+    opened.close()
+    assert not opened.isVisible()

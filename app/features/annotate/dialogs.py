@@ -70,6 +70,8 @@ class AnnotationDialogs(QObject):
         work: Callable[[Project, Recording], Any],
         then: Callable[[Project, Recording, Any], None],
         failed: Callable[[Exception], None] | None = None,
+        *,
+        promised: bool = False,
     ) -> None:
         """Work in the background; go on with the result if that project is open still.
 
@@ -83,10 +85,9 @@ class AnnotationDialogs(QObject):
             if project is self._panels.project:
                 self._attempt(lambda: then(project, recording, found))
 
-        task = Task(title, lambda _task: work(project, recording))
-        task.finished.connect(done)
-        task.failed.connect(failed or self._panels.tasks.failed)
-        self._panels.tasks.start(task)
+        self._panels.tasks.begin(
+            title, lambda _task: work(project, recording), done, failed, promised=promised
+        )
 
     def _attempt(self, do: Callable[[], object]) -> bool:
         """Do something; where it cannot be done, say so."""
@@ -204,6 +205,7 @@ class AnnotationDialogs(QObject):
                 path, project.keypoints.all(), recording, form
             ),
             lambda _project, _recording, written: self._panels.said.emit(written.words()),
+            promised=True,
         )
 
     # ---- trust

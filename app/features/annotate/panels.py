@@ -213,7 +213,7 @@ class AnnotationPanels(QObject):
         if project is None:
             return
         if len(chosen.frames) > _MANY_FRAMES:
-            self.tasks.begin(
+            self.tasks.write(
                 "editing", lambda _task: project.apply(make(project, chosen)), self._on_done
             )
             return

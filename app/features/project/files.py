@@ -68,7 +68,7 @@ class FileController(QObject):
         """Go back to the welcome page."""
         self._session.track.stop()
         self._demo_places = None
-        self._session.document.close()
+        self._context.tasks.after_writes(self._session.document.close)
 
     def begin_demo(self, folder: Path | None = None) -> None:
         """Make the demo recording unless it is there, open it and track it."""
@@ -250,7 +250,7 @@ class FileController(QObject):
                 entry.path = path
             self._context.notifier.say(written.words(), 8000)
 
-        self._context.tasks.begin(f"saving {path.name}", write, done)
+        self._context.tasks.begin(f"saving {path.name}", write, done, promised=True)
 
     def save_run(self, entry: RunEntry, path: Path) -> None:
         """Write a run; says so when it is done."""

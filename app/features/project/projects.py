@@ -90,6 +90,7 @@ class ProjectController(QObject):
                 "recovering the project",
                 lambda _task: rescue(damaged, _with_suffix(target)),
                 self._on_rescued,
+                promised=True,
             )
 
         parent, title = self._context.docks.dialog_parent, "Save recovered project as"

@@ -65,7 +65,7 @@ class ReportController(QObject):
                 write_page(path, reported)
             return path
 
-        self._task = self._context.tasks.begin("Writing report", work, self._on_made)
+        self._task = self._context.tasks.begin("Writing report", work, self._on_made, promised=True)
         self._task.ended.connect(self._on_ended)
 
     def _source(self, entry: RunEntry, path: Path) -> Source | None:

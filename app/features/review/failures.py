@@ -189,6 +189,7 @@ class FailureController(QObject):
             f"exporting {what} of failures",
             work,
             lambda words: self._context.notifier.say(words, 10_000),
+            promised=True,
         )
         task.stopped.connect(lambda: self._context.notifier.say("Nothing was written.", 4000))
 

@@ -143,7 +143,8 @@ class RunKeeper(QObject):
             self._runs.tell()  # where it was refused, the list shows the old name again
         else:
             put = partial(self._put_name, entry)
-            self._edits.do(WindowEdit(f"rename run {before} to {name}", put, before, name, *_HERE))
+            words = f"rename run {before} to {name}"
+            self._edits.do(WindowEdit(words, put, before, name, *_HERE, is_data=True))
 
     def _put_name(self, entry: RunEntry, name: str) -> None:
         """Give a run another name; where the project keeps it by now, it does so under that."""
@@ -165,7 +166,7 @@ class RunKeeper(QObject):
             self._project.apply(delete_run(entry.kept))
         else:
             words, put = f"remove run {entry.name}", partial(self._put_listed, entry)
-            self._edits.do(WindowEdit(words, put, True, False, *_HERE))
+            self._edits.do(WindowEdit(words, put, True, False, *_HERE, is_data=True))
 
     def _put_listed(self, entry: RunEntry, listed: bool) -> None:
         if listed:
@@ -198,12 +199,12 @@ class RunKeeper(QObject):
             for entry in self._to_keep()[: not busy]:  # the next one when this one has its name
                 work = partial(_kept, project, entry.name, entry.now())
                 done = partial(self._on_kept, project, entry, entry.name)
-                self._begin(f"storing run {entry.name}", entry, work, done)
+                self._begin(f"storing run {entry.name}", entry, work, done, self._tasks.write)
         shown = (one for one in self._runs.entries if one.visible or one is self._runs.active)
         for entry in shown:
             if entry.waiting and entry not in self._tried:
                 read, found = partial(_read, project, entry.kept), partial(self._on_read, entry)
-                self._begin(f"loading run {entry.name}", entry, read, found)
+                self._begin(f"loading run {entry.name}", entry, read, found, self._tasks.begin)
         self._remember_shown(project)
 
     def _to_keep(self) -> list[RunEntry]:
@@ -226,11 +227,12 @@ class RunKeeper(QObject):
         entry: RunEntry,
         work: Callable[[], object],
         done: Callable[[Any], None],
+        begin: Callable[..., Task],
     ) -> None:
         if entry in self._busy:
             return
         self._tried.add(entry)  # what fails is told by the window, and not tried for ever
-        task = self._tasks.begin(title, lambda _task: work(), done)
+        task = begin(title, lambda _task: work(), done)
         task.ended.connect(self._on_ended)
         self._busy[entry] = task
 
@@ -291,7 +293,7 @@ class RunKeeper(QObject):
     def _take_in_what_is_left(self, project: Project) -> None:
         if project.read_only or not unfinished_runs(project.path):
             return
-        self._taking = self._tasks.begin(
+        self._taking = self._tasks.write(
             "storing interrupted runs", lambda _task: _taken_in(project), self._on_taken_in
         )
         self._taking.ended.connect(self._on_taking_ended)

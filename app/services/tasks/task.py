@@ -174,8 +174,8 @@ class Task(Threaded):
         self.cancel()
         self._given_up = True
 
-    def join(self, seconds: float) -> bool:
-        """Wait for the end of the work; False where it still runs."""
+    def join(self, seconds: float | None = None) -> bool:
+        """Wait for the end of the work, for at most so long; False where it still runs."""
         if self._thread.ident is not None:
             self._thread.join(seconds)
         return not self._thread.is_alive()
@@ -248,7 +248,11 @@ class Processes:
 
 
 class TaskList(QObject):
-    """All work that is under way; keeps tasks alive and stops them when the window closes."""
+    """All work that is under way; keeps tasks alive and stops them when the window closes.
+
+    What is promised (writes to the project, exports) was told to the person as done or under way:
+    closing the window waits for it, and leaving the project waits for the writes to it.
+    """
 
     changed = Signal()
     failed = Signal(object)
@@ -256,6 +260,9 @@ class TaskList(QObject):
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._tasks: list[Task] = []
+        self._promised: list[Task] = []
+        self._writes: list[Task] = []
+        self._later: list[tuple[bool, Callable[[], object]]] = []
         self._settled: list[Callable[[], bool]] = []
 
     def watch(self, settled: Callable[[], bool]) -> None:
@@ -276,14 +283,53 @@ class TaskList(QObject):
         title: str,
         work: Callable[[Task], Any],
         done: Callable[[Any], None] | None = None,
+        failed: Callable[[Exception], None] | None = None,
+        *,
+        promised: bool = False,
     ) -> Task:
-        """Start `work` and call `done` with its result in this thread."""
+        """Start `work` and call `done` with its result in this thread, or `failed` with its error."""
         task = Task(title, work)
+        if promised:
+            self._promised.append(task)
         if done is not None:
             task.finished.connect(done)
-        task.failed.connect(self.failed)
+        task.failed.connect(failed or self.failed)
         self.start(task)
         return task
+
+    def write(
+        self,
+        title: str,
+        work: Callable[[Task], Any],
+        done: Callable[[Any], None] | None = None,
+    ) -> Task:
+        """Start a write to the project; writes are made one after the other, in their order."""
+        before = self._writes[-1] if self._writes else None
+
+        def in_order(task: Task) -> Any:
+            if before is not None:
+                before.join()
+            return work(task)
+
+        task = self.begin(title, in_order, done, promised=True)
+        self._writes.append(task)
+        return task
+
+    def promised(self, *, exports: bool = False) -> tuple[Task, ...]:
+        """Writes to the project that are under way, or all that is promised."""
+        return tuple(self._promised if exports else self._writes)
+
+    def after_writes(self, do: Callable[[], object], *, exports: bool = False) -> None:
+        """Call `do` as soon as all writes, or all that is promised, have ended."""
+        if self.promised(exports=exports):
+            self._later.append((exports, do))
+        else:
+            do()
+
+    def finish_writes(self) -> None:
+        """Wait for all writes to the project, in this thread; for an end that cannot be put off."""
+        for task in self._writes:
+            task.join()
 
     def start(self, task: Task) -> None:
         """Start a task whose failure is told by whoever made it."""
@@ -294,18 +340,24 @@ class TaskList(QObject):
         self.changed.emit()
 
     def cancel_all(self) -> None:
-        """Ask all work to stop."""
+        """Ask all work but writes to stop."""
         for task in self._tasks:
-            task.cancel()
+            if task not in self._writes:
+                task.cancel()
 
     def shutdown(self, seconds: float = 10.0) -> None:
-        """Stop all work and wait for it, all in all so long; what takes longer ends by itself."""
-        end = time.monotonic() + seconds
+        """Stop all work and wait for it, all in all so long; what takes longer ends by itself.
+
+        Writes to the project are waited for however long they take.
+        """
         self.cancel_all()
+        self.finish_writes()
+        end = time.monotonic() + seconds
         for task in tuple(self._tasks):
             if not task.join(max(end - time.monotonic(), 0.0)):
                 task.give_up()
-        self._tasks.clear()
+        for tasks in (self._tasks, self._promised, self._writes):
+            tasks.clear()
 
     @Slot(float, str)
     def _on_progress(self, _share: float, _words: str) -> None:
@@ -314,5 +366,9 @@ class TaskList(QObject):
     @Slot()
     def _on_ended(self) -> None:
         task = self.sender()
-        self._tasks = [kept for kept in self._tasks if kept is not task]
+        for tasks in (self._tasks, self._promised, self._writes):
+            tasks[:] = [kept for kept in tasks if kept is not task]
         self.changed.emit()
+        later, self._later = self._later, []
+        for exports, do in later:
+            self.after_writes(do, exports=exports)

@@ -203,7 +203,8 @@ class ExportFileDialog(FormDialog):
     def _begin(self, title: str, write: Callable[[Task], str]) -> None:
         """Write in the background, and close when it is done."""
         self.accept_button.setEnabled(False)
-        self._tasks.begin(title, write, self._on_written).failed.connect(self._on_failed)
+        task = self._tasks.begin(title, write, self._on_written, promised=True)
+        task.failed.connect(self._on_failed)
 
     @Slot(object)
     def _on_written(self, words: str) -> None:

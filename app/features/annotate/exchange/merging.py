@@ -218,7 +218,7 @@ class TakeInDialog(FormDialog):
             return edit.words()
 
         self._set_busy(busy=True)
-        task = self._tasks.begin("merging clicks", work, self._on_worked)
+        task = self._tasks.write("merging clicks", work, self._on_worked)
         task.failed.connect(self._on_failed)
 
     @Slot(object)
