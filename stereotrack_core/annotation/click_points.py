@@ -103,9 +103,9 @@ def limb_residuals(away: FloatArray, landmarks: LandmarkSet) -> FloatArray:
     result = np.full((len(away), len(LIMBS)), np.nan)
     limb_of = np.array([LIMBS.index(one.limb) for one in landmarks.landmarks])
     for limb in range(len(LIMBS)):
-        own = away[:, limb_of == limb].reshape(len(away), -1)
-        count = np.isfinite(own).sum(axis=1)
-        squares = np.nansum(own**2, axis=1)
+        own = away[:, limb_of == limb]
+        count = np.isfinite(own).sum(axis=(1, 2))
+        squares = np.nansum(own**2, axis=(1, 2))
         result[count > 0, limb] = np.sqrt(squares[count > 0] / count[count > 0])
     return result
 

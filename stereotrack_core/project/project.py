@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
+from contextlib import ExitStack
 from dataclasses import astuple
 from pathlib import Path
 
@@ -197,7 +198,8 @@ class Project:
     def on_change(self, listener: Listener) -> Callable[[], None]:
         """Call `listener` after every change; the function returned ends that.
 
-        What a listener raises comes out of the edit, which is saved all the same.
+        What a listener raises comes out of the edit, which is saved all the same, after all other
+        listeners were called.
         """
         self._listeners.append(listener)
 
@@ -322,8 +324,9 @@ class Project:
         with self._access.alone():
             changed = change()
             if changed is not None:
-                for listener in tuple(self._listeners):
-                    listener(changed)
+                with ExitStack() as stack:  # goes on where a listener raises something
+                    for listener in reversed(self._listeners):
+                        stack.callback(listener, changed)
         return changed
 
     def _remember(self, place: RecordingPlace) -> None:

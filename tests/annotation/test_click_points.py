@@ -105,6 +105,7 @@ def test_residuals_are_distances_from_the_projected_trajectory():
     away = click_residuals(found, np.array([0, 2, 3]), truth[[0, 2, 3]])
     assert np.isnan(away[1]).all()
     assert away[2, NINE.names.index("left_elbow"), 0] == pytest.approx(5.0, abs=1e-6)
+    assert limb_residuals(away[:0], NINE).shape == (0, 6), "of no frame"
     limbs = limb_residuals(away, NINE)
     # one of the shoulder's and the elbow's eight clicks is five pixels off
     assert limbs[2, LIMBS.index("left_upper_arm")] == pytest.approx(np.sqrt(25 / 8), abs=1e-6)

@@ -230,6 +230,7 @@ class AnnotationPanels(QObject):
     def _on_edited(self, changed: Changed) -> None:
         if self.project is None:
             return
+        self._soon.start()  # first, so that numbers are right whatever fails below
         if self.lanes is not None and self.lanes.follow(changed):
             self._show_lanes()
         self.reference.follow(changed)
@@ -242,7 +243,6 @@ class AnnotationPanels(QObject):
             due = self.repeats.due()
             if due is not None:
                 self.begin_repeat(due)
-        self._soon.start()
 
     @Slot()
     def _show_numbers(self) -> None:
