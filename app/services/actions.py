@@ -331,7 +331,7 @@ class ActionRegistry(QObject):
     def _say(self, command: Command, action: QAction, named: str, why_not: str, keys: str) -> None:
         action.setEnabled(not why_not)
         if command.goes_first:
-            self._share_keys(command)
+            self._share_keys(self._keys[command.id])
         words = f"{command.tip} Unavailable: {why_not}" if why_not else command.tip
         action.setStatusTip(words)
         action.setWhatsThis(words)
@@ -340,21 +340,23 @@ class ActionRegistry(QObject):
 
     def _give_keys(self, command: Command, keys: QKeySequence) -> None:
         words = keys.toString(QKeySequence.SequenceFormat.NativeText)
+        before = self._keys.get(command.id, keys)
         self._keys[command.id], self._key_words[command.id] = keys, words
         action = self._actions[command.id]
         if command.goes_first:  # shown in menus all the same
             action.setText(f"{command.text}\t{words}")
         action.setShortcut(keys)
-        for one in self._commands.values():
-            if one.goes_first and self._keys.get(one.id) == keys:
-                self._share_keys(one)
+        for shared in (before, keys):
+            self._share_keys(shared)
 
-    def _share_keys(self, first: Command) -> None:
+    def _share_keys(self, keys: QKeySequence) -> None:
         """Give keys that two commands have to the one that can be done now."""
-        keys, takes = self._keys[first.id], self._actions[first.id].isEnabled()
-        for name, used in self._keys.items():
-            if used == keys and name != first.id:
-                self._actions[name].setShortcut(QKeySequence() if takes else keys)
+        users = [name for name, used in self._keys.items() if used == keys]
+        first = {name for name in users if self._commands[name].goes_first}
+        taken = any(self._actions[name].isEnabled() for name in first)
+        for name in users:
+            if name not in first:
+                self._actions[name].setShortcut(QKeySequence() if taken else keys)
 
     def _run(self, run: Callable[[], None]) -> None:
         run()
