@@ -374,8 +374,10 @@ class DocumentPresenter(QObject):
             first = self.frame_count == 0
             self.frame_count = count
             self.count_changed.emit(count)
-            if first or self.frame >= count:
+            if first:
                 self.go_to(self._start_frame)
+            elif self.frame >= count:  # there are fewer than estimated
+                self.go_to(count - 1)
 
 
 def _frame_set(reader: Shared[FrameReader], frame: int) -> FrameSet:

@@ -17,6 +17,9 @@ from PySide6.QtWidgets import QApplication, QFileDialog
 from stereotrack_core.interop.run_file import write_run
 from stereotrack_core.project.project import Project
 from stereotrack_core.recording.folder import fingerprint, open_recording
+from stereotrack_core.recording.reader import FrameReader
+from tests.gui.conftest import FRAMES
+from tests.gui.kept_window import open_recording as show_recording
 from tests.gui.made_runs import made_run
 
 pytestmark = pytest.mark.window
@@ -197,3 +200,18 @@ def test_what_the_window_cannot_open_is_not_taken(window, tmp_path):
     text = tmp_path / "notes.txt"
     text.write_text("no recording")
     assert not drop(window, text)
+
+
+def test_a_viewer_at_the_end_stays_there_when_there_are_fewer_frames_than_estimated(
+    window, qtbot, small_recording, monkeypatch
+):
+    known = [(FRAMES, False)]
+    monkeypatch.setattr(FrameReader, "frame_count_so_far", lambda _reader: known[-1])
+    show_recording(window, qtbot, small_recording)
+    document = window.context.session.document
+    document.visit(FRAMES - 1)
+    qtbot.waitUntil(window.context.tasks.settled)
+    known.append((FRAMES - 2, True))
+    qtbot.waitUntil(lambda: document.frame_count == FRAMES - 2)
+    assert document.frame == FRAMES - 3
+    qtbot.waitUntil(lambda: document.frame_set is not None)
