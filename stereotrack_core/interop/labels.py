@@ -21,7 +21,7 @@ from stereotrack_core.interop.deeplabcut import is_deeplabcut, read_deeplabcut
 from stereotrack_core.interop.label_source import Labels, LabelSource
 from stereotrack_core.interop.other_files import refuse_other_suffix, refuse_other_table
 from stereotrack_core.interop.point_tables import point_table_of, read_points
-from stereotrack_core.interop.run_journal import PART_SUFFIX
+from stereotrack_core.interop.run_file import TRAJECTORY_SUFFIXES
 from stereotrack_core.interop.sleap import read_sleap
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.landmarks import LANDMARKS
@@ -32,6 +32,9 @@ _UNDERSTOOD = (
     "COCO keypoints .json and SLEAP .slp; trajectories from .csv with x, y and z, .trc, .c3d, "
     ".nc of movement and .npz."
 )
+LABEL_SUFFIXES = (".csv", ".h5", ".json", ".slp")
+"""What :func:`read_labels` reads."""
+
 _OTHERS = {
     ".mat": "Export the labels as .csv or COCO keypoints (.json), and use that file.",
 }
@@ -46,7 +49,7 @@ def is_trajectory(path: Path) -> bool:
     """
     suffix = path.suffix.lower()
     if suffix != ".csv":
-        return suffix in (".trc", ".c3d", ".npz", ".nc", ".bvh", ".mot", ".sto", PART_SUFFIX)
+        return suffix in TRAJECTORY_SUFFIXES or suffix in (".bvh", ".mot", ".sto")  # which are refused
     lines = read_cells(path)
     return bool(lines) and set(lines[0]) >= _TRAJECTORY_COLUMNS
 

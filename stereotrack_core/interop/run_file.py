@@ -87,6 +87,9 @@ _WRITERS: Mapping[str, Callable[[Path, LandmarkTrajectory, float], None]] = {
 }
 """What landmarks can be written as that states a frame rate."""
 
+TRAJECTORY_SUFFIXES: tuple[str, ...] = (*_READERS, *_FOREIGN)
+"""What :func:`read_trajectory` reads."""
+
 RUN_SUFFIXES: tuple[str, ...] = (".npz", ".csv", ".trc", ".c3d", ".bvh")
 """What a run can be written as by what everybody has; only ``.npz`` keeps all of it."""
 

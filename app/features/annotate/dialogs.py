@@ -32,7 +32,6 @@ from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.upright import up_of_cameras
 
 from ...services.failures import message_of
-from ...services.tasks.task import Task
 from ...session.project_opening import message_of_finding
 from ...widgets.forms.form_dialog import ask_to_export, ask_to_open
 from .exchange.agreement import AgreementDialog, AgreementReport, agreement_report

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
 from PySide6.QtCore import QObject, QSettings, Qt, Signal, Slot
-from PySide6.QtWidgets import QDialog, QFileDialog
+from PySide6.QtWidgets import QDialog
 
 from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
@@ -24,6 +24,7 @@ from stereotrack_core.study.editing import (
 from stereotrack_core.study.file import Study
 
 from ...services.actions import ActionRegistry, Command, Menu
+from ...widgets.forms.form_dialog import ask_to_open_several
 from ...widgets.redraw import RedrawQueue
 from .edit_dialogs import (
     RemoveColumnDialog,
@@ -146,15 +147,14 @@ class StudyEditing(QObject):
 
     def _ask_for_projects(self) -> None:
         start = str(self.editor.study.folder)
-        chosen, _ = QFileDialog.getOpenFileNames(self.window, "Add projects", start, _PROJECTS)
-        self._on_dropped(tuple(Path(one) for one in chosen))
+        ask_to_open_several(self.window, "Add projects", start, _PROJECTS, self._on_dropped)
 
     @Slot(object)
-    def _on_dropped(self, paths: tuple[Path, ...]) -> None:
+    def _on_dropped(self, paths: Sequence[Path]) -> None:
         if self.busy:
             self.window.say(f"Nothing was added. {self.busy}", error=True)
         elif paths:
-            self.add_wanted.emit(paths)
+            self.add_wanted.emit(tuple(paths))
 
     def add(self, found: Found) -> None:
         """Add what was found in folders and projects, and say what was not."""

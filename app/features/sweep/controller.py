@@ -7,7 +7,6 @@ from dataclasses import replace
 from pathlib import Path
 
 from PySide6.QtCore import QObject, Slot
-from PySide6.QtWidgets import QFileDialog
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.parameters import value_text
@@ -16,6 +15,7 @@ from stereotrack_core.tracking.presets import PRESETS, preset
 from ...context import Context
 from ...session.sweeping import SweepNow, SweepPresenter
 from ...session.tracking import Chosen
+from ...widgets.forms.form_dialog import ask_to_open
 from ...widgets.forms.message import Message
 from .dialog import SweepDialog
 from .results import SweepResults, parameters_of
@@ -51,14 +51,11 @@ class SweepController(QObject):
     def ask_for_results(self) -> None:
         """Look at the table of the last sweep, or at one that the person chooses."""
         table = self.presenter.last_table
-        if table is None or not table.is_file():
-            chosen, _ = QFileDialog.getOpenFileName(
-                self._context.docks.dialog_parent, "Open sweep results", "", "Table (*.csv)"
-            )
-            if not chosen:
-                return
-            table = Path(chosen)
-        self.show_results(table)
+        if table is not None and table.is_file():
+            self.show_results(table)
+            return
+        parent = self._context.docks.dialog_parent
+        ask_to_open(parent, "Open sweep results", "", "Table (*.csv)", self.show_results)
 
     @Slot(object)
     def show_results(self, table: Path) -> None:

@@ -22,12 +22,15 @@ from PySide6.QtWidgets import (
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.experiments.sweep.points import SweepRequest
+from stereotrack_core.interop.keypoints.reading import KEYPOINT_SUFFIXES
+from stereotrack_core.project.whereabouts import SUFFIX as PROJECT_SUFFIX
 from stereotrack_core.worker_processes import usable_cores
 
 from ...widgets.forms.form_dialog import (
     ask_for_folder,
     ask_to_open,
     ask_to_save,
+    files_of,
     line_edit,
     push_button,
 )
@@ -42,7 +45,7 @@ _CERTIFICATES = {
 }
 """Files of an encrypted cluster: their names, and what they are."""
 
-_KEYPOINTS = "Projects and predictions (*.stereotrack *.json *.csv *.h5 *.slp *.npy)"
+_KEYPOINTS = files_of("Projects and predictions", (PROJECT_SUFFIX, *KEYPOINT_SUFFIXES))
 
 
 class SweepForm(QWidget):
@@ -192,7 +195,7 @@ class SweepForm(QWidget):
         field.textChanged.connect(self.changed)
 
         def ask() -> None:
-            kinds = "PEM (*.pem *.crt *.cer *.key);;All files (*)"
+            kinds = files_of("PEM", (".pem", ".crt", ".cer", ".key"))
             ask_to_open(self, name, field.text(), kinds, lambda path: field.setText(str(path)))
 
         choose = push_button("…", ask, f"{about}: choose the file")

@@ -34,7 +34,7 @@ from stereotrack_core.experiments.sweep.table import (
 )
 from stereotrack_core.tables import read_csv_table
 
-from ...widgets.forms.form_dialog import push_button
+from ...widgets.forms.form_dialog import ask_to_open, push_button
 from ...widgets.plots.sweep_plot import SweepPlot
 from ...widgets.style.building import choice, hbox, label, vbox
 
@@ -236,12 +236,14 @@ class SweepResults(QDialog):
     @Slot()
     def _ask(self) -> None:
         start = str(self.path.parent) if self.path is not None else ""
-        chosen, _ = QFileDialog.getOpenFileName(self, "Open sweep results", start, "Table (*.csv)")
-        if chosen:
+
+        def show(path: Path) -> None:
             try:
-                self.open_table(Path(chosen))
+                self.open_table(path)
             except InputError as error:
                 self.file_label.setText(str(error))
+
+        ask_to_open(self, "Open sweep results", start, "Table (*.csv)", show)
 
     @Slot()
     def _ask_picture(self) -> None:

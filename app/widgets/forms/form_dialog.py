@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from itertools import chain, count
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -107,11 +107,28 @@ Use: TypeAlias = Callable[[Path], object]
 """What is done with the file or folder that a person chooses; nothing where none is chosen."""
 
 
+_ALL = "All files (*)"
+
+
 def ask_to_open(parent: QWidget, title: str, start: Path | str, files: str, use: Use) -> None:
-    """Let the person choose a file to read."""
-    chosen, _ = QFileDialog.getOpenFileName(parent, title, str(start), files)
+    """Let the person choose a file to read; `files` are shown first, all others on request."""
+    chosen, _ = QFileDialog.getOpenFileName(parent, title, str(start), f"{files};;{_ALL}")
     if chosen:
         use(Path(chosen))
+
+
+def ask_to_open_several(
+    parent: QWidget, title: str, start: Path | str, files: str, use: Callable[[list[Path]], object]
+) -> None:
+    """Let the person choose files to read together."""
+    chosen, _ = QFileDialog.getOpenFileNames(parent, title, str(start), f"{files};;{_ALL}")
+    if chosen:
+        use([Path(one) for one in chosen])
+
+
+def files_of(words: str, suffixes: Iterable[str]) -> str:
+    """Files with these suffixes as dialogs list them: ``Predictions (*.csv *.h5)``."""
+    return f"{words} ({' '.join(f'*{suffix}' for suffix in dict.fromkeys(suffixes))})"
 
 
 def ask_to_save(
@@ -132,8 +149,7 @@ def ask_to_save(
 
 def file_filter(form: ExportFormat) -> str:
     """A format as file dialogs list it: ``C3D (*.c3d)``; says where a library is missing."""
-    files = " ".join(f"*{suffix}" for suffix in form.suffixes)
-    return f"{form.label}{', not installed' if form.missing else ''} ({files})"
+    return files_of(f"{form.label}{', not installed' if form.missing else ''}", form.suffixes)
 
 
 def ask_to_export(

@@ -31,6 +31,9 @@ _UNDERSTOOD = (
     f"analysis .h5), and tables (.csv) with {', '.join(table.COLUMNS[:6])}."
 )
 
+KEYPOINT_SUFFIXES = (".csv", ".h5", ".json", ".npy", ".slp")
+"""Files that :func:`read_keypoints` reads."""
+
 
 def read_keypoints(source: KeypointSource, frames: int | None = None) -> FoundKeypoints:
     """Read what a detector has predicted, and count what is not used.

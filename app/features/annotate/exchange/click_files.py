@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from PySide6.QtCore import Signal, Slot
-from PySide6.QtWidgets import QCheckBox, QFileDialog, QFormLayout, QWidget
+from PySide6.QtWidgets import QCheckBox, QFormLayout, QWidget
 
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.annotation.landmark_set import LandmarkSet
@@ -14,8 +14,9 @@ from stereotrack_core.annotation.reference import MAX_SIGMA, Reference
 from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.label_source import LabelSource, stated_names
-from stereotrack_core.interop.labels import read_clicks
+from stereotrack_core.interop.labels import LABEL_SUFFIXES, read_clicks
 from stereotrack_core.interop.landmark_file import world_from_axes
+from stereotrack_core.interop.run_file import TRAJECTORY_SUFFIXES
 from stereotrack_core.project.exporting.formats import (
     ExportFormat,
     format_named,
@@ -30,18 +31,22 @@ from stereotrack_core.recording.description import Recording
 from ....services.tasks.task import Task, TaskList
 from ....widgets.forms.form_dialog import (
     FormDialog,
+    ask_to_open,
     ask_to_save,
     file_filter,
+    files_of,
     line_edit,
     push_button,
 )
 from ....widgets.forms.numbers import NumberField
 from ....widgets.style.building import choice, hbox, label
 
-_FILES = (
-    "Labels and references (*.csv *.json *.npz *.trc *.c3d *.nc);;"
-    "Clicks and DeepLabCut (*.csv);;COCO keypoints (*.json);;"
-    "Trajectories (*.npz *.trc *.c3d *.nc *.csv)"
+_FILES = ";;".join(
+    (
+        files_of("Labels and references", (*LABEL_SUFFIXES, *TRAJECTORY_SUFFIXES)),
+        files_of("Labels", LABEL_SUFFIXES),
+        files_of("Trajectories", TRAJECTORY_SUFFIXES),
+    )
 )
 _WORDS = (
     "Clicks, DeepLabCut labels and COCO keypoints are compared with the project before anything "
@@ -102,9 +107,10 @@ class ImportDialog(FormDialog):
         self.say(complaint, error=True)
 
     def _ask(self) -> None:
-        chosen, _ = QFileDialog.getOpenFileName(self, "Import clicks", self._folder, _FILES)
-        if chosen:
-            self.path.setText(chosen)
+        def take(path: Path) -> None:
+            self.path.setText(str(path))
+
+        ask_to_open(self, "Import clicks", self._folder, _FILES, take)
 
     @Slot()
     def _check(self) -> None:

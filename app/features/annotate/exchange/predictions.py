@@ -11,7 +11,6 @@ from PySide6.QtWidgets import (
     QAbstractItemView,
     QCheckBox,
     QComboBox,
-    QFileDialog,
     QFormLayout,
     QHeaderView,
     QTableWidget,
@@ -21,6 +20,7 @@ from PySide6.QtWidgets import (
 
 from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
+from stereotrack_core.interop.keypoints.reading import KEYPOINT_SUFFIXES
 from stereotrack_core.interop.keypoints.source import KeypointSource
 from stereotrack_core.interop.label_source import stated_names
 from stereotrack_core.project.detectors import DetectorImport, plan_import
@@ -29,11 +29,18 @@ from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.keypoint_names import LAYOUTS
 
 from ....services.tasks.newest import LatestOnly
-from ....widgets.forms.form_dialog import FormDialog, line_edit, push_button
+from ....widgets.forms.form_dialog import (
+    FormDialog,
+    ask_for_folder,
+    ask_to_open_several,
+    files_of,
+    line_edit,
+    push_button,
+)
 from ....widgets.style.building import choice, hbox, label
 
 _FILES = (
-    "Predictions (*.json *.csv *.h5 *.slp *.npy);;COCO, MMPose, RTMPose (*.json);;"
+    f"{files_of('Predictions', KEYPOINT_SUFFIXES)};;COCO, MMPose, RTMPose (*.json);;"
     "DeepLabCut (*.csv *.h5);;SLEAP (*.slp);;FreeMoCap, MediaPipe (*.npy *.csv)"
 )
 _WORDS = (
@@ -167,13 +174,11 @@ class PredictionsDialog(FormDialog):
 
     def _ask_for_files(self) -> None:
         folder = str(self._project.path.parent)
-        chosen, _ = QFileDialog.getOpenFileNames(self, "Import predictions", folder, _FILES)
-        self.add([Path(one) for one in chosen])
+        ask_to_open_several(self, "Import predictions", folder, _FILES, self.add)
 
     def _ask_for_folder(self) -> None:
         folder = str(self._project.path.parent)
-        chosen = QFileDialog.getExistingDirectory(self, "Folder of OpenPose", folder)
-        self.add([Path(chosen)] if chosen else [])
+        ask_for_folder(self, "Folder of OpenPose", folder, lambda chosen: self.add([chosen]))
 
     def add(self, paths: Sequence[Path]) -> None:
         """Add files or folders to the list."""

@@ -11,8 +11,9 @@ from PySide6.QtWidgets import QButtonGroup, QComboBox, QLabel, QRadioButton, QWi
 
 from stereotrack_core.calibrate.align import POINTS, Alignment
 from stereotrack_core.calibrate.changes import place_table
+from stereotrack_core.interop.run_file import TRAJECTORY_SUFFIXES
 
-from ....widgets.forms.form_dialog import ask_to_open, push_button
+from ....widgets.forms.form_dialog import ask_to_open, files_of, push_button
 from ....widgets.forms.numbers import WholeNumberField
 from ....widgets.style.building import Item, choice, hbox, label, label_of, vbox
 from ....widgets.tables.plain import PlainTable
@@ -205,7 +206,7 @@ class AxesPage(QWidget):
         self._calibration.changed.emit()  # the list shows what is chosen, until a file is read
         recording = self._calibration.state.recording
         start = Path.home() if recording is None else recording.folder
-        files = "Runs and landmarks (*.npz *.csv *.trc *.c3d)"
+        files = files_of("Runs and landmarks", TRAJECTORY_SUFFIXES)
         ask_to_open(self, "Landmarks of a person", start, files, self._aligning.read_person)
 
     def _on_frames(self, _frame: int) -> None:

@@ -18,7 +18,7 @@ from stereotrack_core.calibrate.board import DICTIONARIES, Board, charuco, chess
 from stereotrack_core.calibrate.pictures import VIDEO_SUFFIXES
 from stereotrack_core.errors import InputError
 
-from ....widgets.forms.form_dialog import ask_for_folder, ask_to_open, push_button, say_in
+from ....widgets.forms.form_dialog import ask_for_folder, ask_to_open, files_of, push_button, say_in
 from ....widgets.forms.numbers import NumberField, WholeNumberField
 from ....widgets.style.building import choice, hbox, label, vbox
 from ....widgets.tables.table import dress_list
@@ -189,7 +189,7 @@ class BoardPage(QWidget):
         ask_for_folder(self, title, self._start(), self._calibration.add_camera)
 
     def _ask_video(self) -> None:
-        files = f"Videos ({' '.join(f'*{one}' for one in sorted(VIDEO_SUFFIXES))})"
+        files = files_of("Videos", sorted(VIDEO_SUFFIXES))
         ask_to_open(self, "Video of one camera", self._start(), files, partial(
             self._calibration.add_camera))  # fmt: skip
 

@@ -23,7 +23,7 @@ from ....widgets.style.building import choice, hbox, label, scrolled, vbox
 from ....widgets.tables.plain import PlainTable
 from .looking import Looked
 
-_FILES = "Calibrations (*.toml *.yml *.yaml *.xml *.json *.mat *.txt);;All files (*)"
+_FILES = "Calibrations (*.toml *.yml *.yaml *.xml *.json *.mat *.txt)"
 _FROM_BAG = "Cameras &of the ROS bag"
 
 
