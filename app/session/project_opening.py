@@ -137,7 +137,7 @@ def project_of_recording(folder: Path, wishes: Wishes) -> OpenedProject | None:
     if not wishes.makes:
         return None
     path = project_path_for(folder, documents_folder(), wishes.home)
-    project = Project.create(path, folder, who=wishes.who)
+    project = Project.create(path, folder, who=wishes.who, interactive=True)
     messages = tuple(message_of_finding(note) for note in project.notes)
     if path.parent != folder.resolve().parent and wishes.home is None:
         elsewhere = Message(
@@ -161,7 +161,7 @@ def open_project(path: Path, wishes: Wishes, *, take_over: bool = False) -> Open
     messages: tuple[Message, ...] = ()
     in_use = False
     try:
-        project = Project.open(path, who=wishes.who, take_over=take_over)
+        project = Project.open(path, who=wishes.who, take_over=take_over, interactive=True)
     except ProjectDamaged:
         raise
     except InputError as error:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import sqlite3
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
-from threading import RLock
+from threading import Event, RLock, Thread, current_thread, main_thread
 from typing import Any
 
 from stereotrack_core.errors import InputError
@@ -22,6 +22,10 @@ from stereotrack_core.project.schema import Row, Table
 from stereotrack_core.project.validity import check_schema
 
 BUSY_SECONDS = 5.0
+_PATIENCE_SECONDS = 0.1
+"""How long the window's thread waits for an edit that another one makes; longer is seen."""
+_PAUSE_SECONDS = 1.0
+"""After an edit, before the log is brought into the file: most edits follow one another."""
 _STRIDE = 100_000
 _FREE_STEPS = 20_000_000
 _STEPS_PER_BYTE = 20
@@ -100,8 +104,10 @@ def connect(path: Path) -> Connection:
     Raises InputError where the file is no project, or not one as this program makes them;
     ProjectDamaged where it contradicts itself.
     """
-    pragmas = ("journal_mode = PERSIST", "synchronous = FULL", "foreign_keys = ON")
-    return _checked(path, "rw", pragmas)
+    database = _checked(path, "rw", ("synchronous = FULL", "foreign_keys = ON"))
+    with suppress(sqlite3.OperationalError):  # somebody still reads what was left with a log
+        database.execute("PRAGMA journal_mode = PERSIST")
+    return database
 
 
 def connect_for_reading(path: Path) -> Connection:
@@ -154,27 +160,109 @@ def _connected(path: Path, mode: str) -> Connection:
     return database
 
 
+def log_edits(database: sqlite3.Connection) -> bool:
+    """Append edits to a log beside the file from now on, without waiting for the drive.
+
+    For a person who must not wait: a commit takes 0.4 ms instead of the four waits for the drive
+    (13 ms) of the rollback journal. All of it is in the hands of the operating system when it
+    returns: a killed program loses nothing, and after a power failure the edits since
+    :class:`LogWriter` has last written are missing. False where the drive cannot do this.
+    """
+    if database.execute("PRAGMA journal_mode = WAL").fetchone()[0] != "wal":
+        return False
+    pragmas = ("synchronous = NORMAL", "wal_autocheckpoint = 0", "journal_size_limit = 4194304")
+    for pragma in pragmas:
+        database.execute(f"PRAGMA {pragma}")
+    return True
+
+
+class LogWriter:
+    """Brings the log of a project into its file, in a thread, when no edit is made for a moment."""
+
+    def __init__(self, path: Path) -> None:
+        self._database = _connected(path, "rw")
+        self._edited, self._end = Event(), Event()
+        self._thread = Thread(target=self._work, name="project log", daemon=True)
+        self._thread.start()
+
+    def soon(self) -> None:
+        """Take note of an edit."""
+        self._edited.set()
+
+    def close(self) -> None:
+        """End the thread; who closes the project brings in what is left."""
+        self._end.set()
+        self._edited.set()
+        self._thread.join()
+        self._database.close()
+
+    def _work(self) -> None:
+        while self._edited.wait() and not self._end.is_set():
+            while self._edited.is_set():
+                self._edited.clear()
+                if self._end.wait(_PAUSE_SECONDS):
+                    return
+            with suppress(sqlite3.Error):  # the log still has it, and is tried again
+                self._database.execute("PRAGMA wal_checkpoint(PASSIVE)").fetchall()
+
+
 class Access:
     """One thread at a time; what the database complains about becomes an ``InputError``.
 
-    `identity`: device and number of the file, by which it is known before every write.
+    `identity`: device and number of the file, by which it is known before every write. `reader`: a
+    second connection, where edits go to a log: it reads what is there while another thread writes.
     """
 
     def __init__(
-        self, database: sqlite3.Connection, path: Path, identity: tuple[int, int] | None = None
+        self,
+        database: sqlite3.Connection,
+        path: Path,
+        identity: tuple[int, int] | None = None,
+        reader: sqlite3.Connection | None = None,
+        log: LogWriter | None = None,
     ) -> None:
-        self._database = database
-        self._lock = RLock()
+        self._database, self._reader, self._log = database, reader, log
+        self._lock, self._reading = RLock(), RLock()
         self._identity = identity
         self.path = path
 
     @contextmanager
-    def alone(self) -> Iterator[sqlite3.Connection]:
-        """The database, for this thread alone."""
-        with self._lock, speaking(self.path):
-            if not is_in_place(self.path, self._identity):
-                leave_behind(self.path)
-            yield self._database
+    def alone(self, seconds: float = -1.0) -> Iterator[sqlite3.Connection]:
+        """The database, for this thread alone; InputError after waiting so long, -1: for ever."""
+        if not self._lock.acquire(timeout=seconds):
+            raise InputError(
+                "the project is being written to",
+                where=str(self.path),
+                remedy="Repeat this in a moment; the status line says what is being written.",
+            )
+        try:
+            with speaking(self.path):
+                if not is_in_place(self.path, self._identity):
+                    leave_behind(self.path)
+                yield self._database
+        finally:
+            self._lock.release()
+
+    @contextmanager
+    def at_once(self) -> Iterator[sqlite3.Connection]:
+        """The database; the window's thread does not wait for a long edit of another one."""
+        waits = self._log is None or current_thread() is not main_thread()
+        with self.alone(-1.0 if waits else _PATIENCE_SECONDS) as database:
+            yield database
+
+    @contextmanager
+    def reading(self) -> Iterator[sqlite3.Connection]:
+        """The database to be read; waits for no edit where there is a second connection."""
+        if self._reader is None or self._lock.acquire(blocking=False):
+            try:
+                with self.alone() as database:
+                    yield database
+            finally:
+                if self._reader is not None:
+                    self._lock.release()
+        else:
+            with self._reading, speaking(self.path):
+                yield self._reader
 
     @contextmanager
     def writing(self) -> Iterator[sqlite3.Connection]:
@@ -189,18 +277,20 @@ class Access:
                 )
             with transaction(database):
                 yield database
+            if self._log is not None:
+                self._log.soon()
 
     def rows(self, statement: str, values: Row = ()) -> list[Any]:
         """All rows of a SELECT."""
-        with self.alone() as database:
+        with self.reading() as database:
             return database.execute(statement, values).fetchall()
 
     def row(self, statement: str, values: Row = ()) -> Any:
         """The first row of a SELECT, or None."""
-        with self.alone() as database:
+        with self.reading() as database:
             return database.execute(statement, values).fetchone()
 
     def read(self, table: Table, key: Row) -> Row | None:
         """Values of the row with this key, or None."""
-        with self.alone() as database:
+        with self.reading() as database:
             return table.read(database, key)

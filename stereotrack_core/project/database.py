@@ -242,13 +242,14 @@ def check_header(path: Path) -> None:
     if application != APPLICATION:
         raise _no_project(path)
     check_version(path, version)
+
+
+def has_log(path: Path) -> bool:
+    """Whether edits of it may be in a log beside it, or be missing because that is not there."""
+    with open_file(path) as file:
+        header = file.read(_HEADER)
     log = path.with_name(path.name + _LOG)
-    if _WITH_LOG in header[_JOURNAL_AT : _JOURNAL_AT + 2] or log in beside(path):
-        raise InputError(
-            f"another program stores edits of it in a log ({log.name})",
-            where=str(path),
-            remedy=f"Close it there. {RESCUE}",
-        )
+    return _WITH_LOG in header[_JOURNAL_AT : _JOURNAL_AT + 2] or log in beside(path)
 
 
 def resolved(path: Path) -> Path:

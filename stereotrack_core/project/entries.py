@@ -94,7 +94,7 @@ class Entries:
                 where=f"{self.table.word} {name}",
                 remedy="Delete it and save it again.",
             )
-        with self._access.alone() as database:
+        with self._access.reading() as database:
             return fetch(database, self.path, entry.content)
 
 

@@ -18,14 +18,16 @@ from pathlib import Path
 
 from stereotrack_core.errors import Finding, InputError
 from stereotrack_core.locks import FileLock, Owner, is_held, lock_path
-from stereotrack_core.project.connection import connect, connect_for_reading
+from stereotrack_core.project.connection import connect, connect_for_reading, log_edits
 from stereotrack_core.project.database import (
+    RESCUE,
     ProjectInUse,
     beside,
     bring_up_to_date,
     check_header,
     code_of,
     copy_files,
+    has_log,
     is_in_place,
     making_sense,
     transaction,
@@ -158,15 +160,22 @@ class Opened:
     identity: tuple[int, int] | None = None
     """Device and number of the file, by which it is known; None on network drives, which do not
     keep numbers."""
+    logs: bool = False
+    """Whether edits go to a log beside it."""
 
 
 def open_for_writing(
-    path: Path, *, take_over: bool = False, mounts: Sequence[Mount] | None = None
+    path: Path,
+    *,
+    take_over: bool = False,
+    interactive: bool = False,
+    mounts: Sequence[Mount] | None = None,
 ) -> Opened:
     """Open the file as its only writer.
 
     With `take_over`, also a project on a network drive that another machine has not given back;
-    for `mounts` see :func:`network_type`.
+    with `interactive` edits go to a log (:func:`log_edits`) if the drive is of this machine. For
+    `mounts` see :func:`network_type`.
 
     Raises InputError where another program has it, it is no project, or one of another version;
     ProjectDamaged where it contradicts itself.
@@ -178,6 +187,7 @@ def open_for_writing(
         stack.callback(lock.release)
         network = network_type(path, mounts)
         with making_sense(path):
+            _check_log(path)
             _try_what_was_left(path)
             database = connect(path)
             stack.callback(database.close)
@@ -194,8 +204,9 @@ def open_for_writing(
             stack.callback(_give_back, database, path, identity)
             earlier = bring_up_to_date(database, path)
             write_owner(database, Owner.myself())
+            logs = interactive and network is None and log_edits(database)
         notes = (*_notes_of_end(path, left, locked), *_notes_of_format(path, earlier))
-        return Opened(path, database, False, notes, stack.pop_all(), identity)
+        return Opened(path, database, False, notes, stack.pop_all(), identity, logs)
     raise AssertionError  # the stack swallows no exception
 
 
@@ -224,6 +235,8 @@ def open_for_reading(path: Path) -> Opened:
     check_header(path)
     locked, held = lock_path(path).exists(), is_held(path, unsure=True)
     with ExitStack() as stack, making_sense(path):
+        if not held:
+            _check_log(path)
         try:
             database = connect_for_reading(path)
         except sqlite3.OperationalError as error:
@@ -252,8 +265,10 @@ def _give_back(database: sqlite3.Connection, path: Path, identity: tuple[int, in
     if not is_in_place(path, identity):
         return
     with suppress(sqlite3.Error):
-        write_owner(database, None)
+        database.execute("PRAGMA wal_checkpoint(TRUNCATE)").fetchall()
         database.execute("PRAGMA journal_mode = DELETE")
+        database.execute("PRAGMA synchronous = FULL")
+        write_owner(database, None)
 
 
 def _copy(path: Path, folder: Path) -> Path:
@@ -283,6 +298,27 @@ def _try_what_was_left(path: Path) -> None:
         closing(connect(_copy(path, Path(folder)))) as tried,
     ):
         check_whole(tried, path)
+
+
+def _check_log(path: Path) -> None:
+    """Refuse a file of whose edits another program keeps some in a log.
+
+    This program's own log is in the file but for the last moment before a crash, and names it.
+    """
+    if not has_log(path):
+        return
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        closing(connect(_copy(path, Path(folder)))) as copy,
+    ):
+        check_rows(copy, path, ("owner",))
+        left = owner_of(copy)
+    if left is None:
+        raise InputError(
+            f"another program stores edits of it in a log ({path.name}-wal)",
+            where=str(path),
+            remedy=f"Close it there. {RESCUE}",
+        )
 
 
 def _notes_of_end(path: Path, left: Owner | None, locked: bool) -> tuple[Finding, ...]:

@@ -13,7 +13,7 @@ from stereotrack_core.annotation.landmark_set import NINE, LandmarkSet
 from stereotrack_core.errors import Finding, InputError
 from stereotrack_core.locks import now, user
 from stereotrack_core.project.clicks import Clicks
-from stereotrack_core.project.connection import Access
+from stereotrack_core.project.connection import Access, LogWriter, connect_for_reading
 from stereotrack_core.project.database import ProjectDamaged, copy_whole, make_database, resolved
 from stereotrack_core.project.edit import Edit, Stamp
 from stereotrack_core.project.entries import Entries, ViewSettings
@@ -79,8 +79,8 @@ class Project:
         self.path = opened.path
         self.read_only = opened.read_only
         self.who = who or user()
-        self._access = Access(opened.database, opened.path, opened.identity)
         self._resources = opened.resources
+        self._access = self._access_to(opened)
         self.history = History(self._access)
         self._listeners: list[Listener] = []
         self.clicks = Clicks(self._access)
@@ -95,6 +95,14 @@ class Project:
         self.parameter_sets = self._entries(PARAMETER_SET)
         self.descriptions = self._entries(DESCRIPTION)
         self.notes: tuple[Finding, ...] = (*opened.notes, *self._unusable())
+
+    def _access_to(self, opened: Opened) -> Access:
+        if not opened.logs:
+            return Access(opened.database, opened.path, opened.identity)
+        reader, log = connect_for_reading(opened.path), LogWriter(opened.path)
+        self._resources.callback(reader.close)
+        self._resources.callback(log.close)
+        return Access(opened.database, opened.path, opened.identity, reader, log)
 
     def _entries(self, table: Table) -> Entries:
         return Entries(table, self._access)
@@ -115,7 +123,12 @@ class Project:
 
     @staticmethod
     def create(
-        path: Path, recording: Path, *, who: str = "", mounts: Sequence[Mount] | None = None
+        path: Path,
+        recording: Path,
+        *,
+        who: str = "",
+        interactive: bool = False,
+        mounts: Sequence[Mount] | None = None,
     ) -> Project:
         """Make a project of a recording folder and open it.
 
@@ -125,7 +138,7 @@ class Project:
         path = resolved(path)
         place = place_of(recording, path)
         make_database(path, astuple(place))
-        return Project.open(path, who=who, mounts=mounts)
+        return Project.open(path, who=who, interactive=interactive, mounts=mounts)
 
     @staticmethod
     def open(
@@ -133,6 +146,7 @@ class Project:
         *,
         read_only: bool = False,
         take_over: bool = False,
+        interactive: bool = False,
         who: str = "",
         mounts: Sequence[Mount] | None = None,
     ) -> Project:
@@ -141,7 +155,9 @@ class Project:
         if read_only:
             opened = open_for_reading(path)
         else:
-            opened = open_for_writing(path, take_over=take_over, mounts=mounts)
+            opened = open_for_writing(
+                path, take_over=take_over, interactive=interactive, mounts=mounts
+            )
         try:
             return Project(opened, who)
         except BaseException:
@@ -193,7 +209,8 @@ class Project:
     def drop_redo(self) -> None:
         """Let what was undone stay so, after something that is not stored here was done."""
         if not self.read_only:
-            self.history.drop_redo()
+            with self._access.at_once():
+                self.history.drop_redo()
 
     def on_change(self, listener: Listener) -> Callable[[], None]:
         """Call `listener` after every change; the function returned ends that.
@@ -321,7 +338,7 @@ class Project:
                 where=str(self.path),
                 remedy="Open it for writing, or work on a copy of it.",
             )
-        with self._access.alone():
+        with self._access.at_once():
             changed = change()
             if changed is not None:
                 with ExitStack() as stack:  # goes on where a listener raises something

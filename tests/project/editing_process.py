@@ -62,25 +62,25 @@ def make(project: Project, step: Step) -> None:
         project.apply(step)
 
 
-def edit_until_killed(path: Path, seed: int) -> None:
+def edit_until_killed(path: Path, seed: int, interactive: bool) -> None:
     """Edit without end; a line on standard output acknowledges each edit."""
     os.write(1, f"{os.getpid()}\n".encode())
-    with Project.open(path, who="A") as project:
+    with Project.open(path, who="A", interactive=interactive) as project:
         for step in steps(seed):
             make(project, step)
             os.write(1, b".\n")
 
 
 def main() -> None:
-    """For each line ``seed path`` on standard input, let a child edit, and say when it has ended.
+    """For each line ``seed interactive path``, let a child edit, and say when it has ended.
 
     Children are forked, so that a hundred of them do not load the program a hundred times.
     """
     for line in sys.stdin:
-        seed, path = line.rstrip("\n").split(" ", 1)
+        seed, interactive, path = line.rstrip("\n").split(" ", 2)
         child = os.fork()
         if child == 0:
-            edit_until_killed(Path(path), int(seed))
+            edit_until_killed(Path(path), int(seed), interactive == "True")
         _, status = os.waitpid(child, 0)
         os.write(1, f"ended {os.waitstatus_to_exitcode(status)}\n".encode())
 

@@ -41,9 +41,11 @@ class Editors:
             env={**os.environ, "PYTHONPATH": str(PROGRAM.parents[2])},
         )
 
-    def edit_and_die(self, path: Path, seed: int, edits: int, seconds: float) -> int:
+    def edit_and_die(
+        self, path: Path, seed: int, edits: int, seconds: float, *, interactive: bool
+    ) -> int:
         """Let one edit, kill it so long after so many edits, and count what it acknowledged."""
-        self.server.stdin.write(f"{seed} {path}\n")
+        self.server.stdin.write(f"{seed} {interactive} {path}\n")
         self.server.stdin.flush()
         process = int(self.server.stdout.readline())
         for _ in range(edits):
@@ -76,8 +78,11 @@ def content(project: Project) -> tuple[object, ...]:
     return clicks, [(entry.number, entry.words, entry.who, entry.state) for entry in entries]
 
 
+@pytest.mark.parametrize("interactive", [False, True])
 @pytest.mark.parametrize("kills", [8, pytest.param(200, marks=pytest.mark.slow)])
-def test_nothing_acknowledged_is_lost_and_nothing_is_half_done(tmp_path, editors, kills):
+def test_nothing_acknowledged_is_lost_and_nothing_is_half_done(
+    tmp_path, editors, kills, interactive
+):
     """A twin that nobody kills makes the same edits; both hold the same after every kill."""
     moments = random.Random(3)
     path, twin_path = tmp_path / "killed.stereotrack", tmp_path / "twin.stereotrack"
@@ -86,7 +91,7 @@ def test_nothing_acknowledged_is_lost_and_nothing_is_half_done(tmp_path, editors
     with Project.open(twin_path, who="A") as twin:
         for seed in range(kills):
             edits, seconds = moments.randrange(MOST_EDITS), moments.uniform(0.0, LONGEST)
-            acknowledged = editors.edit_and_die(path, seed, edits, seconds)
+            acknowledged = editors.edit_and_die(path, seed, edits, seconds, interactive=interactive)
             steps = EDITING["steps"](seed)
             for step in islice(steps, acknowledged):
                 EDITING["make"](twin, step)
