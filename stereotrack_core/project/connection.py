@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sqlite3
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
@@ -25,7 +26,9 @@ BUSY_SECONDS = 5.0
 _PATIENCE_SECONDS = 0.1
 """How long the window's thread waits for an edit that another one makes; longer is seen."""
 _PAUSE_SECONDS = 1.0
-"""After an edit, before the log is brought into the file: most edits follow one another."""
+"""After an edit, before the log is written to the drive: edits follow one another."""
+_MOST_PAUSES = 30
+"""While edits go on, before the log is brought into the file all the same."""
 _STRIDE = 100_000
 _FREE_STEPS = 20_000_000
 _STEPS_PER_BYTE = 20
@@ -177,10 +180,15 @@ def log_edits(database: sqlite3.Connection) -> bool:
 
 
 class LogWriter:
-    """Brings the log of a project into its file, in a thread, when no edit is made for a moment."""
+    """Writes the log of a project to the drive, and then into its file, in a thread.
+
+    To the drive after a moment; into the file when no edit is made for a moment, as the next edit
+    after that has to wait for the drive once, or when it was not for long.
+    """
 
     def __init__(self, path: Path) -> None:
         self._database = _connected(path, "rw")
+        self._log = path.with_name(f"{path.name}-wal")
         self._edited, self._end = Event(), Event()
         self._thread = Thread(target=self._work, name="project log", daemon=True)
         self._thread.start()
@@ -198,12 +206,23 @@ class LogWriter:
 
     def _work(self) -> None:
         while self._edited.wait() and not self._end.is_set():
-            while self._edited.is_set():
+            pauses = 0
+            while self._edited.is_set() and pauses < _MOST_PAUSES:
                 self._edited.clear()
                 if self._end.wait(_PAUSE_SECONDS):
                     return
+                pauses += 1
+                self._write_log()
             with suppress(sqlite3.Error):  # the log still has it, and is tried again
                 self._database.execute("PRAGMA wal_checkpoint(PASSIVE)").fetchall()
+
+    def _write_log(self) -> None:
+        with suppress(OSError):  # it was moved; who writes next is told
+            file = os.open(self._log, os.O_RDWR)
+            try:
+                os.fsync(file)
+            finally:
+                os.close(file)
 
 
 class Access:
