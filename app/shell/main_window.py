@@ -182,7 +182,8 @@ class MainWindow(QMainWindow):
             event.ignore()
             self._is_told_to_close = True
             tasks.after_writes(self._close_soon, exports=exports)
-            self.context.notifier.show(_closes_after(waits_for))
+            only_writes = len(waits_for) == len(tasks.promised())
+            self.context.notifier.show(_closes_after(waits_for, exports=not only_writes))
             return
         self.context.docks.leave()
         self.context.settings.setValue("geometry", self.saveGeometry())
@@ -209,10 +210,10 @@ class MainWindow(QMainWindow):
             self.context.session.opening.open_all(paths)
 
 
-def _closes_after(tasks: Sequence[Task]) -> Message:
+def _closes_after(tasks: Sequence[Task], *, exports: bool) -> Message:
     return Message(
         "note",
         "the window closes when everything is written",
         ", ".join(task.title for task in tasks),
-        "Close it again to stop exports. Edits of the project are always written.",
+        "Close it again to stop exports." if exports else "",
     )
