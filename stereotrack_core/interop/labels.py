@@ -49,7 +49,7 @@ def is_trajectory(path: Path) -> bool:
     """
     suffix = path.suffix.lower()
     if suffix != ".csv":
-        return suffix in TRAJECTORY_SUFFIXES or suffix in (".bvh", ".mot", ".sto")  # which are refused
+        return suffix in (*TRAJECTORY_SUFFIXES, ".bvh", ".mot", ".sto")  # the last are refused
     lines = read_cells(path)
     return bool(lines) and set(lines[0]) >= _TRAJECTORY_COLUMNS
 

@@ -287,7 +287,7 @@ class TaskList(QObject):
         *,
         promised: bool = False,
     ) -> Task:
-        """Start `work` and call `done` with its result in this thread, or `failed` with its error."""
+        """Start `work`; call `done` with its result, or `failed` with its error, in this thread."""
         task = Task(title, work)
         if promised:
             self._promised.append(task)
