@@ -138,7 +138,7 @@ class LayoutChoice:
             return f"{points}: in the order of {self.layout}{doubt}"
         best = min(self.others, key=lambda name: np.nan_to_num(self.others[name], nan=np.inf))
         if np.isnan(self.misfit):
-            why = "the usual one; nobody is seen well enough to tell"
+            why = "the usual one; no person is seen well enough to tell"
         elif self.others[best] < self.misfit - _MARGIN:
             why = f"the usual one, although {best} looks more like a body"
         elif self.others[best] < self.misfit + _MARGIN:

@@ -188,7 +188,7 @@ def test_the_filter_is_kept_with_the_project(qtbot, project, stage):
 def test_clicks_are_imported_after_a_look(qtbot, project, stage, make, tmp_path):
     path = tmp_path / "clicks.csv"
     write_clicks(path, make.clicks_at([0, 5]), stage.panels.recording)
-    path.write_text(path.read_text() + "7,N,elbow,1,2,2\n")
+    path.write_text(path.read_text() + "7,N,elbow,1,2,2,clicked\n")
     stage.trigger("import")
     asking = stage.findChild(ImportDialog)
     qtbot.keyClicks(asking.path, str(path))
