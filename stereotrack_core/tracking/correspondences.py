@@ -110,6 +110,8 @@ class PartColours:
         new = np.bincount(flat, minlength=size).reshape(self.count.shape)
         total = _MEMORY * self.count + new
         share = np.divide(new, total, out=np.zeros_like(total), where=total > 0)[..., None]
+        # New arrays: those that a saved state holds must not change.
+        self.mean, self.square = self.mean.copy(), self.square.copy()
         for k in range(3):
             values = features[sure, k]
             for known, sums in ((self.mean, values), (self.square, values**2)):
@@ -255,5 +257,5 @@ class DataToModel:
         """Go on as those would whose memory this is."""
         known = self._known
         if known is not None and "colour_count" in memory:
-            known.count, known.mean = memory["colour_count"].copy(), memory["colour_mean"].copy()
-            known.square = memory["colour_square"].copy()
+            known.count, known.mean = memory["colour_count"], memory["colour_mean"]
+            known.square = memory["colour_square"]

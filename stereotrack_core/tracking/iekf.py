@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import dataclasses
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from dataclasses import dataclass
 from time import perf_counter
 
@@ -134,17 +135,16 @@ class PoseFilter:
         if P is not None and P.shape == state.P.shape:
             state = dataclasses.replace(state, P=P.copy())
         self.resume(state)
-        self.anew = True
 
     def resume(self, state: State) -> None:
-        """Go on from a state."""
+        """Continue from a state."""
         self.state = self.origin = state
         self.estimator.begin(state.pose)
 
     def lost(self, before: State, cloud: Cloud, reason: str) -> Estimate:
         """State a frame in which nothing could be measured; the body is expected to stay."""
         P = before.P + elapsed(before.time, cloud.frame) * self.setup.Q
-        self.resume(State(before.pose, P, cloud.frame))
+        self.resume(State(before.pose, P, cloud.frame, before.is_first))
         x = state_of_pose(before.pose, self.setup.joints)
         return Estimate(False, reason, before.pose, x, P)
 
@@ -155,16 +155,15 @@ class PoseFilter:
             "rotations": self.state.pose.rotations,
             "P": self.state.P,
             "time": time_array(self.state.time),
-            "anew": np.array(self.anew),
+            "anew": np.array(self.state.is_first),
             **self.estimator.memory(),
             **self.correspondences.memory(),
         }
 
     def recall(self, memory: Memory) -> None:
-        """Go on as the filter would whose memory this is."""
-        pose = Pose(memory["position"], memory["rotations"])
-        self.resume(State(pose, memory["P"], time_in(memory["time"])))
-        self.anew = bool(memory["anew"])
+        """Restore a saved state."""
+        pose, time = Pose(memory["position"], memory["rotations"]), time_in(memory["time"])
+        self.resume(State(pose, memory["P"], time, bool(memory["anew"])))
         self.estimator.recall(memory)
         self.correspondences.recall(memory)
 
@@ -174,8 +173,7 @@ class PoseFilter:
         """State the pose with the signs by which it can be judged."""
         setup, state, surface = self.setup, self.state, found.surface
         P0 = found.P0 if predicted.learned is None else found.P0 + predicted.learned
-        prior = None if self.anew else Prior(P0, found.carried)
-        self.anew = False
+        prior = None if self.origin.is_first else Prior(P0, found.carried)
         dX = sigma_deviations(state.P, setup.weights)
         weight = surface.weight
         squared = float(weight @ surface.distance**2) / max(float(weight.sum()), 1e-12)
@@ -225,6 +223,31 @@ class LeaderTracker(ABC):
     @abstractmethod
     def start(self, pose: Pose, time: float | None = None, *, P: FloatArray | None = None) -> None:
         """Begin from a pose that is roughly right; see :meth:`PoseFilter.start`."""
+
+    def resume(self, state: State) -> None:
+        """Continue from the state of another filter of the same body."""
+        self.leader.resume(state)
+
+    def try_from(
+        self,
+        state: State,
+        cloud: Cloud,
+        trace: StepRecorder | None,
+        accepts: Callable[[Pose], bool] = lambda _pose: True,
+    ) -> Estimate | None:
+        """Estimate a frame from another state; without success the leader stays as it was.
+
+        `accepts` says whether the pose that was found is wanted. No backward pass goes beyond the
+        frame.
+        """
+        before, origin = self.leader.memory(), self.leader.origin
+        self.leader.resume(dataclasses.replace(state, is_first=True))
+        found = self.leader.step(cloud, trace)
+        if found.tracked and accepts(found.pose):
+            return found
+        self.leader.recall(before)
+        self.leader.origin = origin
+        return None
 
     def reinitialise(self) -> None:
         """Know nothing: the next frame that shows somebody is searched."""

@@ -55,13 +55,10 @@ class KeypointTracker(LeaderTracker):
         estimate = self.leader.step(cloud, trace)
         cost = self._cost(cloud, self.pose)
         if proposed is not None and self._cost(cloud, proposed) < cost - _BETTER:
-            here = self.leader.state
-            self.leader.start(proposed, cloud.frame)
-            other = self.leader.step(cloud, trace)
-            if self._cost(cloud, self.pose) < cost - _BETTER:
+            state, limit = self.setup.first_state(proposed, cloud.frame), cost - _BETTER
+            other = self.try_from(state, cloud, trace, lambda p: self._cost(cloud, p) < limit)
+            if other is not None:
                 estimate, cost = other, self._cost(cloud, self.pose)
-            else:
-                self.leader.resume(here)
         if cost > _WORST:
             self.leader.resume(before)
             return self._lost(cloud, "the keypoints do not match the body")

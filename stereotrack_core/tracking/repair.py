@@ -98,7 +98,6 @@ def _followed_back(
     setup, origin, agreed = tracker.setup, found[i].estimate, 0
     follower = tracker.finder.follower(origin.pose)
     follower.resume(State(origin.pose, origin.P, found[i].frame))
-    follower.anew = False
     for j in way:
         whole, _ = tracked.cloud(found[j].frame)
         if len(whole.points) < setup.parameters.least_points:

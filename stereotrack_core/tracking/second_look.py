@@ -172,7 +172,7 @@ class SecondLook:
         costs = np.array([way.costs for way in ways]).T
         chosen = best_way(costs, (apart < _AGREE).all(axis=-1))
         if chosen[-1]:
-            tracker.go_on_from(ways[chosen[-1]].filter.state)
+            tracker.resume(ways[chosen[-1]].filter.state)
         if chosen.any():
             first = int(np.flatnonzero(chosen)[0])
             self.changed.append((found[first].frame, found[-1].frame))
@@ -228,7 +228,6 @@ class _Way:
         known.setup = own
         follower = PoseFilter(own, IteratedEstimator(own), known)
         follower.resume(State(origin.estimate.pose, origin.estimate.P, origin.frame))
-        follower.anew = False
         return cls(follower, tracker.finder.cost)
 
     @property
@@ -237,13 +236,12 @@ class _Way:
         return [None if one is None else one.pose for one in self.estimates]
 
     def judge(self, estimate: Estimate, cloud: Cloud) -> None:
-        """Go on to where the body was stated to be."""
-        own = self._own(cloud, estimate.pose)
-        self._add(estimate, self.cost(estimate.pose, own))
+        """Append the estimate that the run stated in this frame."""
+        self._add(estimate, self.cost(estimate.pose, self._own(cloud)))
 
     def follow(self, cloud: Cloud) -> None:
-        """Go on to where the filter finds the body."""
-        own, estimate = self._own(cloud, self.filter.state.pose), None
+        """Append the estimate that the filter finds in this frame."""
+        own, estimate = self._own(cloud), None
         lost = bool(self.estimates) and self.estimates[-1] is None
         if not lost and len(own.points) >= self.filter.setup.parameters.least_points:
             estimate = self.filter.step(own)
@@ -252,8 +250,10 @@ class _Way:
         else:
             self._add(replace(estimate, correspondences=None), self.cost(estimate.pose, own))
 
-    def _own(self, cloud: Cloud, pose: Pose) -> Cloud:
-        setup = self.filter.setup
+    def _own(self, cloud: Cloud) -> Cloud:
+        """The person's part of a cloud, cut around the pose of the frame before, as in a step."""
+        setup, last = self.filter.setup, self.estimates[-1] if self.estimates else None
+        pose = self.filter.state.pose if last is None else last.pose
         return own_part(cloud, setup.body, pose, setup.upright)
 
     def _add(self, estimate: Estimate | None, cost: float) -> None:

@@ -62,6 +62,8 @@ class State(Belief):
 
     time: float | None
     """Frame that the pose belongs to; None: the one before the next cloud's."""
+    is_first: bool = False
+    """Whether the pose was given or found, so that no earlier frame predicts the next one."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,7 +116,7 @@ class Setup:
         girdle = GIRDLE_REST**2
         turns = [girdle if joint in CLAVICLES else _ARM for joint in self.joints]
         P = np.diag(np.concatenate([_START, np.repeat(turns, 2)]))
-        return State(pose, P, time)
+        return State(pose, P, time, is_first=True)
 
     def predicted(self, belief: Belief, since: float, time: float) -> Belief:
         """Predict that the body stays where it is, less certain with the time."""

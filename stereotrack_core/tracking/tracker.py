@@ -41,7 +41,7 @@ from stereotrack_core.tracking.initialise.trunk import turned_round
 from stereotrack_core.tracking.keypoint_tracker import KeypointTracker
 from stereotrack_core.tracking.parameters import Settings, TrackingParameters
 from stereotrack_core.tracking.residuals.clicks import contradicted, pose_by_clicks
-from stereotrack_core.tracking.state import Setup, State, elapsed
+from stereotrack_core.tracking.state import Setup, elapsed
 from stereotrack_core.tracking.step_recorder import StepRecorder
 from stereotrack_core.tracking.ukf import ThesisTracker
 
@@ -123,6 +123,10 @@ class PersonTracker(LeaderTracker):
     ) -> None:
         """Begin from a pose that is roughly right; see :meth:`PoseFilter.start`."""
         self.leader.start(pose, time, P=P)
+        self._reset()
+
+    def _reset(self) -> None:
+        """Follow the leader alone, without doubt of its pose."""
         self._present = True
         self._age, self._unchanged = 0, _SETTLED
         self._cost = self._doubt = 0.0
@@ -161,10 +165,6 @@ class PersonTracker(LeaderTracker):
     def settled(self) -> bool:
         """Whether the pose is stated, no longer on trial, and no click has just said otherwise."""
         return self._unchanged >= _SETTLED and not (self._unconfirmed or self._told)
-
-    def go_on_from(self, state: State) -> None:
-        """Follow from where another filter of the same body has come to."""
-        self.leader.resume(state)
 
     def memory(self) -> Memory:
         """All that the next step depends on, the rivals on trial too."""
@@ -233,10 +233,12 @@ class PersonTracker(LeaderTracker):
         best = min(candidates, key=by_cost, default=None)
         self._unchanged += 1
         if best is not None and best.cost < self._cost - _BETTER:
-            candidates.remove(best)
-            candidates.append(self._exchanged(best))
-            self._unchanged = 0
-            estimate = self._estimated_anew(cloud, trace)
+            previous, cost = self.leader.state, self._cost
+            exchanged = self.try_from(best.filter.origin, cloud, trace)
+            if exchanged is not None:
+                estimate, self._cost, self._unchanged = exchanged, best.cost, 0
+                best.filter.resume(previous)
+                best.cost = cost
         hopeful = [each for each in candidates if each.cost < self._cost + _HOPELESS]
         others = [each for each in hopeful if differ(each.pose, self.pose)]
         self._rivals = distinct(others)[:_RIVALS]
@@ -253,14 +255,6 @@ class PersonTracker(LeaderTracker):
                 kept.append(rival)
         return kept
 
-    def _exchanged(self, rival: Candidate) -> Candidate:
-        """Let a rival lead, from where it was before this frame; who led becomes the rival."""
-        follower, cost = self.finder.follower(self.pose), self._cost
-        follower.resume(self.leader.state)
-        self.leader.resume(rival.filter.origin)
-        self._cost = rival.cost
-        return Candidate(follower, cost)
-
     def _settled(self, cloud: Cloud, estimate: Estimate, trace: StepRecorder | None) -> Estimate:
         """Turn round where frame after frame has said that the body faces the other way.
 
@@ -270,14 +264,12 @@ class PersonTracker(LeaderTracker):
         gain = self.finder.gain_of_turning(self.pose, cloud)
         self._doubt = max(-_MOST_TRUST, self._doubt + gain - TURN_GAIN)
         if self._doubt > _ENOUGH_DOUBT:
-            self.start(turned_round(self.pose), cloud.frame)
-            estimate = self._estimated_anew(cloud, trace)
+            turned = self.setup.first_state(turned_round(self.pose), cloud.frame)
+            found = self.try_from(turned, cloud, trace)
+            if found is not None:
+                self._reset()
+                return found
         return estimate
-
-    def _estimated_anew(self, cloud: Cloud, trace: StepRecorder | None) -> Estimate:
-        """Estimate of the frame by the pose that leads now; no backward pass goes beyond it."""
-        self.leader.anew = True
-        return self.leader.step(cloud, trace)
 
     def _why_partial(self, cloud: Cloud) -> str:
         """Say why too little of the body is there to tell its pose; empty where there is enough."""

@@ -98,6 +98,7 @@ class ThesisTracker:
         """Follow to the next cloud (3.2.3 and 3.2.4)."""
         begun, x, before, p = time.perf_counter(), self.x, self.belief, self.setup.parameters
         self.predict(cloud.frame)
+        predicted = self.x, self.P
         if trace is not None:
             trace.predicted(before, self.belief)
         prior = None if self._anew else Prior(self.P, np.ones(len(x), np.bool_))
@@ -108,9 +109,11 @@ class ThesisTracker:
         for _ in range(p.iterations):
             sampled = self.sample(trace)
             if not len(sampled):
+                self.x, self.P = predicted
                 return self.lost("no part of the body is visible in any camera")
             pairs = self.closest(sampled, tree)
             if not len(pairs.e):
+                self.x, self.P = predicted
                 return self.lost("every model point coincides with its measured point")
             innovations.append(self.correct(pairs, trace))
         self.avoid_collisions(trace)

@@ -34,7 +34,14 @@ from stereotrack_core.tracking.state import State
 from stereotrack_core.tracking.stored import check_meta, pose_of_run
 from stereotrack_core.tracking.tracker import PersonTracker, tracker_for
 from tests.tracking.recordings import write_depth_recording
-from tests.tracking.scenes import CAMERAS, angle_errors, pose_with_arms, turned
+from tests.tracking.scenes import (
+    CAMERAS,
+    angle_errors,
+    cloud_of,
+    pose_with_arms,
+    surface_points,
+    turned,
+)
 
 SETTINGS = preset("accurate").replaced(
     pixel_step=1,
@@ -236,6 +243,20 @@ def test_stopping_ends_a_look_and_keeps_the_frames(recording, misled):
     run = track(recording, spec_of(poses), on_preparing=stop)
     assert run.frame.tolist() == list(range(WRONG[-1] + AFTER + 1))
     assert run.meta["looked_again"] == []
+
+
+def test_ways_with_the_same_poses_cost_the_same_beside_somebody_else(rng):
+    tracker = person_tracker()
+    (origin,) = [frame_with(tracker, 0, 0.1)]
+    gone, follower = (second_look._Way.from_frame(origin, tracker, 0) for _ in range(2))
+    for k in (1, 2):
+        there = turned(APART, 0.0, (0.1 * k, 0.0, 0.0))
+        other = turned(APART, 0.0, (1.3, 0.0, 0.0))  # at the border of what an arm can reach
+        points = [surface_points(BODY, pose, 1500, rng, 0.005) for pose in (there, other)]
+        cloud = cloud_of(np.concatenate(points), k)
+        follower.follow(cloud)
+        gone.judge(follower.estimates[-1], cloud)
+    assert gone.costs == follower.costs
 
 
 def costs_and_agreement():

@@ -78,9 +78,9 @@ class AnnealedParticles(Baseline):
         }
 
     def recall(self, memory: Memory) -> None:
-        """Go on with the particles of this memory."""
-        if "particles" in memory:
-            self._particles = memory["particles"]
+        """Restore saved particles; none were there before the first frame."""
+        self._particles = memory.get("particles")
+        if self._particles is not None:
             self._centre = Pose(memory["centre_position"], memory["centre_rotations"])
             self._left = Pose(memory["left_position"], memory["left_rotations"])
 

@@ -136,6 +136,7 @@ class HeadingWatch:
         seconds = self._follow(cloud.frame, pose.position, forward)
         if not self.active:
             return
+        self._sums, self._looks = self._sums.copy(), self._looks.copy()  # a saved state holds them
         for name, found in evidence(finder, pose, cloud).items():
             k = _NAMES.index(name)
             look = 1.0 if name in _EVERY_FRAME or not self._seen else min(1.0, seconds / _APART)
@@ -194,7 +195,7 @@ class HeadingWatch:
         active, corrected, self._walked, seen, self._turned, against = kept["state"].tolist()
         self.active, self.corrected, self._seen = bool(active), bool(corrected), int(seen)
         self.against = None if np.isnan(against) else int(against)
-        self._sums, self._looks = kept["sums"].copy(), kept["looks"].copy()
+        self._sums, self._looks = kept["sums"], kept["looks"]
         if "first" in kept:
             self.first = int(kept["first"]), Pose(kept["position"], kept["rotations"])
         if "last" in kept:
