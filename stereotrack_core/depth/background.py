@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import functools
 import operator
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from stereotrack_core.arrays import BoolArray, Float32Array, ImageArray
 from stereotrack_core.depth.match import Region, changed_bands
@@ -76,13 +78,26 @@ def percentile_model(disparities: Sequence[Float32Array], percentile: float) -> 
     Disparities (H, W) are in pixels, NaN where invalid; the percentile, 0 to 100, is taken among
     the valid ones of a pixel, as the nearest rank below.
     """
-    stack = np.stack(disparities, axis=-1)  # sorting is much quicker along the last axis
-    stack.sort(axis=-1)  # NaN comes last
-    count = np.isfinite(stack).sum(axis=-1)
-    rank = np.floor((percentile / 100.0) * np.maximum(count - 1, 0)).astype(np.int64)
-    chosen = np.take_along_axis(stack, rank[..., None], axis=-1)[..., 0]
-    frequency = (count / len(disparities)).astype(np.float32)
-    return BackgroundModel(np.where(count > 0, chosen, np.float32(0)), frequency)
+    model = np.zeros(disparities[0].shape, np.float32), np.empty(disparities[0].shape, np.float32)
+    for rows, stack in _sorted_rows(disparities):  # NaN comes last
+        count = np.isfinite(stack).sum(axis=-1)
+        rank = np.floor((percentile / 100.0) * np.maximum(count - 1, 0)).astype(np.int64)
+        chosen = np.take_along_axis(stack, rank[..., None], axis=-1)[..., 0]
+        model[0][rows] = np.where(count > 0, chosen, np.float32(0))
+        model[1][rows] = count / len(disparities)
+    return BackgroundModel(*model)
+
+
+_ROWS = 32
+"""Rows of an image that are sorted at once: a whole stack of large images takes gigabytes."""
+
+
+def _sorted_rows(images: Sequence[NDArray[Any]]) -> Iterator[tuple[slice, NDArray[Any]]]:
+    """Values of each pixel in all images (H, W), sorted: rows after rows (h, W, N)."""
+    for first in range(0, len(images[0]), _ROWS):
+        rows = slice(first, first + _ROWS)
+        # Sorting is much quicker along the last axis.
+        yield rows, np.sort(np.stack([image[rows] for image in images], axis=-1), axis=-1)
 
 
 _NEAR = np.ones((7, 7), np.uint8)
@@ -151,27 +166,28 @@ class ViewBackground:
     def take_frames(
         self, pictures: Sequence[ImageArray], disparities: Sequence[Float32Array]
     ) -> None:
-        """The model from a recording, by the mode in the parameters."""
-        if self._p.background_mode == "percentile":
-            self._set(percentile_model(disparities, self._p.background_percentile))
-            if self._p.background_standing and self._forget_standing(disparities):
-                return  # the pictures show the person too
-            if pictures:
-                stack = np.sort(np.stack(pictures, axis=-1), axis=-1)
-                self._picture = np.ascontiguousarray(stack[..., len(pictures) // 2])
-        elif self._p.background_mode == "average":
-            whole = Region.whole(self._source.geometry.width, self._source.geometry.height)
-            for disparity in disparities:
-                self.learn(disparity, whole)
+        """The model from frames of a recording in which somebody moves."""
+        self._set(percentile_model(disparities, self._p.background_percentile))
+        if self._p.background_standing and self._forget_standing(disparities):
+            return  # the pictures show the person too
+        if pictures:
+            middle = len(pictures) // 2
+            rows = [stack[..., middle] for _, stack in _sorted_rows(pictures)]
+            self._picture = np.concatenate(rows)
 
     def _forget_standing(self, disparities: Sequence[Float32Array]) -> bool:
         """Take a person who stood still out of the model; whether there was one."""
         if self._limit is None:
             return False
         learned, source, limit = self._learned_ranges(), self._source, self._limit
-        in_front = [disparity > limit for disparity in disparities]
-        ranges = [source.ranges(disparity) for disparity in disparities]
-        volume = Volume.of(self._p)
+        volume, frames = Volume.of(self._p), [(d, d > limit) for d in disparities]
+        in_front = [front for _, front in frames]
+
+        def ranges(where: BoolArray) -> Iterator[Float32Array]:
+            for disparity, front in frames:
+                shown = source.ranges(disparity[where])
+                yield np.where(front[where], shown, np.float32(np.nan))
+
         self.motionless = not moves(source.geometry, volume, in_front, ranges)
         standing = standing_person(source.geometry, volume, learned, in_front, ranges)
         return self._forget(standing, learned)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from itertools import count
@@ -21,7 +21,7 @@ from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.points import inliers
 from stereotrack_core.depth.rectify import Rectification, depth_rectification, stereo_rectification
 from stereotrack_core.depth.sources import DepthSource, StereoSource
-from stereotrack_core.depth.view_chain import Stopwatch, ViewChain, ViewResult
+from stereotrack_core.depth.view_chain import LearnedFrame, Stopwatch, ViewChain, ViewResult
 from stereotrack_core.recording.description import Recording, View
 from stereotrack_core.recording.reader import FrameSet, ViewImages
 from stereotrack_core.recording.selection import usable_views
@@ -190,16 +190,20 @@ class DepthChain:
     ) -> None:
         most = min(_BACKGROUND_FRAMES, len(frames))
         sampled = [frames[i] for i in np.unique(np.linspace(0, len(frames) - 1, most).astype(int))]
-        sets = [reader.frame_set(k) for k in sampled]
-        seen = [[s.views[c.name] for s in sets if c.name in s.views] for c in chains]
-        done, total = count(), sum(map(len, seen))
+        done, total = count(), len(sampled) * len(chains)
+        seen: dict[str, list[LearnedFrame]] = {chain.name: [] for chain in chains}
 
-        def told(images: Sequence[ViewImages]) -> Iterator[ViewImages]:
-            for one in images:
-                on_image(next(done), total)
-                yield one
+        def learn(chain: ViewChain, images: ViewImages) -> LearnedFrame | None:
+            on_image(next(done), total)
+            return chain.learn_frame(images)
 
-        for _ in self._pool.map(ViewChain.learn_frames, chains, map(told, seen)):
+        for k in sampled:
+            views = reader.frame_set(k).views
+            present = [chain for chain in chains if chain.name in views]
+            found = self._pool.map(learn, present, [views[chain.name] for chain in present])
+            for chain, frame in zip(present, found, strict=True):
+                seen[chain.name] += [] if frame is None else [frame]
+        for _ in self._pool.map(ViewChain.learn_frames, chains, seen.values()):
             pass  # the loop raises what a thread raised
         if len(chains) == len(self._chains) and all(c.background.motionless for c in chains):
             for chain in chains:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 
 import cv2
 import numpy as np
@@ -46,7 +46,7 @@ def standing_person(
     volume: Volume,
     learned: Float32Array,
     in_front: Sequence[BoolArray],
-    ranges: Sequence[Float32Array],
+    ranges: Callable[[BoolArray], Iterable[Float32Array]],
 ) -> BoolArray:
     """Pixels (H, W) of the learned background that are a person, parts of whom move.
 
@@ -60,17 +60,16 @@ def standing_person(
         Ranges of the learned background, metres, NaN where it is not known.
     in_front : sequence of array (H, W)
         Foreground of the frames that it was learned from.
-    ranges : sequence of array (H, W)
-        Ranges of these frames, metres.
+    ranges : callable
+        Gives, frame by frame, the ranges (N,) in front of some pixels (H, W), metres, else NaN:
+        those of whole images would take gigabytes.
     """
     standing = np.zeros(learned.shape, dtype=bool)
-    share = np.mean(in_front, axis=0)
-    moving = share >= _MOVES
+    moving = _share(in_front) >= _MOVES
     if not moving.any():
         return standing
-    shown = np.where(np.stack(in_front), np.stack(ranges), np.nan)
     with np.errstate(all="ignore"):
-        moving_range = np.nanmedian(shown[:, moving], axis=0)
+        moving_range = np.nanmedian(np.stack([*ranges(moving)]), axis=0)
     mover = np.full(learned.shape, np.nan, dtype=np.float32)
     mover[moving] = moving_range
     moving &= _inside(geometry, volume, mover)
@@ -88,16 +87,23 @@ def moves(
     geometry: DepthGeometry,
     volume: Volume,
     in_front: Sequence[BoolArray],
-    ranges: Sequence[Float32Array],
+    ranges: Callable[[BoolArray], Iterable[Float32Array]],
 ) -> bool:
     """Whether anything in the working volume moves; for the arrays see :func:`standing_person`."""
-    moving = np.mean(in_front, axis=0) >= _MOVES
+    moving = _share(in_front) >= _MOVES
     moving = cv2.morphologyEx(moving.astype(np.uint8), cv2.MORPH_OPEN, _OPENED).astype(bool)
-    shown = np.where(np.stack(in_front) & moving, np.stack(ranges), np.float32(np.nan))
     nearest = np.full(moving.shape, np.nan, dtype=np.float32)
-    nearest[moving] = np.nanmin(shown[:, moving], axis=0)
+    nearest[moving] = np.fmin.reduce([*ranges(moving)])
     z = nearest[_inside(geometry, volume, nearest)].astype(np.float64)
     return float(np.square(z / geometry.focal).sum()) > _MOVED
+
+
+def _share(in_front: Sequence[BoolArray]) -> FloatArray:
+    """Share (H, W) of the frames in which a pixel is foreground."""
+    count = np.zeros(in_front[0].shape, np.int64)
+    for front in in_front:
+        count += front
+    return count / len(in_front)
 
 
 def still_person(

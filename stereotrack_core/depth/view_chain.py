@@ -5,13 +5,14 @@ from __future__ import annotations
 import functools
 import operator
 import time
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import TypeAlias
 
 import cv2
 import numpy as np
 
-from stereotrack_core.arrays import BoolArray, Float32Array, FloatArray, IntArray
+from stereotrack_core.arrays import BoolArray, Float32Array, FloatArray, ImageArray, IntArray
 from stereotrack_core.depth.background import ViewBackground
 from stereotrack_core.depth.cloud import PointCounts, ViewDepth
 from stereotrack_core.depth.match import STEPS, Region, region_of_points
@@ -82,6 +83,10 @@ def _middle(points: FloatArray, inside: int) -> tuple[float, float, float] | Non
     return x, y, z
 
 
+LearnedFrame: TypeAlias = tuple[Float32Array, ImageArray | None]
+"""Disparity (H, W) and rectified grey picture of a view."""
+
+
 class ViewChain:
     """Depth, foreground and points of one view; not to be used by two threads at once.
 
@@ -113,19 +118,24 @@ class ViewChain:
         self.background.take_empty_scene(frame.picture, self._whole(frame))
         return True
 
-    def learn_frames(self, frames: Iterable[ViewImages]) -> None:
-        """Take the model from a recording in which somebody moves, as the parameters say."""
-        disparities, pictures = [], []
-        for images in frames:
-            try:
-                frame = self.source.open(images)
-            except NoDepth:
-                continue
-            disparities.append(self._whole(frame))
-            if frame.picture is not None:
-                pictures.append(frame.picture)
-        if disparities:
-            self.background.take_frames(pictures, disparities)
+    def learn_frame(self, images: ViewImages) -> LearnedFrame | None:
+        """What :meth:`learn_frames` needs of a frame: raw images in colour would take gigabytes."""
+        try:
+            frame = self.source.open(images)
+        except NoDepth:
+            return None
+        disparity = self._whole(frame)
+        if self.background.learns:
+            geometry = self.source.geometry
+            self.background.learn(disparity, Region.whole(geometry.width, geometry.height))
+            return None
+        return disparity, frame.picture
+
+    def learn_frames(self, frames: Sequence[LearnedFrame]) -> None:
+        """Take the model from frames of a recording in which somebody moves."""
+        pictures = [picture for _, picture in frames if picture is not None]
+        if frames:
+            self.background.take_frames(pictures, [disparity for disparity, _ in frames])
 
     def _whole(self, frame: OpenedFrame) -> Float32Array:
         """Disparity of all that the working volume can project to, NaN around it."""

@@ -1,3 +1,5 @@
+import tracemalloc
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -89,3 +91,15 @@ def test_the_empty_scene_is_the_model_at_once():
     limit = empty_scene_model(scene).limit(1.0)
     assert (np.array([[4.9, 0.5]], np.float32) > limit).tolist() == [[False, True]]
     assert (np.array([[5.1, np.nan]], np.float32) > limit).tolist() == [[True, False]]
+
+
+def test_a_stack_of_large_images_is_never_copied_whole():
+    rng = np.random.default_rng(0)
+    images = [rng.uniform(1.0, 60.0, (480, 320)).astype(np.float32) for _ in range(40)]
+    tracemalloc.start()
+    model = percentile_model(images, 20.0)
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert peak < 0.5 * sum(image.nbytes for image in images)
+    np.testing.assert_array_equal(model.disparity, np.sort(np.stack(images), axis=0)[7])
+    np.testing.assert_array_equal(model.frequency, 1.0)

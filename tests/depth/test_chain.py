@@ -1,4 +1,5 @@
 from dataclasses import replace
+from weakref import WeakSet
 
 import cv2
 import numpy as np
@@ -103,6 +104,23 @@ def test_the_background_is_learned_from_passing_boxes(mode):
     cloud = chain.process(sets[6])
     assert abs(np.median(cloud.points[:, 1]) - FRONT_Y) < 0.02
     assert (cloud.points[:, 1] < FRONT_Y + 0.2).mean() > 0.9
+
+
+@pytest.mark.parametrize("mode", ["percentile", "average"])
+def test_raw_images_are_let_go_while_the_background_is_learned(mode):
+    recording, alive, most = stereo_recording(), WeakSet(), []
+
+    class Reader(MemoryReader):
+        def frame_set(self, k):
+            found = frame_set(recording, k, shift=self._sets[k])
+            alive.update(found.views.values())
+            most.append(len(alive))
+            return found
+
+    chain = DepthChain(recording, DepthParameters().replaced(background_mode=mode))
+    chain.learn_background(Reader(recording, np.linspace(-0.7, 0.7, 6), empty=False), range(6))
+    assert most[-1] <= 2 * len(recording.views)
+    assert set(chain.background) == {"A", "B"}
 
 
 def test_the_cloud_does_not_depend_on_the_number_of_threads():
