@@ -164,6 +164,8 @@ class Origin:
     """Frames that were not tracked and whose poses come from the backward pass alone."""
     given: str = "pose"
     """Where a first pose came from that was given and not looked for, in words."""
+    began: tuple[int, Pose] | None = None
+    """First frame that showed somebody, and the pose from which the tracker began there."""
     made: str = ""
     """When tracking began, ISO 8601, UTC."""
     resumed_at: tuple[int, ...] = ()
@@ -196,6 +198,8 @@ class Origin:
             "smoothed": self.smoothed,
             "bridged": list(self.bridged),
             "first_pose": _pose_values(pose),
+            "began": None if self.began is None else self.began[0],
+            "began_from": None if self.began is None else _pose_values(self.began[1]),
             "frames": None if spec.frames is None else [spec.frames.start, spec.frames.stop],
             "detections": _detection_facts(spec.detections),
             "keypoints": _keypoint_facts(spec.keypoints),

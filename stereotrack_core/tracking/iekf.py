@@ -128,12 +128,12 @@ class PoseFilter:
         time : float, optional
             Frame that it belongs to; where not given, the one before the next cloud's.
         P : (n, n) float64, optional
-            Its covariance, used where it is one of this filter's error state; that of a first
-            pose where not given.
+            Covariance of a pose that an earlier frame gave, used if it is one of this filter's
+            error state; else that of a first pose.
         """
         state = self.setup.first_state(pose, time)
         if P is not None and P.shape == state.P.shape:
-            state = dataclasses.replace(state, P=P.copy())
+            state = State(pose, P.copy(), time)
         self.resume(state)
 
     def resume(self, state: State) -> None:

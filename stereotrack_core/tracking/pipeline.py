@@ -48,7 +48,7 @@ from stereotrack_core.tracking.run_spec import RunSpec, given_heading, is_found
 from stereotrack_core.tracking.second_look import LOOKING_AGAIN, SecondLook
 from stereotrack_core.tracking.shared_clouds import CloudSource, chain_of, made_ahead, read_cloud
 from stereotrack_core.tracking.smoothing import smoothed
-from stereotrack_core.tracking.stored import subject_of_meta
+from stereotrack_core.tracking.stored import began_of, subject_of_meta
 from stereotrack_core.tracking.tracker import (
     PersonTracker,
     Tracker,
@@ -128,6 +128,7 @@ class Pipeline:
         self.heading = HeadingWatch(recording.fps) if watched and self.has_clouds else None
         self.corrects = False
         self._found: Pose | None = None
+        self._began = None if begun is None else began_of(begun.meta)
         self._release_blas = one_blas_thread.hold()
         self._asked: range | None = None
         now = datetime.now(UTC).isoformat(timespec="milliseconds")
@@ -212,7 +213,7 @@ class Pipeline:
         if not self.started and (enough if self.has_clouds else isinstance(self._init, Pose)):
             first = self.first_pose(cloud)
             self.tracker.start(first)
-            self.started = True
+            self.started, self._began = True, (cloud.frame, first)
             if self.heading is not None:
                 self.heading.first = cloud.frame, first
         return self.tracker.step(cloud)
@@ -269,7 +270,7 @@ class Pipeline:
         found = self._beginning(frames)
         if found is not None and found.pose is not None and not isinstance(self._init, Pose):
             self.tracker.start(found.pose)
-            self.started = True
+            self.started, self._began = True, (frames.start, found.pose)
 
     def _beginning(self, frames: range) -> Beginning | None:
         """Track a body as the first frames show it; all clouds that are made for it are kept."""
@@ -304,14 +305,25 @@ class Pipeline:
         *,
         P: FloatArray | None = None,
         shape: BodyShape | None = None,
+        look: SecondLook | None = None,
     ) -> None:
-        """Be about to do `frames` from where another run was, instead of preparing for them."""
+        """Continue from another run's pose; skips background learning and initialisation.
+
+        Parameters
+        ----------
+        P : (n, n) float64, optional
+            Covariance of the pose; that of a first pose if not given.
+        look : SecondLook, optional
+            What the other run's look held, up to the frame of the pose.
+        """
         self._prepared, self._asked, self.started = True, frames, True
         self._init, self._given, self.heading = pose, "the pose of another run", None
         self._made.clear()
         body = self.body
         self._track(body if shape is None else body.with_shape(shape))
         self.tracker.start(pose, P=P)
+        if look is not None and P is not None and P.shape == self.tracker.P.shape:
+            self.second_look = dataclasses.replace(look, tries=self.second_look.tries)
 
     def learn(self, frames: range) -> None:
         """Learn the background."""
@@ -415,6 +427,7 @@ class Pipeline:
             state_names=self.tracker.state_names,
             shape=self.body.shape,
             given=self._given,
+            began=self._began,
             made=self._made_at,
             resumed_at=() if self._begun is None else self._begun.resumed_at,
             heading=None if self.heading is None else self.heading.to_dict(),

@@ -11,8 +11,6 @@ from typing import Any
 import numpy as np
 
 from stereotrack_core.arrays import BoolArray
-from stereotrack_core.body.pose import Pose
-from stereotrack_core.body.skeleton import PARTS
 from stereotrack_core.errors import InputError
 from stereotrack_core.recording.description import Recording, Subject
 from stereotrack_core.recording.detections import OWN_FILE, Detections, read_detections
@@ -22,7 +20,7 @@ from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.presets import PRESETS, preset
 from stereotrack_core.tracking.run_spec import FirstPose, RunSpec
-from stereotrack_core.tracking.stored import subject_of_meta
+from stereotrack_core.tracking.stored import pose_of_values, subject_of_meta
 from stereotrack_core.versions import versions
 
 _NUMBERS = (
@@ -286,15 +284,4 @@ def _first_pose(meta: Mapping[str, Any]) -> FirstPose:
     stored, init = meta.get("first_pose"), str(meta.get("init", "auto"))
     if not isinstance(stored, dict):
         return init
-    try:
-        rotations = np.array(stored.get("rotations"), dtype=np.float64)
-    except ValueError:  # lists of different lengths
-        rotations = np.empty(0)
-    pose = Pose(np.array(stored.get("position"), dtype=np.float64), rotations)
-    if pose.position.shape != (3,) or pose.rotations.shape != (len(PARTS), 3, 3):
-        raise InputError(
-            "the initial pose does not fit this version's body model",
-            where="first_pose",
-            remedy=_AGAIN,
-        )
-    return pose
+    return pose_of_values(stored)

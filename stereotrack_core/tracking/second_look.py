@@ -8,7 +8,7 @@ frames of the whole stretch together tell the two apart much better than each of
 from __future__ import annotations
 
 import copy
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field, replace
@@ -30,7 +30,7 @@ from stereotrack_core.tracking.iekf import IteratedEstimator, PoseFilter
 from stereotrack_core.tracking.initialise.people import own_part
 from stereotrack_core.tracking.shared_clouds import ReadCloud
 from stereotrack_core.tracking.state import State
-from stereotrack_core.tracking.tracker import PersonTracker, Tracker
+from stereotrack_core.tracking.tracker import SETTLED, PersonTracker, Tracker
 
 LOOKING_AGAIN = "looking again at frames with doubtful arms"
 """The stage, in words."""
@@ -103,7 +103,10 @@ class SecondLook:
         """
         if not self.tries or not _is_sure(tracker) or not tracked.tracked or tracked.cloud.clicks:
             self.forget()
-            return
+        else:
+            self._hold(tracked)
+
+    def _hold(self, tracked: TrackedFrame) -> None:
         self._held.append(tracked.without_cloud())
         doubtful = float(np.nan_to_num(tracked.estimate.limb_lost[_ARMS]).max()) > _DOUBTFUL
         self._doubtful += doubtful
@@ -112,6 +115,25 @@ class SecondLook:
             self._doubtful = 0
         if not self._doubtful:
             del self._held[: -_BEFORE - 1]
+
+    @classmethod
+    def after(cls, frames: Iterable[TrackedFrame]) -> SecondLook:
+        """What is held after the frames of a run that was tracked without clicks."""
+        look, started, on_trial = cls(0), False, 0
+        for frame in frames:
+            if not frame.tracked:
+                on_trial = SETTLED - 1 if started else 0
+            if not frame.tracked or on_trial or spent_on(frame):
+                look.forget()
+            if spent_on(frame):
+                look._held = [frame.without_cloud()]
+            elif frame.tracked and not on_trial:
+                look._hold(frame)
+                if look.due:  # the run had no second look
+                    look.forget()
+            on_trial = max(0, on_trial - frame.tracked)
+            started = started or frame.tracked
+        return look
 
     def forget(self) -> None:
         """Begin with the next frame."""
@@ -200,6 +222,37 @@ class SecondLook:
         first, self._doubtful, self._calm, *changed = memory[_KEPT].tolist()
         self._held = [one for one in done if first >= 0 and one.frame >= first]
         self.changed = list(zip(changed[::2], changed[1::2], strict=True))
+
+
+def spent_on(frame: TrackedFrame) -> float:
+    """Seconds that a second look spent on a frame; equal for all frames of one look, 0 without."""
+    return frame.seconds.get(SECOND_LOOK, 0.0)
+
+
+def last_settled(frames: Mapping[int, TrackedFrame], frame: int) -> int | None:
+    """The last frame of a run, up to `frame`, whose stated pose alone decides how it went on.
+
+    The tracker went on from another pose inside a stretch that was looked at again, and from more
+    than one while a pose was on trial after a loss. None if there is no such frame.
+    """
+    while frame in frames:
+        spent = spent_on(frames[frame])
+        if spent and frame + 1 in frames and spent_on(frames[frame + 1]) == spent:
+            while frame in frames and spent_on(frames[frame]) == spent:
+                frame -= 1
+            continue
+        near = range(frame - SETTLED + 1, frame + 1)
+        lost = max((k for k in near if k in frames and not frames[k].tracked), default=None)
+        if lost is None or (frame > lost and not any(f.tracked for f in _until(frames, lost))):
+            return frame
+        frame = lost
+        while frame in frames and not frames[frame].tracked:
+            frame -= 1
+    return None
+
+
+def _until(frames: Mapping[int, TrackedFrame], last: int) -> Iterator[TrackedFrame]:
+    return (one for k, one in frames.items() if k <= last)
 
 
 def _is_sure(tracker: Tracker) -> bool:

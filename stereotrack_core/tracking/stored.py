@@ -13,6 +13,7 @@ from stereotrack_core.body.angles import pose_of_state, state_of_pose
 from stereotrack_core.body.model import BodyModel, body_of_subject
 from stereotrack_core.body.parameters import BodyShape
 from stereotrack_core.body.pose import Pose
+from stereotrack_core.body.skeleton import PARTS
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.upright import UP_AXES, Z_UP, Upright
 from stereotrack_core.plain_data import Kind, check_kind
@@ -20,6 +21,8 @@ from stereotrack_core.recording.description import LENGTHS, Subject, subject_in
 from stereotrack_core.tracking.frame import LOOKED_AGAIN, Run, joints_named
 
 _VALUES: Kind = {str: (bool, int, float, str)}
+
+_POSE: Kind = {"position": [float], "rotations": [[[float]]]}
 
 _META_KINDS: Mapping[str, Kind] = MappingProxyType(
     {
@@ -34,7 +37,9 @@ _META_KINDS: Mapping[str, Kind] = MappingProxyType(
         "views": [str],
         "subject": {"name": str, **dict.fromkeys(LENGTHS, float), "offsets": {str: [float]}},
         "bridged": [int],
-        "first_pose": {"position": [float], "rotations": [[[float]]]},
+        "first_pose": _POSE,
+        "began_from": _POSE,
+        "began": int,
         "frames": [int, int],
         "keypoints": {"sources": [str], "fingerprint": str, "count": int},
         "detections": {"source": str, "fingerprint": str, "count": int},
@@ -57,6 +62,8 @@ _MAY_BE_NULL = frozenset(
         "heading",
         "subject",
         "first_pose",
+        "began",
+        "began_from",
         "detections",
         "keypoints",
         "clicks",
@@ -167,6 +174,31 @@ def subject_of_meta(meta: Mapping[str, Any]) -> Subject | None:
 def shape_of_meta(meta: Mapping[str, Any]) -> BodyShape:
     """Shape of the body that was tracked."""
     return BodyShape().replaced(**meta.get("body", {}))
+
+
+def began_of(meta: Mapping[str, Any]) -> tuple[int, Pose] | None:
+    """First frame that showed somebody, and the pose from which the tracker began there.
+
+    None if nobody was there, and for runs of older versions.
+    """
+    stored = meta.get("began_from")
+    return (int(meta["began"]), pose_of_values(stored)) if isinstance(stored, dict) else None
+
+
+def pose_of_values(stored: Mapping[str, Any]) -> Pose:
+    """Pose in a run's meta; InputError if it is none of this version's body."""
+    try:
+        rotations = np.array(stored.get("rotations"), dtype=np.float64)
+    except ValueError:  # lists of different lengths
+        rotations = np.empty(0)
+    pose = Pose(np.array(stored.get("position"), dtype=np.float64), rotations)
+    if pose.position.shape != (3,) or pose.rotations.shape != (len(PARTS), 3, 3):
+        raise InputError(
+            "the initial pose does not fit this version's body model",
+            where="first_pose",
+            remedy="Track the recording again with this version.",
+        )
+    return pose
 
 
 def _joints_of(names: tuple[str, ...]) -> tuple[int, ...]:

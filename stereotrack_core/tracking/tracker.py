@@ -51,7 +51,7 @@ _RIVALS = 3
 _RIVAL = "rival"
 """Begins the names of a rival's numbers in the memory."""
 
-_SETTLED = 12
+SETTLED = 12
 """Frames after which a pose that no rival has replaced is settled on."""
 
 _LOOK_AGAIN = (2, 4, 7, 11)
@@ -128,7 +128,7 @@ class PersonTracker(LeaderTracker):
     def _reset(self) -> None:
         """Follow the leader alone, without doubt of its pose."""
         self._present = True
-        self._age, self._unchanged = 0, _SETTLED
+        self._age, self._unchanged = 0, SETTLED
         self._cost = self._doubt = 0.0
         self._rivals: list[Candidate] = []
         self._unconfirmed = self._told = 0
@@ -144,7 +144,7 @@ class PersonTracker(LeaderTracker):
             cloud = own_part(cloud, self.setup.body, self.pose, self.setup.upright)
         estimate = self.leader.step(cloud, trace)
         if estimate.tracked:
-            compared = self._on_trial if self._unchanged < _SETTLED else self._settled
+            compared = self._on_trial if self._unchanged < SETTLED else self._settled
             estimate = compared(cloud, estimate, trace)
         partial, self._told = self._unconfirmed > 0, max(0, self._told - 1)
         if estimate.tracked and not self._told and (reason := self._why_partial(cloud)):
@@ -164,7 +164,7 @@ class PersonTracker(LeaderTracker):
     @property
     def settled(self) -> bool:
         """Whether the pose is stated, no longer on trial, and no click has just said otherwise."""
-        return self._unchanged >= _SETTLED and not (self._unconfirmed or self._told)
+        return self._unchanged >= SETTLED and not (self._unconfirmed or self._told)
 
     def memory(self) -> Memory:
         """All that the next step depends on, the rivals on trial too."""
@@ -280,7 +280,7 @@ class PersonTracker(LeaderTracker):
         if setup.volume is None:
             return ""
         cut = share_at_sides(cloud.points, setup.volume, setup.upright)
-        doubt = _DOUBT if self._unchanged < _SETTLED else 1.0
+        doubt = _DOUBT if self._unchanged < SETTLED else 1.0
         trunk = landmarks(setup.body, self.pose)[_TRUNK_ROWS]
         beside = depth_inside(trunk, setup.volume, setup.upright).min() < _BESIDE
         if (

@@ -90,9 +90,9 @@ class ThesisTracker:
     def start(self, pose: Pose, *, P: FloatArray | None = None) -> None:
         """Begin from a pose, as uncertain as stated or as one step of the process makes it."""
         self.x = state_of_pose(pose, THESIS_JOINTS)
-        self.P = self.Q if P is None or P.shape != self.Q.shape else P.copy()
+        self._anew = P is None or P.shape != self.Q.shape
+        self.P = self.Q if P is None or self._anew else P.copy()
         self._time = None
-        self._anew = True
 
     def step(self, cloud: Cloud, trace: StepRecorder | None = None) -> Estimate:
         """Follow to the next cloud (3.2.3 and 3.2.4)."""

@@ -22,9 +22,10 @@ from stereotrack_core.experiments.runner.lockstep import RunInput, track_togethe
 from stereotrack_core.experiments.tracked_run import track_recording
 from stereotrack_core.interop import run_journal
 from stereotrack_core.interop.run_journal import RunJournal, read_unfinished
+from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.tracking import second_look
 from stereotrack_core.tracking.estimate import Estimate
-from stereotrack_core.tracking.frame import TrackedFrame, cloudless
+from stereotrack_core.tracking.frame import TrackedFrame, cloudless, in_place
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.repeating import sameness, stored_spec
 from stereotrack_core.tracking.run import track
@@ -33,6 +34,8 @@ from stereotrack_core.tracking.second_look import LONGEST, LOOKING_AGAIN, Second
 from stereotrack_core.tracking.state import State
 from stereotrack_core.tracking.stored import check_meta, pose_of_run
 from stereotrack_core.tracking.tracker import PersonTracker, tracker_for
+from stereotrack_core.tracking.tuning.clouds import CloudStore
+from stereotrack_core.tracking.tuning.trial import Trial, start_before
 from tests.tracking.recordings import write_depth_recording
 from tests.tracking.scenes import (
     CAMERAS,
@@ -369,3 +372,31 @@ def test_a_look_goes_on_from_its_memory():
     older = SecondLook(2)
     older.recall({}, done)
     assert older.first is None
+
+
+@pytest.mark.parametrize(
+    "stretch",
+    [range(1, 4), range(4, 6), range(6, 9), range(3, COUNT), range(8, 9), range(10, COUNT)],
+)
+def test_a_trial_without_a_change_is_the_run_also_where_it_looked_again(recording, misled, stretch):
+    recording, poses = recording
+    spec = spec_of(poses, second_look=2)
+    frames = []
+    run = track(recording, spec, on_frame=lambda one: in_place(frames, one.without_cloud()))
+    assert run.meta["looked_again"] != []
+    before = {one.frame: one for one in frames}
+    start = start_before(before, stretch.start, (0, poses[0]))
+    trial = Trial(replace(spec, frames=stretch), start, range(COUNT))
+    with (
+        FrameReader(recording, colour=False) as reader,
+        closing(CloudStore(recording, reader)) as store,
+        trial.begun(store) as pipeline,
+    ):
+        found = {one.frame: one for one in trial.frames(pipeline)}
+    assert start.unlike == ()
+    assert list(found) == list(stretch)
+    for k, one in found.items():
+        for name in ("x", "P", "limb_lost", "residual", "innovation", "unexplained_fraction"):
+            values = getattr(one.estimate, name), getattr(before[k].estimate, name)
+            np.testing.assert_array_equal(*values, err_msg=f"{name} of frame {k}")
+        np.testing.assert_array_equal(one.pose.rotations, before[k].pose.rotations)

@@ -188,7 +188,9 @@ class TuneController(QObject):
         if context.view_state.selection:
             how = ", as selected in the timeline."
         frames = f"Frames {stretch.start} to {stretch.stop - 1}{how}" if len(stretch) else ""
-        panel.show_words(self.trials.words(), frames)
+        unlike = self.trials.unlike(self.selected())
+        limits = f"Not due to parameters: {' '.join(unlike)}" if unlike else ""
+        panel.show_words(self.trials.words(), frames, limits)
         done = (0, 0) if running is None else (len(running.frames), len(running.wanted))
         panel.show_progress(*done)
 

@@ -38,7 +38,6 @@ class Trials(QObject):
         super().__init__()
         self._entries = [entry for entry, _ in tried]
         self._count = sum(len(trial.stretch) for _, trial in tried)
-        self._done = 0
         self._task = task
         self._task.told.connect(self._take)
         self._task.ended.connect(self.ended)
@@ -64,10 +63,10 @@ class Trials(QObject):
                     entry.frames[word.frame.frame] = word.frame
                     grown.setdefault(entry, []).append(word.frame.frame)
         if grown:
-            self._done += sum(map(len, grown.values()))
+            done = sum(len(entry.frames) for entry in self._entries)  # some come again
             several = len(self._entries) > 1
             of = f"{place} of {len(self._entries)} values" if several else ""
-            self._task.report(self._done / self._count, of)
+            self._task.report(done / self._count, of)
             self.grown.emit(grown)
 
 

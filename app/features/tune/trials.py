@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 from weakref import WeakKeyDictionary, WeakSet
 
+import numpy as np
 from PySide6.QtCore import QObject, QTimer, Signal, Slot
 
 from stereotrack_core.body.model import body_of_subject
+from stereotrack_core.body.parameters import BodyShape
+from stereotrack_core.body.proportions import Proportions
 from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.run_spec import RunSpec
-from stereotrack_core.tracking.stored import shape_of_meta
+from stereotrack_core.tracking.stored import began_of, shape_of_meta
 from stereotrack_core.tracking.tuning.stages import Stage, changes_in_words, stage_key
-from stereotrack_core.tracking.tuning.trial import Start, Trial
+from stereotrack_core.tracking.tuning.trial import Start, Trial, start_before
 
 from ...session.edits import WindowEdit
 from ...session.runs import Kind, RunEntry
@@ -97,7 +100,9 @@ class TrialPresenter(QObject):
         first = self._session.tracker.first_pose
         spec = RunSpec(settings, preset, stretch, init=first, keypoints=seen)
         made = self._made.get(base) if base is not None else None
-        return Trial(spec) if base is None else _trial_beside(base, made, spec)
+        kept = self._session.kept
+        views = () if kept is None else kept.views
+        return Trial(spec) if base is None else _trial_beside(base, made, spec, views)
 
     def wanted(self) -> Trial | None:
         """What would be tried now; None where there is nothing to track."""
@@ -108,11 +113,19 @@ class TrialPresenter(QObject):
         entry = self.running
         if entry is not None:
             done, count = len(entry.frames), len(entry.wanted)
+            if done == count:
+                return f"Trial “{entry.name}”: looking again at frames with doubtful arms."
             return f"Trial “{entry.name}”: {done} of {count} frames."
         trial = self.wanted()
         if trial is None:
             return ""
         return self._known(trial) or f"To compute: {trial.work(self._runner.kept)}."
+
+    def unlike(self, entry: RunEntry | None) -> tuple[str, ...]:
+        """What besides parameters makes a trial, or the next one, differ from the run."""
+        trial = self._made.get(entry) if entry is not None else None
+        trial = trial or (self.wanted() if self.base() is not None else None)
+        return () if trial is None or trial.start is None else trial.start.unlike
 
     # ---- what a person does
 
@@ -233,14 +246,11 @@ class TrialPresenter(QObject):
             return ""
         if settings_of(base) == trial.settings:
             return "These are the settings of the run. Change a parameter to see its effect."
-        pose = trial.start.pose if trial.start is not None else None
         for entry in self._runs.entries:
             if entry is self.running or entry not in self._made or entry.kind != "trial":
                 continue
             other = self._made[entry]
-            begun = other.start.pose if other.start is not None else None
-            alike = other.settings == trial.settings and other.stretch == trial.stretch
-            if alike and begun is pose:
+            if other.settings == trial.settings and _starts_alike(other, trial):
                 return f"The trial “{entry.name}” already has these settings."
         return ""
 
@@ -295,7 +305,7 @@ class TrialPresenter(QObject):
         self.changed.emit()
 
 
-def _trial_beside(run: RunEntry, made: Trial | None, spec: RunSpec) -> Trial:
+def _trial_beside(run: RunEntry, made: Trial | None, spec: RunSpec, views: Sequence[str]) -> Trial:
     """The trial to track a stretch from where a run was; by itself where it was nowhere near.
 
     Parameters
@@ -304,34 +314,77 @@ def _trial_beside(run: RunEntry, made: Trial | None, spec: RunSpec) -> Trial:
         The trial that the run was, if it was one.
     spec : RunSpec
         Settings, stretch and the first pose where the run does not say any.
+    views : sequence of str
+        That trials use.
     """
     known = run.spec()
     learned = made.known if made is not None else (known and known.frames) or run.wanted
     spec = replace(spec, seed=known.seed if known is not None else 0)
-    start = _start_at(run, spec.frames_of(0).start, spec.settings)
+    began = run.origin.began if run.origin is not None else None
+    if run.stored is not None:
+        began = began_of(run.stored.meta)
+    first = spec.frames_of(0).start
+    if made is not None and made.start is not None and first == made.stretch.start:
+        start: Start | None = made.start
+    else:
+        start = start_before(run.frames, first, began)
     if start is None:
         return Trial(spec, None, learned)
-    first = next((f.pose for f in run.ordered() if f.pose is not None), None)
+    unlike = (*start.unlike, *_unlike(run, known, spec, views, from_first=start.P is None))
+    shape, lengths = _body_of(run, spec.settings)
+    start = replace(start, shape=shape, lengths=lengths, unlike=tuple(dict.fromkeys(unlike)))
     if made is not None and made.start is not None:
         return Trial(replace(spec, init=made.spec.init), start, learned)
-    return Trial(replace(spec, init=first or spec.init), start, learned)
+    pose = next((f.pose for f in run.ordered() if f.pose is not None), None)
+    return Trial(replace(spec, init=pose or spec.init), start, learned)
 
 
-def _start_at(run: RunEntry, frame: int, settings: Settings) -> Start | None:
-    """What a run knows before a frame; None where it was nowhere near."""
-    own, shape, lengths = settings_of(run), None, None
-    if own is not None and stage_key(own, Stage.SHAPE) == stage_key(settings, Stage.SHAPE):
-        if run.origin is not None:
-            shape = run.origin.shape
-        elif run.stored is not None:
-            shape = shape_of_meta(run.stored.meta)
-        lengths = run.body.skeleton.proportions
-    before, here = run.at(frame - 1), run.at(frame)
-    if before is not None and before.pose is not None:
-        return Start(before.pose, before.P, shape, lengths)
-    if here is not None and here.pose is not None:
-        return Start(here.pose, None, shape, lengths)
-    return None
+def _starts_alike(trial: Trial, other: Trial) -> bool:
+    """Whether two trials track the same frames from the same pose."""
+    if trial.reach != other.reach or trial.stretch != other.stretch:
+        return False
+    if trial.start is None or other.start is None:
+        return trial.start is other.start
+    return np.array_equal(trial.start.pose.position, other.start.pose.position)
+
+
+def _body_of(run: RunEntry, settings: Settings) -> tuple[BodyShape | None, Proportions | None]:
+    """Shape and lengths that a run found, if these settings would find them again."""
+    own, shape = settings_of(run), None
+    if own is None or stage_key(own, Stage.SHAPE) != stage_key(settings, Stage.SHAPE):
+        return None, None
+    if run.origin is not None:
+        shape = run.origin.shape
+    elif run.stored is not None:
+        shape = shape_of_meta(run.stored.meta)
+    return shape, run.body.skeleton.proportions
+
+
+def _unlike(
+    run: RunEntry, known: RunSpec | None, spec: RunSpec, views: Sequence[str], *, from_first: bool
+) -> tuple[str, ...]:
+    """What besides parameters makes a trial differ from its run, as far as a run says it."""
+    stored = {} if run.stored is None else run.stored.meta
+    p = spec.settings.tracking
+    if known is None:
+        return ("The run does not state how it was made.",)
+    used = {
+        "clicks": known.clicks or stored.get("clicks"),
+        "detections between frames": known.detections or stored.get("detections"),
+        "colours": known.colour and p.wants_colour,
+    }
+    found = [f"The run used {name}; trials do not." for name, there in used.items() if there]
+    if known.views and sorted(known.views) != sorted(views):
+        found.append(f"The run used the views {', '.join(known.views)}; trials use all.")
+    if known.smooth:
+        found.append("The run was smoothed; trials are not.")
+    if stored:
+        found.append("The run was read from a file, which rounds poses.")
+    if not from_first and p.estimator == "annealed_particles":
+        found.append("The run had particles of earlier frames.")
+    if not from_first and p.matching == "model_to_data" and p.sampling == "random":
+        found.append("The run had drawn other random points by then.")
+    return tuple(found)
 
 
 def settings_of(run: RunEntry) -> Settings | None:

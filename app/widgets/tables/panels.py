@@ -310,6 +310,7 @@ class TrialsPanel(QWidget):
         super().__init__(parent)
         self.words = label(margins=(8, 6, 8, 0))
         self.stretch_words = label("", "muted", margins=(8, 0, 8, 2))
+        self.limits = label("", "muted", margins=(8, 0, 8, 2))
         self.progress = thin_progress()
         self.model: TableModel[CellRow] = TableModel()
         self.table = new_table(self.model, "Trials")
@@ -321,7 +322,7 @@ class TrialsPanel(QWidget):
         self._colours = label(_COLOURS_WORDS, "muted", margins=(8, 2, 8, 2))
         self._buttons = hbox(margins=(6, 0, 6, 0))
         below = ((self._nothing, 1), (self.table, 1), self._colours, self._buttons)
-        head = (self.words, self.stretch_words, self.progress)
+        head = (self.words, self.stretch_words, self.limits, self.progress)
         self.setLayout(vbox(*head, *below, margins=(0, 0, 0, 4), spacing=2))
         self.show_progress(0, 0)
         self.show_table((), ())
@@ -339,9 +340,10 @@ class TrialsPanel(QWidget):
             self._buttons.addWidget(button)
         self._buttons.addStretch(1)
 
-    def show_words(self, words: str, stretch: str) -> None:
-        """Say what is being done or would be, and on which frames."""
-        for shown, text in ((self.words, words), (self.stretch_words, stretch)):
+    def show_words(self, words: str, stretch: str, limits: str) -> None:
+        """Say what is being done or would be, on which frames, and what besides it differs."""
+        told = ((self.words, words), (self.stretch_words, stretch), (self.limits, limits))
+        for shown, text in told:
             shown.setText(text)
             shown.setVisible(bool(text))
 

@@ -261,9 +261,15 @@ class KeptClouds:
     ) -> None:
         self.chain, self.reader, self.key = chain, store.reader, key
         self._store, self._cancelled = store, cancelled
+        self._went_on = False
 
     def learn(self, _frames: range) -> None:
-        """Do nothing: the store's chains have learned what they know."""
+        """Forget what a background that goes on learning took from frames that come again.
+
+        All else the store's chains have learned already.
+        """
+        if self._went_on:
+            self.chain, self._went_on = self._store.chain(self.key), False
 
     def take(self, frame: int) -> tuple[Cloud, float]:
         """Cloud of a frame, and the seconds that reading its images took.
@@ -282,6 +288,7 @@ class KeptClouds:
             self.chain = store.chain(self.key)
             return self._kept(frame)
         # depends on all frames before it, so that it is of no use to another run
+        self._went_on = True
         seen, read = self._measured(frame)
         return self.chain.fused(seen), read
 

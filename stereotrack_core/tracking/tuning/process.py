@@ -63,7 +63,7 @@ def forget(asker: Asker) -> None:
 
 @dataclass(frozen=True, eq=False)
 class TrialBegun:
-    """A trial, by its place among those of a task, is prepared."""
+    """A trial, by its place among those of a task, is prepared, or its origin says more."""
 
     place: int
     body: BodyModel
@@ -97,9 +97,11 @@ class TrackTrials:
                 begun = time.perf_counter()
                 with trial.begun(store, asker.cancelled) as pipeline:
                     asker.tell(TrialBegun(place, pipeline.body, pipeline.origin()))
-                    for tracked in pipeline.frames(trial.stretch):
+                    for tracked in trial.frames(pipeline):
                         seconds = time.perf_counter() - begun
                         asker.tell(TrialFrame(place, tracked.without_cloud(), seconds))
+                    if pipeline.second_look.changed:
+                        asker.tell(TrialBegun(place, pipeline.body, pipeline.origin()))
         finally:
             asker.tell(store.holdings())
 
@@ -115,8 +117,8 @@ class MakeClouds:
         """Do it in the process."""
         store = self.of.store(asker)
         try:
-            clouds = store.clouds(self.trial.key, self.trial.stretch, asker.cancelled)
-            for frame in self.trial.stretch:
+            clouds = store.clouds(self.trial.key, self.trial.reach, asker.cancelled)
+            for frame in self.trial.reach:
                 clouds.take(frame)
         finally:
             asker.tell(store.holdings())

@@ -86,6 +86,9 @@ def test_an_edit_by_keys_leads_to_a_trial_beside_the_run(tuning, qtbot, quick_ru
     said = "The trial “sigma joint 25 deg” already has these settings."
     assert tuning.features.tune.panel.words.text() == said
     assert len(tuning.context.session.instant.told.ghosts) == 1, "it is drawn in the views as well"
+    limits = tuning.features.tune.panel.limits
+    assert limits.isVisible()
+    assert limits.text().endswith("The run was read from a file, which rounds poses.")
 
 
 def test_the_same_settings_are_not_tried_twice_and_the_run_s_own_not_at_all(tuning, qtbot):
