@@ -8,7 +8,7 @@ frames of the whole stretch together tell the two apart much better than each of
 from __future__ import annotations
 
 import copy
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field, replace
@@ -243,16 +243,15 @@ def last_settled(frames: Mapping[int, TrackedFrame], frame: int) -> int | None:
             continue
         near = range(frame - SETTLED + 1, frame + 1)
         lost = max((k for k in near if k in frames and not frames[k].tracked), default=None)
-        if lost is None or (frame > lost and not any(f.tracked for f in _until(frames, lost))):
+        if lost is None:
+            return frame
+        was_there = any(one.tracked for k, one in frames.items() if k < lost)
+        if frame > lost and not was_there:  # the first pose of a run is settled at once
             return frame
         frame = lost
         while frame in frames and not frames[frame].tracked:
             frame -= 1
     return None
-
-
-def _until(frames: Mapping[int, TrackedFrame], last: int) -> Iterator[TrackedFrame]:
-    return (one for k, one in frames.items() if k <= last)
 
 
 def _is_sure(tracker: Tracker) -> bool:

@@ -30,7 +30,14 @@ from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.repeating import sameness, stored_spec
 from stereotrack_core.tracking.run import track
 from stereotrack_core.tracking.run_spec import RunSpec
-from stereotrack_core.tracking.second_look import LONGEST, LOOKING_AGAIN, SecondLook, best_way
+from stereotrack_core.tracking.second_look import (
+    LONGEST,
+    LOOKING_AGAIN,
+    SECOND_LOOK,
+    SecondLook,
+    best_way,
+    last_settled,
+)
 from stereotrack_core.tracking.state import State
 from stereotrack_core.tracking.stored import check_meta, pose_of_run
 from stereotrack_core.tracking.tracker import PersonTracker, tracker_for
@@ -400,3 +407,40 @@ def test_a_trial_without_a_change_is_the_run_also_where_it_looked_again(recordin
             values = getattr(one.estimate, name), getattr(before[k].estimate, name)
             np.testing.assert_array_equal(*values, err_msg=f"{name} of frame {k}")
         np.testing.assert_array_equal(one.pose.rotations, before[k].pose.rotations)
+
+
+@pytest.mark.parametrize(
+    ("untracked", "looks", "frame", "settled"),
+    [
+        ((), {}, 20, 20),
+        ((), {range(5, 15): 0.5}, 10, 4),  # inside of a look
+        ((), {range(5, 15): 0.5}, 14, 14),  # its last frame, from which the run went on
+        ((), {range(5, 10): 0.5, range(10, 15): 0.7}, 9, 9),
+        ((10, 11), {}, 15, 9),  # a pose on trial after a loss
+        ((10, 11), {}, 23, 23),
+        ((10, 11), {range(5, 10): 0.5}, 15, 9),
+        ((0, 1), {}, 3, 3),  # nobody was there before
+        ((0, 1), {}, 1, None),
+        ((), {}, 40, None),
+    ],
+)
+def test_where_the_pose_alone_decides_how_a_run_went_on(untracked, looks, frame, settled):
+    tracker, frames = person_tracker(), {}
+    for k in range(30):
+        made = frame_with(tracker, k, None if k in untracked else 0.1)
+        spent = sum(seconds for stretch, seconds in looks.items() if k in stretch)
+        frames[k] = replace(made, seconds={SECOND_LOOK: spent})
+    assert last_settled(frames, frame) == settled
+
+
+def test_what_a_look_holds_is_told_by_the_frames_of_a_run():
+    tracker = person_tracker()
+    doubts = [0.9, None, *[0.0] * 20, 0.9, 0.0, 0.0]
+    look = SecondLook(2)
+    for k, doubt in enumerate(doubts):
+        tracker._unchanged = 0 if k < 13 and k else 12  # on trial after the loss
+        look.take(frame_with(tracker, k, doubt), tracker)
+    told = SecondLook.after(frame_with(tracker, k, doubt) for k, doubt in enumerate(doubts))
+    assert told.first == look.first
+    assert [one.frame for one in told._held] == [one.frame for one in look._held]
+    assert (told._doubtful, told._calm) == (look._doubtful, look._calm) == (1, 2)
