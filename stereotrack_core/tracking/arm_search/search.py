@@ -89,8 +89,6 @@ class Evidence:
     frames: PartFrames
     """Of the present pose; proposals are in its torso's frame."""
     depths: tuple[ViewDepth, ...]
-    weight: float
-    """Of one datum, so that at most the wanted number counts."""
     pictures: tuple[SeenPicture, ...]
     """What the views saw, thinned out; none where they are not compared."""
 
@@ -135,7 +133,6 @@ class ArmSearch:
             shapes,
             frames,
             tuple(cloud.depths.values()),
-            min(1.0, _MOST_DATA / max(1, len(near))),
             seen_pictures(cloud, _PICTURE_STEP) if self.parameters.picture_cost > 0.0 else (),
         )
 
@@ -179,7 +176,7 @@ class ArmSearch:
             total += self._own_cost(evidence, shape, arm, arm_of_pose(before, shape.side))[0]
             nearest = np.minimum(nearest, self._distances(evidence, shape, arm)[0])
         squared = nearest**2
-        total += evidence.weight * np.sum(squared / (squared + _SQUARED_SCALE))
+        total += np.sum(squared / (squared + _SQUARED_SCALE))
         if not evidence.pictures:
             return float(total)
         return float(total + self._unlike(evidence, frames, frames, frames)[0, 0])
@@ -210,7 +207,7 @@ class ArmSearch:
         distances = self._distances(evidence, shape, arms)
         unexplained_sums(others, distances, _SQUARED_SCALE, explained)
         return {
-            "data": evidence.weight * explained,
+            "data": explained,
             "sight": self._sight(evidence, shape, arms),
             "anatomy": anatomy_cost(self.body, shape, arms),
             "change": change_cost(expected, arms),
@@ -250,7 +247,7 @@ class ArmSearch:
         for others in (evidence.body_distance, np.minimum(evidence.body_distance, other)):
             explained = np.empty(len(arms))
             unexplained_sums(others, distances, _SQUARED_SCALE, explained)
-            order = np.argsort(own + evidence.weight * explained, kind="stable")
+            order = np.argsort(own + explained, kind="stable")
             best = _apart(arms, order) if self._free else order[:_KEPT].tolist()
             chosen |= dict.fromkeys(best)
         index = list(chosen)
@@ -265,7 +262,6 @@ class ArmSearch:
         (left, left_distance, left_own), (right, right_distance, right_own) = kept
         cost = np.empty((len(left), len(right)))
         pair_sums(evidence.body_distance, left_distance, right_distance, _SQUARED_SCALE, cost)
-        cost *= evidence.weight
         cost += left_own[:, None] + right_own
         cost += self._crossing(evidence, left, right)
         cost += self._unlike_pairs(evidence, pose, left, right)
