@@ -3,21 +3,24 @@
 from __future__ import annotations
 
 from argparse import Namespace
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 from stereotrack_core.calibrate.board import Board, charuco, chessboard
+from stereotrack_core.calibrate.intrinsics import check_model
 from stereotrack_core.calibrate.lens import LENS_MODELS
 from stereotrack_core.calibrate.pictures import Looked, Pictures
 from stereotrack_core.calibrate.report import finding_table, left_out_table
 from stereotrack_core.calibrate.search import Search, search
 from stereotrack_core.calibrate.sightings import LeftOut
-from stereotrack_core.cli.arguments import check_least, option
+from stereotrack_core.cli.arguments import check_least, check_output, check_suffix, option
 from stereotrack_core.cli.output import put_json, put_table
 from stereotrack_core.cli.progress import progress, stoppable
 from stereotrack_core.errors import Finding, InputError
 from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.locks import writing
 from stereotrack_core.recording.calibration import read_calibration
 from stereotrack_core.tables import Table
 
@@ -61,6 +64,17 @@ def board_of(args: Namespace) -> Board:
     if args.board is not None:
         return chessboard(args.board, args.square)
     return charuco(args.charuco, args.square)
+
+
+@contextmanager
+def calibrating(args: Namespace) -> Iterator[None]:
+    """Check what was asked for, and hold the output file meanwhile."""
+    check_suffix(args.output, ".toml")
+    check_output(args.output)
+    check_model(args.model)
+    board_of(args)
+    with writing(args.output):
+        yield
 
 
 def given_lenses(path: Path | None) -> dict[str, Camera]:

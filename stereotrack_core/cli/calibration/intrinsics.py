@@ -5,22 +5,21 @@ from __future__ import annotations
 from argparse import Namespace
 from pathlib import Path
 
-from stereotrack_core.calibrate.intrinsics import calibrate_intrinsics, check_model
+from stereotrack_core.calibrate.intrinsics import calibrate_intrinsics
 from stereotrack_core.calibrate.pictures import pictures_of_glob
 from stereotrack_core.calibrate.report import candidate_table, lens_facts, lens_table
-from stereotrack_core.cli.arguments import JSON, check_output, check_suffix, option
+from stereotrack_core.cli.arguments import JSON, option
 from stereotrack_core.cli.calibration.boards import (
     BOARD,
     EVERY,
     MODEL,
     NOTHING,
-    board_of,
+    calibrating,
     found_board,
     put_calibration,
 )
 from stereotrack_core.cli.output import OK
 from stereotrack_core.cli.progress import stoppable
-from stereotrack_core.locks import writing
 from stereotrack_core.recording.calibration import write_calibration
 
 DESCRIPTION = (
@@ -45,15 +44,12 @@ OPTIONS = (
 
 def run(args: Namespace) -> int:
     """Search for the board, calibrate, write."""
-    check_suffix(args.output, ".toml")
-    check_output(args.output)
-    check_model(args.model)
-    board_of(args)
-    with writing(args.output):
-        return _calibrated(args)
+    with calibrating(args):
+        _calibrate(args)
+    return OK
 
 
-def _calibrated(args: Namespace) -> int:
+def _calibrate(args: Namespace) -> None:
     source = pictures_of_glob(args.images, args.camera, "--images")
     found = found_board(args, [source], source.count())
     with stoppable(NOTHING) as stop:
@@ -67,4 +63,3 @@ def _calibrated(args: Namespace) -> int:
         [*found.findings, *lens.findings],
         as_json=args.json,
     )
-    return OK

@@ -5,12 +5,11 @@ from __future__ import annotations
 from argparse import Namespace
 from pathlib import Path
 
-from stereotrack_core.calibrate.intrinsics import check_model
 from stereotrack_core.calibrate.pictures import check_same_length, pictures_of_glob
 from stereotrack_core.calibrate.report import world_facts, world_tables
 from stereotrack_core.calibrate.stereo import Pair, pair_of
 from stereotrack_core.calibrate.world import calibrate_world
-from stereotrack_core.cli.arguments import JSON, check_output, check_suffix, option
+from stereotrack_core.cli.arguments import JSON, option
 from stereotrack_core.cli.calibration.boards import (
     BOARD,
     EVERY,
@@ -18,7 +17,7 @@ from stereotrack_core.cli.calibration.boards import (
     MODEL,
     NOT_ALIGNED,
     NOTHING,
-    board_of,
+    calibrating,
     found_board,
     given_lenses,
     put_calibration,
@@ -26,7 +25,6 @@ from stereotrack_core.cli.calibration.boards import (
 from stereotrack_core.cli.output import OK
 from stereotrack_core.cli.progress import stoppable
 from stereotrack_core.errors import InputError
-from stereotrack_core.locks import writing
 from stereotrack_core.recording.calibration import write_calibration
 from stereotrack_core.tables import Table, number
 
@@ -58,15 +56,12 @@ OPTIONS = (
 
 def run(args: Namespace) -> int:
     """Search for the board, calibrate, write."""
-    check_suffix(args.output, ".toml")
-    check_output(args.output)
-    check_model(args.model)
-    board_of(args)
-    with writing(args.output):
-        return _calibrated(args)
+    with calibrating(args):
+        _calibrate(args)
+    return OK
 
 
-def _calibrated(args: Namespace) -> int:
+def _calibrate(args: Namespace) -> None:
     given = given_lenses(args.lenses)
     sources = [
         pictures_of_glob(pattern, f"{args.view}_{side}", f"--{side}")
@@ -95,7 +90,6 @@ def _calibrated(args: Namespace) -> int:
         [*found.findings, *world.findings, NOT_ALIGNED],
         as_json=args.json,
     )
-    return OK
 
 
 def _table(pair: Pair) -> Table:

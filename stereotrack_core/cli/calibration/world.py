@@ -5,11 +5,10 @@ from __future__ import annotations
 from argparse import Namespace
 from pathlib import Path
 
-from stereotrack_core.calibrate.intrinsics import check_model
 from stereotrack_core.calibrate.pictures import check_same_length, pictures_of_folder
 from stereotrack_core.calibrate.report import world_facts, world_tables
 from stereotrack_core.calibrate.world import calibrate_world
-from stereotrack_core.cli.arguments import JSON, check_output, check_suffix, option
+from stereotrack_core.cli.arguments import JSON, option
 from stereotrack_core.cli.calibration.boards import (
     BOARD,
     EVERY,
@@ -17,14 +16,13 @@ from stereotrack_core.cli.calibration.boards import (
     MODEL,
     NOT_ALIGNED,
     NOTHING,
-    board_of,
+    calibrating,
     found_board,
     given_lenses,
     put_calibration,
 )
 from stereotrack_core.cli.output import OK
 from stereotrack_core.cli.progress import stoppable
-from stereotrack_core.locks import writing
 from stereotrack_core.recording.calibration import write_calibration
 
 DESCRIPTION = (
@@ -51,15 +49,12 @@ OPTIONS = (
 
 def run(args: Namespace) -> int:
     """Search for the board, calibrate, write."""
-    check_suffix(args.output, ".toml")
-    check_output(args.output)
-    check_model(args.model)
-    board_of(args)
-    with writing(args.output):
-        return _calibrated(args)
+    with calibrating(args):
+        _calibrate(args)
+    return OK
 
 
-def _calibrated(args: Namespace) -> int:
+def _calibrate(args: Namespace) -> None:
     given = given_lenses(args.lenses)
     sources = pictures_of_folder(args.folder)
     found = found_board(args, sources, check_same_length(sources))
@@ -76,4 +71,3 @@ def _calibrated(args: Namespace) -> int:
         [*found.findings, *world.findings, NOT_ALIGNED],
         as_json=args.json,
     )
-    return OK
