@@ -184,10 +184,8 @@ class Pipeline:
         """Cloud of any frame, with keypoints and clicks, and the seconds that reading took."""
         if frame in self._made:
             return self._made.pop(frame)
-        if self._shared is not None:
-            cloud, read = self._shared.take(frame)
-        else:
-            cloud, read = read_cloud(self.chain, self.reader, frame)
+        shared, own = self._shared, partial(read_cloud, self.chain, self.reader)
+        cloud, read = (own if shared is None else shared.take)(frame)
         clicks = self.spec.clicks.until(frame) if self.spec.clicks else ()
         return dataclasses.replace(cloud, keypoints=self._keypoints.at(frame), clicks=clicks), read
 
@@ -195,8 +193,8 @@ class Pipeline:
         if len(self._detections):
             cloud = dataclasses.replace(cloud, detections=self._detections.until(cloud.frame))
         estimate = self._estimate(cloud)
+        pose = estimate.pose if estimate.tracked else None
         if self.heading is not None and isinstance(self.tracker, PersonTracker):
-            pose = estimate.pose if estimate.tracked else None
             last = self._asked is not None and cloud.frame == self._asked[-1]
             self.heading.take(self.tracker.finder, pose, cloud, last=last)
         found = np.where(estimate.tracked, landmarks(self.body, estimate.pose), np.nan)
@@ -236,11 +234,9 @@ class Pipeline:
     def _keep(self, tracked: TrackedFrame, seen: int | None = None) -> TrackedFrame:
         """Keep a frame; `seen`: the last one that the tracker has seen, where it is a later one."""
         if self._keeper is not None:
-            memory = {**self.tracker.memory(), **self.second_look.memory()}
-            if self.heading is not None:
-                memory |= self.heading.memory()
-            last = tracked.frame if seen is None else seen
-            checkpoint = Checkpoint(last, self.started, memory)
+            heading = {} if self.heading is None else self.heading.memory()
+            memory = {**self.tracker.memory(), **self.second_look.memory(), **heading}
+            checkpoint = Checkpoint(tracked.frame if seen is None else seen, self.started, memory)
             self._keeper.keep(tracked.without_cloud(), checkpoint, self.origin)
         return tracked
 
@@ -253,8 +249,8 @@ class Pipeline:
         checkpoint = None if self._begun is None else self._begun.checkpoint
         if checkpoint is None or not checkpoint.started:
             (self._get_ready if self.has_clouds else self._begin_with_keypoints)(frames)
-        if checkpoint is not None:
-            self._go_on_after(checkpoint, frames)
+        if checkpoint is not None and self._begun is not None:
+            self._go_on_after(checkpoint, self._begun, frames)
 
     def _get_ready(self, frames: range) -> None:
         """Find out all that has to be known of the person before the first frame."""
@@ -282,13 +278,12 @@ class Pipeline:
         self._track(self.body if found is None else self.body.with_shape(found.shape))
         return found
 
-    def _go_on_after(self, checkpoint: Checkpoint, frames: range) -> None:
-        """Be as after the frames that are done; a background that learns on sees them again."""
-        if self._begun is not None and checkpoint.started:
-            self._track(body_of_subject(self.recording.subject, self._begun.shape))
+    def _go_on_after(self, checkpoint: Checkpoint, begun: UnfinishedRun, frames: range) -> None:
+        """Restore the state after the frames that are done; a learning background sees them."""
+        if checkpoint.started:
+            self._track(body_of_subject(self.recording.subject, begun.shape))
         recall(self.tracker, checkpoint.memory)
-        if self._begun is not None:
-            self.second_look.recall(checkpoint.memory, self._begun.done)
+        self.second_look.recall(checkpoint.memory, begun.done)
         if self.heading is not None:
             self.heading.recall(checkpoint.memory)
         self.started = checkpoint.started
@@ -307,20 +302,14 @@ class Pipeline:
         shape: BodyShape | None = None,
         look: SecondLook | None = None,
     ) -> None:
-        """Continue from another run's pose; skips background learning and initialisation.
+        """Continue from another run's pose (with P (n, n)); skips learning and initialisation.
 
-        Parameters
-        ----------
-        P : (n, n) float64, optional
-            Covariance of the pose; that of a first pose if not given.
-        look : SecondLook, optional
-            What the other run's look held, up to the frame of the pose.
+        `look`: what the other run's second look held, up to the frame of the pose.
         """
         self._prepared, self._asked, self.started = True, frames, True
         self._init, self._given, self.heading = pose, "the pose of another run", None
         self._made.clear()
-        body = self.body
-        self._track(body if shape is None else body.with_shape(shape))
+        self._track(self.body if shape is None else self.body.with_shape(shape))
         self.tracker.start(pose, P=P)
         if look is not None and P is not None and P.shape == self.tracker.P.shape:
             self.second_look = dataclasses.replace(look, tries=self.second_look.tries)
@@ -359,8 +348,7 @@ class Pipeline:
         if not self.has_clouds:
             self._beginning(frames)
             return self.body.shape
-        clouds = self.first_clouds(frames)
-        told = self.before_step, self.on_preparing
+        clouds, told = self.first_clouds(frames), (self.before_step, self.on_preparing)
         found = shape_in(self._initialiser(), clouds, self.first_pose, *told)
         if found is not None:
             self._track(self.body.with_shape(found))
@@ -389,9 +377,8 @@ class Pipeline:
         return None if found is None else facing(found, heading, upright)
 
     def _initialiser(self) -> PersonTracker:
-        return initialiser_for(
-            self.body, self.settings, self._cameras, self.recording, self.spec.seed
-        )
+        made_for = self.body, self.settings, self._cameras, self.recording
+        return initialiser_for(*made_for, self.spec.seed)
 
     def _track(self, body: BodyModel) -> None:
         """Make the tracker anew, for this body."""

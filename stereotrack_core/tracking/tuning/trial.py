@@ -206,7 +206,7 @@ class Trial:
             if key not in shapes:
                 shapes[key] = pipeline.fit_shape(self.known)
             shape = shapes[key]
-        pipeline.go_on_from(start.pose, self.reach, P=start.P, shape=shape, look=start.look)
+        pipeline.go_on_from(start.pose, self.stretch, P=start.P, shape=shape, look=start.look)
 
 
 def _pose_key(pose: FirstPose) -> Hashable:
