@@ -117,13 +117,17 @@ def _check_lengths(path: Path, cells: list[list[str]], headers: int) -> None:
 
 
 def read_rows(
-    path: Path, columns: Sequence[str], complaints: list[InputError] | None = None
+    path: Path,
+    columns: Sequence[str],
+    complaints: list[InputError] | None = None,
+    optional: Iterable[str] = (),
 ) -> list[tuple[int, dict[str, str]]]:
     """Line number and cells by column of every row that is not empty.
 
-    Columns may stand in any order; further columns are ignored. Raises InputError when the file is
-    missing or unreadable, or a column is missing. What is wrong about single rows is appended to
-    `complaints`, and these rows are left out; without such a list it is raised as well.
+    Columns may stand in any order; further columns are ignored unless they are `optional`. Raises
+    InputError when the file is missing or unreadable, or a column is missing. What is wrong about
+    single rows is appended to `complaints`, and these rows are left out; without such a list it is
+    raised as well.
     """
     lines = read_cells(path)
     header = lines[0] if lines else []
@@ -136,7 +140,8 @@ def read_rows(
             remedy=f"Write the first line as {','.join(columns)}"
             + (", with commas between the values and decimal points." if foreign else "."),
         )
-    place = {name: header.index(name) for name in columns}
+    there = [*columns, *(name for name in optional if name in header)]
+    place = {name: header.index(name) for name in there}
     rows = []
     for number, line in enumerate(lines[1:], start=2):
         if not any(line):

@@ -19,6 +19,14 @@ from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.errors import Finding
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.frame_times import (
+    at_rate,
+    outside_notes,
+    resampled_note,
+    same_rate,
+    stated_fps,
+    values_at,
+)
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 from stereotrack_core.version import __version__
 
@@ -66,6 +74,11 @@ class Reference:
             raise ValueError("the frames are not in ascending order")
 
     @property
+    def fps(self) -> float | None:
+        """Frames per second that it states; without it, frames are the recording's."""
+        return stated_fps(self.meta)
+
+    @property
     def is_fitted(self) -> bool:
         """Whether it states everything that a fit does."""
         return all(getattr(self, name) is not None for name in _STATED)
@@ -103,7 +116,7 @@ class Reference:
     def trajectory(self, max_sigma: float = MAX_SIGMA) -> LandmarkTrajectory:
         """The nine landmarks alone; NaN where one is missing or less certain than that, metres."""
         points = self.of_the_nine(self.within(max_sigma).points)
-        return LandmarkTrajectory(self.frame, points)
+        return LandmarkTrajectory(self.frame, points, self.fps, self.notes)
 
     def of_the_nine(self, values: FloatArray) -> FloatArray:
         """Values (F, 9, ...) of those of all landmarks (F, n, ...); NaN if one is missing."""
@@ -128,6 +141,42 @@ class Reference:
             f"{int(kept.all(axis=1).sum())} of {len(kept)} frames are complete. Click more frames, "
             "or set another limit."
         )
+
+    def at_rate(self, fps: float, where: str) -> Reference:
+        """The reference at the frames of another rate; see :meth:`LandmarkTrajectory.at_rate`."""
+        own = self.fps
+        if own is None or same_rate(own, fps, self.frame):
+            return self
+        frame, points = at_rate(self.frame, self.points, own, fps, where)
+
+        def there(values: FloatArray, count: int) -> FloatArray:
+            flat = values.reshape(len(self.frame), count, values[:1].size // count)
+            at = values_at(self.frame, flat, own, fps, frame)
+            return at.reshape(len(frame), *values.shape[1:])
+
+        covariance, sigma, filled = self.covariance, self.limb_sigma_deg, self.filled
+        meta = {key: self.meta[key] for key in self.meta if key not in (_OUTLIERS, FITTED_TO)}
+        return replace(
+            self,
+            frame=frame,
+            points=points,
+            covariance=None if covariance is None else there(covariance, covariance.shape[1]),
+            limb_sigma_deg=None if sigma is None else there(sigma, sigma.shape[1]),
+            filled=None if filled is None else there(filled.astype(float)[:, None], 1)[:, 0] != 0.0,
+            meta={**meta, "fps": fps, "resampled_from_fps": own},
+            notes=(*self.notes, resampled_note(own, fps, where)),
+        )
+
+    def in_recording(self, count: int, where: str) -> Reference:
+        """The frames that a recording of so many has; a note says how many are left out.
+
+        Unchanged if it has none of them.
+        """
+        inside = np.asarray((self.frame >= 0) & (self.frame < count))
+        if inside.all() or not inside.any():
+            return self
+        notes = (*self.notes, *outside_notes(self.frame, count, where))
+        return replace(self.chosen(inside), notes=notes)
 
 
 def reference_of_fit(fit: TrajectoryFit, meta: Mapping[str, Any]) -> Reference:

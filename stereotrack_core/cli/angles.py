@@ -23,7 +23,7 @@ from stereotrack_core.cli.output import OK, put_result, say
 from stereotrack_core.cli.sources import (
     AngleSource,
     angle_source,
-    angles_of_file,
+    angles_at,
     some_segments,
     stated_for,
 )
@@ -143,7 +143,7 @@ def _errors(
 ) -> Sequence[AngleError]:
     if args.reference:
         path = Path(args.reference)
-        truth = angles_of_file(path, stated.get(path))
+        truth = angles_at(source, path, stated.get(path))
     elif source.recording is not None and source.recording.reference is not None:
         truth = angles_of_trajectory(source.recording.reference)
     else:

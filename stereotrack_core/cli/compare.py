@@ -16,6 +16,7 @@ from stereotrack_core.cli.sources import (
     Truth,
     read_measured,
     recording_in,
+    say_notes,
     some_segments,
     stated_for,
     truth_of,
@@ -34,6 +35,7 @@ from stereotrack_core.evaluation.comparison.compare import (
 )
 from stereotrack_core.interop.landmark_file import Stated
 from stereotrack_core.recording.description import Segment
+from stereotrack_core.recording.frame_times import values_at
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.recording.selection import asked_frames
 from stereotrack_core.report.run_tables import measure_rows
@@ -69,9 +71,9 @@ def run(args: Namespace) -> int:
     frames = asked_frames(args.frames)
     stated = stated_for(args, *args.run_files, args.reference)
     read = [read_measured(path, stated.get(path)) for path in args.run_files]
-    candidates = _candidates(read)
+    candidates = _candidates(args.run_files, read)
     stored = [one for _, one in read if one is not None]
-    truth = _truth(args.reference, stored, stated.get(args.reference))
+    truth = _truth(args, stored, candidates[0].trajectory, stated.get(args.reference))
     _warn(args.run_files, stored, truth)
     reference = None if truth is None else truth.reference
     whole = compare(candidates, reference, frames)
@@ -105,23 +107,37 @@ def run(args: Namespace) -> int:
     return OK
 
 
-def _candidates(read: Sequence[tuple[LandmarkTrajectory, Run | None]]) -> list[Candidate]:
-    """The files by letters, which fit into a table and into a sentence."""
-    return [
-        Candidate(letter, trajectory, None if stored is None else stored.unexplained_fraction)
-        for letter, (trajectory, stored) in zip(string.ascii_uppercase, read, strict=False)
-    ]
+def _candidates(
+    paths: Sequence[Path], read: Sequence[tuple[LandmarkTrajectory, Run | None]]
+) -> list[Candidate]:
+    """The files by letters, which fit into a table and into a sentence.
+
+    All are compared at the frames of the first, by time.
+    """
+    fps, found = read[0][0].fps, []
+    for letter, path, (own, stored) in zip(string.ascii_uppercase, paths, read, strict=False):
+        at_first = own if fps is None else own.at_rate(fps, str(path))
+        say_notes(at_first.notes[len(own.notes) :])
+        unexplained = None if stored is None else stored.unexplained_fraction
+        if unexplained is not None and fps and own.fps and at_first is not own:
+            values = unexplained[:, None, None]
+            unexplained = values_at(own.frame, values, own.fps, fps, at_first.frame)[:, 0, 0]
+        found.append(Candidate(letter, at_first, unexplained))
+    return found
 
 
-def _truth(given: Path | None, stored: Sequence[Run], stated: Stated | None) -> Truth | None:
+def _truth(
+    args: Namespace, stored: Sequence[Run], measured: LandmarkTrajectory, stated: Stated | None
+) -> Truth | None:
     """What is named, else what the first run's recording has; None where there is nothing."""
-    if given is not None:
-        return truth_of(given, stored[0].meta if stored else {}, stated=stated)
+    if args.reference is not None:
+        meta = stored[0].meta if stored else {}
+        return truth_of(args.reference, meta, measured, stated=stated)
     if not stored:
         say("No reference: the files do not state their recording.")
         return None
     try:
-        return truth_of(None, stored[0].meta)
+        return truth_of(None, stored[0].meta, measured)
     except InputError as error:
         say(f"{error.where}: {error.what}. The runs are only compared with each other.")
         return None

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from argparse import Namespace
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -22,12 +21,7 @@ from stereotrack_core.cli.arguments import (
 )
 from stereotrack_core.cli.output import OK, put, put_json, put_table, say
 from stereotrack_core.cli.progress import watched
-from stereotrack_core.cli.sources import (
-    recording_of_run,
-    say_if_unfinished,
-    say_notes,
-    stated_for,
-)
+from stereotrack_core.cli.sources import recording_of_run, reference_of_run, say_if_unfinished
 from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
 from stereotrack_core.evaluation.failure_segments.export import film_of, write_strips
@@ -40,12 +34,11 @@ from stereotrack_core.evaluation.failure_segments.segment import (
     limbs_words,
 )
 from stereotrack_core.evaluation.failure_segments.stretches import FailureRules, has_signs
-from stereotrack_core.interop.landmark_file import Stated
-from stereotrack_core.interop.run_file import read_run, read_trajectory
+from stereotrack_core.interop.run_file import read_run
 from stereotrack_core.parameters import parsed_settings
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.tables import Table
-from stereotrack_core.tracking.stored import fps_of_run, up_of_run
+from stereotrack_core.tracking.stored import fps_of_run
 
 DESCRIPTION = (
     "List the failures of limbs: detected by their error where there is a reference, and by "
@@ -131,9 +124,7 @@ def _search(args: Namespace) -> FailureSearch:
     recording = recording_of_run(args.recording, stored, "causes are classified from the run alone")
     reference: LandmarkTrajectory | None = None
     if args.reference is not None:
-        stated = stated_for(args, args.reference).get(args.reference, Stated())
-        reference = read_trajectory(args.reference, replace(stated, up=up_of_run(stored)))
-        say_notes(reference.notes)
+        reference = reference_of_run(args, stored, recording).trajectory()
     elif recording is not None:
         reference = recording.reference
     if (args.strips is not None or args.video is not None) and recording is None:

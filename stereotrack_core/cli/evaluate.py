@@ -64,7 +64,7 @@ def run(args: Namespace) -> int:
     trajectory, stored = read_measured(args.run_file, stated.get(args.run_file))
     meta = {} if stored is None else dict(stored.meta)
     limit = limit_of_sigma(args)
-    truth = truth_of(args.reference, meta, limit, stated.get(args.reference))
+    truth = truth_of(args.reference, meta, trajectory, limit, stated.get(args.reference))
     segments = some_segments(truth.segments, truth.source) if args.segments else ()
     found = stored or trajectory
     accuracy = accuracy_of(

@@ -32,12 +32,8 @@ from stereotrack_core.cli.sources import (
     stated_in,
 )
 from stereotrack_core.errors import InputError
-from stereotrack_core.interop.reference_npz import (
-    fps_of_reference,
-    is_reference,
-    read_reference,
-)
-from stereotrack_core.interop.run_file import holds_run, read_run, read_timed_trajectory
+from stereotrack_core.interop.reference_npz import is_reference, read_reference
+from stereotrack_core.interop.run_file import holds_run, read_run, read_trajectory
 from stereotrack_core.project.exporting.formats import (
     FORMATS,
     ExportFormat,
@@ -213,7 +209,7 @@ def _trajectory(args: Namespace, form: ExportFormat) -> Exported:
     if is_reference(args.source):
         check_kind(form, "reference")
         reference = read_reference(args.source)
-        rate = fps_of_reference(reference) if args.fps is None else args.fps
+        rate = reference.fps if args.fps is None else args.fps
         return export_reference(args.output, reference, form, rate, limit_of_sigma(args))
     if form.name in ANGLE_FORMATS:
         source = angle_source(args.source, args.fps, stated_in(args))
@@ -231,9 +227,9 @@ def _trajectory(args: Namespace, form: ExportFormat) -> Exported:
             where=str(args.source),
             remedy="Use an .npz file written by `stereotrack track`, or export as bvh.",
         )
-    trajectory, fps = read_timed_trajectory(args.source, stated_in(args))
+    trajectory = read_trajectory(args.source, stated_in(args))
     say_notes(trajectory.notes)
-    rate = fps if args.fps is None else args.fps
+    rate = trajectory.fps if args.fps is None else args.fps
     return export_trajectory(args.output, trajectory, form, rate)
 
 

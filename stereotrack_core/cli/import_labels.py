@@ -11,6 +11,7 @@ from typing import Any
 from stereotrack_core.cli.arguments import AXES, JSON, NAMES, flag, option
 from stereotrack_core.cli.output import OK, put_result, say
 from stereotrack_core.cli.sources import (
+    named_reference,
     open_project,
     recording_of,
     say_notes,
@@ -21,7 +22,6 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.interop.label_source import Labels, LabelSource
 from stereotrack_core.interop.labels import is_trajectory, read_labels
 from stereotrack_core.interop.landmark_file import Stated
-from stereotrack_core.interop.run_file import reference_in
 from stereotrack_core.project.merging import Decision, clicks_of_project, incoming
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.setups import save_reference
@@ -127,8 +127,9 @@ def _labels(args: Namespace, project: Project, names: Mapping[str, str]) -> Labe
 def _reference(args: Namespace, project: Project, stated: Stated) -> dict[str, Any]:
     """Keep a trajectory as a reference of the project."""
     _refuse(args, "a trajectory belongs to no camera", "camera")
-    reference = reference_in(args.file, replace(stated, up=up_of_recording(recording_of(project))))
-    say_notes(reference.notes)
+    recording = recording_of(project)
+    stated = replace(stated, up=up_of_recording(recording))
+    reference = named_reference(args.file, recording, stated=stated)
     if args.file.suffix.lower() in (".csv", ".npz") and stated.world_from_file is None:
         say(f"note: {args.file}: axes of the recording's world.")
     name = args.file.stem

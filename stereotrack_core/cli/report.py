@@ -22,9 +22,8 @@ from stereotrack_core.cli.sources import (
     open_project,
     recording_of,
     recording_of_run,
+    reference_of_run,
     say_if_unfinished,
-    stated_for,
-    truth_of,
 )
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.run_file import read_run
@@ -144,9 +143,8 @@ def _with_truth(
     """What is reported, with the reference that was named or the recording's own."""
     reference, states, said = None, None, ""
     if args.reference is not None:
-        stated = stated_for(args, args.reference).get(args.reference)
-        truth = truth_of(args.reference, stored.meta, stated=stated)
-        reference, states = truth.reference, truth.states
+        states = reference_of_run(args, stored, recording)
+        reference = states.trajectory()
         said = f"the reference {args.reference.name}"
     elif recording is not None and recording.reference is not None:
         reference, said = recording.reference, "the recording's reference"

@@ -12,6 +12,7 @@ import numpy as np
 
 from stereotrack_core.annotation.click import USUAL_SIGMA, Click, click_detections
 from stereotrack_core.annotation.reference import MAX_SIGMA, Reference
+from stereotrack_core.arrays import IntArray
 from stereotrack_core.cli.output import say
 from stereotrack_core.counting import counted
 from stereotrack_core.errors import Finding, InputError
@@ -26,16 +27,12 @@ from stereotrack_core.interop.first_pose import first_pose
 from stereotrack_core.interop.label_source import stated_names
 from stereotrack_core.interop.labels import read_clicks
 from stereotrack_core.interop.landmark_file import Stated, world_from_axes
-from stereotrack_core.interop.reference_npz import (
-    fps_of_reference,
-    is_reference,
-    read_reference,
-)
+from stereotrack_core.interop.reference_npz import is_reference, read_reference
 from stereotrack_core.interop.run_file import (
+    at_recording,
     has_own_axes,
     holds_run,
     read_run,
-    read_timed_trajectory,
     read_trajectory,
     reference_in,
     unstatable,
@@ -47,8 +44,10 @@ from stereotrack_core.recording.description import Recording, Segment, read_segm
 from stereotrack_core.recording.detections import Detections
 from stereotrack_core.recording.findings import check_size
 from stereotrack_core.recording.folder import describe, fingerprint, open_recording
+from stereotrack_core.recording.frame_times import same_rate, stated_fps
 from stereotrack_core.recording.keypoints import Keypoints
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
+from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.recording.upright import up_of_cameras
 from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.run_spec import AUTO, FirstPose
@@ -83,42 +82,52 @@ def limit_of_sigma(args: Namespace) -> float:
 def read_measured(
     path: Path, stated: Stated | None = None
 ) -> tuple[LandmarkTrajectory, Run | None]:
-    """Landmarks of a file, and the run where it holds a complete one."""
+    """Landmarks of a file, and the run where it holds a complete one.
+
+    Their rate is that of their recording where that is found: a stated one may be corrected later.
+    """
     if holds_run(path):
         stored = read_run(path)
         say_if_unfinished(path, stored)
-        return stored.trajectory(), stored
+        return _at_its_rate(stored.trajectory(), _tracked_recording(stored.meta)), stored
     if path.suffix.lower() == ".npz":
         return read_reference(path).trajectory(np.inf), None
-    trajectory = read_trajectory(path, stated)
-    say_notes(trajectory.notes)
-    return trajectory, None
+    found = read_trajectory(path, stated)
+    say_notes(found.notes)
+    return found if found.fps else _at_its_rate(found, recording_in(path.parent)), None
+
+
+def _at_its_rate(found: LandmarkTrajectory, recording: Recording | None) -> LandmarkTrajectory:
+    return found if recording is None else replace(found, fps=recording.fps)
+
+
+def _tracked_recording(meta: Mapping[str, Any]) -> Recording | None:
+    folder = meta.get("recording_folder")
+    return describe(Path(folder), []) if folder and Path(folder).is_dir() else None
 
 
 def truth_of(
     given: Path | None,
     meta: Mapping[str, Any],
+    measured: LandmarkTrajectory,
     max_sigma: float = MAX_SIGMA,
     stated: Stated | None = None,
 ) -> Truth:
-    """The reference that was named, else that of the run's recording.
+    """The reference that was named, else that of the run's recording; `meta` is what a run states.
 
-    Landmarks that are less certain than a standard deviation in metres are unknown, which is said.
-    `stated`: names and axes of the file, which is turned into the run's world. Raises InputError
-    where there is none.
+    It is taken to the frames of what is measured, by time. Landmarks that are less certain than a
+    standard deviation in metres are unknown, which is said. `stated`: names and axes of the file,
+    which is turned into the run's world. Raises InputError where there is none.
     """
     folder = meta.get("recording_folder")
-    recording = describe(Path(folder), []) if folder and Path(folder).is_dir() else None
+    recording = _tracked_recording(meta)
     segments = recording.segments if recording is not None else ()
     if given is not None:
         own = given.with_name("segments.csv")
         beside = segments or (read_segments(own) if own.is_file() else ())
-        states = reference_in(given, replace(stated or Stated(), up=up_of_meta(meta)))
-        say_notes(states.notes)
-        if states.covariance is None:
-            return Truth(states.trajectory(), given, beside)
-        if note := states.left_out(max_sigma):
-            say(f"{given}: {note}")
+        stated = replace(stated or Stated(), up=up_of_meta(meta))
+        states = named_reference(given, recording, measured.fps, measured.frame, stated)
+        _say_left_out(given, states, max_sigma)
         return Truth(states.trajectory(max_sigma), given, beside, states)
     if not folder:
         raise InputError(
@@ -137,7 +146,66 @@ def truth_of(
             where=str(folder),
             remedy="See `stereotrack info`, or give the reference with --reference.",
         )
+    say_notes(recording.reference.notes)
     return Truth(recording.reference, Path(folder), segments)
+
+
+def named_reference(
+    path: Path,
+    recording: Recording | None,
+    fps: float | None = None,
+    measured: IntArray | None = None,
+    stated: Stated | None = None,
+) -> Reference:
+    """The reference of a file at the frames of a recording, or of the rate `fps`, by time.
+
+    Says what was done to it. A file that states no rate has that of the recording it lies beside.
+    Frames after the last one of the recording and of what is `measured` (F,) are left out.
+    """
+    reference = reference_in(path, stated)
+    rate = fps if recording is None else recording.fps
+    if rate is None:
+        if reference.fps is not None:
+            say(
+                f"{path}: it has {reference.fps:.6g} frames per second, but what it is compared "
+                "with states no rate, so frames are compared by their numbers."
+            )
+    else:
+        if reference.fps is None and (beside := recording_in(path.parent)) is not None:
+            reference = replace(reference, meta={**reference.meta, "fps": beside.fps})
+        reference = reference.at_rate(rate, str(path))
+    if recording is not None:
+        count = 0 if measured is None else int(measured.max(initial=-1)) + 1
+        if reference.frame.max(initial=0) >= count:
+            count = max(count, _frames_of(recording))
+        if count:
+            reference = at_recording(reference, recording.fps, count, str(path))
+    say_notes(reference.notes)
+    return reference
+
+
+def reference_of_run(args: Namespace, run: Run, recording: Recording | None) -> Reference:
+    """The file that --reference names, at the frames of a run and in its world."""
+    stated = stated_for(args, args.reference).get(args.reference, Stated())
+    stated = replace(stated, up=up_of_meta(run.meta))
+    fps = stated_fps(run.meta)
+    states = named_reference(args.reference, recording, fps, run.frame, stated)
+    _say_left_out(args.reference, states, MAX_SIGMA)
+    return states
+
+
+def _say_left_out(path: Path, reference: Reference, max_sigma: float) -> None:
+    if reference.covariance is not None and (note := reference.left_out(max_sigma)):
+        say(f"{path}: {note}")
+
+
+def _frames_of(recording: Recording) -> int:
+    """Number of frames of a recording; 0 if it cannot be read."""
+    try:
+        with FrameReader(recording, read_ahead=0, colour=False) as reader:
+            return reader.frame_count
+    except InputError:
+        return 0
 
 
 def recording_of_run(given: Path | None, run: Run, otherwise: str) -> Recording | None:
@@ -288,9 +356,15 @@ def angle_source(path: Path, fps: float | None, stated: Stated | None = None) ->
     return AngleSource(angles, rate, recording)
 
 
-def angles_of_file(path: Path, stated: Stated | None = None) -> JointAngles:
-    """Angles of a run, a reference or landmarks alone."""
-    return _read(path, stated)[0]
+def angles_at(source: AngleSource, path: Path, stated: Stated | None = None) -> JointAngles:
+    """Angles of another run, reference or landmarks at the frames of `source`, by time."""
+    if holds_run(path):
+        angles, _, fps = _read(path, stated)
+        if fps is None or same_rate(fps, source.fps, angles.frame):
+            return angles
+    return angles_of_reference(
+        named_reference(path, source.recording, source.fps, source.angles.frame, stated)
+    )
 
 
 def _read(path: Path, stated: Stated | None) -> tuple[JointAngles, Recording | None, float | None]:
@@ -299,11 +373,11 @@ def _read(path: Path, stated: Stated | None) -> tuple[JointAngles, Recording | N
         reference = read_reference(path)
         folder = reference.meta.get("recording_folder")
         place = Path(str(folder)) if folder else path.parent
-        return angles_of_reference(reference), recording_in(place), fps_of_reference(reference)
+        return angles_of_reference(reference), recording_in(place), reference.fps
     if not holds_run(path):
-        trajectory, fps = read_timed_trajectory(path, stated)
+        trajectory = read_trajectory(path, stated)
         say_notes(trajectory.notes)
-        return angles_of_trajectory(trajectory), recording_in(path.parent), fps
+        return angles_of_trajectory(trajectory), recording_in(path.parent), trajectory.fps
     run = read_run(path)
     say_if_unfinished(path, run)
     folder = run.meta.get("recording_folder")
@@ -345,7 +419,10 @@ def initial_pose(args: Namespace, first: int, recording: Recording) -> FirstPose
     Raises InputError for a file that does not know the frame.
     """
     stated = replace(stated_in(args), up=up_of_recording(recording))
-    return first_pose(args.init or AUTO, first, stated=stated)
+    notes: list[Finding] = []
+    pose = first_pose(args.init or AUTO, first, recording, stated=stated, notes=notes)
+    say_notes(notes)
+    return pose
 
 
 def up_of_recording(recording: Recording) -> Upright:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
 
 from stereotrack_core.body.landmark_pose import pose_of_landmarks
-from stereotrack_core.errors import InputError
+from stereotrack_core.body.pose import Pose
+from stereotrack_core.errors import Finding, InputError
 from stereotrack_core.interop.landmark_file import Stated
 from stereotrack_core.interop.run_file import (
     has_own_axes,
@@ -16,13 +18,25 @@ from stereotrack_core.interop.run_file import (
     read_trajectory,
     unstatable,
 )
+from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.frame_times import stated_fps
+from stereotrack_core.recording.landmarks import LandmarkTrajectory
+from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.run_spec import AUTO, FirstPose
 from stereotrack_core.tracking.stored import pose_of_run
 
 
-def first_pose(text: str, frame: int, *, stated: Stated | None = None) -> FirstPose:
+def first_pose(
+    text: str,
+    frame: int,
+    recording: Recording | None = None,
+    *,
+    stated: Stated | None = None,
+    notes: list[Finding] | None = None,
+) -> FirstPose:
     """Where ``--init`` says that tracking begins; `stated`: names and axes of its file.
 
+    A file of another frame rate than the recording's is asked by time; `notes` are told so.
     InputError for a file that does not know `frame`.
     """
     if stated is not None and stated.about_file and not has_own_axes(Path(text)):
@@ -38,7 +52,25 @@ def first_pose(text: str, frame: int, *, stated: Stated | None = None) -> FirstP
             where="--init",
             remedy="Use auto, tpose, or the name of a run or landmarks file.",
         )
-    return _pose_in_file(path, frame, stated)
+    pose = None
+    if holds_run(path):
+        run = read_run(path)
+        for i in np.flatnonzero(run.frame == _frame_in_run(run, frame, recording)):
+            pose = pose_of_run(run, int(i))
+    else:
+        trajectory = read_trajectory(path, stated)
+        if recording is not None:
+            trajectory = trajectory.at_rate(recording.fps, f"--init {path}")
+        if notes is not None:
+            notes += trajectory.notes
+        pose = _pose_at(trajectory, frame)
+    if pose is None:
+        raise InputError(
+            f"the file does not contain frame {frame}",
+            where=f"--init {path}",
+            remedy="Start at a frame that the file contains: --frames A:B.",
+        )
+    return pose
 
 
 _COMPASS = {"north": 0.0, "east": 90.0, "south": 180.0, "west": 270.0}
@@ -72,23 +104,17 @@ def with_heading(init: FirstPose, heading: str | None) -> FirstPose:
     return f"{AUTO} {degrees % 360.0:g}"
 
 
-def _pose_in_file(path: Path, frame: int, stated: Stated | None) -> FirstPose:
-    pose = None
-    if holds_run(path):
-        run = read_run(path)
-        for i in np.flatnonzero(run.frame == frame):
-            pose = pose_of_run(run, int(i))
-    else:
-        trajectory = read_trajectory(path, stated)
-        for points in trajectory.points[trajectory.frame == frame]:
-            try:
-                pose = pose_of_landmarks(points)
-            except ValueError:
-                continue
-    if pose is None:
-        raise InputError(
-            f"the file does not contain frame {frame}",
-            where=f"--init {path}",
-            remedy="Start at a frame that the file contains: --frames A:B.",
-        )
-    return pose
+def _pose_at(trajectory: LandmarkTrajectory, frame: int) -> Pose | None:
+    for points in trajectory.points[trajectory.frame == frame]:
+        with suppress(ValueError):
+            return pose_of_landmarks(points)
+    return None
+
+
+def _frame_in_run(run: Run, frame: int, recording: Recording | None) -> int:
+    """The run's frame at the time of a recording's; poses are not interpolated."""
+    fps, folder = stated_fps(run.meta), run.meta.get("recording_folder")
+    if fps is None or recording is None:
+        return frame
+    of_recording = folder and Path(str(folder)).resolve() == recording.folder.resolve()
+    return frame if of_recording else round(frame * fps / recording.fps)

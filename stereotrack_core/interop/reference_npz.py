@@ -82,8 +82,13 @@ def read_reference_table(path: Path) -> Reference:
     filled = None
     if table.source is not None:
         filled = np.array([one == "interpolated" for one in table.source], dtype=np.bool_)
-    trajectory, meta = table.trajectory, {"imported_from": path.name}
-    return Reference(trajectory.frame, trajectory.points, covariance, filled=filled, meta=meta)
+    trajectory, meta = table.trajectory, dict[str, Any](imported_from=path.name)
+    if trajectory.fps is not None:
+        meta["fps"] = trajectory.fps
+    return Reference(
+        trajectory.frame, trajectory.points, covariance, filled=filled, meta=meta,
+        notes=trajectory.notes,
+    )  # fmt: skip
 
 
 def read_reference(path: Path) -> Reference:
@@ -138,9 +143,3 @@ def _reference_in(file: BinaryIO, where: str) -> Reference:
             landmark_names=tuple(str(one) for one in arrays["landmark_names"]),
             meta=meta,
         )
-
-
-def fps_of_reference(reference: Reference) -> float | None:
-    """Frames per second that the reference's meta states; None where it states none."""
-    fps = reference.meta.get("fps")
-    return float(fps) if isinstance(fps, int | float) and fps > 0 else None

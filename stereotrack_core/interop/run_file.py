@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import TypeAlias
+from typing import Any
 
 from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.arrays import FloatArray
@@ -18,7 +18,6 @@ from stereotrack_core.interop.markers import Markers, landmarks_in_world
 from stereotrack_core.interop.motion.netcdf import read_netcdf, write_netcdf
 from stereotrack_core.interop.other_files import refuse_other_suffix, refuse_other_table
 from stereotrack_core.interop.reference_npz import (
-    fps_of_reference,
     is_reference,
     read_reference,
     read_reference_table,
@@ -36,23 +35,12 @@ from stereotrack_core.recording.landmarks import (
 from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.stored import fps_of_run, upright_run
 
-Timed: TypeAlias = tuple[LandmarkTrajectory, float | None]
-"""A trajectory, with frames per second where the file states them."""
+
+def _read_archive(path: Path) -> LandmarkTrajectory:
+    return (read_reference(path) if is_reference(path) else read_run(path)).trajectory()
 
 
-def _read_archive(path: Path) -> Timed:
-    if is_reference(path):
-        reference = read_reference(path)
-        return reference.trajectory(), fps_of_reference(reference)
-    return _read_timed_run(path)
-
-
-def _read_timed_run(path: Path) -> Timed:
-    run = read_run(path)
-    return run.trajectory(), fps_of_run(run) if "fps" in run.meta else None
-
-
-def _read_table(path: Path, stated: Stated | None) -> Timed:
+def _read_table(path: Path, stated: Stated | None) -> tuple[LandmarkTrajectory, float | None]:
     """Landmarks of a table, whose axes are those of the world unless others are stated."""
     refuse_other_table(path)
     trajectory, stated = read_landmarks(path), stated or Stated()
@@ -61,17 +49,18 @@ def _read_table(path: Path, stated: Stated | None) -> Timed:
     axes = FileAxes(stated.up.rotation, "as usual in tables of landmarks")
     markers = Markers(LANDMARKS, trajectory.points, axes, path, "landmark")
     points, (axes_taken, *_) = landmarks_in_world(markers, stated)
-    notes = trajectory.notes if stated.world_from_file is None else (axes_taken,)
-    return replace(trajectory, points=points, notes=notes), None
+    notes = () if stated.world_from_file is None else (axes_taken,)
+    found = replace(trajectory, points=points, notes=(*trajectory.notes, *notes))
+    return found, found.fps
 
 
-_READERS: Mapping[str, Callable[[Path], Timed]] = {
+_READERS: Mapping[str, Callable[[Path], LandmarkTrajectory]] = {
     ".npz": _read_archive,
-    PART_SUFFIX: _read_timed_run,
+    PART_SUFFIX: _read_archive,
 }
 """What landmarks are read from that has this program's names and the recording's axes."""
 
-_FOREIGN: Mapping[str, Callable[[Path, Stated | None], Timed]] = {
+_FOREIGN: Mapping[str, Callable[[Path, Stated | None], tuple[LandmarkTrajectory, float | None]]] = {
     ".csv": _read_table,
     ".trc": read_trc,
     ".c3d": read_c3d,
@@ -189,20 +178,16 @@ def read_run(path: Path) -> Run:
 def read_trajectory(path: Path, stated: Stated | None = None) -> LandmarkTrajectory:
     """Landmarks of a run, a reference (.npz) or a landmarks file (.csv, .trc, .c3d, .nc).
 
-    `stated`: names and axes of a file of another program, axes of a ``.csv``.
+    `stated`: names and axes of a file of another program, axes of a ``.csv``. Frames are those of
+    the file's own rate; :meth:`LandmarkTrajectory.at_rate` takes it to a recording's.
 
     InputError for an unknown suffix, a damaged file, or something stated about another format.
     """
-    return read_timed_trajectory(path, stated)[0]
-
-
-def read_timed_trajectory(path: Path, stated: Stated | None = None) -> Timed:
-    """The same, with frames per second where the file states them."""
     path = Path(path)
     refuse_other_suffix(path)
     suffix = _suffix(path, (*_READERS, *_FOREIGN))
     if suffix in _FOREIGN:
-        return _FOREIGN[suffix](path, stated)
+        return _FOREIGN[suffix](path, stated)[0]
     if stated is not None and stated.about_file:
         raise unstatable(path)
     return _READERS[suffix](path)
@@ -242,7 +227,9 @@ def reference_in(path: Path, stated: Stated | None = None) -> Reference:
     trajectory = read_trajectory(path, stated)
     if path.suffix.lower() == ".csv":
         return _turned(read_reference_table(path), trajectory, stated or Stated())
-    meta = {"imported_from": path.name}
+    meta: dict[str, Any] = {"imported_from": path.name}
+    if trajectory.fps is not None:
+        meta["fps"] = trajectory.fps
     return Reference(trajectory.frame, trajectory.points, meta=meta, notes=trajectory.notes)
 
 
@@ -254,3 +241,21 @@ def _turned(table: Reference, trajectory: LandmarkTrajectory, stated: Stated) ->
     covariance = None if table.covariance is None else turn @ table.covariance @ turn.T
     points = table.points @ turn.T
     return replace(table, points=points, covariance=covariance, notes=trajectory.notes)
+
+
+def at_recording(reference: Reference, fps: float, frames: int, where: str) -> Reference:
+    """A file's reference at the frames of a recording, by time; its notes say what was done.
+
+    `fps` and `frames` are the recording's rate and number of frames. InputError where it has none
+    of these frames.
+    """
+    reference = reference.at_rate(fps, where)
+    last = reference.frame.max(initial=-1)
+    if not ((reference.frame >= 0) & (reference.frame < frames)).any():
+        raise InputError(
+            f"the reference contains none of the frames 0 to {frames - 1} of the recording; its "
+            f"last one is {last}",
+            where=where,
+            remedy="Check the times in the file: they count from the recording's first frame.",
+        )
+    return reference.in_recording(frames, where)

@@ -1,10 +1,10 @@
 """TRC, the landmark table of OpenSim and Pose2Sim.
 
 The file is y-up, with x to the north and z to the east: (X, Y, Z) = (y, z, x) of this
-program's world, as Pose2Sim writes it. Frame numbers are the recording's, time is frame over
-frame rate, an unknown landmark is NaN, and so is a whole frame of a gap: OpenSim refuses a row
-whose last values are blank. Blanks are read as well. Columns are separated by tabs, or by commas
-or blanks where other programs do so.
+program's world, as Pose2Sim writes it. Written frame numbers are the recording's and time is frame
+over frame rate; other programs count frames from 1, so times decide. An unknown landmark is NaN,
+and so is a whole frame of a gap: OpenSim refuses a row whose last values are blank. Blanks are read
+as well. Columns are separated by tabs, or by commas or blanks where other programs do so.
 """
 
 from __future__ import annotations
@@ -26,6 +26,7 @@ from stereotrack_core.interop.landmark_file import (
     world_from_up,
 )
 from stereotrack_core.interop.markers import Markers, landmarks_in_world
+from stereotrack_core.recording.frame_times import on_frames, row_times
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 from stereotrack_core.tables import guarded, read_cells, whole_number
 
@@ -70,7 +71,7 @@ def write_trc(path: Path, trajectory: LandmarkTrajectory, fps: float) -> None:
 
 
 def read_trc(path: Path, stated: Stated | None = None) -> tuple[LandmarkTrajectory, float]:
-    """Landmarks and frame rate of a TRC file, its columns matched by name.
+    """Landmarks and frame rate of a TRC file, its columns matched by name; times tell frames.
 
     Landmarks that the file lacks are NaN; columns with other names are left out.
 
@@ -98,7 +99,7 @@ def read_trc(path: Path, stated: Stated | None = None) -> tuple[LandmarkTrajecto
             where=f"{path}, DataRate",
             remedy="Write a number of frames per second.",
         ) from None
-    found = _frames(path, lines[5:], len(labels))
+    found, times = _frames(path, lines[5:], len(labels))
     count = facts.get("NumFrames", "")
     if count.isdecimal() and len(found) < int(count):
         raise InputError(
@@ -110,7 +111,10 @@ def read_trc(path: Path, stated: Stated | None = None) -> tuple[LandmarkTrajecto
     points = metres * np.array([found[frame] for frame in frames]).reshape(-1, len(labels), 3)
     axes = FileAxes(world_from_up(_Y_UP), "as usual in TRC")
     world, notes = landmarks_in_world(Markers(labels, points, axes, path, "line 4"), stated)
-    return LandmarkTrajectory(np.array(frames, dtype=np.int64), world, fps, notes), fps
+    number, time = np.array(frames, dtype=np.int64), np.array([times[one] for one in frames])
+    rows = row_times(number, time, fps, str(path))
+    frame, places = on_frames(rows, world, str(path))
+    return LandmarkTrajectory(frame, places, rows.fps, (*rows.notes, *notes)), rows.fps or fps
 
 
 def _header(names: list[str], values: list[str]) -> dict[str, str]:
@@ -131,9 +135,12 @@ def _labels(cells: list[str]) -> list[str]:
     return [over[3 * k] for k in range(count)]
 
 
-def _frames(path: Path, lines: list[list[str]], count: int) -> dict[int, FloatArray]:
-    """Points (count, 3) by frame, in the file's unit and axes."""
+def _frames(
+    path: Path, lines: list[list[str]], count: int
+) -> tuple[dict[int, FloatArray], dict[int, float]]:
+    """Points (count, 3) in the file's unit and axes, and seconds (NaN if not stated), by frame."""
     found: dict[int, FloatArray] = {}
+    times: dict[int, float] = {}
     for number, line in enumerate(lines, start=6):
         if any(line):
             line = _separated(line, 2 + 3 * count)
@@ -146,13 +153,14 @@ def _frames(path: Path, lines: list[list[str]], count: int) -> dict[int, FloatAr
                 )
             try:
                 found[frame] = _row(line, count)
+                times[frame] = float("".join(line[1:2]) or "nan")
             except ValueError as error:
                 raise InputError(
                     f"line {number} has a value that is not a number ({error})",
                     where=str(path),
                     remedy="Write numbers with decimal points. Leave unknown values empty.",
                 ) from None
-    return found
+    return found, times
 
 
 def _separated(line: list[str], width: int) -> list[str]:

@@ -261,6 +261,7 @@ def _check_reference(recording: Recording, frame_count: int) -> Iterator[Finding
     if reference is None:
         return
     where = "reference.csv"
+    yield from reference.notes
     yield from _check_names(recording)
     if not np.isfinite(reference.points).all(axis=2).any():
         yield Finding(

@@ -7,6 +7,7 @@ import hashlib
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
@@ -25,7 +26,7 @@ from stereotrack_core.recording.description import (
     read_subject,
 )
 from stereotrack_core.recording.images import is_pattern, numbered_files
-from stereotrack_core.recording.landmarks import read_landmarks
+from stereotrack_core.recording.landmarks import LandmarkTrajectory, read_landmarks
 from stereotrack_core.recording.stream_files import inside, picture_size
 from stereotrack_core.recording.toml_table import Table, load_toml
 
@@ -184,6 +185,7 @@ def describe(
         table.complain("fps", "the key is missing", "Add fps = frame sets per second.")
     elif fps is not None and fps <= 0:
         table.complain("fps", f"{fps:g} frame sets per second is invalid", "Write fps > 0.")
+    rate = fps if fps is not None and fps > 0 else 1.0
     cameras, unusable, guessed = _cameras(folder, table)
     views = _views(table)
     for view in views:
@@ -191,14 +193,19 @@ def describe(
     return Recording(
         folder=folder,
         name=name,
-        fps=fps if fps is not None and fps > 0 else 1.0,
+        fps=rate,
         views=views,
         cameras=cameras,
         subject=_optional(folder, table, "subject", read_subject),
-        reference=_optional(folder, table, "reference", read_landmarks),
+        reference=_optional(folder, table, "reference", partial(_read_reference, fps=rate)),
         segments=_optional(folder, table, "segments", read_segments) or (),
         guessed=guessed,
     )
+
+
+def _read_reference(path: Path, fps: float) -> LandmarkTrajectory:
+    """The reference at the recording's frames, also if its times have another rate."""
+    return dataclasses.replace(read_landmarks(path).at_rate(fps, path.name), fps=None)
 
 
 def named_file(folder: Path, key: str) -> Path:

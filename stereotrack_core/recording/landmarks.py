@@ -11,6 +11,15 @@ import numpy as np
 from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.atomic import write_file
 from stereotrack_core.errors import Finding, InputError
+from stereotrack_core.recording.frame_times import (
+    TIME_COLUMNS,
+    at_rate,
+    on_frames,
+    resampled_note,
+    row_times,
+    same_rate,
+    stated_time,
+)
 from stereotrack_core.recording.toml_table import LARGEST
 from stereotrack_core.tables import csv_text, read_cells, read_rows, whole_number
 
@@ -44,13 +53,25 @@ SKELETON: tuple[tuple[str, str], ...] = (
 class LandmarkTrajectory:
     """Landmarks over frames: a reference, or what a run found."""
 
-    frame: IntArray  # (F,), frame numbers of the recording, ascending; need not be contiguous
+    frame: IntArray  # (F,), frames since time 0, ascending; need not be contiguous
     points: FloatArray
     """(F, 9, 3), world, metres, in the order of :data:`LANDMARKS`; NaN where not known."""
     fps: float | None = None
     """Frames per second that the source states; without it, frames are the recording's."""
     notes: tuple[Finding, ...] = ()
     """Decisions made while reading that the user should know."""
+
+    def at_rate(self, fps: float, where: str) -> LandmarkTrajectory:
+        """The trajectory at the frames of a recording of another rate, by time, with a note.
+
+        Unchanged if it states no rate. Landmarks are interpolated linearly, but neither over gaps
+        nor beyond the ends. InputError if the rates are too different; `where` names the source.
+        """
+        if self.fps is None or same_rate(self.fps, fps, self.frame):
+            return self
+        frame, points = at_rate(self.frame, self.points, self.fps, fps, where)
+        notes = (*self.notes, resampled_note(self.fps, fps, where))
+        return LandmarkTrajectory(frame, points, fps, notes)
 
 
 COLUMNS = ("frame", "landmark", "x", "y", "z")
@@ -78,18 +99,20 @@ def read_landmarks(path: Path) -> LandmarkTrajectory:
 def read_landmark_table(path: Path) -> LandmarkTable:
     """Trajectory in metres, world; values that are missing, empty or NaN are NaN.
 
-    Landmarks besides the nine are ignored (:func:`unknown_landmarks` names them). Raises InputError
-    when the file cannot be read, a value is no number, a landmark stands twice in a frame, or none
-    of its landmarks is one of the nine.
+    A column ``time`` in seconds may follow, which goes before the frame numbers; see
+    :func:`.frame_times.row_times`. Landmarks besides the nine are ignored
+    (:func:`unknown_landmarks` names them). Raises InputError when the file cannot be read, a value
+    is no number, a landmark stands twice in a frame, or none of its landmarks is one of the nine.
     """
     header = next(iter(read_cells(path)), [])
     stated = set(SIGMA_COLUMNS) <= set(header)
     values = (*"xyz", *SIGMA_COLUMNS) if stated else tuple("xyz")
-    more = (SOURCE_COLUMN,) if SOURCE_COLUMN in header else ()
+    more = SOURCE_COLUMN in header
     found: dict[int, dict[str, list[float]]] = {}
     source: dict[int, str] = {}
+    times: dict[int, float] = {}
     others = set()
-    for line, cells in read_rows(path, (*COLUMNS[:2], *values, *more)):
+    for line, cells in read_rows(path, COLUMNS, optional=(*values, SOURCE_COLUMN, *TIME_COLUMNS)):
         frame = whole_number(cells["frame"], path, line, "frame")
         name = cells["landmark"]
         if name not in LANDMARKS:
@@ -104,6 +127,7 @@ def read_landmark_table(path: Path) -> LandmarkTable:
             )
         at_frame[name] = [_coordinate(cells[column], path, line, column) for column in values]
         source[frame] = source.get(frame) or cells.get(SOURCE_COLUMN, "")
+        times.setdefault(frame, stated_time(cells, path, line))
     if others and not found:
         raise InputError(
             f"none of its landmarks is known (the first is {min(others)!r})",
@@ -115,10 +139,13 @@ def read_landmark_table(path: Path) -> LandmarkTable:
     for i, frame in enumerate(frames):
         for name, position in found[frame].items():
             table[i, LANDMARKS.index(name)] = position
+    number, time = np.array(frames, dtype=np.int64), np.array([times[one] for one in frames])
+    rows, where = row_times(number, time, None, str(path)), str(path)
+    taken, points = on_frames(rows, table[..., :3], where)
     return LandmarkTable(
-        LandmarkTrajectory(np.array(frames, dtype=np.int64), table[..., :3]),
-        table[..., 3:] if stated else None,
-        tuple(source[frame] for frame in frames) if more else None,
+        LandmarkTrajectory(taken, points, rows.fps, rows.notes),
+        on_frames(rows, table[..., 3:], where)[1] if stated else None,
+        tuple(source[frames[k]] for k in rows.nearest(taken)) if more else None,
     )
 
 

@@ -25,6 +25,7 @@ from stereotrack_core.plain_data import plain
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.detections import Detections
 from stereotrack_core.recording.folder import calibration_fingerprint
+from stereotrack_core.recording.frame_times import stated_fps
 from stereotrack_core.recording.keypoints import Keypoints
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 from stereotrack_core.tracking.estimate import Estimate
@@ -72,8 +73,8 @@ class Run:
     landmark_names: tuple[str, ...] = LANDMARKS
 
     def trajectory(self) -> LandmarkTrajectory:
-        """The landmarks alone."""
-        return LandmarkTrajectory(self.frame, self.landmarks)
+        """The landmarks alone, with the frame rate if the run states it."""
+        return LandmarkTrajectory(self.frame, self.landmarks, stated_fps(self.meta))
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,6 +18,7 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.upright import UP_AXES, Z_UP, Upright
 from stereotrack_core.plain_data import Kind, check_kind
 from stereotrack_core.recording.description import LENGTHS, Subject, subject_in
+from stereotrack_core.recording.frame_times import stated_fps
 from stereotrack_core.tracking.frame import LOOKED_AGAIN, Run, joints_named
 
 _VALUES: Kind = {str: (bool, int, float, str)}
@@ -147,15 +148,15 @@ def fps_of_run(run: Run) -> float:
     InputError
         Where it states none.
     """
-    fps = run.meta.get("fps")
-    if not isinstance(fps, int | float) or not fps > 0:
+    fps = stated_fps(run.meta)
+    if fps is None:
         raise InputError(
             "the run does not state its frame rate",
             where="meta, fps",
             remedy="Give its recording, export as .csv (which needs no frame rate), or track "
             "again.",
         )
-    return float(fps)
+    return fps
 
 
 def body_of_run(run: Run) -> BodyModel:

@@ -146,7 +146,7 @@ def test_trajectories_become_references_and_come_back(run, recording, project, t
     ended = run("export", recording / "reference.csv", "--format", "trc", "-o", path)
     assert ended.status == 2
     assert "--fps" in ended.err
-    ended = run("export", recording / "reference.csv", "--format", "trc", "-o", path, "--fps", "30")
+    ended = run("export", recording / "reference.csv", "--format", "trc", "-o", path, "--fps", "10")
     assert ended.status == 0
     assert run("import", "labels", path, "--into", project, "--json").json["reference"] == "truth"
     assert run("import", "labels", path, "--into", project).status == 2
@@ -162,7 +162,7 @@ def test_trajectories_become_references_and_come_back(run, recording, project, t
 
 def test_names_and_axes_of_a_foreign_trajectory_can_be_said(run, recording, project, tmp_path):
     path, csv = tmp_path / "theirs.trc", tmp_path / "out.csv"
-    run("export", recording / "reference.csv", "--format", "trc", "-o", path, "--fps", "30")
+    run("export", recording / "reference.csv", "--format", "trc", "-o", path, "--fps", "10")
     path.write_text(path.read_text().replace("left_hand", "LWrist"))
     said = ("--name", "LWrist=left_hand", "--axes", "z,x,y")
     truth = read_trajectory(recording / "reference.csv")

@@ -216,5 +216,6 @@ def test_landmarks_come_back_from_every_format(tmp_path, random, make_run, suffi
     write_run(path, run)
     found = read_trajectory(path)
     np.testing.assert_array_equal(found.frame, run.frame)
+    assert found.fps == (None if suffix == ".csv" else 10.0)
     np.testing.assert_allclose(found.points, run.landmarks, rtol=0, atol=tolerance)
     assert np.isnan(found.points[1]).all()

@@ -39,8 +39,8 @@ from stereotrack_core.interop.deeplabcut import write_deeplabcut
 from stereotrack_core.interop.first_pose import first_pose
 from stereotrack_core.interop.label_source import LabelSource
 from stereotrack_core.interop.labels import is_trajectory, read_labels, write_clicks
-from stereotrack_core.interop.reference_npz import fps_of_reference, read_reference, write_reference
-from stereotrack_core.interop.run_file import read_run, read_timed_trajectory, write_trajectory
+from stereotrack_core.interop.reference_npz import read_reference, write_reference
+from stereotrack_core.interop.run_file import read_run, read_trajectory, write_trajectory
 from stereotrack_core.interop.run_journal import has_frames, read_unfinished
 from stereotrack_core.interop.run_npz import write_npz
 from stereotrack_core.interop.sleap import write_sleap
@@ -230,7 +230,7 @@ def _of_arrays(samples: Samples, folder: Path) -> dict[str, Reader]:
     written = _written(folder, "ref.npz", lambda path: write_reference(path, samples.reference))
 
     def run(path: Path) -> object:
-        each(lambda: read_timed_trajectory(path), lambda: first_pose(str(path), 2))
+        each(lambda: read_trajectory(path), lambda: first_pose(str(path), 2))
         found = read_run(path)
         use_run(found, samples)
         trajectory = found.trajectory()
@@ -241,15 +241,15 @@ def _of_arrays(samples: Samples, folder: Path) -> dict[str, Reader]:
         return found
 
     def reference(path: Path) -> object:
-        each(lambda: read_timed_trajectory(path), lambda: first_pose(str(path), 2))
+        each(lambda: read_trajectory(path), lambda: first_pose(str(path), 2))
         found = read_reference(path)
-        each(found.trajectory, lambda: fps_of_reference(found), lambda: angles_of_reference(found))
+        each(found.trajectory, lambda: angles_of_reference(found))
         return found
 
     begun = _written(folder, "run.part", lambda path: made_unfinished(path, samples.run))
 
     def unfinished(path: Path) -> object:
-        each(lambda: read_timed_trajectory(path), lambda: first_pose(str(path), 2))
+        each(lambda: read_trajectory(path), lambda: first_pose(str(path), 2))
         has_frames(path)
         use_run(read_run(path), samples)
         found, wish = read_unfinished(path)
@@ -287,11 +287,11 @@ def _of_other_tools(samples: Samples, folder: Path) -> dict[str, Reader]:
         **of_sleap,
         "TRC": Reader(
             "t.trc", _written(folder, "t.trc", lambda path: write_trc(path, trajectory, 10.0)),
-            mutated_table, read_timed_trajectory,
+            mutated_table, read_trajectory,
         ),
         "C3D": Reader(
             "t.c3d", _written(folder, "t.c3d", lambda path: write_c3d(path, trajectory, 10.0)),
-            mutated_bytes, read_timed_trajectory,
+            mutated_bytes, read_trajectory,
         ),
         "clicks": Reader(
             "c.csv", _written(folder, "c.csv", lambda path: write_clicks(path, clicks, recording)),

@@ -19,7 +19,7 @@ from stereotrack_core.interop.file_axes import AxesContradicted
 from stereotrack_core.interop.label_source import LabelSource
 from stereotrack_core.interop.labels import is_trajectory, read_labels
 from stereotrack_core.interop.landmark_file import Stated, world_from_axes
-from stereotrack_core.interop.run_file import reference_in
+from stereotrack_core.interop.run_file import at_recording, reference_in
 from stereotrack_core.project.entries import Choose
 from stereotrack_core.project.exporting.formats import ExportFormat, formats_of
 from stereotrack_core.project.exporting.labels import export_keypoints
@@ -117,12 +117,17 @@ class AnnotationDialogs(QObject):
     @Slot(object)
     def import_labels(self, source: LabelSource) -> None:
         """Compare a file with the project, and show that before anything is written."""
+        count, path = self._panels.frame_count, source.path
+
+        def read(_project: Project, recording: Recording) -> Reference:
+            found = _reference_of(source)
+            return at_recording(found, recording.fps, count, path.name) if count else found
 
         def keep(project: Project, _recording: Recording, reference: Reference) -> None:
             for note in reference.notes:
                 self._panels.message.emit(message_of_finding(note))
-            project.apply(save_reference(source.path.stem, reference))
-            project.apply(Choose(REFERENCE.name, source.path.stem))
+            project.apply(save_reference(path.stem, reference))
+            project.apply(Choose(REFERENCE.name, path.stem))
 
         def again(error: Exception) -> None:
             if isinstance(error, AxesContradicted):
@@ -131,11 +136,10 @@ class AnnotationDialogs(QObject):
                 self._panels.message.emit(message_of(error))
 
         def begin() -> None:
-            if is_trajectory(source.path):
-                self._begin("reading the reference", lambda *_: _reference_of(source), keep, again)
+            if is_trajectory(path):
+                self._begin("reading the reference", read, keep, again)
                 return
-            frames = self._panels.frame_count or None
-            self._take_in(lambda *_: _labels_of(source, frames), source.path.name)
+            self._take_in(lambda *_: _labels_of(source, count or None), path.name)
 
         self._attempt(begin)
 

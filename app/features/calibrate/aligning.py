@@ -17,6 +17,7 @@ from stereotrack_core.recording.landmarks import LandmarkTrajectory
 
 from ...context import Context
 from ...session.edits import WindowEdit
+from ...session.project_opening import message_of_finding
 from ...session.truth import Truth
 from .axes import AxesWay, Person, PointClicks
 from .controller import CalibrationController
@@ -174,18 +175,20 @@ class AligningController(QObject):
 
     def read_person(self, path: Path) -> None:
         """Take landmarks or a run from a file, which are in the world that is turned."""
-        self._context.tasks.begin(
-            f"reading {path.name}",
-            lambda _task: Person(
-                f"{FILE} {path.name}",
-                read_trajectory(path, Stated(tilted=True)),
-                in_recording=False,
-            ),
-            self._take,
-        )
+        recording = self._context.session.document.recording
+
+        def read(_task: object) -> Person:
+            found = read_trajectory(path, Stated(tilted=True))
+            if recording is not None:
+                found = found.at_rate(recording.fps, path.name)
+            return Person(f"{FILE} {path.name}", found, in_recording=False)
+
+        self._context.tasks.begin(f"reading {path.name}", read, self._take)
 
     @Slot(object)
     def _take(self, person: Person) -> None:
+        for note in person.trajectory.notes:
+            self._context.session.message.emit(message_of_finding(note))
         numbers = person.trajectory.frame
         frames = (int(numbers.min()), int(numbers.max())) if len(numbers) else None
         self.change(person=person, frames=frames)

@@ -32,7 +32,7 @@ from stereotrack_core.cli.arguments import (
 )
 from stereotrack_core.cli.calibration.boards import BOARD, board_of, found_board
 from stereotrack_core.cli.output import OK, put_result, say
-from stereotrack_core.cli.sources import say_notes, stated_for
+from stereotrack_core.cli.sources import recording_in, say_notes, stated_for
 from stereotrack_core.depth.floor import alignment_to_floor
 from stereotrack_core.errors import InputError, did_you_mean
 from stereotrack_core.geometry.camera import Camera
@@ -176,6 +176,8 @@ def _of_points(path: Path, cameras: Mapping[str, Camera]) -> Alignment:
 def _of_person(args: Namespace) -> Alignment:
     stated = stated_for(args, args.person).get(args.person, Stated())
     trajectory = read_trajectory(args.person, replace(stated, tilted=True))
+    if (recording := recording_in(args.calibration.parent)) is not None:
+        trajectory = trajectory.at_rate(recording.fps, str(args.person))
     say_notes(trajectory.notes)
     frames = frames_within(args.frames, int(trajectory.frame.max(initial=-1)) + 1)
     chosen = np.isin(trajectory.frame, np.arange(frames.start, frames.stop))

@@ -233,7 +233,7 @@ class _Source:
         views = tracked_views(self._recording, asked, keypoints)
         views = tuple(view.name for view in self._recording.views if view.name in views)
         frames = frames_within(point.special("frames") or base.frames, self._count)
-        init = first_pose(point.special("init") or base.init, frames.start)
+        init = first_pose(point.special("init") or base.init, frames.start, self._recording)
         smooth = point.by_name.get("smooth", base.smooth) is True
         clouds = {
             "recording": self._facts,

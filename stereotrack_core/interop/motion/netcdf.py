@@ -29,6 +29,7 @@ from stereotrack_core.interop.landmark_file import (
 )
 from stereotrack_core.interop.markers import Markers, landmarks_in_world
 from stereotrack_core.reading import decoding
+from stereotrack_core.recording.frame_times import on_frames, row_times
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 from stereotrack_core.versions import extra_library
 
@@ -115,16 +116,19 @@ def read_netcdf(path: Path, stated: Stated | None = None) -> tuple[LandmarkTraje
     metres = metres_per(poses.attributes.get("space_unit", ""), f"{path}, space_unit")
     fps = checked_fps(_number(poses.attributes.get("fps", "")))
     in_seconds = poses.attributes.get("time_unit") != "frames"
-    frame = np.round(poses.time * (fps if in_seconds else 1.0)).astype(np.int64)
-    if (np.diff(frame) <= 0).any():
+    seconds = poses.time if in_seconds else poses.time / fps
+    if not np.isfinite(seconds).all() or (np.diff(seconds) <= 0).any():
         raise InputError(
             "its times do not follow one another", where=f"{path}, time", remedy=_REMEDY
         )
+    number = np.arange(len(seconds)) + round(float(seconds[:1].sum()) * fps)
+    rows = row_times(number, seconds, fps, str(path))
     own = poses.attributes.get("axes") == _AXES
     axes = FileAxes(np.eye(3), "as stated in axes" if own else "which the file does not state")
     markers = Markers(poses.keypoints, metres * poses.points, axes, path, "keypoints")
     points, notes = landmarks_in_world(markers, stated or Stated())
-    return LandmarkTrajectory(frame, points, fps, notes), fps
+    frame, points = on_frames(rows, points, str(path))
+    return LandmarkTrajectory(frame, points, rows.fps, (*rows.notes, *notes)), rows.fps or fps
 
 
 def _number(text: str) -> float:

@@ -21,6 +21,8 @@ from stereotrack_core.interop.keypoints.source import KeypointSource
 from stereotrack_core.interop.label_source import LabelSource
 from stereotrack_core.interop.labels import is_trajectory, read_labels
 from stereotrack_core.interop.run_file import read_trajectory
+from stereotrack_core.interop.trc import write_trc
+from stereotrack_core.project.setups import load_reference
 from stereotrack_core.recording.landmarks import LandmarkTrajectory, write_landmarks
 
 PATIENCE_S = 300.0
@@ -34,10 +36,11 @@ class Panels(QObject):
     """In place of the panels: a project and a recording, and what works in the background."""
 
     leaving = Signal()
+    message = Signal(object)
 
     def __init__(self, project, recording):
         super().__init__()
-        self.project, self.recording = project, recording
+        self.project, self.recording, self.frame_count = project, recording, 10
         self.tasks = TaskList()
 
 
@@ -115,3 +118,20 @@ def test_dialogs_show_every_file_that_is_read(qtbot, project, recording, tmp_pat
         shown = {title: QDir.match(kinds, path.name) for title, kinds in asked.items()}
         read = is_read(path, recording)
         assert shown == {f"Import {what}": there for what, there in read.items()}, suffix
+
+
+def test_a_reference_of_another_rate_and_longer_than_the_recording_is_taken_by_time_and_said(
+    qtbot, project, recording, make, tmp_path
+):
+    points = np.stack([make.places_at(k) for k in range(13)]).repeat(5, axis=0)
+    path, panels, said = tmp_path / "mocap.trc", Panels(project, recording), []
+    panels.message.connect(said.append)
+    write_trc(path, LandmarkTrajectory(np.arange(65), points), 5 * recording.fps)
+    AnnotationDialogs(panels).import_labels(LabelSource(path, recording, NINE.names))
+    qtbot.waitUntil(lambda: not panels.tasks.tasks)
+    kept = load_reference(project.references, "mocap")
+    assert kept.frame.tolist() == list(range(10))
+    np.testing.assert_allclose(kept.points, points[:50:5], atol=1e-9)
+    sentences = " ".join(one.sentence() for one in said)
+    assert f"it has {5 * recording.fps:g} frames per second, the recording" in sentences
+    assert "3 of its 13 frames lie after it. They are left out." in sentences
