@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stereotrack_core.arrays import FloatArray
+from stereotrack_core.arrays import BoolArray, FloatArray
 from stereotrack_core.body.parameters import BodyShape
 from stereotrack_core.body.proportions import AVERAGE, AVERAGE_HEIGHT, Proportions
 from stereotrack_core.body.skeleton import FOREARMS, UPPER_ARMS
@@ -56,6 +56,9 @@ _SEEN_OF_HEIGHT = 0.98
 
 _AROUND = 0.3
 """Metres around the middle of somebody who stands in which the head is."""
+
+_LEAST_NEAR = 0.25
+"""Share of the points that is there around the middle of one person; also with both arms out."""
 
 _HEIGHTS = (1.2, 2.3)
 """Metres: where somebody seems smaller or taller, the world's z = 0 is not the floor."""
@@ -137,9 +140,19 @@ def lengths_of_standing(clouds: Sequence[Cloud], upright: Upright = Z_UP) -> Pro
 
 
 def _at(points: FloatArray, percent: float) -> float:
-    """Percentile of the heights of points near the middle, metres."""
-    away = np.linalg.norm(points[:, :2] - np.median(points[:, :2], axis=0), axis=1)
-    return float(np.percentile(points[away < _AROUND, 2], percent))
+    """Percentile of the heights of points around the middle of somebody, metres."""
+    near = _near(points, np.median(points[:, :2], axis=0))
+    if near.mean() < _LEAST_NEAR:  # the middle of several people may be where nobody is
+        _, cell, count = np.unique(
+            np.floor(points[:, :2] / _AROUND), axis=0, return_inverse=True, return_counts=True
+        )
+        fullest = np.ravel(cell) == count.argmax()
+        near = _near(points, np.median(points[fullest, :2], axis=0))
+    return float(np.percentile(points[near, 2], percent))
+
+
+def _near(points: FloatArray, middle: FloatArray) -> BoolArray:
+    return np.asarray(np.linalg.norm(points[:, :2] - middle, axis=1) < _AROUND)
 
 
 class WellSeenFrames:

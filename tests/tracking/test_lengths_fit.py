@@ -73,6 +73,19 @@ def test_the_height_moves_all_lengths_alike(crown, ratio):
         assert lengths[name] == pytest.approx(ratio * length, rel=0.01)
 
 
+@pytest.mark.parametrize("counts", [(500, 500), (500, 300), (400, 500, 400)])
+def test_among_several_people_the_height_is_that_of_one(counts):
+    places = np.linspace(-1.5, 1.5, len(counts))
+    people = [
+        np.column_stack([np.full(count, x), np.zeros(count), np.linspace(0.0, 1.715, count)])
+        for x, count in zip(places, counts, strict=True)
+    ]
+    strays = np.column_stack([np.zeros((20, 2)), np.linspace(0.0, 0.5, 20)])
+    for points in (people, [*people, strays]):
+        found = lengths_by_height([cloud_of(np.concatenate(points))])
+        assert found.height == pytest.approx(1.75, rel=0.01)
+
+
 def test_a_world_whose_floor_is_elsewhere_gives_average_lengths():
     column = np.column_stack([np.zeros((500, 2)), np.linspace(4.0, 5.7, 500)])
     assert lengths_by_height([cloud_of(column)]) == AVERAGE
