@@ -42,8 +42,12 @@ from stereotrack_core.tracking.failure.coefficients import CONSTANTS, SLOPES
 from stereotrack_core.tracking.residuals.surface import unexplained_fraction_of
 from stereotrack_core.tracking.state import Setup
 
-FEATURES: tuple[str, ...] = tuple(SLOPES["several"])
-"""What is known of a limb; see :func:`limb_features`."""
+FEATURES: tuple[str, ...] = (
+    *("through", "behind", "before", "unknown", "worst", "visible", "agreed", "needed"),
+    *("neighbour", "unexplained", "sigma", "residual", "data", "jump", "unexplained fraction"),
+    *("buried", "crossed", "better", "ambiguous"),
+)
+"""Names of the columns of :func:`limb_features`; coefficients are found by them."""
 
 LOST_DEG = 45.0
 """Error of a limb's direction beyond which it fails."""
@@ -124,7 +128,7 @@ def failure_probability(features: FloatArray | None, views: str) -> FloatArray:
     """
     if features is None:
         return np.full(len(LIMBS), np.nan)
-    slopes = np.array(list(SLOPES[views].values())).reshape(len(FEATURES), 2, 2)
+    slopes = np.array([SLOPES[views][name] for name in FEATURES]).reshape(len(FEATURES), 2, 2)
     free = probability_by(features, CONSTANTS[views], slopes.T.reshape(2, -1))
     return np.minimum(free, bound(features))
 
@@ -194,26 +198,30 @@ def limb_features(
     wrong = share[:, THROUGH] + share[:, BEHIND]
     enough = limbs[..., VISIBLE] >= _LEAST_SEEN
     views = len(pictures)
-    columns = (
-        share[:, THROUGH],
-        share[:, BEHIND],
-        share[:, BEFORE],
-        share[:, UNKNOWN],
-        np.max(np.where(enough, against, 0.0), axis=0),
-        np.log(total[:, VISIBLE] / views / own + _LITTLE),
-        np.log(total[:, AGREED] / views / own + _LITTLE),
-        np.log(total[:, NEEDED] / views / own + _LITTLE),
-        wrong[list(NEIGHBOUR)],
-        np.sqrt(areas @ unexplained / views / own),
-        np.log(np.clip(np.nan_to_num(sigma_deg, nan=20.0), 0.1, 90.0)),
-        *_of_data(found.correspondences, own),
-        np.log1p(np.minimum(jump, 100.0)),
-        np.full(len(LIMBS), min(found.unexplained_fraction, 1.0)),
-        _buried(body, frames),
-        _crossed(body, frames),
-        *elsewhere(cloud, body, found.pose, own).T,
-    )
-    return np.column_stack(columns)
+    residual, data = _of_data(found.correspondences, own)
+    better, ambiguous = elsewhere(cloud, body, found.pose, own).T
+    columns = {
+        "through": share[:, THROUGH],
+        "behind": share[:, BEHIND],
+        "before": share[:, BEFORE],
+        "unknown": share[:, UNKNOWN],
+        "worst": np.max(np.where(enough, against, 0.0), axis=0),
+        "visible": np.log(total[:, VISIBLE] / views / own + _LITTLE),
+        "agreed": np.log(total[:, AGREED] / views / own + _LITTLE),
+        "needed": np.log(total[:, NEEDED] / views / own + _LITTLE),
+        "neighbour": wrong[list(NEIGHBOUR)],
+        "unexplained": np.sqrt(areas @ unexplained / views / own),
+        "sigma": np.log(np.clip(np.nan_to_num(sigma_deg, nan=20.0), 0.1, 90.0)),
+        "residual": residual,
+        "data": data,
+        "jump": np.log1p(np.minimum(jump, 100.0)),
+        "unexplained fraction": np.full(len(LIMBS), min(found.unexplained_fraction, 1.0)),
+        "buried": _buried(body, frames),
+        "crossed": _crossed(body, frames),
+        "better": better,
+        "ambiguous": ambiguous,
+    }
+    return np.column_stack([columns[name] for name in FEATURES])
 
 
 def unexpected(movement: FloatArray, prior: Prior | None, joints: tuple[int, ...]) -> FloatArray:

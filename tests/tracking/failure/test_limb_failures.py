@@ -12,6 +12,7 @@ from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.body.skeleton import FOREARMS, UPPER_ARMS
 from stereotrack_core.tracking.arm_search.arms import LEFT, RIGHT, with_arm
 from stereotrack_core.tracking.estimate import Estimate, Prior
+from stereotrack_core.tracking.failure import features
 from stereotrack_core.tracking.failure.features import (
     FEATURES,
     bound,
@@ -51,6 +52,14 @@ def signs_of(pose, true, rng):
     assert signs is not None
     assert np.isfinite(signs).all()
     return dict(zip(FEATURES, signs.T, strict=True)), failure_probability(signs, "several")
+
+
+def test_coefficients_are_found_by_their_features_names(rng, monkeypatch):
+    signs = rng.normal(size=(6, len(FEATURES)))
+    before = failure_probability(signs, "one")
+    turned = {views: dict(reversed(own.items())) for views, own in features.SLOPES.items()}
+    monkeypatch.setattr(features, "SLOPES", turned)
+    np.testing.assert_array_equal(failure_probability(signs, "one"), before)
 
 
 @pytest.mark.parametrize("name", POSES)
