@@ -30,6 +30,7 @@ from stereotrack_core.tracking.initialise.first_pose import (
     first_clouds,
     first_pose_from_images,
     first_pose_in,
+    search_chain,
     shape_in,
 )
 from stereotrack_core.tracking.initialise.heading_watch import HeadingWatch
@@ -209,8 +210,7 @@ class Pipeline:
     def _estimate(self, cloud: Cloud) -> Estimate:
         enough = len(cloud.points) >= self.settings.tracking.least_points
         if not self.started and (enough if self.has_clouds else isinstance(self._init, Pose)):
-            first = self.first_pose(cloud)
-            self.tracker.start(first)
+            self.tracker.start(first := self.first_pose(cloud))
             self.started, self._began = True, (cloud.frame, first)
             if self.heading is not None:
                 self.heading.first = cloud.frame, first
@@ -367,12 +367,12 @@ class Pipeline:
 
     def _look_for_pose(self, clouds: Sequence[Cloud]) -> Pose | None:
         told = partial(self.on_preparing, "finding the initial pose")
+        initialiser, frames = self._initialiser(), [cloud.frame for cloud in clouds]
         if self.settings.follows_data:
-            found = first_pose_in(self._initialiser(), clouds, told)
+            found = first_pose_in(initialiser, clouds, told)
         else:
-            frames, known = [cloud.frame for cloud in clouds], self._asked or range(0)
-            seen = self._initialiser(), self.reader, self.views, frames, known
-            found = first_pose_from_images(*seen, told)
+            seen = search_chain(self.reader, self.settings.depth, self.views), self.reader, frames
+            found = first_pose_from_images(initialiser, *seen, self._asked or range(0), told)
         heading, upright = given_heading(self._init), self.settings.depth.upright
         return None if found is None else facing(found, heading, upright)
 

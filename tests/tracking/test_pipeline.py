@@ -7,12 +7,14 @@ import pytest
 
 from stereotrack_core.body.model import body_model, landmarks
 from stereotrack_core.body.proportions import AVERAGE
+from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.run_file import read_run, write_run
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.recording.selection import usable_views
 from stereotrack_core.tracking.frame import run_of
+from stereotrack_core.tracking.initialise.first_pose import search_chain
 from stereotrack_core.tracking.pipeline import Pipeline
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run import track
@@ -306,3 +308,15 @@ def test_the_order_in_which_views_are_named_changes_nothing(recording):
         for views in (["N", "W"], ["W", "N"])
     ]
     _same(*found)
+
+
+def test_the_thesis_looks_for_its_first_pose_with_depth_settings_that_were_chosen(recording):
+    chosen = preset("thesis", ["pixel_step=3", "volume_x=5", "outlier_neighbours=4"]).depth
+    with FrameReader(recording) as reader:
+        for depth, differs in ((chosen, True), (preset("thesis").depth, False)):
+            chain = search_chain(reader, depth, usable_views(recording, None))
+            found, usual = chain.parameters, DepthParameters()
+            chain.close()
+            assert (found.pixel_step, found.volume_x) == ((3, 5.0) if differs else (2, 3.6))
+            assert found.outlier_neighbours == (4 if differs else usual.outlier_neighbours)
+            assert found.subpixel == usual.subpixel != depth.subpixel

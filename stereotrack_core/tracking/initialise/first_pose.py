@@ -88,10 +88,23 @@ class _Steps:
         return self._tracker.step(cloud)
 
 
+def search_chain(reader: FrameReader, chosen: DepthParameters, views: Sequence[str]) -> DepthChain:
+    """The way to clouds in which a preset that does not search in its own looks for the first pose.
+
+    Parameters keep their defaults, except those that differ in `chosen` from the preset ``thesis``.
+    """
+    usual = {row.name: row.presets.get("thesis", row.default) for row in DepthParameters.rows()}
+    changed = {name: value for name, value in chosen.values().items() if value != usual[name]}
+    wanted = DepthParameters().replaced(**changed)
+    return DepthChain(
+        reader.recording, settled(reader.recording, wanted, reader, views), views=views
+    )
+
+
 def first_pose_from_images(
     initialiser: PersonTracker,
+    chain: DepthChain,
     reader: FrameReader,
-    views: Sequence[str],
     frames: Sequence[int],
     learned_from: range,
     told: Told = lambda _done, _count: None,
@@ -102,6 +115,8 @@ def first_pose_from_images(
     ----------
     initialiser : PersonTracker
         Of the default shape; nothing of it is left as it was.
+    chain : DepthChain
+        See :func:`search_chain`; it is closed.
     frames : sequence of int
         Successive frames.
     learned_from : range
@@ -109,8 +124,6 @@ def first_pose_from_images(
     told : callable
         As for :func:`first_pose_in`.
     """
-    parameters = settled(reader.recording, DepthParameters(), reader, views)
-    chain = DepthChain(reader.recording, parameters, views=views)
     try:
         chain.learn_background(reader, learned_from)
         clouds = [chain.process(reader.frame_set(frame)) for frame in frames]
