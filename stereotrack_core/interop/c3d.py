@@ -147,6 +147,7 @@ def _content(data: bytes, processor: _Processor, parameters: dict[str, _Paramete
     }
     header = processor.unsigned(data, 6), processor.unsigned(data, 8)
     first, frames, notes = _stretch(header, stated, data[begin:], row)
+    rate, about_rate = _rate_of(rate, parameters.get("POINT:RATE"), processor)
     values = numbers(data[begin : begin + frames * row]).reshape(frames, 4 * count + analog)
     rows = values[:, : 4 * count].reshape(frames, count, 4).astype(np.float64)
     points = rows[..., :3] if scale < 0 else rows[..., :3] * scale
@@ -155,10 +156,22 @@ def _content(data: bytes, processor: _Processor, parameters: dict[str, _Paramete
         "".join(parameters[name].texts()[:1]) if name in parameters else ""
         for name in ("POINT:UNITS", "POINT:X_SCREEN", "POINT:Y_SCREEN")
     )
-    labels = _labels(parameters, count)
+    labels, notes = _labels(parameters, count), (*about_rate, *notes)
     if unlabelled := labels.count(""):
         notes += (f"{counted(unlabelled, 'point')} of {count} without a label left out",)
     return _C3DContent(first, rate, units, right, vertical, labels, points, notes)
+
+
+def _rate_of(
+    in_header: float, stated: _Parameter | None, processor: _Processor
+) -> tuple[float, tuple[str, ...]]:
+    """Frames per second, and notes: ``POINT:RATE`` goes before the header, as in the standard."""
+    if stated is None or stated.kind != _FLOATS:
+        return in_header, ()
+    rate = float(processor.floats(stated.data)[0])
+    if not 0 < rate < np.inf or abs(rate - in_header) <= 1e-3 * rate:
+        return in_header, ()
+    return rate, (f"{rate:g} frames per second by POINT:RATE; the header states {in_header:g}",)
 
 
 _FRAME_COUNTS = (
@@ -189,7 +202,7 @@ def _stretch(
     if not (overflown or by_size) and (
         in_header == 0 or (0 < in_header <= room and point_frames in (0, in_header))
     ):
-        return first - 1, in_header, ()
+        return _begun(first, start if trial == in_header else 0, in_header, ())
     statements = {
         "the group TRIAL": trial,
         "POINT:LONG_FRAMES": long_frames,
@@ -203,10 +216,24 @@ def _stretch(
     if not source:
         raise ValueError("the file ends before its last frame")
     frames = statements[source]
-    if start > 0 and frames == trial:
-        first = start
     note = f"{counted(frames, 'frame')} by {source}; the header states {in_header}"
-    return first - 1, frames, () if frames == in_header else (note,)
+    notes = () if frames == in_header else (note,)
+    return _begun(first, start if frames == trial else 0, frames, notes)
+
+
+def _begun(
+    in_header: int, stated: int, frames: int, notes: tuple[str, ...]
+) -> tuple[int, int, tuple[str, ...]]:
+    """First frame, counted from 0, number of frames, and notes.
+
+    ``TRIAL:ACTUAL_START_FIELD`` (0 if not stated) goes before the header's number of 16 bits.
+    """
+    if stated in (0, in_header):
+        return in_header - 1, frames, notes
+    if stated <= _LARGEST_WORD:
+        begins = f"begins at frame {stated} by TRIAL:ACTUAL_START_FIELD"
+        notes += (f"{begins}; the header states {in_header}",)
+    return stated - 1, frames, notes
 
 
 def _frames_by_size(data: bytes, row: int, counted_frames: int) -> int:

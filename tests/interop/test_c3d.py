@@ -130,6 +130,25 @@ def test_a_header_that_the_file_contradicts(tmp_path):
         read_c3d(path)
 
 
+def test_a_start_and_a_rate_that_the_header_contradicts(tmp_path):
+    path = _heads(tmp_path / "a.c3d", 20, first=500, trial=True)
+    found, fps = read_c3d(path)
+    assert (found.frame[0], fps, found.fps) == (500, 100.0, 100.0)
+    assert not any("header" in note.what for note in found.notes)
+    _set_words(path, first=1, last=20)  # frames of the file, not of the trial
+    data = bytearray(path.read_bytes())
+    data[20:24] = np.float32(50.0).tobytes()
+    path.write_bytes(data)
+    found, fps = read_c3d(path)
+    assert found.frame.tolist() == list(range(500, 520))
+    assert (fps, found.fps) == (100.0, 100.0)
+    said = [note.what for note in found.notes[:2]]
+    assert said == [
+        "100 frames per second by POINT:RATE; the header states 50",
+        "begins at frame 501 by TRIAL:ACTUAL_START_FIELD; the header states 1",
+    ]
+
+
 def test_more_than_255_labels_and_points_without_one(tmp_path):
     names = [f"marker {k}" for k in range(300)]
     names[290], names[3] = "left_hip", "head"

@@ -31,6 +31,7 @@ from stereotrack_core.interop.markers import Markers, landmarks_in_world
 from stereotrack_core.reading import decoding
 from stereotrack_core.recording.frame_times import on_frames, row_times
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
+from stereotrack_core.tables import LARGEST
 from stereotrack_core.versions import extra_library
 
 _WHAT = "this is not a netCDF file of poses of the package movement"
@@ -121,7 +122,8 @@ def read_netcdf(path: Path, stated: Stated | None = None) -> tuple[LandmarkTraje
         raise InputError(
             "its times do not follow one another", where=f"{path}, time", remedy=_REMEDY
         )
-    number = np.arange(len(seconds)) + round(float(seconds[:1].sum()) * fps)
+    start = np.clip(seconds[:1].sum() * fps, -LARGEST, LARGEST)
+    number = np.arange(len(seconds)) + round(float(start))
     rows = row_times(number, seconds, fps, str(path))
     own = poses.attributes.get("axes") == _AXES
     axes = FileAxes(np.eye(3), "as stated in axes" if own else "which the file does not state")
