@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from stereotrack_core.arrays import BoolArray, FloatArray
+from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.upright import Z_UP, Upright
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
@@ -100,7 +100,11 @@ def contiguous(trajectory: LandmarkTrajectory, where: str) -> tuple[int, FloatAr
 
     InputError for a trajectory without frames, or with few in a long stretch.
     """
-    frame = trajectory.frame
+    return every_frame(trajectory.frame, trajectory.points, where)
+
+
+def every_frame(frame: IntArray, values: FloatArray, where: str) -> tuple[int, FloatArray]:
+    """The same for values (F, ...) of any kind."""
     if not len(frame):
         raise InputError(
             "there are no frames to write", where=where, remedy="Track at least one frame."
@@ -112,9 +116,9 @@ def contiguous(trajectory: LandmarkTrajectory, where: str) -> tuple[int, FloatAr
             where=where,
             remedy="Use .csv or .npz, which allow gaps, or export part of the frames.",
         )
-    points: FloatArray = np.full((last - first + 1, *trajectory.points.shape[1:]), np.nan)
-    points[frame - first] = trajectory.points
-    return first, points
+    result: FloatArray = np.full((last - first + 1, *values.shape[1:]), np.nan)
+    result[frame - first] = values
+    return first, result
 
 
 def held(values: FloatArray, unknown: BoolArray) -> FloatArray:

@@ -119,11 +119,12 @@ def write_trajectory(
     trajectory: LandmarkTrajectory,
     fps: float | None,
     residual: FloatArray | None = None,
+    confidence: FloatArray | None = None,
 ) -> None:
     """Write landmarks (.csv, .trc, .c3d, .bvh, .nc).
 
     `fps`: frames per second; only ``.csv`` needs none. `residual` (F,), metres, kept by ``.c3d``
-    alone.
+    alone, and `confidence` (F, 9) by ``.nc``.
 
     Raises InputError for another suffix, a place that cannot be written to, or a missing frame
     rate.
@@ -139,6 +140,8 @@ def write_trajectory(
         )
     elif suffix == ".c3d":
         write_c3d(path, trajectory, fps, residual)
+    elif suffix == ".nc":
+        write_netcdf(path, trajectory, fps, confidence)
     else:
         _WRITERS[suffix](path, trajectory, fps)
 

@@ -3,8 +3,9 @@
 One dataset with ``position`` (time, space, keypoints, individuals) and ``confidence``, by the
 optional libraries xarray and h5netcdf. Positions are metres in the recording's world: x to the
 east, y to the north, z up. ``time`` is seconds since the recording's frame 0; every frame between
-the first and the last has a row, and what is not known is NaN. Nothing here gives a point a
-confidence, which is NaN throughout, as movement has it where a source has none.
+the first and the last has a row, and what is not known is NaN. The confidence is 1 minus the
+probability that the landmark's limb has failed, 1 where nothing states that, and 0 where the
+landmark is not known: movement's ``filter_by_confidence`` removes all points whose it is NaN.
 """
 
 from __future__ import annotations
@@ -42,8 +43,10 @@ PERSON = "person"
 """Name of the one individual."""
 
 
-def write_netcdf(path: Path, trajectory: LandmarkTrajectory, fps: float) -> None:
-    """Write landmarks; `fps` in frames per second.
+def write_netcdf(
+    path: Path, trajectory: LandmarkTrajectory, fps: float, confidence: FloatArray | None = None
+) -> None:
+    """Write landmarks; `fps` in frames per second, `confidence` (F, 9) from 0 to 1 or NaN.
 
     InputError for a trajectory without frames or with few in a long stretch, where the file cannot
     be written, or xarray is not installed.
@@ -51,14 +54,15 @@ def write_netcdf(path: Path, trajectory: LandmarkTrajectory, fps: float) -> None
     fps = checked_fps(fps)
     first, points = contiguous(trajectory, str(path))
     xarray = netcdf_library(path)
+    sure = np.ones(points.shape[:2])
+    if confidence is not None:
+        sure[trajectory.frame - first] = np.nan_to_num(confidence, nan=1.0)
+    sure[np.isnan(points).any(axis=2)] = 0.0
     frame = np.arange(first, first + len(points))
     dataset = xarray.Dataset(
         {
             "position": (_DIMENSIONS, points.transpose(0, 2, 1)[..., None]),
-            "confidence": (
-                (_DIMENSIONS[0], *_DIMENSIONS[2:]),
-                np.full((len(points), len(LANDMARKS), 1), np.nan),
-            ),
+            "confidence": ((_DIMENSIONS[0], *_DIMENSIONS[2:]), sure[..., None]),
         },
         coords={
             "time": frame / fps,

@@ -74,7 +74,7 @@ def export_run(path: Path, run: Run, form: ExportFormat, fps: float | None = Non
     else:
         own_world = form.name == "csv"
         trajectory = (run if own_world else upright_run(run)).trajectory()
-        write_trajectory(path, trajectory, fps, run.residual)
+        write_trajectory(path, trajectory, fps, run.residual, run.confidence())
     return Exported({path: counted(len(run.frame), "frame")})
 
 

@@ -13,22 +13,23 @@ NAMES = ("elbow", "never", "torso")
 ANGLE = np.radians(
     [[10.0, np.nan, -190.5], [20.0, np.nan, np.nan], [np.nan, np.nan, -200.0], [30.0, np.nan, 7.25]]
 )
-HELD = [[10.0, -190.5], [20.0, -190.5], [20.0, -200.0], [30.0, 7.25]]
+ROWS = np.arange(4, 10)
+HELD = [[10.0, -190.5], [20.0, -190.5], *[[20.0, -200.0]] * 3, [30.0, 7.25]]
 
 
 def test_degrees_over_time_with_the_header_of_opensim(tmp_path):
     path = tmp_path / "my walk.mot"
-    assert write_mot(path, FRAME, NAMES, ANGLE, 10.0) == 2
+    assert write_mot(path, FRAME, NAMES, ANGLE, 10.0) == 6
     lines = path.read_text().splitlines()
-    header = ["my walk", "version=1", "nRows=4", "nColumns=3", "inDegrees=yes", "endheader"]
+    header = ["my walk", "version=1", "nRows=6", "nColumns=3", "inDegrees=yes", "endheader"]
     assert lines[:6] == header
     assert lines[6] == "time\telbow\ttorso"
     table = np.genfromtxt(path, skip_header=7)
-    np.testing.assert_allclose(table[:, 0], FRAME / 10.0)
+    np.testing.assert_allclose(table[:, 0], ROWS / 10.0)
     np.testing.assert_allclose(table[:, 1:], HELD)
     notes = json.loads((tmp_path / "my walk.mot.json").read_text())
     assert notes["angles_never_known"] == ["never"]
-    assert notes["frames_with_held_angles"] == {"elbow": [6], "torso": [5]}
+    assert notes["frames_with_held_angles"] == {"elbow": [6, 7, 8], "torso": [5, 7, 8]}
 
 
 def test_opensim_reads_all_rows(tmp_path, monkeypatch):
@@ -38,11 +39,11 @@ def test_opensim_reads_all_rows(tmp_path, monkeypatch):
     table = opensim.TimeSeriesTable(str(tmp_path / "a.mot"))
     assert table.getTableMetaDataString("inDegrees") == "yes"
     assert list(table.getColumnLabels()) == ["elbow", "torso"]
-    np.testing.assert_allclose(table.getIndependentColumn(), FRAME / 10.0)
-    rows = [table.getRowAtIndex(k).to_numpy() for k in range(4)]
+    np.testing.assert_allclose(table.getIndependentColumn(), ROWS / 10.0)
+    rows = [table.getRowAtIndex(k).to_numpy() for k in range(6)]
     np.testing.assert_allclose(rows, HELD)
     storage = opensim.Storage(str(tmp_path / "a.mot"))  # which reads motions in its window
-    assert (storage.getSize(), storage.isInDegrees()) == (4, True)
+    assert (storage.getSize(), storage.isInDegrees()) == (6, True)
 
 
 def test_nothing_known_is_refused(tmp_path):

@@ -8,7 +8,7 @@ import pytest
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.landmark_file import Stated
 from stereotrack_core.interop.motion.netcdf import write_netcdf
-from stereotrack_core.interop.run_file import read_trajectory
+from stereotrack_core.interop.run_file import read_trajectory, write_trajectory
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 
 
@@ -34,6 +34,8 @@ def test_layout_units_and_gaps(written):
     expected = trajectory.points[:, LANDMARKS.index("left_hand")]
     np.testing.assert_array_equal(found[[0, 1, 3]], expected)
     assert np.isnan(found[2]).all()
+    sure = dataset.confidence.sel(individuals="person").values
+    np.testing.assert_array_equal(sure, np.isfinite(dataset.position.values).all(axis=1)[..., 0])
     assert (dataset.attrs["fps"], dataset.attrs["space_unit"]) == (20.0, "m")
     h5py = pytest.importorskip("h5py")
     with h5py.File(path) as file:
@@ -45,9 +47,29 @@ def test_movement_takes_it(written):
     kinematics = pytest.importorskip("movement.kinematics")
     dataset, trajectory, _ = written
     datasets.ValidPosesInputs.validate(dataset)
+    filtering = pytest.importorskip("movement.filtering")
+    kept = filtering.filter_by_confidence(dataset.position, dataset.confidence)
+    np.testing.assert_array_equal(kept.values, dataset.position.values)
     speed = kinematics.compute_velocity(dataset.position).sel(keypoints="head", space="x")
     head = trajectory.points[:, LANDMARKS.index("head"), 0]
     assert speed.values[0, 0] == pytest.approx((head[1] - head[0]) * 20.0)
+
+
+def test_failed_limbs_of_a_run_have_little_confidence(tmp_path, random, make_run):
+    xarray = pytest.importorskip("xarray")
+    pytest.importorskip("h5netcdf")
+    run = make_run(random, range(3, 6))
+    run.limb_lost[0] = [np.nan, np.nan, 0.7, 0.0, 0.2, 0.9]
+    run.limb_lost[2] = np.nan
+    write_trajectory(tmp_path / "a.nc", run.trajectory(), 10.0, confidence=run.confidence())
+    found = xarray.load_dataset(tmp_path / "a.nc", engine="h5netcdf").confidence
+    sure = found.sel(individuals="person").to_pandas()
+    known = np.isfinite(run.landmarks).all(axis=2)
+    expected = np.ones(9)
+    for name, one in (("left_elbow", 0.3), ("left_hand", 0.3), ("right_hand", 0.1)):
+        expected[LANDMARKS.index(name)] = one
+    np.testing.assert_allclose(sure.values[0], np.where(known[0], expected, 0.0))
+    np.testing.assert_array_equal(sure.values[2], known[2])
 
 
 def test_what_was_written_is_read(written):
