@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 from stereotrack_core.errors import InputError
@@ -21,6 +22,7 @@ from stereotrack_core.interop.keypoints import (
 )
 from stereotrack_core.interop.keypoints.people import FileRow
 from stereotrack_core.interop.keypoints.source import FoundKeypoints, KeypointSource, found_in
+from stereotrack_core.interop.keypoints.times import table_times
 from stereotrack_core.reading import TABLE_BYTES, decoding, read_json
 from stereotrack_core.tables import read_cells
 
@@ -52,7 +54,9 @@ def read_keypoints(source: KeypointSource, frames: int | None = None) -> FoundKe
     >>> len(found.keypoints), found.summary()
     (13600, '6400 of keypoints that are no part of the body')
     """
-    return found_in(source, _rows(source), frames)
+    rows, times = _rows(source), table_times(source.path, source.recording.fps)
+    found = found_in(source, times.placed(rows), frames)
+    return replace(found, notes=(*times.notes, *found.notes))
 
 
 def _rows(source: KeypointSource) -> Iterator[FileRow]:

@@ -377,6 +377,32 @@ def test_the_own_table_comes_back_and_counts_what_is_left_out(recording, tmp_pat
     assert set(named.keypoints.source.tolist()) == {"own"}
 
 
+@pytest.mark.parametrize("wide", [True, False])
+@pytest.mark.parametrize(("fps", "late"), [(10.0, 0.0), (10.0, 2.0), (50.0, 0.0), (5.0, 0.0)])
+def test_times_of_a_table_go_before_its_frame_numbers(recording, tmp_path, wide, fps, late):
+    path, lines = tmp_path / "cam1.csv", []
+    for k in range(40):
+        x, time = 100 + k, f"{late + k / fps:.4f}"
+        lines.append(f"{k + 1},{time},{x},50" if wide else f"{k + 1},{time},cam1,nose,{x},50")
+    header = "frame,time,nose_x,nose_y" if wide else "frame,time,view,keypoint,x,y"
+    path.write_text("\n".join([header, *lines]))
+    found = read(path, recording, 40)
+    frames = [round(10 * (late + k / fps), 6) for k in range(40)]
+    wanted = [(int(f), 100.0 + k) for k, f in enumerate(frames) if f == int(f) and f < 40]
+    assert [(row[0], row[3]) for row in plain(found)] == wanted
+    start = round(late * fps)
+    assert f"row of frame 1 has the time {late:g} s, which is frame {start}" in found.notes[0]
+    assert ("nearest in time" in " ".join(found.notes)) == (fps != 10.0)
+
+
+def test_times_of_a_table_that_agree_are_not_told(recording, tmp_path):
+    path = tmp_path / "cam1.csv"
+    rows = [f"{k},{k / 10},cam1,nose,{k},50" for k in range(5, 9)]
+    path.write_text("\n".join(["frame,time,view,keypoint,x,y", *rows]))
+    found = read(path, recording, 40)
+    assert ([row[0] for row in plain(found)], found.notes) == ([5, 6, 7, 8], ())
+
+
 @pytest.mark.parametrize(
     ("name", "content", "said"),
     [
