@@ -20,15 +20,17 @@ from stereotrack_core.counting import counted
 from stereotrack_core.errors import Cancelled, InputError
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.images import DamagedFrame, read_image
+from stereotrack_core.recording.importing.readers import Chapters
+from stereotrack_core.recording.importing.sources import chapters_from
 from stereotrack_core.recording.stream_files import (
     IMAGE_SUFFIXES,
+    VIDEO_SUFFIXES,
     StreamSource,
     open_stream,
 )
 
 _SAMPLE = 8  # pictures by which the board is recognised
 _DIGITS = re.compile(r"(\d+)")
-VIDEO_SUFFIXES = frozenset({".mp4", ".avi", ".mov", ".mkv", ".m4v", ".webm", ".mpg", ".mpeg"})
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,7 +100,7 @@ class StreamPictures:
     """A video, or a recording's numbered images, from frame `first` on."""
 
     camera: str
-    source: StreamSource
+    source: StreamSource | Chapters
     first: int = 0
 
     def count(self) -> int:
@@ -157,15 +159,19 @@ def pictures_of_folder(folder: Path) -> list[Pictures]:
 def places_in(folder: Path) -> dict[str, Path]:
     """The video, or folder of images, of each camera in a folder, by the camera's name.
 
-    Raises InputError where there is none, or two for one camera.
+    Of a video that its camera split into chapters, the first one. Raises InputError where there is
+    none, or two for one camera.
     """
     found: dict[str, Path] = {}
+    chapters: set[Path] = set()
     for path in sorted(folder.iterdir()):
         is_video = path.suffix.lower() in VIDEO_SUFFIXES
         if path.name.startswith(".") or not (path.is_dir() or is_video):
             continue
-        if path.is_dir() and not _images_in(path):
+        if path in chapters or (path.is_dir() and not _images_in(path)):
             continue
+        if is_video:
+            chapters.update(chapters_from(path))
         name = path.stem if is_video else path.name
         if name in found:
             raise InputError(
@@ -191,7 +197,8 @@ def _pictures_at(path: Path, camera: str, where: str) -> Pictures:
                 f"the folder {path.name!r} contains no images", where=where, remedy="Add them."
             )
         return PictureFiles(camera, _in_order(files))
-    return StreamPictures(camera, open_stream(path.parent, path.name, "grey", where))
+    videos = [open_stream(one.parent, one.name, "grey", where) for one in chapters_from(path)]
+    return StreamPictures(camera, videos[0] if len(videos) == 1 else Chapters(videos))
 
 
 def _images_in(folder: Path) -> list[Path]:

@@ -25,6 +25,7 @@ from stereotrack_core.recording.importing.choices import (
     problems_of,
     view_for,
 )
+from stereotrack_core.recording.importing.levels import with_one_white
 from stereotrack_core.recording.importing.making import (
     cameras_for,
     check_place,
@@ -55,8 +56,9 @@ OPTIONS = (
         type=Path,
     ),
     option("--title NAME", "name of the recording (default: that of the folder)"),
-    option("--fps N", "frames per second, if the files do not state them or state them wrongly",
-           type=float),
+    option("--fps [SOURCE=]N", "frames per second, if the files do not state them or state them "
+           "wrongly: of the recording, or of a source; may be given several times",
+           action="append", default=[]),
     option("--calibration FILE", "calibration of the cameras: a calibration.toml, or of another "
            "tool as in `stereotrack calibrate import`; several files that belong together, each "
            "with --calibration (default: the cameras of a ROS bag, else they are guessed)",
@@ -77,6 +79,8 @@ OPTIONS = (
            action="append", default=[], dest="backgrounds"),
     option("--mirrored SOURCE", "turn back the mirror images of a source, such as a Kinect v1's; "
            "may be given several times", action="append", default=[]),
+    option("--bits N", "bits of the sensor, for pictures that store more than 8 (default: as the "
+           "files state, else by their brightest values)", type=int),
     option("--unit METRES", "metres per count of depth maps (default: by the depth of the scene)",
            type=float, dest="unit"),
     option("--synchronise METHOD", "find the frames of the same instant: start (times stated by "
@@ -110,6 +114,7 @@ def run(args: Namespace) -> int:
     for problem in problems_of(choices):
         raise problem
     choices, leads = _in_time(choices, args)
+    choices = with_one_white(choices, args.bits)
     for doubt in doubts_about(choices):
         say(f"note: {doubt}")
     cameras_for(choices)
@@ -139,10 +144,31 @@ def _decided(choices: Choices, args: Namespace) -> Choices:
         _check_known(asked, names, option_name)
     uses = tuple(_used(use, roles, mirrored) for use in choices.uses)
     uses = _with_backgrounds(uses, args.backgrounds)
-    choices = replace(
-        choices, uses=uses, fps=args.fps or choices.fps, resample=not args.keep_frames
+    rates = _rates(args.fps, named, names)
+    uses = tuple(
+        replace(use, source=replace(use.source, fps=rates.get(use.source.name, use.source.fps)))
+        for use in uses
     )
+    stated = choices.fps or next((rate for name, rate in rates.items() if name), None)
+    choices = replace(choices, uses=uses, fps=rates.get("", stated), resample=not args.keep_frames)
     return _calibrated(replace(choices, depth_unit=_unit(choices, args.unit)), args)
+
+
+def _rates(
+    texts: Sequence[str], named: Mapping[str, str], known: Sequence[str]
+) -> Mapping[str, float]:
+    """Frames per second by the name of the source, those of the recording by an empty name."""
+    rates = {}
+    for text in texts:
+        source, _, number = text.rpartition("=")
+        source = named.get(source.strip(), source.strip())
+        if source:
+            _check_known([source], known, "--fps")
+        rates[source] = _number(number, "--fps", "rate")
+        if not rates[source] > 0:
+            raise InputError(f"{number} frames per second is not possible", where="--fps",
+                             remedy="Use more than 0.")  # fmt: skip
+    return rates
 
 
 def _views(texts: Sequence[str], named: Mapping[str, str], known: Sequence[str]) -> Views:
@@ -200,18 +226,18 @@ def _in_time(choices: Choices, args: Namespace) -> tuple[Choices, tuple[Lead, ..
             say(f"synchronised by {args.method}: {lead.says(choices.fps or 1.0)}")
     firsts = dict(_pair(text, "--first") for text in args.firsts)
     _check_known(firsts, [use.source.name for use in choices.uses], "--first")
-    given = {name: _frame(text) for name, text in firsts.items()}
+    given = {name: _number(text, "--first", "frame") for name, text in firsts.items()}
     uses = tuple(replace(use, lead=given.get(use.source.name, use.lead)) for use in choices.uses)
     return replace(choices, uses=uses), leads
 
 
-def _frame(text: str) -> float:
+def _number(text: str, where: str, what: str) -> float:
     try:
         value = float(text)
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
-        raise InputError(f"{text!r} is no frame", where="--first", remedy="Give a number.")
+        raise InputError(f"{text!r} is no {what}", where=where, remedy="Give a number.")
     return value
 
 

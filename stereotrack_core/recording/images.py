@@ -30,7 +30,8 @@ class DamagedFrame(Exception):
     """A single frame cannot be decoded; the text says why, as a clause."""
 
 
-PictureKind: TypeAlias = Literal["grey", "colour", "depth"]
+PictureKind: TypeAlias = Literal["grey", "colour", "depth", "stored"]
+"""``stored`` keeps the 16 bits of brightness that grey and colour reduce to 8."""
 
 _FULL_RANGE = 2  # AVCOL_RANGE_JPEG
 _PLANAR_LUMA = ("yuv", "yuvj", "nv12", "nv21", "gray")
@@ -43,8 +44,9 @@ def picture_of(frame: Any, kind: PictureKind) -> NDArray[Any]:
     grey; (H, W) uint16 for depth. Raises :class:`DamagedFrame` when depth is wanted of pictures
     with less than 16 bits.
     """
-    if kind == "depth":
-        if not frame.format.name.startswith("gray16"):
+    sixteen_bit = frame.format.name.startswith("gray16")
+    if kind == "depth" or (kind == "stored" and sixteen_bit):
+        if not sixteen_bit:
             raise DamagedFrame(
                 f"{frame.format.name} images contain no depth; 16-bit grey is needed"
             )
@@ -91,6 +93,7 @@ _READ_FLAGS: dict[PictureKind, int] = {
     # Turning a picture by its EXIF entry would part it from its calibration.
     "grey": cv2.IMREAD_GRAYSCALE | cv2.IMREAD_IGNORE_ORIENTATION,
     "colour": cv2.IMREAD_ANYCOLOR | cv2.IMREAD_IGNORE_ORIENTATION,
+    "stored": cv2.IMREAD_ANYDEPTH | cv2.IMREAD_ANYCOLOR | cv2.IMREAD_IGNORE_ORIENTATION,
     "depth": cv2.IMREAD_UNCHANGED,
 }
 
@@ -131,7 +134,8 @@ def read_image(path: Path, kind: PictureKind) -> NDArray[Any]:
     """Pixels of an image file, read-only, not turned.
 
     (H, W) uint8 for grey; (H, W, 3) uint8 BGR or (H, W) for colour; (H, W) uint16 (or the file's
-    own type) for depth. Raises :class:`DamagedFrame` when the file is missing or no image.
+    own type) for depth; uint8 or uint16 as for colour if stored. Raises :class:`DamagedFrame` when
+    the file is missing or no image.
     """
     try:
         content = read_bytes(path, PICTURE_BYTES)
@@ -142,6 +146,8 @@ def read_image(path: Path, kind: PictureKind) -> NDArray[Any]:
         raise DamagedFrame(f"the file {path.name} is damaged or not an image")
     if kind == "depth" and (picture.ndim != 2 or picture.dtype not in (np.uint16, np.uint8)):
         raise DamagedFrame(f"the file {path.name} is not a 16-bit depth map with one channel")
+    if kind == "stored" and picture.dtype not in (np.uint16, np.uint8):
+        raise DamagedFrame(f"the file {path.name} has no values of 8 or 16 bits")
     picture.flags.writeable = False
     return picture
 

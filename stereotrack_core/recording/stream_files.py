@@ -27,6 +27,13 @@ IMAGE_SUFFIXES = frozenset(
 )
 """Endings of the files that hold one picture."""
 
+VIDEO_SUFFIXES = frozenset(
+    {".mp4", ".mov", ".avi", ".mkv", ".m4v", ".webm", ".mts", ".m2ts", ".ts", ".mpg", ".mpeg"}
+    | {".wmv", ".3gp", ".flv", ".asf", ".mxf", ".ogv", ".y4m", ".ivf"}
+    | {".h264", ".264", ".avc", ".h265", ".265", ".hevc", ".mjpeg", ".mjpg", ".m2v", ".obu"}
+)
+"""Endings of videos, the last ones of streams without a container."""
+
 _WIDEST_GAP = 10_000  # image numbers that may be missing altogether, besides every second one
 
 

@@ -62,12 +62,28 @@ def open_container(path: Path) -> Any:
     return av.open(str(path), options=_OPEN_OPTIONS, **_METADATA_OPTIONS)
 
 
-def video_stream(container: Any) -> Any:
-    """The first video stream; IndexError where there is none or nobody knows its codec."""
-    stream = container.streams.video[0]
-    if stream.codec_context is None:
-        raise IndexError
-    return stream
+def video_tracks(container: Any) -> list[Any]:
+    """The video streams of a container, without cover pictures."""
+    cover = av.stream.Disposition.attached_pic
+    streams = [one for one in container.streams.video if one.codec_context is not None]
+    return [one for one in streams if not one.disposition & cover] or streams
+
+
+def video_stream(container: Any, track: int = 0) -> Any:
+    """A video stream by its place among :func:`video_tracks`; IndexError if there is none."""
+    return video_tracks(container)[track]
+
+
+_RAW_STREAMS = frozenset(
+    {"av1", "avs2", "avs3", "cavsvideo", "dirac", "evc", "h261", "h263", "h264", "hevc", "m4v"}
+    | {"mjpeg", "mjpeg_2000", "mpegvideo", "obu", "rawvideo", "vc1", "vvc"}
+)
+"""FFmpeg's names of streams without a container."""
+
+
+def has_clock(container: Any) -> bool:
+    """Whether a container states times; for raw streams, FFmpeg assumes 25 frames per second."""
+    return container.format.name not in _RAW_STREAMS
 
 
 class FrameTimes:
@@ -78,11 +94,11 @@ class FrameTimes:
     stopped before the end of the file; empty where it did not.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, track: int = 0) -> None:
         self.complete = False
         self.ordered = True
         self.damage = ""
-        self._path = path
+        self._path, self._track = path, track
         self._times: list[int] = []
         self._keys: list[int] = []
         self._packets = 0
@@ -146,7 +162,7 @@ class FrameTimes:
                 if self._take_stored_index(container):
                     return
             with open_container(self._path) as container:
-                self._read_packets(container, video_stream(container))
+                self._read_packets(container, video_stream(container, self._track))
         except (av.FFmpegError, OSError, IndexError) as error:
             self.damage = reason(error)
         finally:
@@ -156,7 +172,7 @@ class FrameTimes:
 
     def _take_stored_index(self, container: Any) -> bool:
         """Take the container's index if it holds every frame in the order of showing."""
-        stream = video_stream(container)
+        stream = video_stream(container, self._track)
         entries = getattr(stream, "index_entries", ())
         if stream.codec_context.has_b_frames or not 0 < stream.frames == len(entries):
             return False
@@ -232,17 +248,17 @@ class VideoStream:
     when the file cannot be opened or holds no video.
     """
 
-    def __init__(self, path: Path, kind: PictureKind) -> None:
-        self._path = path
+    def __init__(self, path: Path, kind: PictureKind, track: int = 0) -> None:
+        self._path, self._track = path, track
         self._kind: PictureKind = kind
         self._damaged: list[Stretch] = []
         self._open()
         self._estimate = _estimated_count(self._container, self._stream)
-        self._times = FrameTimes(path)
+        self._times = FrameTimes(path, track)
 
     def _open(self) -> None:
         self._container = open_container(self._path)
-        self._stream = video_stream(self._container)
+        self._stream = video_stream(self._container, self._track)
         self._stream.codec_context.thread_count = 1  # streams are decoded in parallel instead
         self._stream.codec_context.options = {"err_detect": "explode"}
         self._frames = self._decode()

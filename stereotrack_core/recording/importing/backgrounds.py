@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,12 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.recording.images import DamagedFrame, read_image
 from stereotrack_core.recording.importing.choices import Use
 from stereotrack_core.recording.importing.image_groups import is_image
-from stereotrack_core.recording.importing.readers import first_picture, open_source
+from stereotrack_core.recording.importing.readers import (
+    WHITEST,
+    brightness_of,
+    first_picture,
+    open_source,
+)
 from stereotrack_core.recording.importing.sources import look_at
 
 _FRAMES_OF_A_VIDEO = 15
@@ -38,11 +44,14 @@ def check_background(use: Use) -> None:
         )
 
 
-def empty_scene(path: Path) -> ImageArray:
-    """The picture (H, W) or (H, W, 3) of a file; of a video, the median of frames of all of it."""
+def empty_scene(path: Path, white: int = 0) -> ImageArray:
+    """The picture (H, W) or (H, W, 3) of a file; of a video, the median of frames of all of it.
+
+    `white`: value that becomes white where more than 8 bits are stored; 0 is the largest possible.
+    """
     if is_image(path):
-        return _picture(path)
-    reader = open_source(look_at([path]).sources[0], "colour")
+        return _picture(path, white)
+    reader = open_source(replace(look_at([path]).sources[0], white=white), "colour")
     try:
         numbers = np.unique(np.linspace(0, reader.count() - 1, _FRAMES_OF_A_VIDEO).astype(int))
         pictures: list[NDArray[Any]] = [
@@ -55,11 +64,12 @@ def empty_scene(path: Path) -> ImageArray:
     return np.asarray(np.median(pictures, axis=0).round(), dtype=np.uint8)
 
 
-def _picture(path: Path) -> ImageArray:
+def _picture(path: Path, white: int = 0) -> ImageArray:
     try:
-        return read_image(path, "colour")
+        picture = read_image(path, "stored")
     except DamagedFrame as problem:
         raise _unreadable(path, problem) from None
+    return brightness_of(picture, white or WHITEST) if picture.dtype == np.uint16 else picture
 
 
 def _unreadable(path: Path, problem: DamagedFrame) -> InputError:

@@ -244,6 +244,7 @@ def _not_registered(uses: Sequence[Use], where: str) -> Iterator[InputError]:
         )
 
 
+_MUCH_SATURATED = 0.02  # of the pixels
 _PAUSE = 3.0  # frames
 _MOST_DRIFT = 0.5  # frames over the length of a source
 
@@ -253,10 +254,16 @@ def doubts_about(choices: Choices) -> tuple[str, ...]:
     used = choices.used()
     doubts = [*_doubts_about_rates(choices), *_doubts_about_numbers(used)]
     doubts += [
-        f"{use.source.name} has 16 bits: it is written again with 8, from the darkest to the "
-        "brightest value of its first image."
+        f"{use.source.name} has 16 bits: it is written again with 8. Black is 0, white is "
+        f"{use.source.white}, in all its images."
+        + (
+            f" {100 * use.source.saturated:.0f} % of its pixels are white: it was overexposed, or "
+            "has more bits."
+            if use.source.saturated > _MUCH_SATURATED
+            else ""
+        )
         for use in used
-        if use.source.kind == "depth" and use.role != "depth"
+        if use.source.bits > 8 and use.role != "depth"
     ]
     if choices.guessed():
         doubts.append(GUESS)
@@ -283,6 +290,11 @@ def _doubts_about_rates(choices: Choices) -> Iterator[str]:
                     "repeated there."
                 )
             continue
+        if source.fps is None and rates:
+            yield (
+                f"{source.name} does not state its frame rate: its frames are taken one for one, "
+                f"{fps:.5g} per second as in the other files."
+            )
         drift = 0.0 if source.fps is None else source.frames * abs(source.fps / rates[0] - 1.0)
         if drift > _MOST_DRIFT and source.fps is not None:
             yield (

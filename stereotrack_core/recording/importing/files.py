@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Generator, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path, PurePosixPath
 from typing import Any, Literal
@@ -17,15 +18,17 @@ from stereotrack_core.recording.images import DamagedFrame
 from stereotrack_core.recording.importing.backgrounds import empty_scene
 from stereotrack_core.recording.importing.choices import Use, cameras_of, size_of
 from stereotrack_core.recording.importing.readers import (
-    brightness_of,
     depth_range,
     open_source,
     shown_depth,
 )
+from stereotrack_core.recording.importing.remux import remuxed
 from stereotrack_core.recording.importing.sources import Pictures, Source
 from stereotrack_core.recording.writing import VideoWriter, write_png
 
 _CHUNK = 4 * 1024 * 1024  # bytes
+_CONTAINERS = (".mp4", ".mov", ".mkv")
+_DEPTH_MAPS = 8  # whose nearest and farthest counts are those of a source
 
 
 @dataclass(frozen=True)
@@ -38,7 +41,8 @@ class StreamFiles:
     """Key of the stream in ``recording.toml``."""
     frames: str
     """Video or pattern, relative to the folder."""
-    how: Literal["stay", "copy", "convert"]
+    how: Literal["stay", "copy", "remux", "convert"]
+    """``remux``: the packets of a track, or of all chapters, are copied into a new file."""
     half: int | None = None
     """Which half of the images it is; None for the whole."""
     pictured: bool = False
@@ -61,7 +65,7 @@ def _background(one: StreamFiles, folder: Path) -> StreamFiles:
     path = one.use.background
     assert path is not None  # noqa: S101 - it is asked for those that have one
     name = f"{one.camera}_empty.png"
-    if one.half is not None or one.use.mirrored:
+    if one.half is not None or one.use.mirrored or one.use.source.bits > 8:
         return replace(one, frames=name, how="convert", empty=True)
     inside = _inside(path, folder)
     if inside and "%" not in inside:
@@ -101,9 +105,11 @@ def _files_of(use: Use, uses: Sequence[Use], folder: Path) -> Iterator[StreamFil
 
 def _whole(use: Use, camera: str, part: str, name: str, folder: Path) -> StreamFiles:
     source = use.source
-    written = (
-        use.mirrored or source.rate is not None or (part != "depth" and source.kind == "depth")
-    )
+    written = use.mirrored or source.rate is not None or (part != "depth" and source.bits > 8)
+    if not written and (source.chapters or source.track) and source.kind == "video":
+        suffix = source.path.suffix.lower()
+        suffix = suffix if suffix in _CONTAINERS else ".mkv"
+        return StreamFiles(use, camera, part, _free_name(name, suffix, folder), "remux")
     if written or not _as_it_is(source):
         return StreamFiles(use, camera, part, _new_name(use, name, source.size, folder), "convert")
     inside = _inside(source.path, folder)
@@ -117,7 +123,8 @@ def _whole(use: Use, camera: str, part: str, name: str, folder: Path) -> StreamF
 
 def _as_it_is(source: Source) -> bool:
     """Whether the files of a source can be named in a recording."""
-    return not source.topic and not (source.images and not source.pattern)
+    in_parts = source.chapters or source.track
+    return not source.topic and not in_parts and not (source.images and not source.pattern)
 
 
 def _new_name(use: Use, name: str, size: tuple[int, int], folder: Path) -> str:
@@ -127,9 +134,14 @@ def _new_name(use: Use, name: str, size: tuple[int, int], folder: Path) -> str:
     """
     moving = use.source.kind == "video" or (use.source.topic and use.source.kind == "images")
     as_video = moving and size[0] % 2 == 0 and size[1] % 2 == 0
-    taken = (folder / (f"{name}.mp4" if as_video else name)).exists()
-    name = f"{name}_converted" if taken else name
-    return f"{name}.mp4" if as_video else f"{name}/%06d.png"
+    if as_video:
+        return _free_name(name, ".mp4", folder)
+    return f"{_free_name(name, '', folder)}/%06d.png"
+
+
+def _free_name(name: str, suffix: str, folder: Path) -> str:
+    taken = (folder / f"{name}{suffix}").exists()
+    return f"{name}_converted{suffix}" if taken else f"{name}{suffix}"
 
 
 def bring(one: StreamFiles, workplace: Path, fps: float) -> Generator[float, None, None]:
@@ -144,6 +156,11 @@ def bring(one: StreamFiles, workplace: Path, fps: float) -> Generator[float, Non
         yield from _bring_background(one, one.use.background, target)
     elif one.how == "convert":
         yield from _converted(one, target, fps)
+    elif one.how == "remux":
+        try:
+            yield from remuxed(source.chapters or (source.path,), source.track, target)
+        except InputError:  # such as chapters that are encoded in different ways
+            yield from _converted(one, target, fps)
     elif one.how == "copy" and source.images:
         for number, path in zip(source.numbers, source.images, strict=True):
             for _ in _copied(path, workplace / (one.frames % number)):
@@ -155,7 +172,7 @@ def bring(one: StreamFiles, workplace: Path, fps: float) -> Generator[float, Non
 
 def _bring_background(one: StreamFiles, path: Path, target: Path) -> Iterator[float]:
     if one.how == "convert":
-        write_png(target, _changed(one, empty_scene(path)))
+        write_png(target, _changed(one, empty_scene(path, one.use.source.white)))
     elif one.how == "copy":
         yield from _copied(path, target)
 
@@ -179,24 +196,32 @@ def _converted(one: StreamFiles, target: Path, fps: float) -> Iterator[float]:
     without a word. A number without an image stays one.
     """
     source = one.use.source
-    depth = source.kind == "depth"
+    depth = one.pictured or one.part == "depth"
     reader = open_source(source, "depth" if depth else "colour")
     try:
         count = reader.count()
-        if target.suffix == ".mp4":
+        if target.suffix in _CONTAINERS:
             yield from _as_video(one, reader, target, fps, count)
             return
         there = range(count) if source.rate is not None else source.numbers or range(count)
-        within: tuple[float, float] | None = None
+        within = _range_of(reader) if one.pictured else (0.0, 1.0)
         for k in there:
             picture = _changed(one, _picture(reader, k, source.path))
-            if depth and one.part != "depth":
-                within = within or depth_range(picture)
-                picture = (shown_depth if one.pictured else brightness_of)(picture, within)
+            if one.pictured:
+                picture = shown_depth(picture, within)
             write_png(target.with_name(target.name % k), picture)
             yield (k + 1) / count
     finally:
         reader.close()
+
+
+def _range_of(reader: Pictures) -> tuple[float, float]:
+    """Nearest and farthest counts of depth maps spread over a source."""
+    some = []
+    for k in np.unique(np.linspace(0, reader.count() - 1, _DEPTH_MAPS).astype(int)):
+        with suppress(DamagedFrame):  # said when it is written
+            some.append(reader.read(int(k), lambda _number, _picture: None))
+    return depth_range(np.stack(some)) if some else (0.0, 1.0)
 
 
 def _as_video(

@@ -16,12 +16,7 @@ from pathlib import Path
 from stereotrack_core.errors import InputError, shortened
 from stereotrack_core.reading import reason
 from stereotrack_core.recording.images import numbered_files
-from stereotrack_core.recording.stream_files import IMAGE_SUFFIXES
-
-VIDEO_SUFFIXES = frozenset(
-    {*(".mp4", ".mov", ".avi", ".mkv", ".m4v", ".webm", ".mts", ".m2ts", ".ts", ".mpg"),
-     *(".mpeg", ".wmv", ".3gp", ".h264", ".h265")}
-)  # fmt: skip
+from stereotrack_core.recording.stream_files import IMAGE_SUFFIXES, VIDEO_SUFFIXES
 
 _FEWEST_IMAGES = 2
 """A single image beside videos is a background or a photo of the room, not a stream."""

@@ -25,6 +25,7 @@ from stereotrack_core.recording.importing.choices import (
     size_of,
 )
 from stereotrack_core.recording.importing.files import StreamFiles, bring, files_of
+from stereotrack_core.recording.importing.levels import with_one_white
 from stereotrack_core.recording.importing.turning import as_stored
 from stereotrack_core.recording.writing import write_recording_description
 
@@ -53,7 +54,7 @@ def make_recording(
     does not fit the images, or `folder` is a recording already or holds other things; Cancelled on
     request. Then the folder is as it was.
     """
-    folder = Path(folder)
+    folder, choices = Path(folder), with_one_white(choices)
     for problem in problems_of(choices):
         raise problem
     check_place(choices, folder)

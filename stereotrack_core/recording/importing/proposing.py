@@ -11,6 +11,7 @@ from typing import TypeAlias
 import numpy as np
 
 from stereotrack_core.recording.importing.choices import Choices, Role, Use
+from stereotrack_core.recording.importing.levels import measured
 from stereotrack_core.recording.importing.readers import open_source
 from stereotrack_core.recording.importing.sources import Found, Source
 
@@ -36,7 +37,7 @@ _ROOM = (0.3, 8.0)  # metres; the middle distance of what a depth camera sees in
 
 def propose(found: Found) -> Choices:
     """What the sources probably are, by their names and sizes."""
-    uses = [_by_itself(source) for source in found.sources]
+    uses = [_by_itself(measured(source)) for source in found.sources]
     _pair_by_number(uses)
     uses = [_without_partner(use, uses) for use in uses]
     folder = found.folder

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from bisect import bisect_right
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from functools import cached_property
+from itertools import accumulate
 from pathlib import Path
 from typing import Any
 
 import av
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -18,7 +23,6 @@ from stereotrack_core.recording.images import (
     NumberedImages,
     PictureKind,
     picture_of,
-    read_image,
     read_metres,
 )
 from stereotrack_core.recording.importing.ros.bag import BagImages
@@ -32,6 +36,8 @@ from stereotrack_core.recording.video import (
 from stereotrack_core.recording.writing import counts_of
 
 _NEAR_GREY, _FAR_GREY = 255.0, 40.0
+WHITEST = 65535
+"""The largest value of 16 bits."""
 
 
 def open_source(source: Source, kind: PictureKind) -> Pictures:
@@ -39,7 +45,10 @@ def open_source(source: Source, kind: PictureKind) -> Pictures:
 
     Raises InputError where it cannot be opened.
     """
-    reader = _opened(source, kind)
+    if source.bits > 8 and kind in ("grey", "colour"):
+        reader: Pictures = EightBit(_opened(source, "stored"), source.white, grey=kind == "grey")
+    else:
+        reader = _opened(source, kind)
     if source.rate is None:
         return reader
     try:
@@ -50,6 +59,14 @@ def open_source(source: Source, kind: PictureKind) -> Pictures:
     return Resampled(reader, times, source.rate, source.begin)
 
 
+def open_stored(source: Source) -> Pictures:
+    """Open a source to read its frames by number as they are stored, with 8 or 16 bits.
+
+    Raises InputError where it cannot be opened.
+    """
+    return _opened(source, "stored")
+
+
 def _opened(source: Source, kind: PictureKind) -> Pictures:
     if source.topic:
         return BagImages(source.path, source.topic, source.places, kind, source.unit)
@@ -58,24 +75,37 @@ def _opened(source: Source, kind: PictureKind) -> Pictures:
         if kind == "depth" and source.unit is not None:
             return MetricImages(files, source.unit)
         return NumberedImages(files, source.pattern or "%d", kind)
-    try:
-        return VideoStream(source.path, kind)
-    except (av.FFmpegError, OSError, IndexError) as error:
-        raise no_video(source.path, error) from None
+    chapters: list[VideoStream] = []
+    for path in source.chapters or (source.path,):
+        try:
+            chapters.append(VideoStream(path, kind, source.track))
+        except (av.FFmpegError, OSError, IndexError) as error:
+            for one in chapters:
+                one.close()
+            raise no_video(path, error) from None
+    return chapters[0] if len(chapters) == 1 else Chapters(chapters)
 
 
 def times_of(source: Source) -> FloatArray:
     """Seconds of every frame (N,) after the first one, ascending."""
     if source.times:
         return np.array([time - source.times[0] for time in source.times])
-    if source.images:
+    if source.images or not source.clock:
         return np.arange(source.frames) / (source.fps or 1.0)
+    times = [_times_of_video(path, source) for path in source.chapters or (source.path,)]
+    step = 1.0 / (source.fps or 1.0)
+    begins = np.cumsum([0.0, *(float(one[-1]) + step for one in times)])
+    return np.concatenate([one + begin for one, begin in zip(times, begins, strict=False)])
+
+
+def _times_of_video(path: Path, source: Source) -> FloatArray:
+    """Seconds of every frame (N,) of one file after its first one, ascending."""
     try:
-        with open_container(source.path) as container:
-            tick = float(video_stream(container).time_base)
+        with open_container(path) as container:
+            tick = float(video_stream(container, source.track).time_base)
     except (av.FFmpegError, OSError, IndexError) as error:
-        raise no_video(source.path, error) from None
-    index = FrameTimes(source.path)
+        raise no_video(path, error) from None
+    index = FrameTimes(path, source.track)
     try:
         stamps = np.array(index.times(), dtype=np.float64)
         ordered = index.ordered and len(stamps) > 0
@@ -84,10 +114,56 @@ def times_of(source: Source) -> FloatArray:
     if not ordered:
         raise InputError(
             "the times of its frames are missing or repeat",
-            where=str(source.path),
+            where=str(path),
             remedy="Convert it to MP4 with a constant frame rate, or keep its frames as they come.",
         )
     return np.asarray((stamps - stamps[0]) * tick)
+
+
+class EightBit:
+    """Pictures of more than 8 bits as uint8 (H, W) or (H, W, 3); values up to `white` are told
+    apart, 0 stands for 65535.
+    """
+
+    def __init__(self, reader: Pictures, white: int, *, grey: bool) -> None:
+        self._reader, self._white, self._grey = reader, white or WHITEST, grey
+        self.count, self.close = reader.count, reader.close
+
+    def read(self, k: int, keep: Keep) -> NDArray[Any]:  # noqa: ARG002 - those have other values
+        """Picture of frame k."""
+        picture = self._reader.read(k, lambda _number, _picture: None)
+        if self._grey and picture.ndim == 3:
+            picture = cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY)
+        return brightness_of(picture, self._white)
+
+
+class Chapters:
+    """The frames of a video whose camera split it into several files."""
+
+    def __init__(self, readers: Sequence[Pictures]) -> None:
+        self._readers = readers
+
+    @cached_property
+    def _ends(self) -> list[int]:
+        """Number of frames up to the end of each chapter."""
+        return list(accumulate(one.count() for one in self._readers))
+
+    def count(self) -> int:
+        """Number of frames; waits until the end of every file has been reached."""
+        return self._ends[-1]
+
+    def read(self, k: int, keep: Keep) -> NDArray[Any]:  # noqa: ARG002 - numbers differ
+        """Picture of frame k."""
+        chapter = bisect_right(self._ends, k)
+        if k < 0 or chapter == len(self._ends):
+            raise DamagedFrame(f"the video ends before frame {k}")
+        own = k - (self._ends[chapter - 1] if chapter else 0)
+        return self._readers[chapter].read(own, lambda _number, _picture: None)
+
+    def close(self) -> None:
+        """Close all files."""
+        for one in self._readers:
+            one.close()
 
 
 class Resampled:
@@ -150,17 +226,16 @@ def first_picture(source: Source) -> ImageArray:
     """
     kind: PictureKind = "depth" if source.kind == "depth" else "colour"
     try:
-        if source.topic or source.unit is not None:
-            reader = _opened(source, kind)
+        if source.topic or source.images:
+            reader = open_source(replace(source, rate=None), kind)
             try:
                 picture = reader.read(0, lambda _number, _picture: None)
             finally:
                 reader.close()
-        elif source.images:
-            picture = read_image(source.path, kind)
-        else:
+        else:  # without an index of all of it
             with open_container(source.path) as container:
-                picture = picture_of(next(container.decode(video_stream(container))), kind)
+                stream = video_stream(container, source.track)
+                picture = picture_of(next(container.decode(stream)), kind)
     except (av.FFmpegError, OSError, IndexError, StopIteration) as error:
         raise no_video(source.path, error) from None
     except DamagedFrame as problem:
@@ -171,7 +246,7 @@ def first_picture(source: Source) -> ImageArray:
 
 
 def depth_range(counts: NDArray[Any]) -> tuple[float, float]:
-    """Nearest and farthest counts of a depth map (H, W), but for single ones; 0 is no value."""
+    """Nearest and farthest counts of depth maps of any shape but for single ones; 0 is no value."""
     known = counts[counts > 0]
     if not known.size:
         return 0.0, 1.0
@@ -187,8 +262,7 @@ def shown_depth(counts: NDArray[Any], within: tuple[float, float]) -> ImageArray
     return np.where(counts > 0, shown, 0.0).astype(np.uint8)
 
 
-def brightness_of(values: NDArray[Any], within: tuple[float, float]) -> ImageArray:
-    """Grey values of 16 bits (H, W) as 8 bits (H, W), dark to bright over a range."""
-    dark, bright = within
-    share = (values.astype(np.float32) - dark) / max(bright - dark, 1.0)
-    return np.asarray(np.round(255.0 * np.clip(share, 0.0, 1.0)), dtype=np.uint8)
+def brightness_of(values: NDArray[Any], white: int) -> ImageArray:
+    """Brightness of 16 bits (H, W) or (H, W, 3) as 8 bits; what exceeds white becomes white."""
+    share = values.astype(np.float32) / white
+    return np.asarray(np.round(255.0 * np.minimum(share, 1.0)), dtype=np.uint8)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from datetime import datetime
 from pathlib import Path
@@ -21,6 +22,11 @@ from stereotrack_core.limited_process import read_apart
 from stereotrack_core.reading import check_file, readable, reason
 from stereotrack_core.recording.folder import DESCRIPTION
 from stereotrack_core.recording.images import DamagedFrame, Keep, read_image, read_metres
+from stereotrack_core.recording.importing.chapters import (
+    begins_at_end,
+    chapter_of,
+    is_next_file,
+)
 from stereotrack_core.recording.importing.image_groups import (
     Numbering,
     check_sizes,
@@ -38,7 +44,13 @@ from stereotrack_core.recording.importing.ros.bag import (
     read_topics,
 )
 from stereotrack_core.recording.importing.ros.images import METRIC_UNIT
-from stereotrack_core.recording.video import open_container, video_stream
+from stereotrack_core.recording.video import (
+    FrameTimes,
+    has_clock,
+    open_container,
+    video_stream,
+    video_tracks,
+)
 
 SourceKind: TypeAlias = Literal["video", "images", "depth"]
 
@@ -70,7 +82,7 @@ class Source:
     name: str
     """What it is called here; unique among all that were found."""
     path: Path
-    """The video, or the first image."""
+    """The video, its first chapter, or the first image."""
     kind: SourceKind
     width: int
     height: int
@@ -79,6 +91,22 @@ class Source:
     """Number of frames; for a video as far as its header states it."""
     fps: float | None = None
     """Frames per second; None where the files do not state it."""
+    clock: bool = True
+    """Whether a video states the times of its frames; a raw stream does not."""
+    chapters: tuple[Path, ...] = ()
+    """The files of a video that the camera split, in their order; none of other videos."""
+    track: int = 0
+    """Which video track of the file it is."""
+    tracks: int = 1
+    """Number of video tracks in the file."""
+    bits: int = 8
+    """Bits of a stored value: 16 of depth maps and of pictures with more than 8 bits."""
+    white: int = 0
+    """Stored value that becomes white in a picture of 8 bits; 0 until it is measured."""
+    saturated: float = 0.0
+    """Share of the pixels of the measured pictures that are as bright as white, or brighter."""
+    created: float | None = None
+    """Time in seconds since 1970 that a video states, even of whole seconds."""
     start: float | None = None
     """Time of the first frame in seconds since 1970, where the file states it."""
     sound: bool = False
@@ -121,7 +149,8 @@ class Source:
     def says(self) -> str:
         """Size, length and rate in words."""
         rate = "" if self.fps is None else f", {self.fps:.4g} fps"
-        return f"{self.width} x {self.height}, {self.frames} frames{rate}"
+        chapters = f" in {len(self.chapters)} chapters" if self.chapters else ""
+        return f"{self.width} x {self.height}, {self.frames} frames{rate}{chapters}"
 
 
 @dataclass(frozen=True)
@@ -168,9 +197,11 @@ def look_at(paths: Sequence[Path]) -> Found:
         if len(sources) >= _MOST_SOURCES:
             break
         try:
-            sources.append(_images(group) if is_image(group[0]) else _video(group[0]))
+            sources += [_images(group)] if is_image(group[0]) else _tracks(group[0])
         except InputError as problem:
             problems.append(problem)
+    sources, about_chapters = joined(sources)
+    notes += about_chapters
     if not sources:
         if problems:
             raise problems[0]
@@ -214,36 +245,33 @@ AGAIN = "Use another copy of the file."
 
 def _images(files: tuple[Path, ...]) -> Source:
     first = files[0]
-    kind, size, unit = _what_is(first)
+    kind, size, unit, bits = _what_is(first)
     check_sizes(files, size)
     numbering = numbering_of(files)
     return Source(
         name=stem_of(first) or first.parent.name,
         path=first, kind=kind, width=size[0], height=size[1], frames=numbering.numbers[-1] + 1,
         images=files, pattern="" if unit else numbering.pattern, numbers=numbering.numbers,
-        lowest=None if numbering.times else numbering.lowest, unit=unit,
+        lowest=None if numbering.times else numbering.lowest, unit=unit, bits=bits,
         **_timing(numbering),
     )  # fmt: skip
 
 
-def _what_is(image: Path) -> tuple[SourceKind, tuple[int, int], float | None]:
-    """Whether an image is a depth map, its width and height, and the unit of floating metres."""
-    kind: SourceKind = "images"
+def _what_is(image: Path) -> tuple[SourceKind, tuple[int, int], float | None, int]:
+    """Whether an image is a depth map, its size, the unit of floating metres, and its bits."""
     try:
-        if read_image(image, "depth").dtype == np.uint16:
-            kind = "depth"
-    except DamagedFrame:
-        pass  # of several channels
-    try:
-        height, width = read_image(image, "colour").shape[:2]
-        return kind, (width, height), None
+        picture = read_image(image, "stored")
+        height, width = picture.shape[:2]
+        bits = 8 * picture.dtype.itemsize
+        kind: SourceKind = "depth" if bits > 8 and picture.ndim == 2 else "images"
+        return kind, (width, height), None, bits
     except DamagedFrame as problem:
         complaint = str(problem)
     try:
         height, width = read_metres(image).shape
     except DamagedFrame:
         raise InputError(complaint, where=str(image), remedy=AGAIN) from None
-    return "depth", (width, height), METRIC_UNIT
+    return "depth", (width, height), METRIC_UNIT, 16
 
 
 def _timing(numbering: Numbering) -> dict[str, Any]:
@@ -282,34 +310,64 @@ def _of_topic(topic: Topic, bag: Path) -> Source:
         width=topic.width, height=topic.height, frames=len(topic.times), fps=rate,
         start=topic.times[0], times=topic.times, uneven=uneven, pause=pause, unit=topic.unit,
         topic=topic.name, places=topic.places, camera=topic.camera,
-        focal=topic.focal,
+        focal=topic.focal, bits=topic.bits,
     )  # fmt: skip
 
 
-def _video(path: Path) -> Source:
+def _tracks(path: Path) -> list[Source]:
+    """The video tracks of a file; each has a name of its own if there are several."""
     check_file(path)
     try:
         with open_container(path) as container:
-            stream = video_stream(container)
-            context, rate = stream.codec_context, stream.average_rate
-            frame = next(container.decode(stream))
-            depth = frame.format.name.startswith("gray16")
-            turned = -round(float(getattr(frame, "rotation", 0) or 0) / 90.0) * 90 % 360
-            seconds = None if container.duration is None else container.duration / av.time_base
-            fps = None if not rate else float(rate)
-            counted = stream.frames or round((seconds or 0.0) * (fps or 0.0))
-            start, sound = _start(container, stream), bool(container.streams.audio)
-            fps, uneven, pause = _steadiness(path, stream, fps)
-            return Source(
-                name=path.stem, path=path, kind="depth" if depth else "video",
-                width=int(context.width), height=int(context.height), frames=int(counted),
-                fps=fps, start=start, sound=sound, turned=turned, uneven=uneven, pause=pause,
-            )  # fmt: skip
+            titles = [_title_of(one) for one in video_tracks(container)]
+        sources = [_video(path, track) for track in range(len(titles))]
     except (av.FFmpegError, OSError, IndexError, StopIteration) as error:
         raise no_video(path, error) from None
+    if not sources:
+        raise no_video(path, IndexError())
+    if len(sources) == 1:
+        return sources
+    return [
+        replace(one, name=f"{path.stem}_{title or _usual_title(one)}", tracks=len(titles))
+        for one, title in zip(sources, titles, strict=True)
+    ]
 
 
-def _steadiness(path: Path, stream: Any, fps: float | None) -> tuple[float | None, float, float]:
+def _title_of(stream: Any) -> str:
+    title = stream.metadata.get("title") or stream.metadata.get("handler_name") or ""
+    return "" if title.lower().endswith("handler") else title.strip().lower().replace(" ", "_")
+
+
+def _usual_title(source: Source) -> str:
+    return "depth" if source.kind == "depth" else f"track{source.track + 1}"
+
+
+def _video(path: Path, track: int) -> Source:
+    with open_container(path) as container:
+        stream = video_stream(container, track)
+        context, clock = stream.codec_context, has_clock(container)
+        rate = stream.average_rate or stream.guessed_rate
+        frame = next(container.decode(stream))
+        depth = frame.format.name.startswith("gray16")
+        turned = -round(float(getattr(frame, "rotation", 0) or 0) / 90.0) * 90 % 360
+        seconds = None if container.duration is None else container.duration / av.time_base
+        fps = float(rate) if rate and clock else None
+        frames = stream.frames or round((seconds or 0.0) * (fps or 0.0))
+        created, sound = _created(container, stream), bool(container.streams.audio)
+        fps, uneven, pause = _steadiness(path, stream, track, fps, clock=clock)
+    return Source(
+        name=path.stem, path=path, kind="depth" if depth else "video",
+        width=int(context.width), height=int(context.height),
+        frames=int(frames) or _counted(path, track), fps=fps, clock=clock, track=track,
+        bits=16 if depth else 8, created=created,
+        start=created if created and created % 1.0 else None,
+        sound=sound, turned=turned, uneven=uneven, pause=pause,
+    )  # fmt: skip
+
+
+def _steadiness(
+    path: Path, stream: Any, track: int, fps: float | None, *, clock: bool
+) -> tuple[float | None, float, float]:
     """Frames per second, how far from even they are in frames, and the longest pause in seconds.
 
     By the container's index, else by its first packets. The rate of an uneven video is that of its
@@ -318,31 +376,105 @@ def _steadiness(path: Path, stream: Any, fps: float | None) -> tuple[float | Non
     stamps = [e.timestamp for e in getattr(stream, "index_entries", ()) if not e.is_discard]
     if not 2 < stream.frames == len(stamps):
         with open_container(path) as container:
-            packets = container.demux(video_stream(container))
+            packets = container.demux(video_stream(container, track))
             some = (packet for packet, _ in zip(packets, range(_MOST_PACKETS), strict=False))
             stamps = [one.pts for one in some if one.pts is not None and not one.is_discard]
     times = np.sort(np.array(stamps, dtype=np.float64)) * float(stream.time_base or 0)
-    if fps is None or len(times) < 3 or times[-1] <= times[0]:
+    if len(times) < 3 or times[-1] <= times[0] or not clock:
         return fps, 0.0, 0.0
+    if fps is None:
+        return rate_of(times)
     uneven = unevenness(times, fps)
     if uneven > MOST_UNEVEN:
         return rate_of(times)
     return fps, uneven, float(np.diff(times).max())
 
 
-def _start(container: Any, stream: Any) -> float | None:
-    """When the first frame was taken; None where only whole seconds are stated, or nothing."""
+def _counted(path: Path, track: int) -> int:
+    """Number of frames of a video whose header does not tell it."""
+    index = FrameTimes(path, track)
+    try:
+        return index.count()
+    finally:
+        index.close()
+
+
+def joined(sources: Sequence[Source]) -> tuple[list[Source], list[str]]:
+    """The sources with consecutive chapters of a video as one, and notes about chapters."""
+    result: list[Source] = []
+    notes = []
+    for one in sources:
+        place = next((k for k, other in enumerate(result) if _follows(other, one)), None)
+        if place is not None:
+            result[place] = _continued(result[place], one)
+            continue
+        result.append(one)
+        named = chapter_of(one.path)
+        if named is not None and named[1] > 1:
+            notes.append(
+                f"{one.path.name} is chapter {named[1]} of a video whose chapter before is not "
+                "there, or does not fit: it is a source of its own"
+            )
+    for one in result:
+        if one.chapters:
+            names = ", ".join(path.name for path in one.chapters)
+            notes.append(f"{names} follow each other: they are joined as {one.name}, "
+                         f"{one.frames} frames")  # fmt: skip
+    return result, notes
+
+
+def chapters_from(path: Path) -> tuple[Path, ...]:
+    """A video and the files beside it in which the camera went on with it, in their order."""
+    own = chapter_of(path)
+    beside = [
+        one
+        for one in sorted(path.parent.iterdir())
+        if is_video(one)
+        and one.name > path.name
+        and (is_next_file(path, one) if own is None else (chapter_of(one) or own)[0] == own[0])
+    ]
+    found: list[Source] = []
+    for one in (path, *beside):
+        with suppress(av.FFmpegError, OSError, IndexError, StopIteration, InputError):
+            check_file(one)
+            found.append(_video(one, 0))
+    whole = next((one for one in joined(found)[0] if one.path == path), None)
+    return (whole.chapters if whole is not None else ()) or (path,)
+
+
+def _follows(before: Source, after: Source) -> bool:
+    """Whether a video goes on where another one, or its last chapter, ends."""
+    alike = before.kind == after.kind and before.size == after.size and before.track == after.track
+    if before.images or after.images or not alike or before.topic or after.topic:
+        return False
+    last = before.chapters[-1] if before.chapters else before.path
+    parts = [chapter_of(path) for path in (last, after.path)]
+    if parts[0] is not None and parts[1] is not None:
+        consecutive = parts[0] == (parts[1][0], parts[1][1] - 1)
+        return consecutive and last.parent == after.path.parent
+    if before.fps is None or after.fps is None or abs(before.fps / after.fps - 1) > _AS_USUAL:
+        return False
+    length = before.frames / before.fps
+    return is_next_file(last, after.path) and begins_at_end(before.created, length, after.created)
+
+
+def _continued(first: Source, following: Source) -> Source:
+    return replace(
+        first, chapters=(*(first.chapters or (first.path,)), following.path),
+        frames=first.frames + following.frames, sound=first.sound and following.sound,
+        uneven=max(first.uneven, following.uneven), pause=max(first.pause, following.pause),
+    )  # fmt: skip
+
+
+def _created(container: Any, stream: Any) -> float | None:
+    """When a video was taken, in seconds since 1970: with fractions where one is stated."""
+    found = []
     for metadata in (stream.metadata, container.metadata):
         text = metadata.get("com.apple.quicktime.creationdate") or metadata.get("creation_time")
-        if not text:
-            continue
-        try:
-            start = datetime.fromisoformat(text).timestamp()
-        except ValueError:
-            continue
-        if start > 0 and start % 1.0:
-            return start
-    return None
+        with suppress(ValueError):
+            found.append(datetime.fromisoformat(text or "").timestamp())
+    found = [created for created in found if created > 0]
+    return next((created for created in found if created % 1.0), next(iter(found), None))
 
 
 def no_video(path: Path, error: Exception) -> InputError:

@@ -10,6 +10,7 @@ from stereotrack_core.recording.importing.sources import MOST_UNEVEN, Source
 
 _MOST_DRIFT = 0.5  # frames over the length of a source
 _SAME_START = 0.25  # frames
+_SAME_LENGTH = 0.1  # of the length, within which cameras that were started together stop
 
 
 def at_one_rate(choices: Choices) -> Choices:
@@ -19,16 +20,22 @@ def at_one_rate(choices: Choices) -> Choices:
     instant of each frame, they are resampled from the first instant that all of them show.
     A rate that is given for files that all state another one is taken as the right one.
 
-    Raises InputError where stamped sources have no time in common.
+    Sources that state no rate are taken frame by frame.
+
+    Raises InputError where stamped sources have no time in common, or a source that states no rate
+    is longer or shorter than those that state one.
     """
     used = choices.used()
     sources = [use.source for use in used]
-    rates = [one.fps for one in sources if one.fps is not None]
-    if choices.fps is None or not rates:
+    stated = [one for one in sources if one.fps is not None]
+    if choices.fps is None or not stated:
         return choices
-    agree = all(_drift(one, rates[0]) <= _MOST_DRIFT for one in sources)
-    corrected = agree and all(_drift(s, choices.fps) > _MOST_DRIFT for s in sources)
+    rates = [one.fps for one in stated if one.fps is not None]
+    agree = all(_drift(one, rates[0]) <= _MOST_DRIFT for one in stated)
+    corrected = agree and all(_drift(s, choices.fps) > _MOST_DRIFT for s in stated)
     rate = rates[0] if corrected else choices.fps
+    if choices.resample:
+        _check_length(sources, stated, choices.fps)
     begin = _common_begin(sources, rate)
     uses = []
     for use in choices.uses:
@@ -37,6 +44,20 @@ def at_one_rate(choices: Choices) -> Choices:
             source = _resampled(source, rate, begin)
         uses.append(replace(use, source=source))
     return replace(choices, uses=tuple(uses))
+
+
+def _check_length(sources: list[Source], stated: list[Source], rate: float) -> None:
+    """Refuse to guess the rate of a source whose frames do not fill the time of the others."""
+    lengths = [one.frames / one.fps for one in stated if one.fps is not None]
+    for one in sources:
+        seconds = one.frames / rate
+        if one.fps is None and not any(abs(seconds / s - 1) < _SAME_LENGTH for s in lengths if s):
+            raise InputError(
+                f"{one.name} does not state its frame rate: at {rate:.5g} frames per second, its "
+                f"{one.frames} frames last {seconds:.1f} s, {stated[0].name} {lengths[0]:.1f} s",
+                where=str(one.path),
+                remedy=f"Give its frames per second, on the command line with --fps {one.name}=N.",
+            )
 
 
 def _resampled(source: Source, rate: float, begin: float | None) -> Source:

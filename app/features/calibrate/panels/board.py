@@ -15,8 +15,8 @@ from PySide6.QtWidgets import (
 )
 
 from stereotrack_core.calibrate.board import DICTIONARIES, Board, charuco, chessboard
-from stereotrack_core.calibrate.pictures import VIDEO_SUFFIXES
 from stereotrack_core.errors import InputError
+from stereotrack_core.recording.stream_files import VIDEO_SUFFIXES
 
 from ....widgets.forms.form_dialog import ask_for_folder, ask_to_open, files_of, push_button, say_in
 from ....widgets.forms.numbers import NumberField, WholeNumberField

@@ -12,7 +12,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, Literal, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -74,6 +74,8 @@ class Topic:
     """Nanoseconds at which each was recorded, by which it is found."""
     unit: float | None
     """Metres per count, where it is depth that states it."""
+    bits: int = 8
+    """Bits of a stored value."""
     camera: Camera | None = None
     focal: float | None = None
     """Focal length in pixels, even of a camera whose place is not known."""
@@ -94,7 +96,7 @@ class _Seen:
 
     frame: str = ""
     stamps: list[tuple[int, int]] = field(default_factory=list)  # of header and record, ns
-    first: tuple[bool, Size, float | None] | None = None
+    first: tuple[bool, Size, float | None, int] | None = None
 
 
 def bags_in(paths: Sequence[Path]) -> tuple[Path, ...]:
@@ -170,14 +172,17 @@ def _note(seen: _Seen, reader: Any, connection: Any, at: int, raw: bytes) -> Non
     if seen.first is None:
         message = reader.deserialize(raw, connection.msgtype)
         depth = is_depth(message)
-        picture = picture_in(message, "depth" if depth else "colour", METRIC_UNIT)
+        if getattr(message, "encoding", "") == "mono16":  # brightness, but some drivers send depth
+            depth = "depth" in connection.topic.lower()
+        picture = picture_in(message, "depth" if depth else "stored", METRIC_UNIT)
         seen.frame = str(message.header.frame_id).lstrip("/")
         unit = None
         if depth and "32FC1" in (getattr(message, "encoding", ""), *_format_of(message)):
             unit = METRIC_UNIT
         elif depth and getattr(message, "encoding", "16UC1") == "16UC1":
             unit = 0.001 if "depth" in connection.topic.lower() else None
-        seen.first = (depth, (picture.shape[1], picture.shape[0]), unit)
+        size = (picture.shape[1], picture.shape[0])
+        seen.first = (depth, size, unit, 8 * picture.dtype.itemsize)
     seen.stamps.append((_stamp_of(raw, two=reader.is2) or at, at))
 
 
@@ -201,10 +206,10 @@ def _topic(name: str, seen: _Seen) -> Topic:
         places.setdefault(at, stamp)
     ordered = sorted((stamp, at) for at, stamp in places.items())
     assert seen.first is not None  # noqa: S101 - it has images
-    depth, (width, height), unit = seen.first
+    depth, (width, height), unit, bits = seen.first
     return Topic(
         name, _short(name), depth, width, height,
-        tuple(stamp / 1e9 for stamp, _ in ordered), tuple(at for _, at in ordered), unit,
+        tuple(stamp / 1e9 for stamp, _ in ordered), tuple(at for _, at in ordered), unit, bits,
     )  # fmt: skip
 
 
@@ -288,7 +293,7 @@ class BagImages:
         unit: float | None,
     ) -> None:
         self._path, self._topic, self._places = path, topic, places
-        self._kind: Literal["grey", "colour", "depth"] = kind
+        self._kind: PictureKind = kind
         self._unit = unit
         self._stack = ExitStack()
         self._reader = self._stack.enter_context(opened(path))

@@ -44,7 +44,8 @@ def is_depth(message: Any) -> bool:
 def picture_in(message: Any, kind: PictureKind, unit: float) -> NDArray[Any]:
     """Pixels of a message: (H, W) uint8 grey, (H, W, 3) BGR uint8, or (H, W) uint16 counts.
 
-    Metres become counts of `unit`. Raises DamagedFrame where they cannot be decoded.
+    Stored: uint8 or uint16 as in the message. Metres become counts of `unit`. Raises
+    DamagedFrame where they cannot be decoded.
     """
     try:
         raw = _raw(message) if hasattr(message, "encoding") else _compressed(message)
@@ -56,7 +57,9 @@ def picture_in(message: Any, kind: PictureKind, unit: float) -> NDArray[Any]:
         if raw.dtype != np.uint16 or raw.ndim != 2:
             raise DamagedFrame("the image holds no depth; 16 bits or floats are needed")
         return raw
-    if raw.dtype == np.uint16:
+    if kind == "stored":
+        return raw
+    if raw.dtype == np.uint16:  # whose white is not known here
         raw = (raw >> 8).astype(np.uint8)
     if kind == "grey" and raw.ndim == 3:
         return np.asarray(cv2.cvtColor(raw, cv2.COLOR_BGR2GRAY))
@@ -70,19 +73,23 @@ def _raw(message: Any) -> NDArray[Any]:
         kind = np.dtype(f"{order}f4" if encoding == "32FC1" else f"{order}u2")
         values = _rows(message, width * kind.itemsize).view(kind)
         return values.astype(kind.newbyteorder("="))
-    if encoding not in _TO_BGR and encoding not in _GREY:
+    base = f"{encoding[:-2]}8" if encoding.endswith("16") else encoding
+    if base not in _TO_BGR and base not in _GREY:
         raise DamagedFrame(
-            f"images of encoding {encoding!r} cannot be read; use mono8, rgb8, bgr8, bayer, yuv422,"
-            " 16UC1 or 32FC1"
+            f"images of encoding {encoding!r} cannot be read; use mono8, mono16, rgb8, bgr8, bayer,"
+            " yuv422, 16UC1 or 32FC1"
         )
-    channels = _CHANNELS.get(encoding, 1)
-    rows = _rows(message, width * channels)
-    code = _TO_BGR.get(encoding)
+    channels = _CHANNELS.get(base, 1)
+    rows = _rows(message, width * channels * (1 if base == encoding else 2))
+    if base != encoding:
+        kind = np.dtype(">u2" if message.is_bigendian else "<u2")
+        rows = rows.view(kind).astype(np.uint16)
+    code = _TO_BGR.get(base)
     pixels = rows if channels == 1 else rows.reshape(height, width, channels)
     return pixels if code is None else np.asarray(cv2.cvtColor(pixels, code))
 
 
-def _rows(message: Any, wanted: int) -> NDArray[np.uint8]:
+def _rows(message: Any, wanted: int) -> NDArray[Any]:
     """Bytes (H, wanted) of the pixels, without what fills the rows up."""
     data = np.asarray(message.data, dtype=np.uint8)
     height, step = int(message.height), int(message.step)
@@ -94,7 +101,8 @@ def _rows(message: Any, wanted: int) -> NDArray[np.uint8]:
 def _compressed(message: Any) -> NDArray[Any]:
     data = np.asarray(message.data, dtype=np.uint8)
     if "compressedDepth" not in str(message.format):
-        flags = cv2.IMREAD_UNCHANGED if is_depth(message) else cv2.IMREAD_ANYCOLOR
+        flags = cv2.IMREAD_ANYCOLOR | cv2.IMREAD_ANYDEPTH
+        flags = cv2.IMREAD_UNCHANGED if is_depth(message) else flags
         return _decoded(data, flags | cv2.IMREAD_IGNORE_ORIENTATION)
     if data.size <= _HEADER.size:
         raise DamagedFrame("the compressed depth map is cut off")

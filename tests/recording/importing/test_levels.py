@@ -1,0 +1,157 @@
+"""Pictures of more than 8 bits: one white for all pictures and both cameras of a pair."""
+
+from __future__ import annotations
+
+import zlib
+from dataclasses import replace
+from fractions import Fraction
+
+import av
+import cv2
+import numpy as np
+import pytest
+from PIL import Image
+
+from stereotrack_core.errors import InputError
+from stereotrack_core.recording.importing.choices import doubts_about
+from stereotrack_core.recording.importing.levels import with_one_white
+from stereotrack_core.recording.importing.making import make_recording
+from stereotrack_core.recording.importing.proposing import propose
+from stereotrack_core.recording.importing.sources import look_at
+from stereotrack_core.recording.reader import FrameReader
+from tests.recording.importing.bags import BEGIN, Bag
+from tests.recording.importing.clips import HEIGHT, WIDTH
+
+DARK, GREY, BRIGHT = 200, 1500, 4000  # of 12 bits
+
+
+def picture(value, channels=1):
+    return np.full((HEIGHT, WIDTH, channels), value, np.uint16).squeeze()
+
+
+def sequence(folder, values, suffix=".png", channels=1):
+    folder.mkdir(parents=True)
+    for k, value in enumerate(values):
+        cv2.imwrite(str(folder / f"{k:04d}{suffix}"), picture(value, channels))
+
+
+def made(folder, out, bits=None):
+    choices = replace(propose(look_at([folder])), fps=10.0)
+    choices = with_one_white(choices, bits)
+    recording = make_recording(choices, out)
+    with FrameReader(recording, colour=False, read_ahead=0) as reader:
+        frames = [reader.frame_set(k).views for k in range(reader.frame_count)]
+    return choices, frames
+
+
+def as_shown(value, bits=12):
+    return round(255 * value / (2**bits - 1))
+
+
+@pytest.mark.parametrize("suffix", [".png", ".tiff"])
+@pytest.mark.parametrize("channels", [1, 3])
+def test_a_dark_first_picture_leaves_the_others_as_they_are(tmp_path, suffix, channels):
+    sequence(tmp_path / "in" / "left", (DARK, GREY, BRIGHT), suffix, channels)
+    sequence(tmp_path / "in" / "right", (DARK, DARK, GREY), suffix, channels)
+    choices, frames = made(tmp_path / "in", tmp_path / "out")
+    shown = [[int(one["stereo"].left.mean()), int(one["stereo"].image.mean())] for one in frames]
+    assert shown == [[as_shown(a), as_shown(b)]
+                     for a, b in ((DARK, DARK), (GREY, DARK), (BRIGHT, GREY))]  # fmt: skip
+    assert "left has 16 bits" in doubts_about(choices)[0]
+    assert "white is 4095" in doubts_about(choices)[0]
+
+
+def test_values_that_fill_16_bits_are_divided_by_256(tmp_path):
+    sequence(tmp_path / "in" / "left", (DARK << 4, BRIGHT << 4))
+    sequence(tmp_path / "in" / "right", (DARK << 4, GREY << 4))
+    _, frames = made(tmp_path / "in", tmp_path / "out")
+    assert [int(one["stereo"].left.mean()) for one in frames] == [as_shown(DARK), as_shown(BRIGHT)]
+
+
+def with_significant_bits(content, bits):
+    """A PNG of 16 bits with the chunk that states how many of them are significant."""
+    chunk = b"sBIT" + bytes([bits])
+    chunk = (1).to_bytes(4) + chunk + zlib.crc32(chunk).to_bytes(4)
+    return content[:33] + chunk + content[33:]  # behind the header
+
+
+@pytest.mark.parametrize("suffix", [".tif", ".png"])
+def test_what_a_file_states_counts_more_than_dim_pictures(tmp_path, suffix):
+    for side in ("left", "right"):
+        sequence(tmp_path / "in" / side, (900, 900), suffix)
+        for path in (tmp_path / "in" / side).iterdir():
+            if suffix == ".tif":
+                Image.fromarray(picture(900)).save(path, tiffinfo={281: 4095})
+            else:
+                path.write_bytes(with_significant_bits(path.read_bytes(), 12))
+    choices, frames = made(tmp_path / "in", tmp_path / "out")
+    assert choices.uses[0].source.white == 4095
+    assert frames[0]["stereo"].image.max() == as_shown(900)
+
+
+def test_a_person_may_state_the_bits(tmp_path):
+    sequence(tmp_path / "in" / "left", (DARK, GREY))
+    sequence(tmp_path / "in" / "right", (DARK, GREY))
+    _, frames = made(tmp_path / "in", tmp_path / "out", bits=14)
+    assert frames[1]["stereo"].image.max() == as_shown(GREY, bits=14)
+    with pytest.raises(InputError, match="17 bits are not possible"):
+        made(tmp_path / "in", tmp_path / "no", bits=17)
+
+
+def test_much_that_is_saturated_is_said(tmp_path):
+    for side in ("left", "right"):
+        sequence(tmp_path / "in" / side, (GREY, 4095, 4095, 4095))
+    choices, _ = made(tmp_path / "in", tmp_path / "out")
+    assert "75 % of its pixels are white" in doubts_about(choices)[0]
+
+
+def test_the_empty_scene_gets_the_white_of_its_stream(tmp_path):
+    sequence(tmp_path / "in" / "left", (GREY, BRIGHT))
+    sequence(tmp_path / "in" / "right", (GREY, BRIGHT))
+    cv2.imwrite(str(tmp_path / "in" / "left_background.png"), picture(GREY))
+    made(tmp_path / "in", tmp_path / "out")
+    (path,) = (tmp_path / "out").glob("*_empty.png")
+    assert cv2.imread(str(path), cv2.IMREAD_UNCHANGED).max() == as_shown(GREY)
+
+
+@pytest.mark.parametrize("encoding", ["mono16", "bgr16", "bayer_rggb16"])
+def test_images_of_16_bits_in_a_bag(tmp_path, encoding):
+    with Bag(tmp_path / "walk.bag", "rosbag1") as bag:
+        for k, value in enumerate((DARK, GREY, BRIGHT)):
+            at = BEGIN + k * 50_000_000
+            for side in ("left", "right"):
+                shown = picture(value, 3 if encoding == "bgr16" else 1)
+                bag.image(f"/{side}/image_raw", shown, encoding, at, f"{side}_optical")
+    choices = propose(look_at([tmp_path / "walk.bag"]))
+    assert [use.role for use in choices.uses] == ["left", "right"]
+    recording = make_recording(choices, tmp_path / "out")
+    with FrameReader(recording, colour=False, read_ahead=0) as reader:
+        shown = [reader.frame_set(k).views["stereo"].image.mean() for k in range(3)]
+    assert shown == pytest.approx([as_shown(one) for one in (DARK, GREY, BRIGHT)], abs=1.5)
+
+
+def test_a_brightness_topic_is_no_depth_map(tmp_path):
+    with Bag(tmp_path / "walk.bag", "rosbag1") as bag:
+        for k in range(2):
+            at = BEGIN + k * 50_000_000
+            bag.image("/north/image_raw", picture(GREY), "mono16", at, "north")
+    (use,) = propose(look_at([tmp_path / "walk.bag"])).uses
+    assert (use.role, use.source.white) == ("mono", 4095)
+
+
+@pytest.mark.parametrize(("layout", "values"), [("gray16le", (DARK, GREY)), ("gray12le", (GREY,))])
+def test_videos_of_more_than_8_bits(tmp_path, layout, values):
+    (tmp_path / "in").mkdir()
+    for side in ("left", "right"):
+        with av.open(str(tmp_path / "in" / f"{side}.mkv"), "w") as container:
+            stream = container.add_stream("ffv1", rate=Fraction(10))
+            stream.width, stream.height, stream.pix_fmt = WIDTH, HEIGHT, layout
+            for value in values * 3:
+                frame = av.VideoFrame(WIDTH, HEIGHT, layout)
+                plane = frame.planes[0]
+                plane.update(np.full(plane.buffer_size // 2, value, np.uint16).tobytes())
+                container.mux(stream.encode(frame))
+            container.mux(stream.encode(None))
+    _, frames = made(tmp_path / "in", tmp_path / "out")
+    shown = [float(one["stereo"].image.mean()) for one in frames]
+    assert shown == pytest.approx([as_shown(value) for value in values * 3], abs=1.5)

@@ -1,0 +1,253 @@
+"""Videos without a stated rate, in several chapters, or with several tracks."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from datetime import UTC, datetime, timedelta
+from fractions import Fraction
+
+import av
+import numpy as np
+import pytest
+
+from stereotrack_core.calibrate.pictures import pictures_of_folder
+from stereotrack_core.errors import InputError
+from stereotrack_core.recording.importing.choices import doubts_about, problems_of
+from stereotrack_core.recording.importing.making import make_recording
+from stereotrack_core.recording.importing.proposing import propose
+from stereotrack_core.recording.importing.readers import first_picture, open_source, times_of
+from stereotrack_core.recording.importing.sources import look_at
+from stereotrack_core.recording.importing.timing import at_one_rate
+from stereotrack_core.recording.reader import FrameReader
+from tests.recording.importing.clips import FRAMES, HEIGHT, WIDTH, clip, numbered
+
+RAW = {"h264": "libx264", "hevc": "libx265", "mjpeg": "mjpeg"}
+
+
+def raw_stream(path, codec, frames=FRAMES):
+    """A stream without a container."""
+    layout = "yuvj420p" if codec == "mjpeg" else "yuv420p"
+    with av.open(str(path), "w", format={"libx264": "h264", "libx265": "hevc"}.get(codec)) as out:
+        stream = out.add_stream(codec, rate=30)
+        stream.width, stream.height, stream.pix_fmt = WIDTH, HEIGHT, layout
+        if codec == "libx265":
+            stream.options = {"x265-params": "log-level=none"}
+        for k in range(frames):
+            frame = av.VideoFrame.from_ndarray(numbered(k), format="gray").reformat(format=layout)
+            out.mux(stream.encode(frame))
+        out.mux(stream.encode(None))
+
+
+@pytest.mark.parametrize("suffix", RAW)
+def test_a_stream_without_a_rate_is_asked_for_it(tmp_path, suffix):
+    raw_stream(tmp_path / f"pi.{suffix}", RAW[suffix])
+    choices = at_one_rate(propose(look_at([tmp_path])))
+    assert (choices.uses[0].source.frames, choices.fps) == (FRAMES, None)
+    assert "do not state their frame rate" in problems_of(choices)[0].what
+
+
+def test_a_stated_rate_is_kept_beside_a_stream_without_one(tmp_path):
+    raw_stream(tmp_path / "pi.h264", "libx264")
+    clip(tmp_path / "usb.mp4", fps=30.0)
+    choices = at_one_rate(propose(look_at([tmp_path])))
+    assert choices.fps == 30.0
+    assert [use.source.rate for use in choices.uses] == [None, None]
+    assert "pi does not state its frame rate" in doubts_about(choices)[0]
+
+
+def test_a_stream_without_a_rate_that_is_shorter_is_asked_for_it(tmp_path):
+    raw_stream(tmp_path / "pi.h264", "libx264", frames=6)
+    clip(tmp_path / "usb.mp4", lambda _k: numbered(0), frames=24, fps=20.0)
+    choices = propose(look_at([tmp_path]))
+    with pytest.raises(InputError, match=r"its 6 frames last 0\.3 s, usb 1\.2 s"):
+        at_one_rate(choices)
+    uses = [replace(use, source=replace(use.source, fps=use.source.fps or 5.0))
+            for use in choices.uses]  # fmt: skip
+    choices = at_one_rate(replace(choices, uses=tuple(uses)))
+    assert [use.source.rate for use in choices.uses] == [20.0, None]
+    reader = open_source(choices.uses[0].source, "grey")
+    assert reader.count() == 21  # from the first frame to the last one
+    reader.close()
+
+
+# ---- chapters
+
+
+def chapters(folder, names, frames=5, picture=numbered):
+    for number, name in enumerate(names):
+        first = number * frames
+        clip(folder / name, lambda k, first=first: picture(first + k), frames=frames)
+
+
+@pytest.mark.parametrize(
+    "names",
+    [
+        ("GX010042.MP4", "GX020042.MP4"),
+        ("GH010042.MP4", "GH020042.MP4"),
+        ("GOPR0042.MP4", "GP010042.MP4"),
+    ],
+)
+def test_chapters_of_a_camera_become_one_stream(tmp_path, names):
+    chapters(tmp_path / "in", names)
+    found = look_at([tmp_path / "in"])
+    (source,) = found.sources
+    assert (source.name, source.frames) == (names[0][:-4], 10)
+    assert ", ".join(names) in found.notes[0]
+    assert np.allclose(times_of(source), np.arange(10) / 25, atol=1e-3)
+    recording = make_recording(at_one_rate(propose(found)), tmp_path / "out")
+    with FrameReader(recording, colour=False, read_ahead=0) as reader:
+        assert reader.frame_count == 10
+        shown = [reader.frame_set(k).views[source.name].image for k in (0, 4, 5, 9)]
+    for k, image in zip((0, 4, 5, 9), shown, strict=True):
+        assert np.array_equal(image, numbered(k))  # copied, not encoded again
+
+
+def test_two_cameras_with_chapters_stay_two(tmp_path):
+    for camera in ("0042", "0077"):
+        chapters(tmp_path, [f"GX01{camera}.MP4", f"GX02{camera}.MP4", f"GX03{camera}.MP4"])
+    found = look_at([tmp_path])
+    assert {one.name: one.frames for one in found.sources} == {"GX010042": 15, "GX010077": 15}
+    assert {one.camera: one.count() for one in pictures_of_folder(tmp_path)} == {
+        "GX010042": 15,
+        "GX010077": 15,
+    }
+
+
+def test_a_chapter_that_is_missing_is_said(tmp_path):
+    chapters(tmp_path, ["GX010042.MP4", "GX030042.MP4"])
+    found = look_at([tmp_path])
+    assert [one.name for one in found.sources] == ["GX010042", "GX030042"]
+    assert (
+        "GX030042.MP4 is chapter 3 of a video whose chapter before is not there" in found.notes[0]
+    )
+
+
+def test_chapters_encoded_in_other_ways_are_encoded_again(tmp_path):
+    chapters(tmp_path / "in", ["GX010042.MP4", "GX020042.MP4"])
+    with av.open(str(tmp_path / "in" / "GX020042.MP4"), "w") as out:
+        stream = out.add_stream("mpeg4", rate=25)
+        stream.width, stream.height, stream.pix_fmt = WIDTH, HEIGHT, "yuv420p"
+        for k in range(5):
+            frame = av.VideoFrame.from_ndarray(numbered(5 + k), format="gray")
+            out.mux(stream.encode(frame.reformat(format="yuv420p")))
+        out.mux(stream.encode(None))
+    recording = make_recording(propose(look_at([tmp_path / "in"])), tmp_path / "out")
+    with FrameReader(recording, colour=False, read_ahead=0) as reader:
+        assert reader.frame_count == 10
+        shown = reader.frame_set(9).views["GX010042"].image
+    assert shown.mean() == pytest.approx(numbered(9).mean(), abs=2)
+
+
+def dated(path, created, frames=50):
+    """A video of 25 frames a second with a time of creation of whole seconds."""
+    path.parent.mkdir(exist_ok=True)
+    with av.open(str(path), "w") as out:
+        out.metadata["creation_time"] = created.isoformat(timespec="seconds")
+        stream = out.add_stream("libx264", rate=Fraction(25), options={"bf": "0"})
+        stream.width, stream.height, stream.pix_fmt = WIDTH, HEIGHT, "yuv420p"
+        frame = av.VideoFrame.from_ndarray(numbered(0), format="gray").reformat(format="yuv420p")
+        for k in range(frames):
+            frame.pts = k
+            out.mux(stream.encode(frame))
+        out.mux(stream.encode(None))
+
+
+def test_files_that_begin_when_the_one_before_ends_are_joined(tmp_path):
+    begin = datetime(2024, 5, 1, 10, 0, 0, tzinfo=UTC)
+    dated(tmp_path / "DJI_0001.MP4", begin)
+    dated(tmp_path / "DJI_0002.MP4", begin + timedelta(seconds=2))
+    dated(tmp_path / "DJI_0003.MP4", begin + timedelta(seconds=60))
+    found = look_at([tmp_path])
+    assert {one.name: one.frames for one in found.sources} == {"DJI_0001": 100, "DJI_0003": 50}
+
+
+def test_cameras_that_were_started_together_are_not_joined(tmp_path):
+    begin = datetime(2024, 5, 1, 10, 0, 0, tzinfo=UTC)
+    for name in ("CAM_0001.MP4", "CAM_0002.MP4"):
+        dated(tmp_path / name, begin)
+    assert len(look_at([tmp_path]).sources) == 2
+
+
+# ---- tracks
+
+
+def several_tracks(path, frames=4):
+    """Colour, depth and infrared in one file, as a Kinect's recorder writes them."""
+    with av.open(str(path), "w", options={"allow_raw_vfw": "1"}) as out:
+        streams = []
+        for title, codec, layout, size in (
+            ("COLOR", "mjpeg", "yuvj420p", (WIDTH, HEIGHT)),
+            ("DEPTH", "rawvideo", "gray16be", (32, 24)),
+            ("IR", "rawvideo", "gray16be", (32, 24)),
+        ):
+            stream = out.add_stream(codec, rate=30)
+            (stream.width, stream.height), stream.pix_fmt = size, layout
+            stream.metadata["title"] = title
+            streams.append(stream)
+        for k in range(frames):
+            pictures = [
+                av.VideoFrame.from_ndarray(numbered(k), format="gray").reformat(format="yuvj420p")
+            ]
+            for value in (2000 + k, 300 + k):
+                values = np.full((24, 32), value, np.uint16)
+                pictures.append(
+                    av.VideoFrame.from_ndarray(values, format="gray16le").reformat(
+                        format="gray16be"
+                    )
+                )
+            for stream, frame in zip(streams, pictures, strict=True):
+                frame.pts = k
+                out.mux(stream.encode(frame))
+        for stream in streams:
+            out.mux(stream.encode(None))
+    # the FOURCC of the Kinect's recorder, which PyAV cannot set
+    header = b"\x01\x00\x10\x00", b"\x00\x06\x00\x00"
+    path.write_bytes(path.read_bytes().replace(bytes(4).join(header), b"b16g".join(header)))
+
+
+def test_every_track_of_a_file_is_a_source(tmp_path):
+    (tmp_path / "in").mkdir()
+    several_tracks(tmp_path / "in" / "walk.mkv")
+    found = look_at([tmp_path / "in"])
+    assert [(one.name, one.kind, one.size) for one in found.sources] == [
+        ("walk_color", "video", (WIDTH, HEIGHT)),
+        ("walk_depth", "depth", (32, 24)),
+        ("walk_ir", "depth", (32, 24)),
+    ]
+    assert [first_picture(one).shape[:2] for one in found.sources] == [
+        (HEIGHT, WIDTH),
+        *[(24, 32)] * 2,
+    ]
+    choices = propose(found)
+    assert {use.source.name: (use.role, use.view) for use in choices.uses} == {
+        "walk_color": ("mono", "walk_color"),
+        "walk_depth": ("depth", "walk"),
+        "walk_ir": ("image", "walk"),
+    }
+    recording = make_recording(choices, tmp_path / "out")
+    with FrameReader(recording, colour=False, read_ahead=0) as reader:
+        assert reader.frame_count == 4
+        shown = reader.frame_set(3).views
+    assert np.allclose(shown["walk"].depth, 2.003)
+    assert shown["walk"].image.max() == round(255 * 303 / 1023)
+    assert shown["walk_color"].image.mean() == pytest.approx(numbered(3).mean(), abs=3)
+
+
+def test_a_cover_picture_is_no_track(tmp_path):
+    clip(tmp_path / "plain.mp4")
+    with (
+        av.open(str(tmp_path / "plain.mp4")) as plain,
+        av.open(str(tmp_path / "covered.mp4"), "w") as out,
+    ):
+        copied = out.add_stream_from_template(plain.streams.video[0])
+        cover = out.add_stream("mjpeg", rate=1)
+        cover.width, cover.height, cover.pix_fmt = WIDTH, HEIGHT, "yuvj420p"
+        cover.disposition = av.stream.Disposition.attached_pic
+        picture = av.VideoFrame.from_ndarray(numbered(0), format="gray").reformat(format="yuvj420p")
+        out.mux(cover.encode(picture))
+        for packet in plain.demux(video=0):
+            if packet.size:
+                packet.stream = copied
+                out.mux(packet)
+    (source,) = look_at([tmp_path / "covered.mp4"]).sources
+    assert source.name == "covered"
