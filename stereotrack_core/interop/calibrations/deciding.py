@@ -1,8 +1,8 @@
 """From a calibration in its own convention to cameras in metres: what is open is decided or asked.
 
-The convention that a format documents and the unit that it states are kept unless something
-contradicts them. What is open is tried on the data; where these cannot decide, the person is asked,
-and sees what was tried.
+The convention and the unit that a format documents are kept unless measured points contradict them;
+how cameras usually stand is only a note. What is open is tried on the data; where these cannot
+decide, the person is asked, and sees what was tried.
 """
 
 from __future__ import annotations
@@ -166,7 +166,7 @@ def decide(
         return Decided(cameras, DOCUMENTED, unit or "m", (), (), (*foreign.notes, note))
     chosen, tried, why, doubts = _convention(foreign, evidence, convention)
     cameras = cameras_read(foreign, chosen)
-    scale, scales, because = _unit(foreign, cameras, evidence, unit)
+    scale, scales, because, odd = _unit(foreign, cameras, evidence, unit)
     cameras = moved(cameras, METRES_PER_UNIT[scale])
     return Decided(
         cameras,
@@ -174,7 +174,7 @@ def decide(
         scale,
         (tried, scales),
         (why, because),
-        (*foreign.notes, *doubts, *_notes(cameras)),
+        (*foreign.notes, *doubts, *odd, *_notes(cameras)),
     )
 
 
@@ -213,6 +213,12 @@ def _convention(
             f"the cameras miss {where} by {best:.0f} px (median): check that every camera has its"
             " own name and calibration",
         )
+    documented = next(one for one in tried if one.convention == DOCUMENTED)
+    measured = not seen or fits(documented, best, diagonal)
+    if DOCUMENTED not in fitting and foreign.documented and measured:
+        reason = f"as {foreign.format} documents it"
+        doubts = (*doubts, _unusual(fitting))
+        return DOCUMENTED, table, f"convention {DOCUMENTED}: {reason}", doubts
     if DOCUMENTED in fitting:
         reason = (
             f"nothing else fits {where}"
@@ -223,6 +229,16 @@ def _convention(
     if len(fitting) == 1 and seen:
         return fitting[0], table, f"convention {fitting[0]}: only this fits {where}", doubts
     raise _no_convention(foreign, tried, fitting, table, seen=bool(seen))
+
+
+def _unusual(fitting: Sequence[str]) -> str:
+    """What is odd about how cameras stand that were read as their format documents."""
+    others = " or ".join(f"--convention {name}" for name in fitting)
+    return (
+        "read as documented, the cameras do not stand as usual: they look at no common place, or "
+        "left and right are exchanged"
+        + (f". With {others} they would; check them in the workbench" if others else "")
+    )
 
 
 def _no_convention(
@@ -258,22 +274,28 @@ def _unit(
     cameras: Mapping[str, Camera],
     evidence: Evidence,
     given: str | None,
-) -> tuple[str, Table, str]:
-    """The unit of length, what was tried, and why it was chosen."""
+) -> tuple[str, Table, str, tuple[str, ...]]:
+    """The unit of length, what was tried, why it was chosen, and what is doubtful about it."""
     lengths = lengths_of(cameras, evidence, foreign.square)
     tried = [scale_of(unit, metres, lengths) for unit, metres in METRES_PER_UNIT.items()]
     possible = [one.unit for one in tried if one.possible]
     table = _table_of_scales(tried)
     if given is not None:
-        return given, table, f"unit {given}: given with --units"
+        return given, table, f"unit {given}: given with --units", ()
     stated = foreign.unit
-    if stated is not None and (stated in possible or not lengths):
+    kept = foreign.documented and not any(one.measured for one in tried)
+    if stated is not None and (stated in possible or not lengths or kept):
         source = "stated by the file" if foreign.stated else f"what {foreign.format} writes"
-        return stated, table, f"unit {stated}: {source}"
+        doubts: tuple[str, ...] = ()
+        if lengths and stated not in possible:
+            text = _lengths(next(one for one in tried if one.unit == stated))
+            doubts = (f"the lengths are unusual in {stated} ({text}): if they are wrong, give the "
+                      "unit with --units",)  # fmt: skip
+        return stated, table, f"unit {stated}: {source}", doubts
     if len(possible) == 1 and not foreign.stated:
         text = _lengths(next(one for one in tried if one.unit == possible[0]))
         usual = "" if stated is None else f"; {foreign.format} usually writes {stated}"
-        return possible[0], table, f"unit {possible[0]}: the only possible one ({text}){usual}"
+        return possible[0], table, f"unit {possible[0]}: the only possible one ({text}){usual}", ()
     lines = ", ".join(f"{one.unit}: {_lengths(one)}" for one in tried)
     raise Undecided(
         f"the unit of length is not stated, and the data do not tell it ({lines})"

@@ -64,6 +64,8 @@ class ForeignCalibration:
     stated: bool = False  # whether the unit stands in the file itself
     square: float | None = None  # a square of the calibration board, in the file's unit
     notes: tuple[str, ...] = ()
+    documented: bool = False
+    """Whether the format's documentation states how rotation and translation map."""
 
     @property
     def placed(self) -> bool:

@@ -59,7 +59,9 @@ def read_kalibr(document: Document) -> ForeignCalibration:
             "a camera of the chain has no T_cn_cnm1",
             "Calibrate all cameras together in Kalibr.",
         )
-    return ForeignCalibration("Kalibr", document.where, with_names(cameras, document.where), "m")
+    return ForeignCalibration(
+        "Kalibr", document.where, with_names(cameras, document.where), "m", documented=True
+    )
 
 
 def _transform(value: Any, where: str) -> FloatArray:

@@ -83,6 +83,7 @@ def _calibration(
         unit,
         stated=unit is not None,
         notes=(_COUNTS_FROM_ONE,),
+        documented=True,
     )
 
 

@@ -44,7 +44,9 @@ def read_qualisys(document: Document) -> ForeignCalibration:
     for i, element in enumerate(document.content.iterfind(".//cameras/camera")):
         name = element.get("serial", "").strip() or f"cam_{i}"
         cameras.append(_camera(element, name, f"{document.where}, camera {name}"))
-    return ForeignCalibration("Qualisys", document.where, with_names(cameras, document.where), "mm")
+    return ForeignCalibration(
+        "Qualisys", document.where, with_names(cameras, document.where), "mm", documented=True
+    )
 
 
 def _camera(element: Element, name: str, place: str) -> ForeignCamera:

@@ -77,7 +77,9 @@ def read_camera_info(document: Document) -> ForeignCalibration:
         rotation,
         translation,
     )
-    return ForeignCalibration("ROS camera_info", where, with_names([camera], where), "m")
+    return ForeignCalibration(
+        "ROS camera_info", where, with_names([camera], where), "m", documented=True
+    )
 
 
 def _place(content: Mapping[str, Any], where: str) -> tuple[FloatArray, FloatArray]:

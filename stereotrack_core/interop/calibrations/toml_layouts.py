@@ -65,6 +65,7 @@ def read_toml(document: Document) -> ForeignCalibration:
         stated=unit is not None,
         square=None if square is None else number_of(square, f"{where}, [metadata]"),
         notes=tuple(notes),
+        documented=True,
     )
 
 
