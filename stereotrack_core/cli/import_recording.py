@@ -27,10 +27,10 @@ from stereotrack_core.recording.importing.choices import (
 )
 from stereotrack_core.recording.importing.levels import with_one_white
 from stereotrack_core.recording.importing.making import (
+    calibration_notes,
     cameras_for,
     check_place,
     make_recording,
-    turned_cameras,
 )
 from stereotrack_core.recording.importing.proposing import Views, possible_units, propose, viewed
 from stereotrack_core.recording.importing.sources import look_at
@@ -118,8 +118,8 @@ def run(args: Namespace) -> int:
     for doubt in doubts_about(choices):
         say(f"note: {doubt}")
     cameras_for(choices)
-    for name in turned_cameras(choices):
-        say(f"note: the calibration of {name} is of upright images; it is turned to those stored.")
+    for note in calibration_notes(choices):
+        say(f"note: {note}.")
     check_place(choices, folder)
     if not args.dry_run:
         with watched("Making the recording", "No recording was created.") as (show, stopped):

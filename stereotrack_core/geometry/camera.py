@@ -16,6 +16,25 @@ _MANY = 100
 """Points from which OpenCV is slower than NumPy."""
 
 
+_BLOCK = 16  # pixels; codecs store images of whole blocks
+
+PADDED = (
+    "the calibration of {} is for images of {} x {} pixels, padded to multiples of 16 to the right "
+    "and below; it is used for those of {} x {}"
+)
+"""What is said of a calibration of padded images: camera, size, and size of the images."""
+
+
+def is_padded(size: tuple[int, int], shown: tuple[int, int]) -> bool:
+    """Whether images of a size are those `shown`, padded to multiples of 16 pixels.
+
+    The padding lies to the right and below, so that the camera matrix is the same.
+    """
+    whole = [_BLOCK * -(-side // _BLOCK) for side in shown]
+    each = zip(size, shown, whole, strict=True)
+    return size != shown and all(one in (own, padded) for one, own, padded in each)
+
+
 @dataclass(frozen=True, eq=False)
 class Camera:
     """A calibrated camera; OpenCV axes (x right, y down, z forward).

@@ -14,7 +14,7 @@ from typing import Any, TypeVar, cast
 import numpy as np
 
 from stereotrack_core.errors import InputError
-from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.geometry.camera import Camera, is_padded
 from stereotrack_core.reading import SETTINGS_BYTES, open_file, read_bytes
 from stereotrack_core.recording.calibration import is_guess, parse_calibration
 from stereotrack_core.recording.description import (
@@ -336,7 +336,9 @@ def _wrong_size(where: str, file: str, size: tuple[int, int], camera: Camera) ->
         f"the images of {file!r} have {size[0]} x {size[1]} pixels, but the calibration of "
         f"{camera.name!r} is for {camera.width} x {camera.height}",
         where=where,
-        remedy="Use a calibration made with images of this size, or the original images.",
+        remedy=f"The calibration is of padded images: write size = [{size[0]}, {size[1]}] into it."
+        if is_padded((camera.width, camera.height), size)
+        else "Use a calibration made with images of this size, or the original images.",
     )
 
 

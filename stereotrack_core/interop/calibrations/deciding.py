@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 from stereotrack_core.errors import InputError
-from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.geometry.camera import PADDED, Camera, is_padded
 from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.interop.calibrations.evidence import Evidence, joins_all, names_in
 from stereotrack_core.interop.calibrations.foreign import (
@@ -82,8 +82,11 @@ def completed(
     file does not state it; else it is the recording's, whose cameras need to have sizes only.
     Raises InputError where a name or a size is missing or contradicts the recording.
     """
-    chosen = _names(foreign, recording, names)
     known = {} if recording is None else recording.cameras
+    sizes = {(camera.width, camera.height) for camera in known.values()}
+    foreign = foreign.of_size(size or (sizes.pop() if len(sizes) == 1 else None))
+    chosen = _names(foreign, recording, names)
+    notes = []
     cameras = []
     for one, name in zip(foreign.cameras, chosen, strict=True):
         shown = (known[name].width, known[name].height) if name in known else None
@@ -94,6 +97,9 @@ def completed(
                 where=foreign.where,
                 remedy="Give the recording with --recording, or the size with --size WIDTHxHEIGHT.",
             )
+        if shown is not None and is_padded(own, shown):
+            notes.append(PADDED.format(name, *own, *shown))
+            own = shown
         if shown is not None and own != shown:
             raise InputError(
                 f"the calibration of {name} is for images of {own[0]} x {own[1]} pixels, those of "
@@ -103,8 +109,9 @@ def completed(
             )
         cameras.append(replace(one, name=name, size=own))
     lacking = [name for name in known if name not in chosen]
-    note = (f"the file lacks {', '.join(lacking)} of the recording",) if lacking else ()
-    return replace(foreign, cameras=tuple(cameras), notes=(*foreign.notes, *note))
+    if lacking:
+        notes.append(f"the file lacks {', '.join(lacking)} of the recording")
+    return replace(foreign, cameras=tuple(cameras), notes=(*foreign.notes, *notes))
 
 
 def _names(

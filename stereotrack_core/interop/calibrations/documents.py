@@ -1,8 +1,10 @@
-"""The content of a stranger's file as plain data: TOML, YAML, JSON, XML and MAT."""
+"""The content of a stranger's file as plain data: TOML, YAML, JSON, XML, MAT and INI."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from configparser import ConfigParser
+from configparser import Error as ConfigError
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -16,7 +18,7 @@ from stereotrack_core.plain_data import DEEPEST, checked_tree
 from stereotrack_core.reading import MB, decoding, parsed_json, read_bytes, read_text
 from stereotrack_core.recording.toml_table import load_toml
 
-Kind = Literal["toml", "yaml", "json", "xml", "mat"]
+Kind = Literal["toml", "yaml", "json", "xml", "mat", "ini"]
 
 _TEXT_BYTES = 8 * MB
 """Of a calibration as text, with all corners of the board that some tools keep in it."""
@@ -43,7 +45,7 @@ class Document:
 
 
 def read_document(path: Path) -> Document:
-    """Read a file by what is in it; only TOML and MAT are known by their suffix.
+    """Read a file by what is in it; only TOML, MAT and INI are known by their suffix.
 
     Raises InputError where it cannot be read, or is none of the kinds.
     """
@@ -53,6 +55,8 @@ def read_document(path: Path) -> Document:
     if suffix == ".mat":
         return Document(path, "mat", _mat(path))
     text = read_text(path, _TEXT_BYTES).lstrip()
+    if suffix in (".conf", ".ini"):
+        return Document(path, "ini", _ini(text, path))
     if text.startswith("<"):
         return Document(path, "xml", _xml(text, path))
     if text.startswith("{"):
@@ -123,6 +127,17 @@ def _plain(value: Any, depth: int = 0) -> Any:
     if isinstance(value, list | tuple | set):
         return [_plain(one, depth + 1) for one in value]
     return value if isinstance(value, str | bool | int | float | None) else str(value)
+
+
+def _ini(text: str, path: Path) -> Mapping[str, Mapping[str, str]]:
+    """Sections with values by their names, all in lower case."""
+    parser = ConfigParser(interpolation=None, strict=False)
+    with decoding(path, "this is not a file of sections with values", _REMEDY):
+        try:
+            parser.read_string(text)
+        except ConfigError as error:
+            raise ValueError from error
+    return {name.casefold(): dict(values) for name, values in parser.items() if name != "DEFAULT"}
 
 
 def _xml(text: str, path: Path) -> ElementTree.Element:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -66,11 +66,34 @@ class ForeignCalibration:
     notes: tuple[str, ...] = ()
     documented: bool = False
     """Whether the format's documentation states how rotation and translation map."""
+    other_sizes: tuple[ForeignCalibration, ...] = ()
+    """The same cameras at every image size, if the file holds several."""
 
     @property
     def placed(self) -> bool:
         """Whether the file says where its cameras are."""
         return all(one.rotation is not None for one in self.cameras)
+
+    def with_other_sizes(self, all_sizes: Sequence[ForeignCalibration]) -> ForeignCalibration:
+        """The same, with what a file holds for every image size."""
+        return replace(self, other_sizes=tuple(all_sizes))
+
+    def of_size(self, size: tuple[int, int] | None) -> ForeignCalibration:
+        """The cameras of an image size.
+
+        Raises InputError if the file holds several sizes, and not this one.
+        """
+        if not self.other_sizes:
+            return self
+        sizes = {one.cameras[0].size: one for one in self.other_sizes}
+        if size in sizes:
+            return sizes[size]
+        listed = ", ".join(f"{one[0]}x{one[1]}" for one in sizes if one)
+        raise InputError(
+            f"the file holds cameras for images of {listed}",
+            where=self.where,
+            remedy="Give the recording with --recording, or one of them with --size WIDTHxHEIGHT.",
+        )
 
 
 def refusal(where: str, what: str, remedy: str = _AGAIN) -> InputError:

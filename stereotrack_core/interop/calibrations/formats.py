@@ -21,7 +21,14 @@ from stereotrack_core.interop.calibrations.opencv_storage import (
 )
 from stereotrack_core.interop.calibrations.qualisys import is_qualisys, read_qualisys
 from stereotrack_core.interop.calibrations.ros import is_camera_info, read_camera_info
+from stereotrack_core.interop.calibrations.sensors import (
+    is_camodocal,
+    is_euroc,
+    read_camodocal,
+    read_euroc,
+)
 from stereotrack_core.interop.calibrations.toml_layouts import Layout, read_toml, toml_text
+from stereotrack_core.interop.calibrations.zed import is_zed, read_zed
 
 UNITS_OF_EXPORT: Mapping[str, str] = {
     "aniposelib": "m",
@@ -61,6 +68,18 @@ def _read(document: Document) -> ForeignCalibration | None:
     if document.kind == "xml":
         if is_qualisys(document):
             return read_qualisys(document)
+    elif document.kind == "ini":
+        if is_zed(document):
+            return read_zed(document)
+        raise InputError(
+            "these are settings, but not the calibration of a ZED camera",
+            where=document.where,
+            remedy="Check that it is a calibration file.",
+        )
+    elif is_euroc(document):
+        return read_euroc(document)
+    elif is_camodocal(document):
+        return read_camodocal(document)
     elif is_matlab(document):
         return read_matlab(document)
     elif is_kalibr(document):

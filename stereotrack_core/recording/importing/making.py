@@ -12,7 +12,7 @@ import numpy as np
 
 from stereotrack_core.atomic import filling
 from stereotrack_core.errors import Cancelled, InputError
-from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.geometry.camera import PADDED, Camera, is_padded
 from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.recording.calibration import read_calibration
 from stereotrack_core.recording.description import Recording, Stream, View
@@ -62,7 +62,7 @@ def make_recording(
         check_background(use)
     files = files_of(choices.used(), folder)
     cameras = cameras_for(choices)
-    kept = _keeps_calibration(choices, folder) and not turned_cameras(choices)
+    kept = _keeps_calibration(choices, folder) and not calibration_notes(choices)
     new = [one for one in files if one.how != "stay"]
     with filling(folder) as workplace:
         for number, one in enumerate(new):
@@ -115,6 +115,8 @@ def cameras_for(choices: Choices) -> dict[str, Camera]:
         turned = turns[name]
         if size == (camera.height, camera.width) and turned % 180:
             known[wanted] = camera = as_stored(camera, turned)
+        if is_padded((camera.width, camera.height), size):
+            known[wanted] = camera = replace(camera, width=size[0], height=size[1])
         if size != (camera.width, camera.height):
             raise InputError(
                 f"the images of {name} have {size[0]} x {size[1]} pixels, but the calibration of "
@@ -138,6 +140,23 @@ def turned_cameras(choices: Choices) -> tuple[str, ...]:
         and (camera := known.get(choices.cameras.get(name, name))) is not None
         and size_of(use) == (camera.height, camera.width)
     )
+
+
+def calibration_notes(choices: Choices) -> tuple[str, ...]:
+    """Clauses about cameras whose calibration is of turned or padded images, and is changed."""
+    notes = [
+        f"the calibration of {name} is of upright images; it is turned to those stored"
+        for name in turned_cameras(choices)
+    ]
+    if choices.calibration is None:
+        return ()
+    known = choices.given or read_calibration(choices.calibration)
+    for use in choices.used():
+        for name in cameras_of(use):
+            camera, size = known.get(choices.cameras.get(name, name)), size_of(use)
+            if camera is not None and is_padded((camera.width, camera.height), size):
+                notes.append(PADDED.format(name, camera.width, camera.height, *size))
+    return tuple(notes)
 
 
 def _stated(choices: Choices) -> dict[str, Camera]:
@@ -181,7 +200,7 @@ def check_place(choices: Choices, folder: Path) -> None:
             remedy="Choose a new folder, or the one that holds the videos.",
         )
     new = [one.frames.split("/")[0] for one in files if one.how != "stay"]
-    if not _keeps_calibration(choices, folder) or turned_cameras(choices):
+    if not _keeps_calibration(choices, folder) or calibration_notes(choices):
         new.append(_CALIBRATION)
     for name in new:
         if (folder / name).exists():

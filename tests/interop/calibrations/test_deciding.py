@@ -1,6 +1,7 @@
 """What is open in a stranger's calibration is found out from the data, or asked for."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from stereotrack_core.interop.calibrations.deciding import Undecided, completed,
 from stereotrack_core.interop.calibrations.evidence import Evidence
 from stereotrack_core.interop.calibrations.foreign import ForeignCalibration, ForeignCamera
 from stereotrack_core.interop.calibrations.readings import CONVENTIONS
+from stereotrack_core.recording.description import Recording
 from tests.interop.calibrations.rigs import assert_same, evidence, foreign, looking_at, rig
 
 UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254}
@@ -188,3 +190,27 @@ def test_names_and_sizes_come_from_the_person():
         completed(bare, names=["A", "B"], size=(640, 480))
     done = completed(bare, names=["A", "B", "C"], size=(640, 480))
     assert_same(decide(done, Evidence(), unit="m").cameras.values(), rig())
+
+
+@pytest.mark.parametrize(
+    ("size", "shown", "accepted"),
+    [
+        ((1088, 1920), (1080, 1920), True),
+        ((1920, 1088), (1920, 1080), True),
+        ((1096, 1920), (1080, 1920), False),
+        ((1080, 1920), (1088, 1920), False),
+        ((1920, 1088), (1080, 1920), False),
+        ((1104, 1920), (1088, 1920), False),
+    ],
+)
+def test_a_calibration_of_padded_images_is_cropped(size, shown, accepted):
+    stored = [replace(one, width=size[0], height=size[1]) for one in rig()]
+    wanted = {one.name: replace(one, width=shown[0], height=shown[1]) for one in rig()}
+    recording = Recording(Path(), "walk", 25.0, (), wanted)
+    if not accepted:
+        with pytest.raises(InputError, match="those of the recording have"):
+            completed(foreign(stored), recording)
+        return
+    done = completed(foreign(stored, unit="m"), recording)
+    assert "padded to multiples of 16" in done.notes[0]
+    assert_same(decide(done, Evidence()).cameras.values(), wanted.values())

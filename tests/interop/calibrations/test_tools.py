@@ -10,6 +10,8 @@ from scipy.io import loadmat, savemat
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.rotation import vector_from_rotation
 from stereotrack_core.geometry.transform import RigidTransform
+from stereotrack_core.interop.calibrations.deciding import completed, decide
+from stereotrack_core.interop.calibrations.evidence import Evidence
 from stereotrack_core.interop.calibrations.formats import read_foreign
 from stereotrack_core.interop.calibrations.mat_file import variables_of
 from tests.interop.calibrations.layouts import (
@@ -226,3 +228,167 @@ def test_one_camera_of_matlab(tmp_path):
     path = written(tmp_path / "cam.json", json.dumps({"cameraParams": one}))
     (camera,) = imported(path, size=(640, 480))
     np.testing.assert_allclose(camera.matrix[:2, 2], [321.5, 238.25])
+
+
+ZED = """[LEFT_CAM_HD]
+fx=700.1
+fy=700.2
+cx=640.5
+cy=360.25
+k1=-0.17
+k2=0.02
+p1=0.0001
+p2=-0.0002
+k3=-0.003
+
+[RIGHT_CAM_HD]
+fx=701
+fy=702
+cx=650
+cy=355
+
+[LEFT_CAM_VGA]
+fx=350
+fy=350
+cx=336
+cy=188
+
+[RIGHT_CAM_VGA]
+fx=351
+fy=351
+cx=337
+cy=189
+
+[RIGHT_DISTO]
+k1=0.5
+k2=-0.1
+p1=0
+p2=0
+k3=0.01
+k4=0.8
+k5=-0.06
+k6=0.02
+
+[STEREO]
+Baseline=119.9
+TY=0.05
+TZ=-0.4
+CV_HD=0.007
+CV_VGA=0.007
+RX_HD=0.002
+RX_VGA=0.002
+RZ_HD=-0.001
+RZ_VGA=-0.001
+"""
+
+
+def test_a_zed_has_a_pair_for_each_resolution(tmp_path):
+    """As Stereolabs' tool writes the result of OpenCV: Baseline is -T[0], and T is in mm."""
+    found = read_foreign([written(tmp_path / "SN12345.conf", ZED)])
+    decided = decide(completed(found, size=(1280, 720)), Evidence())
+    left, right = decided.cameras["left"], decided.cameras["right"]
+    assert (left.width, left.height) == (1280, 720)
+    assert left.matrix[:2, 2].tolist() == [640.5, 360.25]
+    assert left.distortions.tolist() == [-0.17, 0.02, 0.0001, -0.0002, -0.003]
+    assert right.distortions.tolist() == [0.5, -0.1, 0, 0, 0.01, 0.8, -0.06, 0.02]
+    np.testing.assert_allclose(right.camera_from_world.translation, [-0.1199, 5e-5, -4e-4])
+    turn = vector_from_rotation(right.camera_from_world.rotation)
+    np.testing.assert_allclose(turn, [0.002, 0.007, -0.001], atol=1e-12)
+    assert right.position_world[0] == pytest.approx(
+        0.1199, abs=1e-4
+    )  # to the right of the left one
+    assert completed(found, size=(672, 376)).cameras[0].matrix[0, 0] == 350
+    with pytest.raises(InputError, match=r"cameras for images of 1280x720, 672x376"):
+        completed(found)
+
+
+def test_settings_that_are_no_calibration(tmp_path):
+    with pytest.raises(InputError, match="not the calibration of a ZED camera"):
+        read_foreign([written(tmp_path / "other.conf", "[window]\nwidth=3\n")])
+    with pytest.raises(InputError, match="not a file of sections"):
+        read_foreign([written(tmp_path / "other.conf", "nothing at all")])
+
+
+EUROC = """%YAML:1.0
+sensor_type: camera
+T_BS:
+  cols: 4
+  rows: 4
+  data: [0.0, -1.0, 0.0, -0.02,
+         1.0, 0.0, 0.0, -0.06,
+         0.0, 0.0, 1.0, 0.01,
+         0.0, 0.0, 0.0, 1.0]
+rate_hz: 20
+resolution: [752, 480]
+camera_model: pinhole
+intrinsics: [458.654, 457.296, 367.215, 248.375] #fu, fv, cu, cv
+distortion_model: radial-tangential
+distortion_coefficients: [-0.283, 0.0739, 0.00019, 1.76e-05]
+"""
+
+
+def test_cameras_of_euroc_are_named_by_their_folders(tmp_path):
+    paths = []
+    for name in ("cam0", "cam1"):
+        (tmp_path / name).mkdir()
+        text = EUROC if name == "cam0" else EUROC.replace("-0.06", "0.05")
+        paths.append(written(tmp_path / name / "sensor.yaml", text))
+    cameras = decide(completed(read_foreign(paths)), Evidence()).cameras
+    assert list(cameras) == ["cam0", "cam1"]
+    np.testing.assert_allclose(cameras["cam0"].position_world, [-0.02, -0.06, 0.01])
+    np.testing.assert_allclose(cameras["cam1"].position_world, [-0.02, 0.05, 0.01])
+    np.testing.assert_allclose(cameras["cam0"].world_from_camera.rotation[:, 0], [0, 1, 0])
+    assert cameras["cam0"].distortions.tolist() == [-0.283, 0.0739, 0.00019, 1.76e-05]
+
+
+def test_an_imu_of_euroc_is_named(tmp_path):
+    path = written(tmp_path / "sensor.yaml", "sensor_type: imu\nrate_hz: 200\n")
+    with pytest.raises(InputError, match="a sensor of EuRoC, but no camera: imu"):
+        read_foreign([path])
+
+
+CAMODOCAL = """%YAML:1.0
+---
+model_type: {model}
+camera_name: cam0
+image_width: 752
+image_height: 480
+{rest}
+"""
+KANNALA = """projection_parameters:
+   k2: -0.01
+   k3: 0.02
+   k4: -0.03
+   k5: 0.004
+   mu: 461.5
+   mv: 460.2
+   u0: 362.6
+   v0: 248.1"""
+PINHOLE = """distortion_parameters: {k1: -0.29, k2: 0.08, p1: 0.0004, p2: -1.7e-05}
+projection_parameters: {fx: 461.5, fy: 460.2, cx: 362.6, cy: 248.1}"""
+MEI = """mirror_parameters: {xi: XI}
+distortion_parameters: {k1: -0.29, k2: 0.08, p1: 0.0004, p2: -1.7e-05}
+projection_parameters: {gamma1: 461.5, gamma2: 460.2, u0: 362.6, v0: 248.1}"""
+
+
+@pytest.mark.parametrize(
+    ("model", "rest", "fisheye", "distortions"),
+    [
+        ("PINHOLE", PINHOLE, False, [-0.29, 0.08, 0.0004, -1.7e-05]),
+        ("KANNALA_BRANDT", KANNALA, True, [-0.01, 0.02, -0.03, 0.004]),
+        ("MEI", MEI.replace("XI", "0.0"), False, [-0.29, 0.08, 0.0004, -1.7e-05]),
+    ],
+)
+def test_lenses_of_camodocal(tmp_path, model, rest, fisheye, distortions):
+    text = CAMODOCAL.format(model=model, rest=rest)
+    (camera,) = read_foreign([written(tmp_path / "cam0.yaml", text)]).cameras
+    assert (camera.name, camera.size, camera.fisheye) == ("cam0", (752, 480), fisheye)
+    assert camera.matrix.tolist() == [[461.5, 0, 362.6], [0, 460.2, 248.1], [0, 0, 1]]
+    assert camera.distortions.tolist() == distortions
+
+
+@pytest.mark.parametrize(("model", "rest"), [("MEI", MEI.replace("XI", "1.2")), ("SCARAMUZZA", "")])
+def test_a_lens_of_camodocal_that_opencv_does_not_have_is_named(tmp_path, model, rest):
+    path = written(tmp_path / "cam0.yaml", CAMODOCAL.format(model=model, rest=rest))
+    with pytest.raises(InputError, match=rf"lens of camodocal, whose model {model} has no"):
+        read_foreign([path])
