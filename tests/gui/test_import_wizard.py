@@ -16,6 +16,7 @@ from stereotrack_core.recording.importing.proposing import propose
 from stereotrack_core.recording.importing.sources import look_at
 from tests.gui.test_opening_files import drop, settle
 from tests.recording.importing.clips import WIDTH, clip, flashing, images, numbered
+from tests.recording.importing.test_video_files import raw_stream
 
 pytestmark = pytest.mark.window
 BUTTON = QWizard.WizardButton
@@ -132,6 +133,26 @@ def test_images_need_a_frame_rate(window, qtbot, tmp_path, wizard_of):
     assert "O_image/%06d.png" in wizard.place.summary.text()
     press(wizard, BUTTON.FinishButton)
     assert recording_of(window, qtbot).fps == 30.0
+
+
+def test_a_stream_without_a_rate_beside_one_that_states_it(window, qtbot, tmp_path, wizard_of):
+    (tmp_path / "videos").mkdir()
+    raw_stream(tmp_path / "videos" / "pi.h264", "libx264", frames=6)
+    clip(tmp_path / "videos" / "usb.mp4", frames=24, fps=20.0)
+    wizard = wizard_of(tmp_path / "videos")
+    press(wizard, BUTTON.NextButton)
+    page = wizard.timing
+    assert "pi does not state its frame rate" in page.words.text()
+    assert not wizard.button(BUTTON.NextButton).isEnabled()
+    page.rates["pi"].setFocus()
+    page.rates["pi"].selectAll()
+    QTest.keyClicks(page.rates["pi"], "5")
+    to_the_end(wizard)
+    press(wizard, BUTTON.FinishButton)
+    recording = recording_of(window, qtbot)
+    assert recording.fps == 20.0
+    frames = {view.name: view.image.frames for view in recording.views}
+    assert frames == {"pi": "pi.mp4", "usb": "usb.mp4"}  # the stated rate is kept
 
 
 def choose_method(wizard, qtbot, method):

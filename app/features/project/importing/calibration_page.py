@@ -23,7 +23,7 @@ from ....widgets.style.building import choice, hbox, label, scrolled, vbox
 from ....widgets.tables.plain import PlainTable
 from .looking import Looked
 
-_FILES = "Calibrations (*.toml *.yml *.yaml *.xml *.json *.mat *.txt)"
+_FILES = "Calibrations (*.toml *.yml *.yaml *.xml *.json *.mat *.txt *.conf)"
 _FROM_BAG = "Cameras &of the ROS bag"
 
 
@@ -66,7 +66,7 @@ class CalibrationPage(QWizardPage):
         self.from_file = QRadioButton("Calibration &file")
         self.from_file.setToolTip(
             "A calibration.toml, or a file of aniposelib, FreeMoCap, Pose2Sim, caliscope, OpenCV, "
-            "Kalibr, ROS, Qualisys or MATLAB"
+            "Kalibr, ROS, Qualisys, MATLAB, ZED, EuRoC or camodocal"
         )
         self.guess = QRadioButton("&Guess the cameras from the image size (no calibration yet)")
         self.guess.setToolTip("For viewing and clicking; calibrate later")

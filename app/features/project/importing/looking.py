@@ -41,13 +41,13 @@ def look(paths: Sequence[Path]) -> Looked:
     Raises InputError where nothing usable was found.
     """
     found = look_at(paths)
+    proposed = propose(found)
     pictures, problems = {}, list(found.problems)
-    for source in found.sources:
+    for source in (use.source for use in proposed.uses):
         try:
             pictures[source.name] = first_picture(source)
         except InputError as problem:
             problems.append(problem)
-    proposed = propose(found)
     depths = [source for source in found.sources if source.kind == "depth"]
     middle = math.nan
     if depths:

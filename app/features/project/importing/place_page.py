@@ -12,7 +12,7 @@ from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
 from stereotrack_core.recording.importing.choices import Choices, doubts_about
 from stereotrack_core.recording.importing.files import files_of
-from stereotrack_core.recording.importing.making import check_place
+from stereotrack_core.recording.importing.making import calibration_notes, check_place
 
 from ....widgets.forms.form_dialog import ask_for_folder, line_edit, push_button, say_in
 from ....widgets.style.building import hbox, label, label_of, vbox
@@ -96,5 +96,6 @@ class PlacePage(QWizardPage):
         if converted:
             names = ", ".join(one.frames for one in converted)
             parts.append(f"Written again: {names}.")
+        parts += [f"{one[0].upper()}{one[1:]}." for one in calibration_notes(self._choices)]
         parts += doubts_about(self._choices)
         return " ".join(parts)

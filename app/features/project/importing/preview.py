@@ -127,7 +127,7 @@ def pictures_at(uses: tuple[Use, ...], frame: int) -> dict[str, ImageArray]:
     earliest = min(use.lead for use in uses)
     found: dict[str, ImageArray] = {}
     for use in uses:
-        depth = use.source.kind == "depth"
+        depth = use.role == "depth"
         try:
             reader = open_source(use.source, "depth" if depth else "colour")
         except InputError:

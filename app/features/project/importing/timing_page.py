@@ -9,6 +9,7 @@ from PySide6.QtWidgets import QCheckBox, QFormLayout, QWizardPage
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.recording.importing.choices import GUESS, Choices, doubts_about
+from stereotrack_core.recording.importing.sources import Source
 from stereotrack_core.recording.importing.synchronise import METHODS, Lead, synchronised
 from stereotrack_core.recording.importing.timing import at_one_rate
 
@@ -24,6 +25,15 @@ _WORDS = (
     "Frame k of every source must show the same instant. Where the cameras were started one after "
     "the other, let the offsets be estimated."
 )
+
+
+def _rate_field(name: str) -> NumberField:
+    """The frame rate of a source whose file does not state it, beside others that do."""
+    field = NumberField(maximum=1000.0, digits=0)
+    field.setSpecialValueText("as the recording")
+    field.setAccessibleName(f"Frames per second of {name}")
+    field.setToolTip("The file does not state its frame rate. Enter it if it is another.")
+    return field
 
 
 class TimingPage(QWizardPage):
@@ -56,6 +66,11 @@ class TimingPage(QWizardPage):
         self.distance, self._middle = label("", "muted"), looked.middle_m
         self.unit.valueChanged.connect(self._say_distance)
         self._say_distance()
+        self.rates = {
+            source.name: _rate_field(source.name)
+            for source in looked.found.sources
+            if source.fps is None and looked.found.fps is not None
+        }
         self.resample = QCheckBox("&Resample sources of another or an uneven frame rate")
         self.resample.setChecked(True)
         self.resample.setToolTip(
@@ -66,6 +81,9 @@ class TimingPage(QWizardPage):
         self.offsets, self.words = label("", "muted"), label()
         form = QFormLayout()
         form.addRow("&Frames per second", self.fps)
+        for name, field in self.rates.items():
+            form.addRow(f"Of {name}", field)
+            field.valueChanged.connect(self._forget)
         form.addRow(label_of(self.method, "&Synchronise by"), hbox((self.method, 1), self.estimate))
         form.addRow("", self.offsets)
         form.addRow("", self.resample)
@@ -87,12 +105,20 @@ class TimingPage(QWizardPage):
     def chosen(self, choices: Choices) -> Choices:
         """The choices with what is written and was estimated here."""
         uses = tuple(
-            replace(use, lead=self._leads.get(use.source.name, 0.0)) for use in choices.uses
+            replace(
+                use, source=self._rated(use.source), lead=self._leads.get(use.source.name, 0.0)
+            )
+            for use in choices.uses
         )
         fps, unit = self.fps.stored() or None, self.unit.stored()
         return replace(
             choices, uses=uses, fps=fps, depth_unit=unit, resample=self.resample.isChecked()
         )
+
+    def _rated(self, source: Source) -> Source:
+        """The source with the frame rate that is written here, if its file states none."""
+        field = self.rates.get(source.name)
+        return source if field is None else replace(source, fps=field.stored() or None)
 
     def timed(self, choices: Choices) -> Choices:
         """The choices with what is written here, and all sources at one rate.

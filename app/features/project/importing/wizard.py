@@ -8,6 +8,7 @@ from PySide6.QtCore import Signal, Slot
 from PySide6.QtWidgets import QWidget, QWizard
 
 from stereotrack_core.recording.importing.choices import Choices
+from stereotrack_core.recording.importing.levels import with_one_white
 from stereotrack_core.recording.importing.making import make_recording
 from stereotrack_core.recording.importing.timing import at_one_rate
 
@@ -53,7 +54,7 @@ class ImportWizard(QWizard):
         choices = self._looked.proposed
         for page in self.steps:
             choices = page.chosen(choices)
-        return at_one_rate(choices)
+        return with_one_white(at_one_rate(choices))
 
     @Slot(int)
     def _on_page(self, number: int) -> None:
