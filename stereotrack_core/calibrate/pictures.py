@@ -279,6 +279,7 @@ def find_in_pictures(
     """
     found: dict[int, FloatArray] = {}
     left_out: list[LeftOut] = []
+    mirrored = 0
     size: tuple[int, int] | None = None
     for k in frames:
         if cancelled():
@@ -292,10 +293,13 @@ def find_in_pictures(
             size = size or own
             if own != size:
                 reason = f"its size is {own[0]}x{own[1]} instead of {size[0]}x{size[1]}"
-            elif (pixels := recognition.find(image)) is None:
-                reason = "the board was not found"
             else:
-                found[k] = pixels
+                pixels, is_mirrored = recognition.find_either_side(image)
+                if pixels is None:
+                    reason = "the board was not found"
+                else:
+                    found[k] = pixels
+                    mirrored += is_mirrored
         except DamagedFrame as problem:
             reason = str(problem)
         if reason:
@@ -317,4 +321,5 @@ def find_in_pictures(
         tuple(pictures.name(k) for k in found),
         tuple(left_out),
         len(frames),
+        mirrored,
     )

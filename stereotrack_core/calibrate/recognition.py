@@ -17,6 +17,7 @@ from stereotrack_core.calibrate.detection import (
 )
 from stereotrack_core.errors import Cancelled
 
+MIRRORED = "the pictures are mirrored"
 _LEAST_SHARE = 0.25  # of the corners of all pictures, from which a board is taken as it was named
 _LEAST_MARKERS = 4
 _SAMPLE = 3  # pictures in which all kinds of markers are looked for
@@ -43,6 +44,18 @@ class Recognition:
             return find_board(image, self.board)
         pixels = find_board(mirrored_picture(image), self.board)
         return None if pixels is None else mirrored_pixels(pixels, image.shape[1])
+
+    def find_either_side(self, image: ImageArray) -> tuple[FloatArray | None, bool]:
+        """Corners in a grey picture as by :meth:`find`, and whether the print is mirrored in it.
+
+        The back of a ChArUco board may have the mirrored print, so that every corner lies behind
+        the same one of the front.
+        """
+        pixels = self.find(image)
+        if pixels is not None or not self.board.dictionary:
+            return pixels, self.mirrored
+        other = replace(self, mirrored=not self.mirrored)
+        return other.find(image), other.mirrored
 
 
 def recognised(
@@ -174,5 +187,5 @@ def _differences(board: Board, named: Board, mirrored: bool) -> tuple[str, ...]:
     if board.inverted != named.inverted:
         found.append("its black and white are exchanged")
     if mirrored:
-        found.append("the pictures are mirrored")
+        found.append(MIRRORED)
     return tuple(found)

@@ -15,8 +15,9 @@ from stereotrack_core.calibrate.pictures import (
     ignore,
     recognised_in,
 )
-from stereotrack_core.calibrate.recognition import Recognition
+from stereotrack_core.calibrate.recognition import MIRRORED, Recognition
 from stereotrack_core.calibrate.sightings import Sightings
+from stereotrack_core.counting import counted
 from stereotrack_core.errors import Finding, InputError
 
 
@@ -41,7 +42,8 @@ class Search:
             raise InputError(
                 "the pictures are mirrored, so that left and right would be exchanged in the world",
                 where=f"camera {', '.join(self.mirrored)}",
-                remedy="Switch off mirroring in the recording software and record again.",
+                remedy="Switch off mirroring in the recording software and record again. If the "
+                "mirrored print is on the back of the board, show both sides to these cameras.",
             )
 
 
@@ -61,16 +63,13 @@ def search(
         Pictures that cannot be read, or cameras that show different boards.
     Cancelled
     """
-    board, seen, findings, mirrored = named, [], [], []
+    board, seen = named, []
     known: Recognition | None = None
+    different: tuple[str, Board, tuple[str, ...]] = ("", named, ())
     for one in sources:
         recognition = recognised_in(one, board, cancelled)
-        if recognition.mirrored:
-            mirrored.append(one.camera)
-        if known is None and recognition.differences:
-            what = "; ".join(recognition.differences)
-            remedy = f"Calibrated with the {recognition.board.words}."
-            findings.append(Finding("warning", f"camera {one.camera}", what, remedy))
+        if known is None and recognition.differences and not different[0]:
+            different = one.camera, recognition.board, recognition.differences
         there = [frame for frame in frames if frame < one.count()]
         own = find_in_pictures(one, recognition, there, on_picture=on_picture, cancelled=cancelled)
         if len(own):
@@ -83,7 +82,20 @@ def search(
             known, board = recognition, recognition.board
         seen.append(own)
     sightings = tuple(one if len(one) else _empty(one, board) for one in seen)
-    return Search(board, sightings, tuple(mirrored), tuple(findings))
+    both = any(0 < one.mirrored < len(one) for one in sightings)
+    mirrored = () if both else tuple(one.camera for one in sightings if one.mirrored)
+    camera, shown, clauses = different
+    clauses = tuple(one for one in clauses if one != MIRRORED or mirrored)
+    findings = []
+    if clauses:
+        remedy = f"Calibrated with the {shown.words}."
+        findings.append(Finding("warning", f"camera {camera}", "; ".join(clauses), remedy))
+    if both:
+        count = counted(sum(one.mirrored for one in sightings), "picture")
+        what = f"{count} show the print mirrored, others as it is: taken for the back of the board"
+        remedy = "Both sides must lie exactly on each other, on a thin board."
+        findings.append(Finding("note", "board", what, remedy))
+    return Search(board, sightings, mirrored, tuple(findings))
 
 
 def _empty(sightings: Sightings, board: Board) -> Sightings:

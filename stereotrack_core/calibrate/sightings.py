@@ -36,6 +36,8 @@ class Sightings:
     left_out: tuple[LeftOut, ...] = ()
     searched: int = 0
     """Number of pictures in which the board was looked for."""
+    mirrored: int = 0
+    """Number of pictures in which the print of the board was found mirrored."""
 
     def __len__(self) -> int:
         return len(self.frames)

@@ -6,9 +6,12 @@ import numpy as np
 import pytest
 
 from stereotrack_core.calibrate.board import Board
+from stereotrack_core.calibrate.board_pose import likeliest_poses
 from stereotrack_core.calibrate.detection import find_board
 from stereotrack_core.calibrate.lens import BROWN, Lens
 from stereotrack_core.calibrate.recognition import recognised
+from stereotrack_core.calibrate.search import search
+from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.rotation import rotation_from_vector
 from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.simulation.board_pictures import BoardRenderer
@@ -97,3 +100,48 @@ def test_the_board_that_was_named_is_taken_where_it_is_seen():
     found = recognised([image, picture(CHESS, away=-5.0)[0]], CHESS)
     assert found.board == CHESS
     assert found.differences == ()
+
+
+class Shown:
+    """Pictures of a board in a row, as those of a camera."""
+
+    def __init__(self, images, camera="a"):
+        self.camera, self._images = camera, images
+
+    def count(self):
+        return len(self._images)
+
+    def name(self, k):
+        return f"{k}.png"
+
+    def read(self, k):
+        return self._images[k]
+
+    def close(self):
+        pass
+
+
+def test_the_mirrored_print_is_the_back_of_the_board():
+    """As caliscope prints it: behind each corner of the front lies the same one of the back."""
+    turns = [(0.3, -0.25, 0.1), (-0.3, 0.2, 0.0), (0.2, np.pi - 0.3, 0.1), (-0.2, np.pi + 0.2, 0)]
+    shown = [picture(CHARUCO, turn=turn) for turn in turns]
+    found = search([Shown([image for image, _ in shown])], CHARUCO, range(4))
+    found.check_not_mirrored()
+    (seen,) = found.sightings
+    assert (len(seen), seen.mirrored) == (4, 2)
+    for pixels, (_, true) in zip(seen.pixels, shown, strict=True):
+        close_to(pixels, true)
+    poses = likeliest_poses(_LENS, CHARUCO.corners, seen.pixels)
+    for pose, turn in zip(poses, turns, strict=True):
+        true = placed(CHARUCO, turn=turn)
+        np.testing.assert_allclose(pose.translation, true.translation, atol=0.02)
+        np.testing.assert_allclose(pose.rotation, true.rotation, atol=0.1)
+    assert "2 pictures show the print mirrored" in found.findings[0].what
+
+
+def test_a_camera_that_mirrors_is_still_refused():
+    images = [picture(CHARUCO, turn=turn)[0][:, ::-1] for turn in ((0.3, -0.2, 0), (-0.3, 0.2, 0))]
+    found = search([Shown([np.ascontiguousarray(one) for one in images])], CHARUCO, range(2))
+    assert found.mirrored == ("a",)
+    with pytest.raises(InputError, match="the pictures are mirrored"):
+        found.check_not_mirrored()

@@ -219,14 +219,16 @@ class MetricImages(NumberedImages):
         return super().read(k, keep) if file is None else counts_of(read_metres(file), self._unit)
 
 
-def first_picture(source: Source) -> ImageArray:
-    """The first picture (H, W) or (H, W, 3) BGR uint8, to be shown; depth as brightness.
+def first_picture(source: Source, *, as_depth: bool = True) -> ImageArray:
+    """The first picture (H, W) or (H, W, 3) BGR uint8, to be shown; depth as near or far.
 
-    Raises InputError where it cannot be decoded.
+    `as_depth`: whether values of 16 bits are depth; else they are brightness. Raises InputError
+    where it cannot be decoded.
     """
-    kind: PictureKind = "depth" if source.kind == "depth" else "colour"
+    depth = source.kind == "depth" and as_depth
+    kind: PictureKind = "depth" if depth else "colour"
     try:
-        if source.topic or source.images:
+        if source.topic or source.images or source.bits > 8:
             reader = open_source(replace(source, rate=None), kind)
             try:
                 picture = reader.read(0, lambda _number, _picture: None)
@@ -240,9 +242,7 @@ def first_picture(source: Source) -> ImageArray:
         raise no_video(source.path, error) from None
     except DamagedFrame as problem:
         raise InputError(str(problem), where=str(source.path), remedy=AGAIN) from None
-    if source.kind != "depth":
-        return picture
-    return shown_depth(picture, depth_range(picture))
+    return shown_depth(picture, depth_range(picture)) if depth else picture
 
 
 def depth_range(counts: NDArray[Any]) -> tuple[float, float]:

@@ -43,9 +43,10 @@ def look(paths: Sequence[Path]) -> Looked:
     found = look_at(paths)
     proposed = propose(found)
     pictures, problems = {}, list(found.problems)
-    for source in (use.source for use in proposed.uses):
+    for use in proposed.uses:
+        source = use.source
         try:
-            pictures[source.name] = first_picture(source)
+            pictures[source.name] = first_picture(source, as_depth=use.role == "depth")
         except InputError as problem:
             problems.append(problem)
     depths = [source for source in found.sources if source.kind == "depth"]

@@ -73,10 +73,14 @@ class SourcesPage(QWizardPage):
         self.words = label()
         self.words.setObjectName("import_problems")
         unread = [f"Not used: {problem}" for problem in looked.problems[:_MOST_PROBLEMS]]
+        notes = [f"{note[0].upper()}{note[1:]}." for note in looked.found.notes]
+        self.notes = label("\n".join(notes), "muted")
+        self.notes.setVisible(bool(notes))
         self._unread = label("\n".join(unread), "error")
         self._unread.setVisible(bool(unread))
         area = scrolled(self._grid(looked), "Sources")
-        self.setLayout(vbox(label(_WORDS, "muted"), (area, 1), self._unread, self.words))
+        told = (self.notes, self._unread, self.words)
+        self.setLayout(vbox(label(_WORDS, "muted"), (area, 1), *told))
         for row in self.rows:
             row.role.currentIndexChanged.connect(self._on_changed)
             row.view.textChanged.connect(self._on_changed)
