@@ -7,6 +7,7 @@ import os
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Protocol
 
@@ -19,7 +20,7 @@ from stereotrack_core.calibrate.sightings import LeftOut, Sightings
 from stereotrack_core.counting import counted
 from stereotrack_core.errors import Cancelled, InputError
 from stereotrack_core.recording.folder import open_recording
-from stereotrack_core.recording.images import DamagedFrame, read_image
+from stereotrack_core.recording.images import DamagedFrame, NumberedImages
 from stereotrack_core.recording.importing.readers import Chapters
 from stereotrack_core.recording.importing.sources import chapters_from
 from stereotrack_core.recording.stream_files import (
@@ -89,7 +90,11 @@ class PictureFiles:
 
     def read(self, k: int) -> ImageArray:
         """Picture k."""
-        return np.ascontiguousarray(read_image(self.files[k], "grey"))
+        return np.ascontiguousarray(self._images.read(k, lambda _number, _picture: None))
+
+    @cached_property
+    def _images(self) -> NumberedImages:
+        return NumberedImages(dict(enumerate(self.files)), "%d", "grey")
 
     def close(self) -> None:
         """Nothing is held open."""

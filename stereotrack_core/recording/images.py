@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping
-from functools import cache
+from functools import cache, cached_property
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
@@ -186,10 +186,40 @@ def _is_cut_off(content: bytes) -> bool:
     return not content.startswith(b"\0\0\0\0IEND", at)
 
 
+WHITEST = 65535
+"""The largest value of 16 bits."""
+
+LARGEST_VALUES = (255, 1023, 4095, 16383, WHITEST)
+"""Of sensors of 8, 10, 12, 14 and 16 bits."""
+
+MEASURED_PICTURES = 32
+"""Pictures, spread over a stream, by which the white of 16 bits is found."""
+
+_HIGHLIGHTS = 0.001  # of the pixels, that may be brighter than white: lamps and reflections
+
+
+def white_of(counts: NDArray[np.int64], stated: int | None = None) -> int:
+    """Value that becomes white, of pictures whose 16-bit values are counted (65536,).
+
+    The largest value that is stated, unless the pictures exceed it; else the smallest one of a
+    sensor that they stay below.
+    """
+    candidates = LARGEST_VALUES if stated is None else (stated, *LARGEST_VALUES)
+    most = _HIGHLIGHTS * counts.sum()
+    return next(one for one in candidates if one == WHITEST or counts[one + 1 :].sum() <= most)
+
+
+def brightness_of(values: NDArray[Any], white: int) -> ImageArray:
+    """Brightness of 16 bits (H, W) or (H, W, 3) as 8 bits; what exceeds white becomes white."""
+    share = values.astype(np.float32) / white
+    return np.asarray(np.round(255.0 * np.minimum(share, 1.0)), dtype=np.uint8)
+
+
 class NumberedImages:
     """Image files by number, counted from the lowest one; a gap is a damaged frame.
 
-    `files` are those of a pattern, at least one; see :func:`numbered_files`.
+    Brightness of 16 bits is reduced to 8 alike in all of them. `files` are those of a pattern,
+    at least one; see :func:`numbered_files`.
     """
 
     def __init__(self, files: Mapping[int, Path], pattern: str, kind: PictureKind) -> None:
@@ -218,7 +248,26 @@ class NumberedImages:
         if file is None:
             missing = _NUMBER.sub(lambda _: "%d", self._pattern) % (self._lowest + k)
             raise DamagedFrame(f"file number {self._lowest + k} is missing ({missing})")
+        if self._kind in ("grey", "colour") and self._white:
+            picture = brightness_of(read_image(file, "stored"), self._white)
+            in_colour = self._kind == "grey" and picture.ndim == 3
+            return cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY) if in_colour else picture
         return read_image(file, self._kind)
+
+    @cached_property
+    def _white(self) -> int:
+        """Value that becomes white in pictures of 16 bits; 0 if they have 8."""
+        counts = np.zeros(WHITEST + 1, dtype=np.int64)
+        numbers = sorted(self._files)
+        for at in np.unique(np.linspace(0, len(numbers) - 1, MEASURED_PICTURES).astype(int)):
+            try:
+                picture = read_image(self._files[numbers[at]], "stored")
+            except DamagedFrame:
+                continue
+            if picture.dtype != np.uint16:
+                return 0
+            counts += np.bincount(picture.ravel(), minlength=WHITEST + 1)
+        return white_of(counts) if counts.any() else 0
 
     def close(self) -> None:
         """Nothing is held open."""

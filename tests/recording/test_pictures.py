@@ -3,10 +3,16 @@
 from __future__ import annotations
 
 import av
+import cv2
 import numpy as np
 import pytest
 
-from stereotrack_core.recording.images import DamagedFrame, picture_of
+from stereotrack_core.recording.images import (
+    DamagedFrame,
+    NumberedImages,
+    numbered_files,
+    picture_of,
+)
 
 FULL, LIMITED = 2, 1
 
@@ -54,3 +60,13 @@ def test_depth_keeps_its_sixteen_bits():
     assert np.array_equal(picture_of(frame, "depth"), counts)
     with pytest.raises(DamagedFrame, match="no depth"):
         picture_of(frame_of("gray", 0), "depth")
+
+
+@pytest.mark.parametrize("channels", [1, 3])
+def test_numbered_images_of_12_bits_have_one_white(tmp_path, channels):
+    for k, value in enumerate((200, 1500, 4000)):
+        picture = np.full((8, 8, channels), value, np.uint16).squeeze()
+        cv2.imwrite(str(tmp_path / f"{k}.png"), picture)
+    images = NumberedImages(numbered_files(tmp_path, "%d.png"), "%d.png", "grey")
+    shown = [int(images.read(k, lambda *_: None).mean()) for k in range(3)]
+    assert shown == [round(255 * value / 4095) for value in (200, 1500, 4000)]

@@ -11,12 +11,15 @@ from numpy.typing import NDArray
 
 from stereotrack_core.arrays import ImageArray
 from stereotrack_core.errors import InputError
-from stereotrack_core.recording.images import DamagedFrame, read_image
+from stereotrack_core.recording.images import (
+    WHITEST,
+    DamagedFrame,
+    brightness_of,
+    read_image,
+)
 from stereotrack_core.recording.importing.choices import Use
 from stereotrack_core.recording.importing.image_groups import is_image
 from stereotrack_core.recording.importing.readers import (
-    WHITEST,
-    brightness_of,
     first_picture,
     open_source,
 )

@@ -16,16 +16,18 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stereotrack_core.errors import InputError
-from stereotrack_core.recording.images import DamagedFrame
-from stereotrack_core.recording.importing.readers import WHITEST, open_stored
+from stereotrack_core.recording.images import (
+    MEASURED_PICTURES,
+    WHITEST,
+    DamagedFrame,
+    white_of,
+)
+from stereotrack_core.recording.importing.readers import open_stored
 from stereotrack_core.recording.importing.sources import Source
 
 if TYPE_CHECKING:
     from stereotrack_core.recording.importing.choices import Choices, Use
 
-_LARGEST = (255, 1023, 4095, 16383, WHITEST)  # of sensors of 8, 10, 12, 14 and 16 bits
-_PICTURES = 32  # of a source, spread over it
-_HIGHLIGHTS = 0.001  # of the pixels, that may be brighter than white: lamps and reflections
 _MAX_SAMPLE_VALUE = 281  # TIFF's tag
 _PNG_HEADER_BYTES = 1024
 
@@ -40,23 +42,15 @@ def measured(source: Source) -> Source:
     reader = open_stored(source)
     counts = np.zeros(WHITEST + 1, dtype=np.int64)
     try:
-        for k in np.unique(np.linspace(0, reader.count() - 1, _PICTURES).astype(int)):
+        for k in np.unique(np.linspace(0, reader.count() - 1, MEASURED_PICTURES).astype(int)):
             with suppress(DamagedFrame):  # said when it is written
                 picture = reader.read(int(k), lambda _number, _picture: None)
                 counts += np.bincount(picture.ravel(), minlength=WHITEST + 1)
     finally:
         reader.close()
-    return _with_white(source, counts)
-
-
-def _with_white(source: Source, counts: np.ndarray) -> Source:
-    """The source with the white of its stored values, counted in a histogram."""
-    total = max(int(counts.sum()), 1)
-    stated = _stated(source.path) if source.images else None
-    for white in (*([stated] if stated else []), *_LARGEST):
-        if counts[white + 1 :].sum() <= _HIGHLIGHTS * total:
-            return replace(source, white=white, saturated=float(counts[white:].sum() / total))
-    return source
+    white = white_of(counts, _stated(source.path) if source.images else None)
+    saturated = float(counts[white:].sum() / max(int(counts.sum()), 1))
+    return replace(source, white=white, saturated=saturated)
 
 
 def _stated(path: Path) -> int | None:

@@ -18,10 +18,12 @@ from numpy.typing import NDArray
 from stereotrack_core.arrays import FloatArray, ImageArray
 from stereotrack_core.errors import InputError
 from stereotrack_core.recording.images import (
+    WHITEST,
     DamagedFrame,
     Keep,
     NumberedImages,
     PictureKind,
+    brightness_of,
     picture_of,
     read_metres,
 )
@@ -36,8 +38,6 @@ from stereotrack_core.recording.video import (
 from stereotrack_core.recording.writing import counts_of
 
 _NEAR_GREY, _FAR_GREY = 255.0, 40.0
-WHITEST = 65535
-"""The largest value of 16 bits."""
 
 
 def open_source(source: Source, kind: PictureKind) -> Pictures:
@@ -260,9 +260,3 @@ def shown_depth(counts: NDArray[Any], within: tuple[float, float]) -> ImageArray
     share = (counts.astype(np.float32) - near) / max(far - near, 1.0)
     shown = _NEAR_GREY + (_FAR_GREY - _NEAR_GREY) * np.clip(share, 0.0, 1.0)
     return np.where(counts > 0, shown, 0.0).astype(np.uint8)
-
-
-def brightness_of(values: NDArray[Any], white: int) -> ImageArray:
-    """Brightness of 16 bits (H, W) or (H, W, 3) as 8 bits; what exceeds white becomes white."""
-    share = values.astype(np.float32) / white
-    return np.asarray(np.round(255.0 * np.minimum(share, 1.0)), dtype=np.uint8)
