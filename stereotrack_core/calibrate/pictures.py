@@ -22,7 +22,7 @@ from stereotrack_core.errors import Cancelled, InputError
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.images import DamagedFrame, NumberedImages
 from stereotrack_core.recording.importing.readers import Chapters
-from stereotrack_core.recording.importing.sources import chapters_from
+from stereotrack_core.recording.importing.video_sources import chapters_from
 from stereotrack_core.recording.stream_files import (
     IMAGE_SUFFIXES,
     VIDEO_SUFFIXES,
@@ -299,15 +299,14 @@ def find_in_pictures(
             if own != size:
                 reason = f"its size is {own[0]}x{own[1]} instead of {size[0]}x{size[1]}"
             else:
-                pixels, is_mirrored = recognition.find_either_side(image)
-                if pixels is None:
-                    reason = "the board was not found"
-                else:
-                    found[k] = pixels
-                    mirrored += is_mirrored
+                pixels, back = recognition.find_either_side(image)
+                reason = "the board was not found" if pixels is None else ""
+                mirrored += back and pixels is not None
         except DamagedFrame as problem:
             reason = str(problem)
-        if reason:
+        if pixels is not None:
+            found[k] = pixels
+        elif reason:
             left_out.append(LeftOut(pictures.camera, k, pictures.name(k), reason))
         on_picture(Looked(pictures.camera, k, pictures.name(k), image, pixels))
     if size is None:

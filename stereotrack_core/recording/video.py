@@ -40,7 +40,6 @@ _PYAV = int(av.__version__.partition(".")[0])
 _METADATA_OPTIONS = {"metadata_errors": "surrogateescape"} if _PYAV < 19 else {}
 """Titles that are not UTF-8 must not keep a video shut; PyAV 19 takes them by itself."""
 
-
 _MOST_AT_ONCE = 200 * MB
 """Bytes that FFmpeg may ask for at once: a plane of a picture of 100 megapixels in 16 bits."""
 
@@ -64,26 +63,14 @@ def open_container(path: Path) -> Any:
 
 def video_tracks(container: Any) -> list[Any]:
     """The video streams of a container, without cover pictures."""
-    cover = av.stream.Disposition.attached_pic
     streams = [one for one in container.streams.video if one.codec_context is not None]
-    return [one for one in streams if not one.disposition & cover] or streams
+    covers = [one for one in streams if one.disposition & av.stream.Disposition.attached_pic]
+    return [one for one in streams if one not in covers] or streams
 
 
 def video_stream(container: Any, track: int = 0) -> Any:
     """A video stream by its place among :func:`video_tracks`; IndexError if there is none."""
     return video_tracks(container)[track]
-
-
-_RAW_STREAMS = frozenset(
-    {"av1", "avs2", "avs3", "cavsvideo", "dirac", "evc", "h261", "h263", "h264", "hevc", "m4v"}
-    | {"mjpeg", "mjpeg_2000", "mpegvideo", "obu", "rawvideo", "vc1", "vvc"}
-)
-"""FFmpeg's names of streams without a container."""
-
-
-def has_clock(container: Any) -> bool:
-    """Whether a container states times; for raw streams, FFmpeg assumes 25 frames per second."""
-    return container.format.name not in _RAW_STREAMS
 
 
 class FrameTimes:
@@ -456,11 +443,8 @@ def _stretch_with(stretches: list[Stretch], time: int) -> Stretch | None:
 
 def _estimated_count(container: Any, stream: Any) -> int:
     """Number of frames as far as the header tells."""
-    if stream.average_rate is None:
+    rate, length = stream.average_rate, stream.duration
+    if rate is None or (length is None and container.duration is None):
         return int(stream.frames)
-    if stream.duration is not None and stream.time_base is not None:
-        return round(float(stream.duration * stream.time_base * stream.average_rate))
-    if container.duration is not None:
-        seconds = container.duration / av.time_base
-        return round(float(seconds * stream.average_rate))
-    return int(stream.frames)
+    seconds = container.duration / av.time_base if length is None else length * stream.time_base
+    return round(float(seconds * rate))

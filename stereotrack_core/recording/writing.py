@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import asdict
 from fractions import Fraction
@@ -17,7 +17,7 @@ import numpy as np
 import tomli_w
 from numpy.typing import NDArray
 
-from stereotrack_core.arrays import Float32Array, ImageArray
+from stereotrack_core.arrays import Float32Array, FloatArray, ImageArray
 from stereotrack_core.atomic import filling, replacing, write_file
 from stereotrack_core.errors import InputError
 from stereotrack_core.reading import TABLE_BYTES, read_bytes
@@ -31,11 +31,13 @@ from stereotrack_core.recording.description import (
 )
 from stereotrack_core.recording.folder import DESCRIPTION, FORMAT
 from stereotrack_core.recording.landmarks import write_landmarks
+from stereotrack_core.recording.video import FrameTimes, open_container, video_stream
 
 __all__ = [
     "VideoWriter",
     "counts_of",
     "keep_beside",
+    "remuxed",
     "write_png",
     "write_recording_description",
 ]
@@ -220,6 +222,68 @@ def _os_errors() -> Iterator[None]:
         yield
     except av.FFmpegError as error:
         raise OSError(error.errno, error.strerror) from error
+
+
+def remuxed(files: Sequence[Path], track: int, target: Path) -> Generator[float, None, None]:
+    """Write a video track of files that follow each other into one file; yields the share done.
+
+    Raises InputError if the files have different encodings or are not compressed, or the copy lacks
+    frames.
+    """
+    stamps = [_stamps(path, track) for path in files]
+
+    def is_complete(path: Path) -> bool:
+        return len(_stamps(path, 0)) == sum(map(len, stamps))
+
+    with replacing(target, is_complete) as temporary:
+        try:
+            with av.open(str(temporary), "w") as out:
+                yield from _copied(files, track, stamps, out)
+        except (av.FFmpegError, ValueError, TypeError, IndexError) as error:
+            raise InputError(
+                f"its packets cannot be copied ({error})",
+                where=", ".join(str(path) for path in files),
+                remedy="Write a single video of them, with ffmpeg or the program of the camera.",
+            ) from None
+
+
+def _copied(
+    files: Sequence[Path], track: int, stamps: Sequence[FloatArray], out: Any
+) -> Generator[float, None, None]:
+    written: Any = None
+    encoding: bytes | None = None
+    done, total, begin = 0, max(sum(map(len, stamps)), 1), 0.0
+    for path, own in zip(files, stamps, strict=True):
+        with open_container(path) as container:
+            stream = video_stream(container, track)
+            tick = float(stream.time_base)
+            settings = bytes(stream.codec_context.extradata or b"")
+            if stream.codec_context.name == "rawvideo":  # PyAV loses the code of its pixel format
+                raise ValueError("the video is not compressed")
+            if written is None:
+                written, encoding = out.add_stream_from_template(stream), settings
+            elif settings != encoding:
+                raise ValueError("the chapters are encoded with other settings")
+            shift = round(begin / tick - own[0])
+            for packet in container.demux(stream):
+                if not packet.size:
+                    continue
+                packet.pts += shift
+                packet.dts = None if packet.dts is None else packet.dts + shift
+                packet.stream = written
+                out.mux(packet)
+                done += 1
+                yield min(done / total, 1.0)
+            begin += tick * float(own[-1] - own[0] + np.median(np.diff(own)))
+
+
+def _stamps(path: Path, track: int) -> FloatArray:
+    """Time stamps of all frames (N,), in ticks."""
+    index = FrameTimes(path, track)
+    try:
+        return np.array(index.times(), dtype=np.float64)
+    finally:
+        index.close()
 
 
 def write_png(path: Path, picture: Any) -> None:

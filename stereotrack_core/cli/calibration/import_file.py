@@ -27,8 +27,8 @@ from stereotrack_core.tables import Table
 
 DESCRIPTION = (
     "Read a calibration of another tool: aniposelib, FreeMoCap, Pose2Sim or caliscope TOML, "
-    "OpenCV YAML or XML, Kalibr, ROS camera_info, Qualisys .qca.txt, MATLAB JSON or MAT, ZED .conf, "
-    "EuRoC sensor.yaml, camodocal. Where "
+    "OpenCV YAML or XML, Kalibr, ROS camera_info, Qualisys .qca.txt, MATLAB JSON or MAT, "
+    "ZED .conf, EuRoC sensor.yaml, camodocal. Where "
     "units or convention are open, all of them are tried on the data, and the table is printed."
 )
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
-from stereotrack_core.recording.importing.sources import Source
+from stereotrack_core.recording.importing.source import Source
 
 Role: TypeAlias = Literal[
     "mono",

@@ -22,9 +22,8 @@ from stereotrack_core.recording.importing.readers import (
     open_source,
     shown_depth,
 )
-from stereotrack_core.recording.importing.remux import remuxed
-from stereotrack_core.recording.importing.sources import Pictures, Source
-from stereotrack_core.recording.writing import VideoWriter, write_png
+from stereotrack_core.recording.importing.source import Pictures, Source
+from stereotrack_core.recording.writing import VideoWriter, remuxed, write_png
 
 _CHUNK = 4 * 1024 * 1024  # bytes
 _CONTAINERS = (".mp4", ".mov", ".mkv")
@@ -106,13 +105,14 @@ def _files_of(use: Use, uses: Sequence[Use], folder: Path) -> Iterator[StreamFil
 def _whole(use: Use, camera: str, part: str, name: str, folder: Path) -> StreamFiles:
     source = use.source
     written = use.mirrored or source.rate is not None or (part != "depth" and source.bits > 8)
-    if not written and (source.chapters or source.track) and source.kind == "video":
+    inside = _inside(source.path, folder)
+    in_parts = source.chapters or source.track or (source.tracks > 1 and not inside)
+    if not written and in_parts and source.kind == "video":
         suffix = source.path.suffix.lower()
         suffix = suffix if suffix in _CONTAINERS else ".mkv"
         return StreamFiles(use, camera, part, _free_name(name, suffix, folder), "remux")
     if written or not _as_it_is(source):
         return StreamFiles(use, camera, part, _new_name(use, name, source.size, folder), "convert")
-    inside = _inside(source.path, folder)
     if inside and "%" not in inside:
         frames = (PurePosixPath(inside).parent / (source.pattern or source.path.name)).as_posix()
         return StreamFiles(use, camera, part, frames, "stay")

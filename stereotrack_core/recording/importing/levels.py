@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stereotrack_core.errors import InputError
+from stereotrack_core.reading import open_file
 from stereotrack_core.recording.images import (
     MEASURED_PICTURES,
     WHITEST,
@@ -23,7 +24,7 @@ from stereotrack_core.recording.images import (
     white_of,
 )
 from stereotrack_core.recording.importing.readers import open_stored
-from stereotrack_core.recording.importing.sources import Source
+from stereotrack_core.recording.importing.source import Source
 
 if TYPE_CHECKING:
     from stereotrack_core.recording.importing.choices import Choices, Use
@@ -58,7 +59,7 @@ def _stated(path: Path) -> int | None:
     from PIL import Image, UnidentifiedImageError
 
     with suppress(OSError, UnidentifiedImageError, ValueError, Image.DecompressionBombError):
-        with path.open("rb") as file:
+        with open_file(path) as file:
             header = file.read(_PNG_HEADER_BYTES).partition(b"IDAT")[0]
         if header.startswith(b"\x89PNG"):
             bits = header.partition(b"sBIT")[2][:1]

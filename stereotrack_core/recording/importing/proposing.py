@@ -13,7 +13,8 @@ import numpy as np
 from stereotrack_core.recording.importing.choices import Choices, Role, Use
 from stereotrack_core.recording.importing.levels import measured
 from stereotrack_core.recording.importing.readers import open_source
-from stereotrack_core.recording.importing.sources import Found, Source
+from stereotrack_core.recording.importing.source import Source
+from stereotrack_core.recording.importing.sources import Found
 
 _SIDE_BY_SIDE = 2.5
 """Width over height from which an image is taken for two; the widest films have 2.4."""

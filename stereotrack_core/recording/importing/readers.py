@@ -28,7 +28,8 @@ from stereotrack_core.recording.images import (
     read_metres,
 )
 from stereotrack_core.recording.importing.ros.bag import BagImages
-from stereotrack_core.recording.importing.sources import AGAIN, Pictures, Source, no_video
+from stereotrack_core.recording.importing.source import AGAIN, Pictures, Source
+from stereotrack_core.recording.importing.video_sources import no_video
 from stereotrack_core.recording.video import (
     FrameTimes,
     VideoStream,

@@ -15,7 +15,7 @@ from stereotrack_core.errors import Cancelled, InputError
 from stereotrack_core.reading import reason
 from stereotrack_core.recording.images import DamagedFrame
 from stereotrack_core.recording.importing.readers import open_source
-from stereotrack_core.recording.importing.sources import Source
+from stereotrack_core.recording.importing.source import Source
 from stereotrack_core.recording.video import open_container, video_stream
 
 SOUND_RATE = 1000.0

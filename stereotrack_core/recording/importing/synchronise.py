@@ -23,7 +23,7 @@ from stereotrack_core.recording.importing.signals import (
     loudness,
     motion,
 )
-from stereotrack_core.recording.importing.sources import Source
+from stereotrack_core.recording.importing.source import Source
 from stereotrack_core.tables import finite_number, read_rows, whole_number
 
 Method: TypeAlias = Literal["start", "flash", "clap", "motion"]

@@ -6,7 +6,8 @@ from dataclasses import replace
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.recording.importing.choices import Choices
-from stereotrack_core.recording.importing.sources import MOST_UNEVEN, Source
+from stereotrack_core.recording.importing.source import Source
+from stereotrack_core.recording.importing.video_sources import MOST_UNEVEN
 
 _MOST_DRIFT = 0.5  # frames over the length of a source
 _SAME_START = 0.25  # frames

@@ -16,7 +16,8 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.recording.importing.choices import Choices
 from stereotrack_core.recording.importing.proposing import possible_units, propose
 from stereotrack_core.recording.importing.readers import first_picture
-from stereotrack_core.recording.importing.sources import Found, Source, look_at
+from stereotrack_core.recording.importing.source import Source
+from stereotrack_core.recording.importing.sources import Found, look_at
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QCheckBox, QFormLayout, QWizardPage
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.recording.importing.choices import GUESS, Choices, doubts_about
-from stereotrack_core.recording.importing.sources import Source
+from stereotrack_core.recording.importing.source import Source
 from stereotrack_core.recording.importing.synchronise import METHODS, Lead, synchronised
 from stereotrack_core.recording.importing.timing import at_one_rate
 
@@ -79,6 +79,14 @@ class TimingPage(QWizardPage):
         )
         self.resample.toggled.connect(self._forget)
         self.offsets, self.words = label("", "muted"), label()
+        self.preview = SyncPreview()
+        form = self._form(looked)
+        self.setLayout(vbox(label(_WORDS, "muted"), form, (self.preview, 20), self.words, None))
+        self.fps.valueChanged.connect(self._forget)
+        self.method.currentIndexChanged.connect(self._forget)
+
+    def _form(self, looked: Looked) -> QFormLayout:
+        """The fields in their rows."""
         form = QFormLayout()
         form.addRow("&Frames per second", self.fps)
         for name, field in self.rates.items():
@@ -90,10 +98,7 @@ class TimingPage(QWizardPage):
         if any(source.kind == "depth" for source in looked.found.sources):
             form.addRow("&Depth unit", self.unit)
             form.addRow("", self.distance)
-        self.preview = SyncPreview()
-        self.setLayout(vbox(label(_WORDS, "muted"), form, (self.preview, 20), self.words, None))
-        self.fps.valueChanged.connect(self._forget)
-        self.method.currentIndexChanged.connect(self._forget)
+        return form
 
     def begin(self, choices: Choices) -> None:
         """Show what the sources that were chosen say about time."""

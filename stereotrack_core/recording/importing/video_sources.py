@@ -1,0 +1,187 @@
+"""What a video file holds: its tracks, how many frames, at which rate, and since when."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from dataclasses import replace
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+import av
+import numpy as np
+
+from stereotrack_core.arrays import FloatArray
+from stereotrack_core.errors import InputError
+from stereotrack_core.reading import check_file, readable, reason
+from stereotrack_core.recording.importing.chapters import chapter_of, is_next_file, joined
+from stereotrack_core.recording.importing.image_groups import is_video
+from stereotrack_core.recording.importing.source import Source
+from stereotrack_core.recording.video import (
+    FrameTimes,
+    open_container,
+    video_stream,
+    video_tracks,
+)
+
+_RAW_STREAMS = frozenset(
+    {"av1", "avs2", "avs3", "cavsvideo", "dirac", "evc", "h261", "h263", "h264", "hevc", "m4v"}
+    | {"mjpeg", "mjpeg_2000", "mpegvideo", "obu", "rawvideo", "vc1", "vvc"}
+)
+"""FFmpeg's names of streams without a container."""
+
+
+def _has_clock(container: Any) -> bool:
+    """Whether a container states times; for raw streams, FFmpeg assumes 25 frames per second."""
+    return container.format.name not in _RAW_STREAMS
+
+
+_MOST_PACKETS = 5000  # of a video without an index, to see whether its frame rate is constant
+_USUAL_RATES = (5, 6, 10, 12, 12.5, 15, 20, 24, 25, 29.97, 30, 48, 50, 59.94, 60, 90, 100, 120)
+_AS_USUAL = 0.01  # of a rate
+MOST_UNEVEN = 0.75
+"""Frames by which a stream may be uneven without being resampled."""
+
+
+def rate_of(times: FloatArray) -> tuple[float, float, float]:
+    """Frames per second of time stamps (N,), how far from even they are, and the longest pause.
+
+    The rate is that of the usual step, as a usual rate where it is near to one; the distance is in
+    frames, the pause in seconds.
+    """
+    steps = np.diff(times)
+    usual = float(np.median(steps))
+    rate = 1.0 / usual if usual > 0 else 1.0
+    nearest = min(_USUAL_RATES, key=lambda one: abs(rate / one - 1.0))
+    rate = float(nearest) if abs(rate / nearest - 1.0) < _AS_USUAL else rate
+    return rate, unevenness(times, rate), float(steps.max())
+
+
+def unevenness(times: FloatArray, rate: float) -> float:
+    """Largest distance of times (N,) in seconds from places at a rate, in frames."""
+    return float(np.abs((times - times[0]) * rate - np.arange(len(times))).max())
+
+
+def tracks_of(path: Path) -> list[Source]:
+    """The video tracks of a file; each has a name of its own if there are several."""
+    check_file(path)
+    try:
+        with open_container(path) as container:
+            titles = [_title_of(one) for one in video_tracks(container)]
+        sources = [_video(path, track) for track in range(len(titles))]
+    except (av.FFmpegError, OSError, IndexError, StopIteration) as error:
+        raise no_video(path, error) from None
+    if not sources:
+        raise no_video(path, IndexError())
+    if len(sources) == 1:
+        return sources
+    return [
+        replace(one, name=f"{path.stem}_{title or _usual_title(one)}", tracks=len(titles))
+        for one, title in zip(sources, titles, strict=True)
+    ]
+
+
+def _title_of(stream: Any) -> str:
+    title = stream.metadata.get("title") or stream.metadata.get("handler_name") or ""
+    return "" if title.lower().endswith("handler") else title.strip().lower().replace(" ", "_")
+
+
+def _usual_title(source: Source) -> str:
+    return "depth" if source.kind == "depth" else f"track{source.track + 1}"
+
+
+def _video(path: Path, track: int) -> Source:
+    with open_container(path) as container:
+        stream = video_stream(container, track)
+        context, clock = stream.codec_context, _has_clock(container)
+        rate = stream.average_rate or stream.guessed_rate
+        frame = next(container.decode(stream))
+        depth = frame.format.name.startswith("gray16")
+        turned = -round(float(getattr(frame, "rotation", 0) or 0) / 90.0) * 90 % 360
+        seconds = None if container.duration is None else container.duration / av.time_base
+        fps = float(rate) if rate and clock else None
+        frames = stream.frames or round((seconds or 0.0) * (fps or 0.0))
+        created, sound = _created(container, stream), bool(container.streams.audio)
+        fps, uneven, pause = _steadiness(path, stream, track, fps, clock=clock)
+    return Source(
+        name=path.stem, path=path, kind="depth" if depth else "video",
+        width=int(context.width), height=int(context.height),
+        frames=int(frames) or _counted(path, track), fps=fps, clock=clock, track=track,
+        bits=16 if depth else 8, created=created,
+        start=created if created and created % 1.0 else None,
+        sound=sound, turned=turned, uneven=uneven, pause=pause,
+    )  # fmt: skip
+
+
+def _steadiness(
+    path: Path, stream: Any, track: int, fps: float | None, *, clock: bool
+) -> tuple[float | None, float, float]:
+    """Frames per second, how far from even they are in frames, and the longest pause in seconds.
+
+    By the container's index, else by its first packets. The rate of an uneven video is that of its
+    usual step, not the average that the container states.
+    """
+    stamps = [e.timestamp for e in getattr(stream, "index_entries", ()) if not e.is_discard]
+    if not 2 < stream.frames == len(stamps):
+        with open_container(path) as container:
+            packets = container.demux(video_stream(container, track))
+            some = (packet for packet, _ in zip(packets, range(_MOST_PACKETS), strict=False))
+            stamps = [one.pts for one in some if one.pts is not None and not one.is_discard]
+    times = np.sort(np.array(stamps, dtype=np.float64)) * float(stream.time_base or 0)
+    if len(times) < 3 or times[-1] <= times[0] or not clock:
+        return fps, 0.0, 0.0
+    if fps is None:
+        return rate_of(times)
+    uneven = unevenness(times, fps)
+    if uneven > MOST_UNEVEN:
+        return rate_of(times)
+    return fps, uneven, float(np.diff(times).max())
+
+
+def _counted(path: Path, track: int) -> int:
+    """Number of frames of a video whose header does not tell it."""
+    index = FrameTimes(path, track)
+    try:
+        return index.count()
+    finally:
+        index.close()
+
+
+def chapters_from(path: Path) -> tuple[Path, ...]:
+    """A video and the files beside it in which the camera went on with it, in their order."""
+    own = chapter_of(path)
+    beside = [
+        one
+        for one in sorted(path.parent.iterdir())
+        if is_video(one)
+        and one.name > path.name
+        and (is_next_file(path, one) if own is None else (chapter_of(one) or own)[0] == own[0])
+    ]
+    found: list[Source] = []
+    for one in (path, *beside):
+        with suppress(av.FFmpegError, OSError, IndexError, StopIteration, InputError):
+            check_file(one)
+            found.append(_video(one, 0))
+    whole = next((one for one in joined(found)[0] if one.path == path), None)
+    return (whole.chapters if whole is not None else ()) or (path,)
+
+
+def _created(container: Any, stream: Any) -> float | None:
+    """When a video was taken, in seconds since 1970: with fractions where one is stated."""
+    found = []
+    for metadata in (stream.metadata, container.metadata):
+        text = metadata.get("com.apple.quicktime.creationdate") or metadata.get("creation_time")
+        with suppress(ValueError):
+            found.append(datetime.fromisoformat(text or "").timestamp())
+    found = [created for created in found if created > 0]
+    return next((created for created in found if created % 1.0), next(iter(found), None))
+
+
+def no_video(path: Path, error: Exception) -> InputError:
+    """What to say about a file that is no video."""
+    empty = isinstance(error, IndexError | StopIteration)
+    return InputError(
+        f"it cannot be opened as a video ({'it contains no image' if empty else reason(error)})",
+        where=str(path),
+        remedy=readable(error, "Convert it to a common format such as MP4."),
+    )
