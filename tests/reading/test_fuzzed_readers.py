@@ -31,6 +31,7 @@ NAMES = (
     "unfinished run",
     *("TRC", "C3D", "clicks", "COCO", "DeepLabCut", "SLEAP"),
     *("foreign TOML", "OpenCV YAML", "OpenCV XML", "Kalibr", "ROS", "Qualisys"),
+    *("ZED", "EuRoC", "camodocal"),
     *("MATLAB JSON", "MATLAB MAT"),
     *("Argus", "XMALab", *OF_HDF5),
     *("sweep journal", "sweep state", "sweep table", "sweep points"),

@@ -189,3 +189,91 @@ def matlab(*, new):
         Camera(name, 640, 480, c.matrix, c.distortions, False, place)
         for name, c, place in zip(("left", "right"), expected, places, strict=True)
     ]
+
+
+ZED = """[LEFT_CAM_HD]
+fx=700.1
+fy=700.2
+cx=640.5
+cy=360.25
+k1=-0.17
+k2=0.02
+p1=0.0001
+p2=-0.0002
+k3=-0.003
+
+[RIGHT_CAM_HD]
+fx=701
+fy=702
+cx=650
+cy=355
+
+[LEFT_CAM_VGA]
+fx=350
+fy=350
+cx=336
+cy=188
+
+[RIGHT_CAM_VGA]
+fx=351
+fy=351
+cx=337
+cy=189
+
+[RIGHT_DISTO]
+k1=0.5
+k2=-0.1
+p1=0
+p2=0
+k3=0.01
+k4=0.8
+k5=-0.06
+k6=0.02
+
+[STEREO]
+Baseline=119.9
+TY=0.05
+TZ=-0.4
+CV_HD=0.007
+CV_VGA=0.007
+RX_HD=0.002
+RX_VGA=0.002
+RZ_HD=-0.001
+RZ_VGA=-0.001
+"""
+
+EUROC = """%YAML:1.0
+sensor_type: camera
+T_BS:
+  cols: 4
+  rows: 4
+  data: [0.0, -1.0, 0.0, -0.02,
+         1.0, 0.0, 0.0, -0.06,
+         0.0, 0.0, 1.0, 0.01,
+         0.0, 0.0, 0.0, 1.0]
+rate_hz: 20
+resolution: [752, 480]
+camera_model: pinhole
+intrinsics: [458.654, 457.296, 367.215, 248.375] #fu, fv, cu, cv
+distortion_model: radial-tangential
+distortion_coefficients: [-0.283, 0.0739, 0.00019, 1.76e-05]
+"""
+
+KANNALA = """projection_parameters:
+   k2: -0.01
+   k3: 0.02
+   k4: -0.03
+   k5: 0.004
+   mu: 461.5
+   mv: 460.2
+   u0: 362.6
+   v0: 248.1"""
+
+CAMODOCAL = f"""%YAML:1.0
+---
+model_type: KANNALA_BRANDT
+camera_name: cam0
+image_width: 752
+image_height: 480
+{KANNALA}
+"""

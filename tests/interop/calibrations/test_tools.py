@@ -15,8 +15,12 @@ from stereotrack_core.interop.calibrations.evidence import Evidence
 from stereotrack_core.interop.calibrations.formats import read_foreign
 from stereotrack_core.interop.calibrations.mat_file import variables_of
 from tests.interop.calibrations.layouts import (
+    CAMODOCAL,
+    EUROC,
     KALIBR,
+    KANNALA,
     RIG,
+    ZED,
     imported,
     matlab,
     opencv,
@@ -230,58 +234,6 @@ def test_one_camera_of_matlab(tmp_path):
     np.testing.assert_allclose(camera.matrix[:2, 2], [321.5, 238.25])
 
 
-ZED = """[LEFT_CAM_HD]
-fx=700.1
-fy=700.2
-cx=640.5
-cy=360.25
-k1=-0.17
-k2=0.02
-p1=0.0001
-p2=-0.0002
-k3=-0.003
-
-[RIGHT_CAM_HD]
-fx=701
-fy=702
-cx=650
-cy=355
-
-[LEFT_CAM_VGA]
-fx=350
-fy=350
-cx=336
-cy=188
-
-[RIGHT_CAM_VGA]
-fx=351
-fy=351
-cx=337
-cy=189
-
-[RIGHT_DISTO]
-k1=0.5
-k2=-0.1
-p1=0
-p2=0
-k3=0.01
-k4=0.8
-k5=-0.06
-k6=0.02
-
-[STEREO]
-Baseline=119.9
-TY=0.05
-TZ=-0.4
-CV_HD=0.007
-CV_VGA=0.007
-RX_HD=0.002
-RX_VGA=0.002
-RZ_HD=-0.001
-RZ_VGA=-0.001
-"""
-
-
 def test_a_zed_has_a_pair_for_each_resolution(tmp_path):
     """As Stereolabs' tool writes the result of OpenCV: Baseline is -T[0], and T is in mm."""
     found = read_foreign([written(tmp_path / "SN12345.conf", ZED)])
@@ -309,24 +261,6 @@ def test_settings_that_are_no_calibration(tmp_path):
         read_foreign([written(tmp_path / "other.conf", "nothing at all")])
 
 
-EUROC = """%YAML:1.0
-sensor_type: camera
-T_BS:
-  cols: 4
-  rows: 4
-  data: [0.0, -1.0, 0.0, -0.02,
-         1.0, 0.0, 0.0, -0.06,
-         0.0, 0.0, 1.0, 0.01,
-         0.0, 0.0, 0.0, 1.0]
-rate_hz: 20
-resolution: [752, 480]
-camera_model: pinhole
-intrinsics: [458.654, 457.296, 367.215, 248.375] #fu, fv, cu, cv
-distortion_model: radial-tangential
-distortion_coefficients: [-0.283, 0.0739, 0.00019, 1.76e-05]
-"""
-
-
 def test_cameras_of_euroc_are_named_by_their_folders(tmp_path):
     paths = []
     for name in ("cam0", "cam1"):
@@ -347,23 +281,6 @@ def test_an_imu_of_euroc_is_named(tmp_path):
         read_foreign([path])
 
 
-CAMODOCAL = """%YAML:1.0
----
-model_type: {model}
-camera_name: cam0
-image_width: 752
-image_height: 480
-{rest}
-"""
-KANNALA = """projection_parameters:
-   k2: -0.01
-   k3: 0.02
-   k4: -0.03
-   k5: 0.004
-   mu: 461.5
-   mv: 460.2
-   u0: 362.6
-   v0: 248.1"""
 PINHOLE = """distortion_parameters: {k1: -0.29, k2: 0.08, p1: 0.0004, p2: -1.7e-05}
 projection_parameters: {fx: 461.5, fy: 460.2, cx: 362.6, cy: 248.1}"""
 MEI = """mirror_parameters: {xi: XI}
@@ -380,7 +297,7 @@ projection_parameters: {gamma1: 461.5, gamma2: 460.2, u0: 362.6, v0: 248.1}"""
     ],
 )
 def test_lenses_of_camodocal(tmp_path, model, rest, fisheye, distortions):
-    text = CAMODOCAL.format(model=model, rest=rest)
+    text = CAMODOCAL.replace("KANNALA_BRANDT", model).replace(KANNALA, rest)
     (camera,) = read_foreign([written(tmp_path / "cam0.yaml", text)]).cameras
     assert (camera.name, camera.size, camera.fisheye) == ("cam0", (752, 480), fisheye)
     assert camera.matrix.tolist() == [[461.5, 0, 362.6], [0, 460.2, 248.1], [0, 0, 1]]
@@ -389,6 +306,8 @@ def test_lenses_of_camodocal(tmp_path, model, rest, fisheye, distortions):
 
 @pytest.mark.parametrize(("model", "rest"), [("MEI", MEI.replace("XI", "1.2")), ("SCARAMUZZA", "")])
 def test_a_lens_of_camodocal_that_opencv_does_not_have_is_named(tmp_path, model, rest):
-    path = written(tmp_path / "cam0.yaml", CAMODOCAL.format(model=model, rest=rest))
+    path = written(
+        tmp_path / "cam0.yaml", CAMODOCAL.replace("KANNALA_BRANDT", model).replace(KANNALA, rest)
+    )
     with pytest.raises(InputError, match=rf"lens of camodocal, whose model {model} has no"):
         read_foreign([path])
