@@ -110,9 +110,7 @@ class TimingPage(QWizardPage):
     def chosen(self, choices: Choices) -> Choices:
         """The choices with what is written and was estimated here."""
         uses = tuple(
-            replace(
-                use, source=self._rated(use.source), lead=self._leads.get(use.source.name, 0.0)
-            )
+            replace(use, source=self._rated(use.source), lead=self._leads.get(use.source.name, 0.0))
             for use in choices.uses
         )
         fps, unit = self.fps.stored() or None, self.unit.stored()
