@@ -312,9 +312,7 @@ def _of_other_tools(samples: Samples, folder: Path) -> dict[str, Reader]:
 
 def _of_calibrations(folder: Path) -> dict[str, Reader]:
     def decided(path: Path) -> object:
-        foreign = completed(
-            read_foreign([path]), size=(640, 480) if path.suffix != ".conf" else (1280, 720)
-        )
+        foreign = completed(read_foreign([path]), size=(1280, 720))
         return decide(foreign, Evidence())
 
     pair, _ = layouts.matlab(new=False)
@@ -327,9 +325,7 @@ def _of_calibrations(folder: Path) -> dict[str, Reader]:
         ("Kalibr", "k.yaml", layouts.KALIBR, mutated_table),
         ("ROS", "r.yaml", layouts.ros("r", layouts.RIG[0], r, p), mutated_table),
         ("Qualisys", "q.txt", layouts.qualisys(layouts.RIG).replace("><", ">\n<"), mutated_table),
-        ("ZED", "SN1.conf", layouts.ZED, mutated_table),
-        ("EuRoC", "sensor.yaml", layouts.EUROC, mutated_table),
-        ("camodocal", "cam0.yaml", layouts.CAMODOCAL, mutated_table),
+        *((name, file, text, mutated_table) for name, file, text in layouts.LENSES),
         ("MATLAB JSON", "m.json", text, mutated_json),
         (
             *("MATLAB MAT", "m.mat"),

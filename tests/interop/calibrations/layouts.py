@@ -277,3 +277,10 @@ image_width: 752
 image_height: 480
 {KANNALA}
 """
+
+LENSES = (
+    ("ZED", "SN1.conf", ZED),
+    ("EuRoC", "sensor.yaml", EUROC),
+    ("camodocal", "cam0.yaml", CAMODOCAL),
+)
+"""Name of the format, file, and content."""
