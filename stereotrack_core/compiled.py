@@ -7,7 +7,6 @@ import hashlib
 import os
 import shutil
 import sys
-import tempfile
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -183,9 +182,9 @@ def _all_folders() -> Path | None:
         folder = place / "compiled"
         with suppress(OSError):
             folder.mkdir(parents=True, exist_ok=True)
-            tempfile.TemporaryFile(dir=folder).close()
-            _remove_unused(folder)
-            return folder
+            if os.access(folder, os.W_OK):
+                _remove_unused(folder)
+                return folder
     return None
 
 
