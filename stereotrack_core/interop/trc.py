@@ -108,7 +108,8 @@ def read_trc(path: Path, stated: Stated | None = None) -> tuple[LandmarkTrajecto
             remedy="Use another copy of the file, or export it again.",
         )
     frames = sorted(found)
-    points = metres * np.array([found[frame] for frame in frames]).reshape(-1, len(labels), 3)
+    shape = len(frames), len(labels), 3
+    points = metres * np.array([found[frame] for frame in frames]).reshape(shape)
     axes = FileAxes(world_from_up(_Y_UP), "as usual in TRC")
     world, notes = landmarks_in_world(Markers(labels, points, axes, path, "line 4"), stated)
     number, time = np.array(frames, dtype=np.int64), np.array([times[one] for one in frames])

@@ -211,3 +211,12 @@ def test_times_tell_the_frame_where_numbers_count_from_one(tmp_path, random, bod
     found, fps = read_trc(path)
     assert (fps, found.frame[0]) == (10.0, 50)
     assert "it states 100 frames per second, but its times have 10" in found.notes[0].what
+
+
+def test_a_file_without_labels_is_refused(tmp_path, random, body_trajectory):
+    path = tmp_path / "a.trc"
+    write_trc(path, body_trajectory(random, range(3)), 30.0)
+    lines = path.read_text().splitlines()
+    path.write_text("\n".join([*lines[:3], "Frame#\tTime", *lines[4:]]))
+    with pytest.raises(InputError, match="none of its landmarks is known"):
+        read_trc(path)
