@@ -133,7 +133,8 @@ def _of_fixed(group: Mapping[str, Any]) -> StoredTable:
         columns += _names(group, f"block{len(blocks)}_items")
         blocks.append(_array(group[f"block{len(blocks)}_values"]).astype(np.float64))
     values = np.concatenate(blocks, axis=1)
-    order = {name: k for k, name in enumerate(_names(group, "axis0"))}
+    there = "axis0" in group or "axis0_level0" in group
+    order = {name: k for k, name in enumerate(_names(group, "axis0") if there else columns)}
     places = sorted(range(len(columns)), key=lambda k: order.get(columns[k], k))
     return StoredTable([columns[k] for k in places], _names(group, "axis1"), values[:, places])
 

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.hdf5 import is_hdf5, read_hdf5
+from stereotrack_core.reading import decoding
 from stereotrack_core.tables import read_cells
 from stereotrack_core.versions import check_library
 
@@ -52,6 +53,9 @@ def refuse_other_table(path: Path) -> None:
         )
 
 
+_UNREADABLE, _COPY = "the file cannot be read", "Use another copy of the file."
+
+
 def refuse_other_hdf5(path: Path) -> None:
     """Refuse SLEAP's analysis and sleap-anipose's 3-D points; other files are passed over.
 
@@ -61,7 +65,7 @@ def refuse_other_hdf5(path: Path) -> None:
         return
     missing = "HDF5 files need the library h5py, which is not installed"
     check_library("h5py", "sleap", missing=missing, where=str(path), instead="a .csv")
-    kind = read_hdf5(path, _kind, "the file cannot be read", "Use another copy of the file.")
+    kind = read_hdf5(path, _kind, _UNREADABLE, _COPY)
     if kind == "analysis":
         raise InputError(
             "this is SLEAP's analysis of a video, which holds predictions in pixels",
@@ -80,7 +84,7 @@ def _kind(path: Path) -> str:
     """What an HDF5 file with a data set ``tracks`` holds; empty for others."""
     import h5py
 
-    with h5py.File(path) as file:
+    with decoding(path, _UNREADABLE, _COPY), h5py.File(path) as file:
         tracks = file.get("tracks")
         shape: tuple[int, ...] = getattr(tracks, "shape", ())
         if len(shape) != 4:

@@ -77,8 +77,9 @@ def pixels_of_shares(places: FloatArray, camera: Camera) -> FloatArray:
     known = places[np.isfinite(places)]
     if not known.size or float(np.percentile(np.abs(known), 95)) >= _SHARE:
         return places
-    result: FloatArray = places * np.array([camera.width, camera.height]) - 0.5
-    return result
+    with np.errstate(over="ignore"):  # a number of a damaged file
+        pixels = places * np.array([camera.width, camera.height]) - 0.5
+    return np.where(np.isfinite(pixels), pixels, np.nan)
 
 
 def is_wide(header: Sequence[str]) -> bool:

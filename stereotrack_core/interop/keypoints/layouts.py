@@ -214,7 +214,8 @@ def _misfit(places: FloatArray, names: Sequence[str]) -> float:
         if a in names and b in names
     ]
     one, other, length = (np.array(column) for column in zip(*bones, strict=True))
-    seen = np.linalg.norm(places[:, one] - places[:, other], axis=2)
+    with np.errstate(over="ignore"):  # numbers of a damaged file
+        seen = np.linalg.norm(places[:, one] - places[:, other], axis=2)
     ratio = np.log(np.maximum(seen, 0.5) / length)
     ratio = ratio[np.isfinite(ratio).sum(axis=1) >= _FEWEST_BONES]
     if not len(ratio):
