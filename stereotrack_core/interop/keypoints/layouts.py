@@ -23,6 +23,9 @@ _UNNAMED = re.compile(r"point (\d+) of (\d+)")
 _MOST_PEOPLE = 600
 """People in single pictures that are looked at, spread over all frames."""
 
+_FARTHEST = 1e6
+"""Pixels beyond which a number is no place in an image."""
+
 _FEWEST_BONES = 4
 """Bones without which a person tells nothing about the order."""
 
@@ -170,7 +173,7 @@ def with_layouts(
         if match is not None:
             own = people.setdefault(int(match[2]), {}).setdefault((row[0], row[1], *row[6:]), [])
             x, y, sure = (float(str(value)) for value in row[3:6])
-            if sure > 0.0 and np.isfinite((x, y)).all():
+            if sure > 0.0 and max(abs(x), abs(y)) < _FARTHEST:
                 own.append((int(match[1]), x, y))
     choices = {
         count: _choice(count, [one for one in own.values() if one], stated)
@@ -214,8 +217,7 @@ def _misfit(places: FloatArray, names: Sequence[str]) -> float:
         if a in names and b in names
     ]
     one, other, length = (np.array(column) for column in zip(*bones, strict=True))
-    with np.errstate(over="ignore"):  # numbers of a damaged file
-        seen = np.linalg.norm(places[:, one] - places[:, other], axis=2)
+    seen = np.linalg.norm(places[:, one] - places[:, other], axis=2)
     ratio = np.log(np.maximum(seen, 0.5) / length)
     ratio = ratio[np.isfinite(ratio).sum(axis=1) >= _FEWEST_BONES]
     if not len(ratio):

@@ -85,7 +85,7 @@ def test_what_does_not_look_like_a_body_is_said():
     rows = [(*row[:2], order[mixed[k % 26]][2], *row[3:]) for k, row in enumerate(order)]
     assert "no known order looks like a body" in with_layouts(rows)[1][0].sentence()
     nobody = [(*row[:5], 0.0, *row[6:]) for row in rows_of_layout("coco17")]
-    assert "nobody is seen well enough to tell" in with_layouts(nobody)[1][0].sentence()
+    assert "no person is seen well enough to tell" in with_layouts(nobody)[1][0].sentence()
 
 
 @pytest.mark.parametrize(
