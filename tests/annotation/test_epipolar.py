@@ -52,8 +52,8 @@ def test_curve_stays_in_image_and_volume_and_its_distances_are_those_of_the_ray(
     rig = cameras(lens)
     one, two = rig[names[0]], rig[names[1]]
     curve = epipolar_curve(one, pixel, two, VOLUME)
-    assert np.isfinite(curve.pixels).all()
-    assert in_image(two, curve.pixels).all()
+    size = np.array([two.width, two.height])
+    assert (np.abs(curve.pixels - (size - 1) / 2) <= size / 2 + 1e-9).all()
     points = one.position_world + curve.distance[:, None] * one.rays_world(pixel)
     grown = Volume(VOLUME.low - 1e-9, VOLUME.high + 1e-9)
     assert grown.contains(points).all()
