@@ -118,7 +118,7 @@ class _Work:
         self._depths = self._inspect = False
         self._begun = time.perf_counter()
         self._paused = self._told = 0.0
-        self._stage, self._found = "", ("", 0)
+        self._stage, self._found = "", (False, "", 0)
         self._telling = threading.Lock()
         self._journal: RunJournal | None = None
 
@@ -200,10 +200,10 @@ class _Work:
         self._unsent = None
 
 
-def _found_by(pipeline: Pipeline) -> tuple[str, int]:
-    """What is found while tracking: the heading, and with it the shape, and second looks."""
+def _found_by(pipeline: Pipeline) -> tuple[bool, str, int]:
+    """What is found while tracking: the beginning, the heading with the shape, second looks."""
     heading = "" if pipeline.heading is None else pipeline.heading.state
-    return heading, len(pipeline.second_look.changed)
+    return pipeline.started, heading, len(pipeline.second_look.changed)
 
 
 def _next_step(pipeline: Pipeline, cloud: Cloud) -> StepTrace:

@@ -198,7 +198,7 @@ def test_a_panel_behind_another_does_no_work(window, qtbot, small_recording):
     settle(window, qtbot)
     trials = window.features.tune.panel
     docks.bring_up("runs")
-    trials.show_words("nothing", "nothing")
+    trials.show_words("nothing", "nothing", "")
     window.context.session.document.go_to(3)
     settle(window, qtbot)
     assert trials.words.text() == "nothing"
