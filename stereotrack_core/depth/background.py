@@ -13,10 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stereotrack_core.arrays import BoolArray, Float32Array, ImageArray
+from stereotrack_core.depth.light import EmptyScene, Light, empty_scene, light_of, relit
 from stereotrack_core.depth.match import Region, changed_bands
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.points import Volume
-from stereotrack_core.depth.sources import DepthSource, StereoSource
+from stereotrack_core.depth.sources import DepthSource, OpenedFrame, StereoSource
 from stereotrack_core.depth.standing import moves, standing_person, still_person
 
 _VALID_ABOVE = 0.5
@@ -106,6 +107,9 @@ _NEAR = np.ones((7, 7), np.uint8)
 _SHARE, _LEAST = 0.4, 10.0
 """Share of the strongest difference nearby, and least grey levels, of a pixel that is new."""
 
+_NOISES = 4.0
+"""Standard deviations of the measured noise that a pixel must differ by, at least."""
+
 _SURELY_INSIDE = np.ones((9, 9), np.uint8)
 _CLOSED = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (5, 5))
 _OPENED = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (3, 3))
@@ -113,7 +117,9 @@ _SMALL_HOLE = 60
 """Pixels of a hole that is taken for a place where the person looks like the wall."""
 
 
-def sharp_outline(picture: ImageArray, empty: ImageArray, foreground: BoolArray) -> BoolArray:
+def sharp_outline(
+    picture: ImageArray, empty: ImageArray, foreground: BoolArray, noise: float = 0.0
+) -> BoolArray:
     """Where the picture is not the empty scene's (H, W), with edges at half their height.
 
     A fixed threshold would put the edge of a strong difference a pixel or two too far outside,
@@ -123,7 +129,7 @@ def sharp_outline(picture: ImageArray, empty: ImageArray, foreground: BoolArray)
     difference = cv2.absdiff(
         cv2.GaussianBlur(picture, (3, 3), 0), cv2.GaussianBlur(empty, (3, 3), 0)
     )
-    limit = np.maximum(cv2.dilate(difference, _NEAR).astype(np.float32) * _SHARE, _LEAST)
+    limit = np.maximum(cv2.dilate(difference, _NEAR).astype(np.float32) * _SHARE, max(_LEAST, _NOISES * noise))
     new = (difference > limit).astype(np.uint8)
     new |= cv2.erode(foreground.astype(np.uint8), _SURELY_INSIDE)
     closed = cv2.morphologyEx(new, cv2.MORPH_CLOSE, _CLOSED)
@@ -151,7 +157,7 @@ class ViewBackground:
         self.learns = parameters.background_mode == "average"
         self._p = parameters
         self._source = source
-        self._picture: ImageArray | None = None
+        self._scene: EmptyScene | None = None
         self._limit: Float32Array | None = None
         self.motionless = False
         shape = source.geometry.height, source.geometry.width
@@ -159,7 +165,7 @@ class ViewBackground:
 
     def take_empty_scene(self, picture: ImageArray | None, disparity: Float32Array) -> None:
         """The model from one image without anybody; it is never changed afterwards."""
-        self._picture = picture
+        self._scene = None if picture is None else empty_scene(picture)
         self.learns = False
         self._set(empty_scene_model(disparity))
 
@@ -173,7 +179,7 @@ class ViewBackground:
         if pictures:
             middle = len(pictures) // 2
             rows = [stack[..., middle] for _, stack in _sorted_rows(pictures)]
-            self._picture = np.concatenate(rows)
+            self._scene = empty_scene(np.concatenate(rows))
 
     def _forget_standing(self, disparities: Sequence[Float32Array]) -> bool:
         """Take a person who stood still out of the model; whether there was one."""
@@ -199,7 +205,7 @@ class ViewBackground:
         learned, volume = self._learned_ranges(), Volume.of(self._p)
         up = self._p.upright.up
         if self._forget(still_person(self._source.geometry, volume, learned, up), learned):
-            self._picture = None  # it shows the person too
+            self._scene = None  # it shows the person too
 
     def _learned_ranges(self) -> Float32Array:
         """Ranges (H, W) of the model, metres, NaN where it does not know any."""
@@ -226,7 +232,7 @@ class ViewBackground:
 
     def take_over(self, other: ViewBackground) -> None:
         """Know what another one of the same view has learned."""
-        self._picture, self.learns = other._picture, other.learns
+        self._scene, self.learns = other._scene, other.learns
         if other.model is not None:
             self._set(other.model)
 
@@ -234,7 +240,7 @@ class ViewBackground:
         p = self._p
         self.model = model
         self._limit = model.limit(p.background_threshold)
-        if self._picture is not None:
+        if self._scene is not None:
             known = np.isfinite(self._limit)
             disparity = np.where(known, model.disparity, np.float32(np.nan))
             self._outside = disparity, self._source.ranges(disparity)
@@ -257,43 +263,67 @@ class ViewBackground:
         """Copy of the disparity to fill in, of a region."""
         return self._outside[0][region.slices].copy()
 
-    @property
-    def knows_picture(self) -> bool:
-        """Whether there is a picture of the empty scene to compare with."""
-        return self._picture is not None
+    def light(self, picture: ImageArray | None) -> Light | None:
+        """Light of a picture against the empty scene's; None where one of them is missing."""
+        if picture is None or self._scene is None:
+            return None
+        return light_of(picture, self._scene)
 
-    def changed_bands(self, picture: ImageArray | None) -> tuple[Region, ...]:
+    def changed_bands(self, light: Light | None) -> tuple[Region, ...]:
         """The parts of the image that have to be measured; one where the matcher needs them all."""
         whole = Region.whole(self._source.geometry.width, self._source.geometry.height)
-        if self._p.match_region == "whole" or picture is None or self._picture is None:
+        if self._p.match_region == "whole" or light is None:
             return (whole,)
         margin = _REGION_MARGIN + self._p.match_window // 2
-        bands = changed_bands(picture, self._picture, margin)
+        bands = changed_bands(light, whole, margin)
         return bands if self._p.matcher == "bm" else (functools.reduce(operator.or_, bands),)
 
-    def changed(self, picture: ImageArray, region: Region) -> BoolArray:
-        """Where the picture differs from the empty scene; true everywhere without one.
+    def compared(
+        self, frame: OpenedFrame, light: Light, disparity: Float32Array, region: Region
+    ) -> Compared:
+        """Compare a region of the picture with the empty scene in the same light."""
+        assert self._scene is not None and frame.picture is not None  # noqa: S101, PT018 - light
+        shows_empty = self._shows_empty_scene(disparity, region)
+        empty, noise = relit(frame.picture, self._scene, light, shows_empty)
+        here = region.slices
+        return Compared(frame.picture[here], empty[here], noise, self._p.match_window)
+
+    def _shows_empty_scene(self, disparity: Float32Array, region: Region) -> BoolArray:
+        """Where disparities (h, w) of a region say that the empty scene is seen; all around it."""
+        surely = np.ones((self._source.geometry.height, self._source.geometry.width), dtype=bool)
+        if self._limit is None:
+            return surely
+        limit = self._limit[region.slices]
+        near = cv2.dilate((disparity > limit).astype(np.uint8), _SURELY_INSIDE)
+        surely[region.slices] = near == 0
+        return surely
+
+
+@dataclass(frozen=True, eq=False)
+class Compared:
+    """A region of a picture beside the empty scene in the same light."""
+
+    picture: ImageArray
+    empty: ImageArray
+    noise: float
+    window: int
+    """Pixels. Side of the matcher's window."""
+
+    def changed(self) -> BoolArray:
+        """Where the picture differs from the empty scene.
 
         Gaps inside, where the person happens to look like the wall, are closed over the
         width of the matcher's window.
         """
-        now = picture[region.slices]
-        if self._picture is None:
-            return np.ones(now.shape, dtype=bool)
-        before = self._picture[region.slices]
         difference = cv2.absdiff(
-            cv2.GaussianBlur(now, (5, 5), 0), cv2.GaussianBlur(before, (5, 5), 0)
+            cv2.GaussianBlur(self.picture, (5, 5), 0), cv2.GaussianBlur(self.empty, (5, 5), 0)
         )
-        differs = (difference > _HALO_CONTRAST).astype(np.uint8)
-        size = (self._p.match_window // 2) | 1
+        differs = (difference > max(_HALO_CONTRAST, 3.0 * self.noise)).astype(np.uint8)
+        size = (self.window // 2) | 1
         kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
         closed = cv2.morphologyEx(differs, cv2.MORPH_CLOSE, kernel)
         return closed.astype(bool)
 
-    def outline(
-        self, picture: ImageArray, foreground: BoolArray, region: Region
-    ) -> BoolArray | None:
-        """The person's sharp outline in a region; None without a picture of the empty scene."""
-        if self._picture is None:
-            return None
-        return sharp_outline(picture[region.slices], self._picture[region.slices], foreground)
+    def outline(self, foreground: BoolArray) -> BoolArray:
+        """The person's sharp outline."""
+        return sharp_outline(self.picture, self.empty, foreground, self.noise)

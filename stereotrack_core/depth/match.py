@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 
 from stereotrack_core.arrays import FloatArray, ImageArray
 from stereotrack_core.depth.cloud import DepthGeometry
+from stereotrack_core.depth.light import SHRINK, Light
 from stereotrack_core.depth.parameters import DepthParameters
 
-_SHRINK = 4
+_NOISES = 5.0  # standard deviations of the measured noise
 _CHANGE = 8.0  # grey levels, over 4 x 4 pixels; sensor noise leaves about one
 _LARGEST_SHARE = 0.8
 _BAND = 48  # rows; in fewer, the rows that windows reach beyond a band cost more than is saved
@@ -86,32 +87,26 @@ def region_of_points(geometry: DepthGeometry, corners_world: FloatArray) -> Regi
     return seen & whole
 
 
-def changed_bands(image: ImageArray, empty: ImageArray, margin: int) -> tuple[Region, ...]:
+def changed_bands(light: Light, whole: Region, margin: int) -> tuple[Region, ...]:
     """Bands of rows, one below the other, that hold what differs from the empty scene's picture.
 
-    Of rectified grey images (H, W), with a margin in pixels on all sides. Bands are narrower than
-    the box around them, and where nothing differs there is none. A common change of brightness
-    does not count. Where nearly everything has changed, or nothing, the whole image is returned:
-    then the comparison proves nothing.
+    With a margin in pixels on all sides. Bands are narrower than the box around them, and where
+    nothing differs there is none. Where nearly everything has changed, or nothing, the whole
+    image is returned: then the comparison proves nothing.
     """
-    height, width = image.shape
-    whole = Region.whole(width, height)
-    small = (width // _SHRINK, height // _SHRINK)
-    now = cv2.resize(image, small, interpolation=cv2.INTER_AREA).astype(np.float32)
-    before = cv2.resize(empty, small, interpolation=cv2.INTER_AREA).astype(np.float32)
-    gain = float(np.median((now[::2, ::2] + 1) / (before[::2, ::2] + 1)))
-    changed = np.abs(now - gain * before) > _CHANGE
+    height, width = whole.bottom, whole.right
+    changed = np.abs(light.small - light.empty_small) > max(_CHANGE, _NOISES * light.noise)
     rows = np.flatnonzero(changed.any(axis=1))
     if len(rows) == 0 or changed.mean() > _LARGEST_SHARE:
         return (whole,)
-    around = -(-margin // _SHRINK)
-    first, end = int(rows[0]) * _SHRINK - margin, (int(rows[-1]) + 2) * _SHRINK + margin
+    around = -(-margin // SHRINK)
+    first, end = int(rows[0]) * SHRINK - margin, (int(rows[-1]) + 2) * SHRINK + margin
     bands = []
     for top in range(0, height, _BAND):
-        near = changed[max(top // _SHRINK - around - 1, 0) : (top + _BAND) // _SHRINK + around]
+        near = changed[max(top // SHRINK - around - 1, 0) : (top + _BAND) // SHRINK + around]
         columns = np.flatnonzero(near.any(axis=0))
         if len(columns):
-            left, right = int(columns[0]) * _SHRINK, (int(columns[-1]) + 2) * _SHRINK
+            left, right = int(columns[0]) * SHRINK, (int(columns[-1]) + 2) * SHRINK
             band = Region(left - margin, max(top, first), right + margin, min(top + _BAND, end))
             bands.append(band & whole)
     return tuple(band for band in bands if not band.is_empty)

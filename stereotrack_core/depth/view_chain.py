@@ -15,6 +15,7 @@ import numpy as np
 from stereotrack_core.arrays import BoolArray, Float32Array, FloatArray, ImageArray, IntArray
 from stereotrack_core.depth.background import ViewBackground
 from stereotrack_core.depth.cloud import PointCounts, ViewDepth
+from stereotrack_core.depth.light import Light
 from stereotrack_core.depth.match import STEPS, Region, region_of_points
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.points import Volume, thinned_pixels
@@ -153,7 +154,8 @@ class ViewChain:
             frame = self.source.open(images)
         except NoDepth as reason:
             return self._without_depth(str(reason), watch)
-        bands = self._bands(frame)
+        light = self.background.light(frame.picture)
+        bands = self._bands(light)
         watch.lap("rectify")
         if not bands:
             return self._without_depth("it does not see the working volume", watch)
@@ -162,7 +164,7 @@ class ViewChain:
         watch.lap("match")
         if not measured:
             return self._without_depth("no pixel has a valid disparity", watch)
-        chosen, silhouette, outline = self._person(images, frame, disparity, region)
+        chosen, silhouette, outline = self._person(images, frame, disparity, region, light)
         if silhouette is not None:
             disparity[silhouette & ~chosen] = np.nan
         watch.lap("background")
@@ -189,9 +191,9 @@ class ViewChain:
         counts = PointCounts(measured, person, len(pixels), len(kept), middle=middle)
         return ViewResult(depth, "", kept, pixels[inside], watch.seconds, counts)
 
-    def _bands(self, frame: OpenedFrame) -> list[Region]:
+    def _bands(self, light: Light | None) -> list[Region]:
         """Parts of the image in which the person can be."""
-        bands = self.background.changed_bands(frame.picture)
+        bands = self.background.changed_bands(light)
         inside = (band & self._volume_region for band in bands)
         return [band for band in inside if not band.is_empty]
 
@@ -209,7 +211,7 @@ class ViewChain:
         return disparity, measured
 
     def _person(
-        self, images: ViewImages, frame: OpenedFrame, disparity: Float32Array, region: Region
+        self, images: ViewImages, frame: OpenedFrame, disparity: Float32Array, region: Region, light: Light | None
     ) -> tuple[BoolArray, BoolArray | None, BoolArray | None]:
         """Foreground, silhouette and its sharp outline in a region; None where not known.
 
@@ -217,7 +219,8 @@ class ViewChain:
         pattern a thin limb with a weak one is given the wall's disparity, which looks like free
         space, and is not.
         """
-        p, background, picture = self._p, self.background, frame.picture
+        p, background = self._p, self.background
+        compared = None if light is None else background.compared(frame, light, disparity, region)
         mask = self.source.person_mask(images) if isinstance(self.source, DepthSource) else None
         if mask is not None:
             mask = mask[region.slices]
@@ -226,14 +229,14 @@ class ViewChain:
             if background.learns:
                 background.learn(disparity, region)
             chosen = background.foreground(disparity, region)
-            if p.halo_trim == "picture" and picture is not None:
-                chosen &= background.changed(picture, region)
+            if p.halo_trim == "picture" and compared is not None:
+                chosen &= compared.changed()
         silhouette, outline = None, mask if p.silhouettes else None
-        if picture is not None and background.knows_picture:
+        if compared is not None:
             if p.background_doubt:
-                silhouette = background.changed(picture, region)
+                silhouette = compared.changed()
             if p.silhouettes:
-                outline = background.outline(picture, chosen, region)
+                outline = compared.outline(chosen)
         return chosen, silhouette, outline
 
     def _view_depth(
