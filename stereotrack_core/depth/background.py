@@ -17,7 +17,7 @@ from stereotrack_core.depth.light import EmptyScene, Light, empty_scene, light_o
 from stereotrack_core.depth.match import Region, changed_bands
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.points import Volume
-from stereotrack_core.depth.sources import DepthSource, OpenedFrame, StereoSource
+from stereotrack_core.depth.sources import DepthSource, OpenedFrame, StereoFrame, StereoSource
 from stereotrack_core.depth.standing import moves, standing_person, still_person
 
 _VALID_ABOVE = 0.5
@@ -118,7 +118,8 @@ _SMALL_HOLE = 60
 
 
 def sharp_outline(
-    picture: ImageArray, empty: ImageArray, foreground: BoolArray, noise: float = 0.0
+    picture: ImageArray, empty: ImageArray, foreground: BoolArray, noise: float = 0.0,
+    behind: BoolArray | None = None,
 ) -> BoolArray:
     """Where the picture is not the empty scene's (H, W), with edges at half their height.
 
@@ -131,6 +132,8 @@ def sharp_outline(
     )
     limit = np.maximum(cv2.dilate(difference, _NEAR).astype(np.float32) * _SHARE, max(_LEAST, _NOISES * noise))
     new = (difference > limit).astype(np.uint8)
+    if behind is not None:
+        new[behind] = 0
     new |= cv2.erode(foreground.astype(np.uint8), _SURELY_INSIDE)
     closed = cv2.morphologyEx(new, cv2.MORPH_CLOSE, _CLOSED)
     cv2.filterSpeckles(closed, 1, _SMALL_HOLE - 1, 0)  # whatever is 0 and small becomes 1
@@ -283,20 +286,49 @@ class ViewBackground:
     ) -> Compared:
         """Compare a region of the picture with the empty scene in the same light."""
         assert self._scene is not None and frame.picture is not None  # noqa: S101, PT018 - light
-        shows_empty = self._shows_empty_scene(disparity, region)
-        empty, noise = relit(frame.picture, self._scene, light, shows_empty)
+        apart = self._apart_from_foreground(disparity, region)
+        empty, noise = relit(frame.picture, self._scene, light, apart)
         here = region.slices
-        return Compared(frame.picture[here], empty[here], noise, self._p.match_window)
+        behind = apart[here] & self._seen_behind(frame, disparity, region)
+        return Compared(frame.picture[here], empty[here], noise, self._p.match_window, behind)
 
-    def _shows_empty_scene(self, disparity: Float32Array, region: Region) -> BoolArray:
-        """Where disparities (h, w) of a region say that the empty scene is seen; all around it."""
-        surely = np.ones((self._source.geometry.height, self._source.geometry.width), dtype=bool)
-        if self._limit is None:
-            return surely
-        limit = self._limit[region.slices]
-        near = cv2.dilate((disparity > limit).astype(np.uint8), _SURELY_INSIDE)
-        surely[region.slices] = near == 0
-        return surely
+    def _apart_from_foreground(self, disparity: Float32Array, region: Region) -> BoolArray:
+        """Where (H, W) no foreground disparity (h, w) of a region is near."""
+        apart = np.ones((self._source.geometry.height, self._source.geometry.width), dtype=bool)
+        if self._limit is not None:
+            in_front = disparity > self._limit[region.slices]
+            apart[region.slices] = cv2.dilate(in_front.astype(np.uint8), _SURELY_INSIDE) == 0
+        return apart
+
+    def _seen_behind(
+        self, frame: OpenedFrame, disparity: Float32Array, region: Region
+    ) -> BoolArray:
+        """Where (h, w) both pictures of a pair show the empty scene's surface, in whatever light.
+
+        A shadow, a reflection or a lamp changes the grey values of a surface, but not its
+        disparity. The pictures are compared at that disparity, because a matcher's window gives
+        a thin limb the disparity of the pattern beside it (doi:10.1023/A:1008107805263).
+        """
+        nowhere = np.zeros(disparity.shape, dtype=bool)
+        if self.model is None or self._limit is None or not isinstance(frame, StereoFrame):
+            return nowhere
+        expected = self.model.disparity[region.slices]
+        threshold = np.float32(self._p.background_threshold)
+        behind = np.abs(disparity - expected) <= threshold
+        behind &= np.isfinite(self._limit[region.slices])
+        if not behind.any():
+            return nowhere
+        columns = np.arange(region.left, region.right, dtype=np.float32) + expected
+        rows = np.repeat(
+            np.arange(region.top, region.bottom, dtype=np.float32)[:, None], columns.shape[1], 1
+        )
+        other = cv2.remap(frame.left, columns, rows, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+        own = frame.picture[region.slices]
+        a, b = (cv2.blur(i, (3, 3)).astype(np.float32) for i in (own, other))
+        mean = [cv2.blur(i, (31, 31)) + 1 for i in (a, b)]
+        difference = np.abs(a - b * (mean[0] / mean[1]))
+        limit = max(4.0, 4.0 * 1.48 * float(np.median(difference[behind])))
+        return behind & (cv2.blur(difference, (5, 5)) < limit)
 
 
 @dataclass(frozen=True, eq=False)
@@ -308,6 +340,8 @@ class Compared:
     noise: float
     window: int
     """Pixels. Side of the matcher's window."""
+    behind: BoolArray
+    """(h, w). Pixels whose disparities say that they show the empty scene, in whatever light."""
 
     def changed(self) -> BoolArray:
         """Where the picture differs from the empty scene.
@@ -318,7 +352,8 @@ class Compared:
         difference = cv2.absdiff(
             cv2.GaussianBlur(self.picture, (5, 5), 0), cv2.GaussianBlur(self.empty, (5, 5), 0)
         )
-        differs = (difference > max(_HALO_CONTRAST, 3.0 * self.noise)).astype(np.uint8)
+        differs = (difference > max(_HALO_CONTRAST, 3.0 * self.noise)) & ~self.behind
+        differs = differs.astype(np.uint8)
         size = (self.window // 2) | 1
         kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
         closed = cv2.morphologyEx(differs, cv2.MORPH_CLOSE, kernel)
@@ -326,4 +361,4 @@ class Compared:
 
     def outline(self, foreground: BoolArray) -> BoolArray:
         """The person's sharp outline."""
-        return sharp_outline(self.picture, self.empty, foreground, self.noise)
+        return sharp_outline(self.picture, self.empty, foreground, self.noise, self.behind)
