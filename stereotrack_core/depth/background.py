@@ -107,6 +107,12 @@ _NEAR = np.ones((7, 7), np.uint8)
 _SHARE, _LEAST = 0.4, 10.0
 """Share of the strongest difference nearby, and least grey levels, of a pixel that is new."""
 
+_AROUND = (31, 31)
+"""Neighbourhood, pixels, over which the pictures of a pair are brought to one brightness."""
+
+_SAME = 4.0
+"""Grey levels by which both pictures of a pair may show the same place differently."""
+
 _NOISES = 4.0
 """Standard deviations of the measured noise that a pixel must differ by, at least."""
 
@@ -118,7 +124,10 @@ _SMALL_HOLE = 60
 
 
 def sharp_outline(
-    picture: ImageArray, empty: ImageArray, foreground: BoolArray, noise: float = 0.0,
+    picture: ImageArray,
+    empty: ImageArray,
+    foreground: BoolArray,
+    noise: float = 0.0,
     behind: BoolArray | None = None,
 ) -> BoolArray:
     """Where the picture is not the empty scene's (H, W), with edges at half their height.
@@ -130,7 +139,8 @@ def sharp_outline(
     difference = cv2.absdiff(
         cv2.GaussianBlur(picture, (3, 3), 0), cv2.GaussianBlur(empty, (3, 3), 0)
     )
-    limit = np.maximum(cv2.dilate(difference, _NEAR).astype(np.float32) * _SHARE, max(_LEAST, _NOISES * noise))
+    least = max(_LEAST, _NOISES * noise)
+    limit = np.maximum(cv2.dilate(difference, _NEAR).astype(np.float32) * _SHARE, least)
     new = (difference > limit).astype(np.uint8)
     if behind is not None:
         new[behind] = 0
@@ -318,17 +328,22 @@ class ViewBackground:
         behind &= np.isfinite(self._limit[region.slices])
         if not behind.any():
             return nowhere
-        columns = np.arange(region.left, region.right, dtype=np.float32) + expected
-        rows = np.repeat(
-            np.arange(region.top, region.bottom, dtype=np.float32)[:, None], columns.shape[1], 1
+        columns, rows = (
+            g.astype(np.float32)
+            for g in np.meshgrid(
+                np.arange(region.left, region.right), np.arange(region.top, region.bottom)
+            )
         )
-        other = cv2.remap(frame.left, columns, rows, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-        own = frame.picture[region.slices]
-        a, b = (cv2.blur(i, (3, 3)).astype(np.float32) for i in (own, other))
-        mean = [cv2.blur(i, (31, 31)) + 1 for i in (a, b)]
-        difference = np.abs(a - b * (mean[0] / mean[1]))
-        limit = max(4.0, 4.0 * 1.48 * float(np.median(difference[behind])))
-        return behind & (cv2.blur(difference, (5, 5)) < limit)
+        border = cv2.BORDER_REPLICATE
+        there = cv2.remap(frame.left, columns + expected, rows, cv2.INTER_LINEAR, borderMode=border)
+        here = frame.picture[region.slices]
+        a, b = (cv2.blur(one, (3, 3)).astype(np.float32) for one in (here, there))
+        # the cameras of a pair, and their lenses, differ in brightness
+        gain = (cv2.blur(a, _AROUND) + 1) / (cv2.blur(b, _AROUND) + 1)
+        difference = np.abs(a - gain * b)
+        noise = 1.4826 * float(np.median(difference[::3, ::3][behind[::3, ::3]]))
+        same = np.asarray(cv2.blur(difference, (5, 5)) < max(_SAME, _NOISES * noise))
+        return behind & same
 
 
 @dataclass(frozen=True, eq=False)
@@ -352,8 +367,8 @@ class Compared:
         difference = cv2.absdiff(
             cv2.GaussianBlur(self.picture, (5, 5), 0), cv2.GaussianBlur(self.empty, (5, 5), 0)
         )
-        differs = (difference > max(_HALO_CONTRAST, 3.0 * self.noise)) & ~self.behind
-        differs = differs.astype(np.uint8)
+        limit = max(_HALO_CONTRAST, 3.0 * self.noise)
+        differs = ((difference > limit) & ~self.behind).astype(np.uint8)
         size = (self.window // 2) | 1
         kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
         closed = cv2.morphologyEx(differs, cv2.MORPH_CLOSE, kernel)

@@ -17,7 +17,7 @@ import numpy as np
 from stereotrack_core.arrays import BoolArray, Float32Array, FloatArray, ImageArray, IntArray
 
 SHRINK = 4
-"""Pixels of the image, in both directions, to one of the shrunken picture that light is taken of."""
+"""Pixels of the image, each way, to one of the shrunken picture in which light is estimated."""
 
 _BINS = 12
 """Points of the tone curve; each is the median of as many pixels."""
@@ -39,10 +39,13 @@ _FEW = np.float32(0.02)
 
 _WINDOW = (5, 5)
 _LEAST_CORRELATION = 0.6
-"""Of the structure of picture and empty scene, in a window of shrunken pixels, where both are one."""
+"""Correlation of picture and empty scene, in a window of shrunken pixels, that show the same."""
 
 _FLAT = 0.1
 """Largest deviation of a logarithmic gain where there is no structure to tell light from things."""
+
+_QUIET = 2.0
+"""Grey levels of noise up to which picture and empty scene agree as they are."""
 
 _LARGEST_SHIFT = 3.0
 """Pixels; a camera that has moved farther needs a new calibration."""
@@ -50,8 +53,14 @@ _LARGEST_SHIFT = 3.0
 _LEAST_SHIFT = 0.15
 """Pixels that are not worth a resampling."""
 
-_BLURS = (0.0, 0.6, 0.8, 1.0, 1.3, 1.6, 2.0, 2.5, 3.0)
+_BLURS = (0.6, 0.8, 1.0, 1.3, 1.6, 2.0, 2.5, 3.0)
 """Standard deviations, pixels, of blurs that are tried on the empty scene."""
+
+_SHARP = 0.9
+"""Share of the empty scene's slopes from which a picture is as sharp."""
+
+_GREY = 20.0
+"""Grey levels of a difference that loses half of its weight when a shift is estimated."""
 
 _LEAST_NOISE = 0.5
 """Grey levels of rounding that remain without any noise."""
@@ -65,7 +74,7 @@ class EmptyScene:
     small: Float32Array
     """(h, w). Shrunken picture."""
     order: IntArray
-    """(h w,). Pixels of the shrunken picture from dark to light."""
+    """(n,). Every second pixel of every second row of it, from dark to light."""
     levels: FloatArray
     """(bins,). Median grey level of each bin of them."""
 
@@ -73,9 +82,9 @@ class EmptyScene:
 def empty_scene(picture: ImageArray) -> EmptyScene:
     """Prepare a picture (H, W) of the empty scene for comparisons."""
     small = shrunken(picture)
-    order = np.argsort(small, axis=None, kind="stable")
-    levels = _medians(small.ravel()[order])
-    return EmptyScene(picture, small, order, levels)
+    few = small[::2, ::2].ravel()
+    order = np.argsort(few, kind="stable")
+    return EmptyScene(picture, small, order, _medians(few[order]))
 
 
 def shrunken(picture: ImageArray) -> Float32Array:
@@ -103,11 +112,11 @@ class Light:
 def light_of(picture: ImageArray, scene: EmptyScene) -> Light:
     """Estimate exposure, gamma and a plane of gain for the whole picture (H, W)."""
     now = shrunken(picture)
-    curve = _tone_curve(scene.levels, _medians(now.ravel()[scene.order]))
+    curve = _tone_curve(scene.levels, _medians(now[::2, ::2].ravel()[scene.order]))
     toned = np.interp(scene.small, np.arange(256), curve).astype(np.float32)
     plane = _robust_plane(_log_ratio(now, toned))
     lit = toned * np.exp(plane)
-    return Light(curve, plane, now, lit, _spread(now[::2, ::2] - lit[::2, ::2]))
+    return Light(curve, plane, now, lit, _spread(now[::3, ::3] - lit[::3, ::3]))
 
 
 def relit(
@@ -134,13 +143,19 @@ def relit(
     gain = cv2.resize(
         np.exp(light.log_gain + local), (width, height), interpolation=cv2.INTER_LINEAR
     )
-    empty = cv2.multiply(
-        cv2.LUT(scene.picture, light.curve), gain, dtype=cv2.CV_8U
-    )
-    if not __import__("os").environ.get("NOALIGN"): empty = _aligned(picture, empty, background)
-    rows = slice(None, None, 4)
-    a, b = (cv2.blur(p, (3, 3))[rows, rows].astype(np.float32) for p in (picture, empty))
-    return empty, _spread((a - b)[background[rows, rows]])
+    empty = cv2.multiply(cv2.LUT(scene.picture, light.curve), gain, dtype=cv2.CV_8U)
+    empty = empty.astype(np.uint8, copy=False)
+    noise = _noise(picture, empty, background)
+    if noise > _QUIET:
+        empty = _aligned(picture, empty, background)
+        noise = _noise(picture, empty, background)
+    return empty, noise
+
+
+def _noise(picture: ImageArray, empty: ImageArray, background: BoolArray) -> float:
+    """Spread of the background's difference after a blur of 3 x 3 pixels."""
+    a, b = (cv2.blur(one, (3, 3))[::4, ::4].astype(np.float32) for one in (picture, empty))
+    return _spread((a - b)[background[::4, ::4]])
 
 
 def _local_gain(light: Light, background: BoolArray) -> Float32Array:
@@ -190,19 +205,21 @@ def _tone_curve(before: FloatArray, now: FloatArray) -> Float32Array:
     low, high = np.linspace(1, x[0], 8), np.linspace(x[-1], 255, 8)
     xs = np.r_[0.0, low[:-1], x, high[1:]]
     ys = np.r_[0.0, y[0] * (low[:-1] / x[0]) ** power, y, y[-1] * (high[1:] / x[-1]) ** power]
-    return np.interp(np.arange(256), xs, ys).astype(np.float32)
+    curve: Float32Array = np.interp(np.arange(256), xs, ys).astype(np.float32)
+    return curve
 
 
 def _log_ratio(now: Float32Array, before: Float32Array) -> Float32Array:
-    return np.log((now + 1) / (before + 1))
+    ratio: Float32Array = np.log((now + 1) / (before + 1))
+    return ratio
 
 
 def _robust_plane(log_gain: Float32Array) -> Float32Array:
     """Plane through logarithmic gains (h, w), by iteratively reweighted least squares."""
     height, width = log_gain.shape
     rows, columns = np.arange(height) / height - 0.5, np.arange(width) / width - 0.5
-    z = log_gain[2::4, 2::4].astype(np.float64).ravel()
-    v, u = (g.ravel() for g in np.meshgrid(rows[2::4], columns[2::4], indexing="ij"))
+    z = log_gain[3::6, 3::6].astype(np.float64).ravel()
+    v, u = (g.ravel() for g in np.meshgrid(rows[3::6], columns[3::6], indexing="ij"))
     a = np.column_stack([np.ones_like(u), u, v])
     x = np.array([np.median(z), 0.0, 0.0])
     held = np.diag([1e-9, 1.0, 1.0])  # a slope needs evidence
@@ -210,54 +227,60 @@ def _robust_plane(log_gain: Float32Array) -> Float32Array:
         weight = 1 / (1 + ((z - a @ x) / _GAIN_SCALE) ** 2) ** 2
         weighted = a * weight[:, None]
         x = np.linalg.solve(weighted.T @ a + held, weighted.T @ z)
-    return (x[0] + x[1] * columns + x[2] * rows[:, None]).astype(np.float32)
+    plane: Float32Array = (x[0] + x[1] * columns + x[2] * rows[:, None]).astype(np.float32)
+    return plane
 
 
 def _spread(difference: Float32Array) -> float:
     """Robust standard deviation of differences in grey levels."""
     if not difference.size:
         return _LEAST_NOISE
-    return max(1.4826 * float(np.median(np.abs(difference))), _LEAST_NOISE)
+    size = np.sort(np.abs(difference), axis=None)
+    return max(1.4826 * float(size[len(size) // 2]), _LEAST_NOISE)
 
 
 def _aligned(picture: ImageArray, empty: ImageArray, background: BoolArray) -> ImageArray:
-    """The empty scene with the picture's shift and blur.
-
-    Both come of the correlation of gradients, which noise does not change.
-    """
-    rows = slice(1, -1, 3)
-    seen = background[rows, 1:-1]
-    now, before = picture.astype(np.int16), empty.astype(np.int16)
-    gx = (before[rows, 2:] - before[rows, :-2])[seen] * np.float32(0.5)
-    gy = (before[2:][::3, 1:-1][: seen.shape[0]] - before[:-2][::3, 1:-1][: seen.shape[0]])[
-        seen
-    ] * np.float32(0.5)
-    r = (now[rows, 1:-1] - before[rows, 1:-1])[seen].astype(np.float32)
-    w = 1 / (1 + (r / 20) ** 2)
-    a11, a12, a22 = (w * gx * gx).sum(), (w * gx * gy).sum(), (w * gy * gy).sum()
-    b1, b2 = (w * gx * r).sum(), (w * gy * r).sum()
-    determinant = a11 * a22 - a12 * a12
-    if not determinant > 1e-3 * max(a11, 1) * max(a22, 1):
-        return empty
-    # r = -shift . gradient: the picture shows at x what the empty scene shows at x - shift
-    dx, dy = -(a22 * b1 - a12 * b2) / determinant, -(a11 * b2 - a12 * b1) / determinant
-    length = float(np.hypot(dx, dy))
-    if _LEAST_SHIFT < length < _LARGEST_SHIFT:
-        m = np.array([[1, 0, dx], [0, 1, dy]], dtype=np.float64)
+    """The empty scene with the shift and the blur of the picture, estimated on the background."""
+    dx, dy = _shift(picture, empty, background)
+    if _LEAST_SHIFT < np.hypot(dx, dy) < _LARGEST_SHIFT:
+        moved = np.array([[1.0, 0.0, dx], [0.0, 1.0, dy]])
+        size = empty.shape[1], empty.shape[0]
         empty = cv2.warpAffine(
-            empty, m, empty.shape[::-1], flags=cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
+            empty, moved, size, flags=cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
         ).astype(np.uint8, copy=False)
-        before = empty.astype(np.int16)
-        gx = (before[rows, 2:] - before[rows, :-2])[seen] * np.float32(0.5)
-    now_gx = (now[rows, 2:] - now[rows, :-2])[seen] * np.float32(0.5)
-    sharpness = float((gx * now_gx).sum() / max((gx * gx).sum(), 1.0))
-    if sharpness > 0.9:
+    own = _slopes(empty, background)
+    energy = max(float(own @ own), 1.0)
+    sharpness = float(own @ _slopes(picture, background)) / energy
+    if sharpness > _SHARP:
         return empty
-    best, before_gx = empty, gx
-    for sigma in _BLURS[1:]:
-        best = cv2.GaussianBlur(empty, (0, 0), sigma).astype(np.uint8, copy=False)
-        b = best.astype(np.int16)
-        blurred = (b[rows, 2:] - b[rows, :-2])[seen] * np.float32(0.5)
-        if float((blurred * before_gx).sum() / max((before_gx * before_gx).sum(), 1.0)) < sharpness:
+    blurred = empty
+    for sigma in _BLURS:
+        blurred = cv2.GaussianBlur(empty, (0, 0), sigma).astype(np.uint8, copy=False)
+        if float(own @ _slopes(blurred, background)) / energy < sharpness:
             break
-    return best
+    return blurred
+
+
+def _slopes(image: ImageArray, background: BoolArray) -> Float32Array:
+    """Horizontal slopes (n,) of the background's pixels in every third row, grey levels.
+
+    Their correlation with the empty scene's own tells the blur: noise does not change it.
+    """
+    rows = image[1:-1:3]
+    slopes = (rows[:, 2:].astype(np.float32) - rows[:, :-2]) * np.float32(0.5)
+    return np.where(background[1:-1:3, 1:-1], slopes, np.float32(0)).ravel()
+
+
+def _shift(picture: ImageArray, empty: ImageArray, background: BoolArray) -> tuple[float, float]:
+    """Pixels to the right and down by which the picture is shifted: one step of least squares."""
+    gx = _slopes(empty, background)
+    above, here, below = empty[:-2:3], empty[1:-1:3], empty[2::3]
+    gy = ((below.astype(np.float32) - above) * np.float32(0.5))[:, 1:-1].ravel()
+    r = (picture[1:-1:3].astype(np.float32) - here)[:, 1:-1].ravel()
+    w = background[1:-1:3, 1:-1].ravel() / (1 + (r / _GREY) ** 2)
+    xx, xy, yy = float(w @ (gx * gx)), float(w @ (gx * gy)), float(w @ (gy * gy))
+    xr, yr = float(w @ (gx * r)), float(w @ (gy * r))
+    determinant = xx * yy - xy * xy
+    if not determinant > 1e-3 * max(xx, 1.0) * max(yy, 1.0):
+        return 0.0, 0.0  # stripes, or no texture at all
+    return -(yy * xr - xy * yr) / determinant, -(xx * yr - xy * xr) / determinant

@@ -94,7 +94,7 @@ def changed_bands(light: Light, whole: Region, margin: int) -> tuple[Region, ...
     nothing differs there is none. Where nearly everything has changed, or nothing, the whole
     image is returned: then the comparison proves nothing.
     """
-    height, width = whole.bottom, whole.right
+    height = whole.bottom
     changed = np.abs(light.small - light.empty_small) > max(_CHANGE, _NOISES * light.noise)
     rows = np.flatnonzero(changed.any(axis=1))
     if len(rows) == 0 or changed.mean() > _LARGEST_SHARE:

@@ -211,7 +211,12 @@ class ViewChain:
         return disparity, measured
 
     def _person(
-        self, images: ViewImages, frame: OpenedFrame, disparity: Float32Array, region: Region, light: Light | None
+        self,
+        images: ViewImages,
+        frame: OpenedFrame,
+        disparity: Float32Array,
+        region: Region,
+        light: Light | None,
     ) -> tuple[BoolArray, BoolArray | None, BoolArray | None]:
         """Foreground, silhouette and its sharp outline in a region; None where not known.
 
