@@ -110,6 +110,10 @@ _SHARE, _LEAST = 0.4, 10.0
 _AROUND = (31, 31)
 """Neighbourhood, pixels, over which the pictures of a pair are brought to one brightness."""
 
+_SHADOW = 0.002
+"""Share of the image from which changed pixels at the empty scene's disparity may be a shadow;
+fewer are feet on the floor, or a limb that the matcher has missed."""
+
 _SAME = 4.0
 """Grey levels by which both pictures of a pair may show the same place differently."""
 
@@ -121,6 +125,12 @@ _CLOSED = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (5, 5))
 _OPENED = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (3, 3))
 _SMALL_HOLE = 60
 """Pixels of a hole that is taken for a place where the person looks like the wall."""
+
+
+def difference_of(picture: ImageArray, empty: ImageArray) -> ImageArray:
+    """Differences (H, W) in grey levels of two pictures, after a blur of 3 x 3 pixels."""
+    blurred = (cv2.GaussianBlur(one, (3, 3), 0) for one in (picture, empty))
+    return np.asarray(cv2.absdiff(*blurred), dtype=np.uint8)
 
 
 def sharp_outline(
@@ -136,9 +146,7 @@ def sharp_outline(
     because lenses blur. Where stereo sees something well inside its own edge, that counts too:
     `foreground` is what the disparities say; block matching widens it by up to half its window.
     """
-    difference = cv2.absdiff(
-        cv2.GaussianBlur(picture, (3, 3), 0), cv2.GaussianBlur(empty, (3, 3), 0)
-    )
+    difference = difference_of(picture, empty)
     least = max(_LEAST, _NOISES * noise)
     limit = np.maximum(cv2.dilate(difference, _NEAR).astype(np.float32) * _SHARE, least)
     new = (difference > limit).astype(np.uint8)
@@ -298,9 +306,15 @@ class ViewBackground:
         assert self._scene is not None and frame.picture is not None  # noqa: S101, PT018 - light
         apart = self._apart_from_foreground(disparity, region)
         empty, noise = relit(frame.picture, self._scene, light, apart)
-        here = region.slices
-        behind = apart[here] & self._seen_behind(frame, disparity, region)
-        return Compared(frame.picture[here], empty[here], noise, self._p.match_window, behind)
+        now, before = frame.picture[region.slices], empty[region.slices]
+        new = difference_of(now, before) > max(_LEAST, _NOISES * noise)
+        behind = apart[region.slices] & self._measured_behind(disparity, region)
+        large = np.count_nonzero(new & behind) > _SHADOW * apart.size
+        if large and isinstance(frame, StereoFrame):
+            behind &= self._seen_behind(frame, region)
+        else:
+            behind = np.zeros(new.shape, dtype=bool)
+        return Compared(now, before, noise, self._p.match_window, behind)
 
     def _apart_from_foreground(self, disparity: Float32Array, region: Region) -> BoolArray:
         """Where (H, W) no foreground disparity (h, w) of a region is near."""
@@ -310,24 +324,24 @@ class ViewBackground:
             apart[region.slices] = cv2.dilate(in_front.astype(np.uint8), _SURELY_INSIDE) == 0
         return apart
 
-    def _seen_behind(
-        self, frame: OpenedFrame, disparity: Float32Array, region: Region
-    ) -> BoolArray:
-        """Where (h, w) both pictures of a pair show the empty scene's surface, in whatever light.
+    def _measured_behind(self, disparity: Float32Array, region: Region) -> BoolArray:
+        """Where disparities (h, w) of a region are those of the empty scene."""
+        if self.model is None or self._limit is None:
+            return np.zeros(disparity.shape, dtype=bool)
+        apart = np.abs(disparity - self.model.disparity[region.slices])
+        known = np.isfinite(self._limit[region.slices])
+        return np.asarray(known & (apart <= np.float32(self._p.background_threshold)))
 
-        A shadow, a reflection or a lamp changes the grey values of a surface, but not its
-        disparity. The pictures are compared at that disparity, because a matcher's window gives
-        a thin limb the disparity of the pattern beside it (doi:10.1023/A:1008107805263).
+    def _seen_behind(self, frame: StereoFrame, region: Region) -> BoolArray:
+        """Where (h, w) both pictures of a pair show one surface at the empty scene's disparity.
+
+        A shadow, a reflection or a lamp changes grey values, and not where a surface is. The
+        matcher alone does not tell: its window gives a thin limb the disparity of the pattern
+        beside it. After Ivanov, Bobick and Liu (doi:10.1023/A:1008107805263), who warp one
+        picture into the other by the disparities of the empty scene.
         """
-        nowhere = np.zeros(disparity.shape, dtype=bool)
-        if self.model is None or self._limit is None or not isinstance(frame, StereoFrame):
-            return nowhere
+        assert self.model is not None  # noqa: S101 - the caller has asked
         expected = self.model.disparity[region.slices]
-        threshold = np.float32(self._p.background_threshold)
-        behind = np.abs(disparity - expected) <= threshold
-        behind &= np.isfinite(self._limit[region.slices])
-        if not behind.any():
-            return nowhere
         columns, rows = (
             g.astype(np.float32)
             for g in np.meshgrid(
@@ -341,9 +355,8 @@ class ViewBackground:
         # the cameras of a pair, and their lenses, differ in brightness
         gain = (cv2.blur(a, _AROUND) + 1) / (cv2.blur(b, _AROUND) + 1)
         difference = np.abs(a - gain * b)
-        noise = 1.4826 * float(np.median(difference[::3, ::3][behind[::3, ::3]]))
-        same = np.asarray(cv2.blur(difference, (5, 5)) < max(_SAME, _NOISES * noise))
-        return behind & same
+        noise = 1.4826 * float(np.median(difference[::3, ::3]))
+        return np.asarray(cv2.blur(difference, (5, 5)) < max(_SAME, _NOISES * noise))
 
 
 @dataclass(frozen=True, eq=False)

@@ -31,8 +31,8 @@ _HELD = 0.05
 _GAIN_SCALE = 0.15
 """Deviation of a logarithmic gain from the plane through all that has a quarter of the weight."""
 
-_NEIGHBOURHOODS = (8.0, 4.0, 3.0)
-"""Standard deviations, shrunken pixels, of the surroundings whose gain is taken for a pixel's."""
+_NEIGHBOURHOODS = (25, 13, 9)
+"""Sides, shrunken pixels, of the surroundings whose gain is taken for a pixel's."""
 
 _FEW = np.float32(0.02)
 """Share of the surroundings below which the plane's gain is taken instead."""
@@ -71,7 +71,7 @@ class EmptyScene:
     """Picture (H, W) of the empty scene, with what its comparison needs of it each time."""
 
     picture: ImageArray
-    small: Float32Array
+    small: ImageArray
     """(h, w). Shrunken picture."""
     order: IntArray
     """(n,). Every second pixel of every second row of it, from dark to light."""
@@ -87,10 +87,10 @@ def empty_scene(picture: ImageArray) -> EmptyScene:
     return EmptyScene(picture, small, order, _medians(few[order]))
 
 
-def shrunken(picture: ImageArray) -> Float32Array:
+def shrunken(picture: ImageArray) -> ImageArray:
     """The picture at a quarter of its size."""
     size = (picture.shape[1] // SHRINK, picture.shape[0] // SHRINK)
-    return cv2.resize(picture, size, interpolation=cv2.INTER_AREA).astype(np.float32)
+    return np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_AREA), dtype=np.uint8)
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,9 +111,9 @@ class Light:
 
 def light_of(picture: ImageArray, scene: EmptyScene) -> Light:
     """Estimate exposure, gamma and a plane of gain for the whole picture (H, W)."""
-    now = shrunken(picture)
+    now = shrunken(picture).astype(np.float32)
     curve = _tone_curve(scene.levels, _medians(now[::2, ::2].ravel()[scene.order]))
-    toned = np.interp(scene.small, np.arange(256), curve).astype(np.float32)
+    toned = curve[scene.small]
     plane = _robust_plane(_log_ratio(now, toned))
     lit = toned * np.exp(plane)
     return Light(curve, plane, now, lit, _spread(now[::3, ::3] - lit[::3, ::3]))
@@ -143,8 +143,8 @@ def relit(
     gain = cv2.resize(
         np.exp(light.log_gain + local), (width, height), interpolation=cv2.INTER_LINEAR
     )
-    empty = cv2.multiply(cv2.LUT(scene.picture, light.curve), gain, dtype=cv2.CV_8U)
-    empty = empty.astype(np.uint8, copy=False)
+    lit = cv2.multiply(cv2.LUT(scene.picture, light.curve), gain, dtype=cv2.CV_8U)
+    empty = np.asarray(lit, dtype=np.uint8)
     noise = _noise(picture, empty, background)
     if noise > _QUIET:
         empty = _aligned(picture, empty, background)
@@ -180,12 +180,12 @@ def _local_gain(light: Light, background: BoolArray) -> Float32Array:
     for neighbourhood in _NEIGHBOURHOODS:
         sure = background & np.where(flat, np.abs(ratio - local) < _FLAT, alike)
         weight = sure.astype(np.float32)
-        total = cv2.GaussianBlur(weight, (0, 0), neighbourhood)
-        local = cv2.GaussianBlur(ratio * weight, (0, 0), neighbourhood) / (total + _FEW)
+        around = (neighbourhood, neighbourhood)
+        local = cv2.blur(ratio * weight, around) / (cv2.blur(weight, around) + _FEW)
     return local
 
 
-def _medians(ordered: Float32Array) -> FloatArray:
+def _medians(ordered: ImageArray | Float32Array) -> FloatArray:
     """Medians (bins,) of equal parts of some grey levels."""
     share = len(ordered) // _BINS
     return np.median(ordered[: share * _BINS].reshape(_BINS, share), axis=1).astype(np.float64)
