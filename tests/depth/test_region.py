@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stereotrack_core.depth.cloud import DepthGeometry
+from stereotrack_core.depth.light import empty_scene, light_of
 from stereotrack_core.depth.match import (
     STEPS,
     DisparityRange,
@@ -43,12 +44,16 @@ def test_columns_up_to_the_right_border_are_measured():
     assert np.abs(steps[8:-8, 130:144] / STEPS - 9.0).max() < 0.3
 
 
+def bands_of(image, empty, margin):
+    return changed_bands(light_of(image, empty_scene(empty)), WHOLE, margin)
+
+
 def test_what_changed_is_inside_the_region():
     empty = texture(240, 320, seed=1).astype(np.uint8)
     image = empty.copy()
     image[60:180, 100:140] = texture(240, 320, seed=2)[60:180, 100:140].astype(np.uint8)
     noise = np.random.default_rng(3).normal(0, 2.5, image.shape)
-    bands = changed_bands((image + noise).clip(0, 255).astype(np.uint8), empty, 8)
+    bands = bands_of((image + noise).clip(0, 255).astype(np.uint8), empty, 8)
     region = functools.reduce(operator.or_, bands)
     assert region.left <= 100 - 4
     assert region.top <= 60 - 4
@@ -61,7 +66,7 @@ def test_bands_are_narrower_than_the_box_and_hold_all_that_changed():
     image, shape = empty.copy(), np.zeros(empty.shape, dtype=bool)
     shape[20:220, 150:170] = shape[60:70, 40:280] = True  # arms spread
     image[shape] = 255 - image[shape] // 2
-    bands = changed_bands(image, empty, 8)
+    bands = bands_of(image, empty, 8)
     held = np.zeros(empty.shape, dtype=int)
     for band in bands:
         held[band.slices] += 1
@@ -77,15 +82,15 @@ def test_a_change_of_brightness_alone_is_not_taken_for_the_person(gain):
     empty = (texture(240, 320, seed=1) * 0.7).astype(np.uint8)
     image = (empty * gain).astype(np.uint8)
     image[100:140, 200:240] = 250
-    region = functools.reduce(operator.or_, changed_bands(image, empty, 0))
+    region = functools.reduce(operator.or_, bands_of(image, empty, 0))
     assert region.right - region.left < 60
     assert region.bottom - region.top < 60
 
 
 def test_where_the_comparison_proves_nothing_the_whole_image_is_taken():
     empty = texture(240, 320, seed=1).astype(np.uint8)
-    assert changed_bands(empty, empty, 8) == (WHOLE,)
-    assert changed_bands(texture(240, 320, seed=5).astype(np.uint8), empty, 8) == (WHOLE,)
+    assert bands_of(empty, empty, 8) == (WHOLE,)
+    assert bands_of(texture(240, 320, seed=5).astype(np.uint8), empty, 8) == (WHOLE,)
 
 
 def test_a_body_appears_inside_its_corners_region():
