@@ -114,6 +114,12 @@ _SHADOW = 0.002
 """Share of the image from which changed pixels at the empty scene's disparity may be a shadow;
 fewer are feet on the floor, or a limb that the matcher has missed."""
 
+_WINDOW = (5, 5)
+"""Neighbourhood, pixels, in which structure is compared."""
+
+_EDGES = np.ones((7, 7), np.uint8)
+"""Edges of shadows that are filled."""
+
 _SAME = 4.0
 """Grey levels by which both pictures of a pair may show the same place differently."""
 
@@ -309,12 +315,21 @@ class ViewBackground:
         now, before = frame.picture[region.slices], empty[region.slices]
         new = difference_of(now, before) > max(_LEAST, _NOISES * noise)
         behind = apart[region.slices] & self._measured_behind(disparity, region)
-        large = np.count_nonzero(new & behind) > _SHADOW * apart.size
-        if large and isinstance(frame, StereoFrame):
-            behind &= self._seen_behind(frame, region)
-        else:
-            behind = np.zeros(new.shape, dtype=bool)
-        return Compared(now, before, noise, self._p.match_window, behind)
+        if isinstance(frame, StereoFrame) and self._is_large(new & behind):
+            shadow = behind & _same_structure(now, before, noise)
+            if self._is_large(new & shadow) and self._is_large(
+                new & (shadow := shadow & self._seen_behind(frame, region))
+            ):
+                # the edges of a shadow have no structure of one side
+                filled = cv2.morphologyEx(shadow.astype(np.uint8), cv2.MORPH_CLOSE, _EDGES)
+                return Compared(now, before, noise, self._p.match_window, behind & (filled > 0))
+        nothing = np.zeros(new.shape, dtype=bool)
+        return Compared(now, before, noise, self._p.match_window, nothing)
+
+    def _is_large(self, part: BoolArray) -> bool:
+        """Whether pixels (h, w) are more than a limb that the matcher has missed."""
+        image = self._source.geometry.width * self._source.geometry.height
+        return bool(np.count_nonzero(part) > _SHADOW * image)
 
     def _apart_from_foreground(self, disparity: Float32Array, region: Region) -> BoolArray:
         """Where (H, W) no foreground disparity (h, w) of a region is near."""
@@ -350,13 +365,24 @@ class ViewBackground:
         )
         border = cv2.BORDER_REPLICATE
         there = cv2.remap(frame.left, columns + expected, rows, cv2.INTER_LINEAR, borderMode=border)
-        here = frame.picture[region.slices]
-        a, b = (cv2.blur(one, (3, 3)).astype(np.float32) for one in (here, there))
         # the cameras of a pair, and their lenses, differ in brightness
-        gain = (cv2.blur(a, _AROUND) + 1) / (cv2.blur(b, _AROUND) + 1)
-        difference = np.abs(a - gain * b)
-        noise = 1.4826 * float(np.median(difference[::3, ::3]))
-        return np.asarray(cv2.blur(difference, (5, 5)) < max(_SAME, _NOISES * noise))
+        apart = _apart_but_for_gain(frame.picture[region.slices], there, _AROUND)
+        noise = 1.4826 * float(np.median(apart[::3, ::3]))
+        return np.asarray(apart < max(_SAME, _NOISES * noise))
+
+
+def _same_structure(now: ImageArray, before: ImageArray, noise: float) -> BoolArray:
+    """Where (h, w) a picture is the empty scene's but for a gain: in shadows and reflections."""
+    return np.asarray(_apart_but_for_gain(now, before, _WINDOW) < max(_SAME, 2 * noise))
+
+
+def _apart_but_for_gain(
+    one: ImageArray, other: ImageArray, neighbourhood: tuple[int, int]
+) -> Float32Array:
+    """Mean difference (h, w) around each pixel after the gain between two neighbourhoods."""
+    a, b = (cv2.blur(image, (3, 3)).astype(np.float32) for image in (one, other))
+    gain = (cv2.blur(a, neighbourhood) + 1) / (cv2.blur(b, neighbourhood) + 1)
+    return cv2.blur(np.abs(a - gain * b), _WINDOW).astype(np.float32, copy=False)
 
 
 @dataclass(frozen=True, eq=False)

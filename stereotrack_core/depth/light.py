@@ -9,6 +9,7 @@ robust means over many pixels, so that a person who covers a fifth of the image 
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import cv2
@@ -62,6 +63,12 @@ _SHARP = 0.9
 _GREY = 20.0
 """Grey levels of a difference that loses half of its weight when a shift is estimated."""
 
+_RUN = 32
+"""Pixels of a row over which noise is averaged."""
+
+_QUIETEST = 10.0
+"""Percentile of these averages that has no texture to speak of."""
+
 _LEAST_NOISE = 0.5
 """Grey levels of rounding that remain without any noise."""
 
@@ -91,6 +98,23 @@ def shrunken(picture: ImageArray) -> ImageArray:
     """The picture at a quarter of its size."""
     size = (picture.shape[1] // SHRINK, picture.shape[0] // SHRINK)
     return np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_AREA), dtype=np.uint8)
+
+
+def sensor_noise(picture: ImageArray) -> float:
+    """Standard deviation of a picture's (H, W) noise in grey levels, where it is quietest.
+
+    Noise is everywhere and texture is not, so second differences along short stretches of rows
+    are at least those of the noise. Clipped stretches are left out.
+    """
+    rows = picture[4::8, : picture.shape[1] // _RUN * _RUN].astype(np.float32)
+    second = np.abs(rows[:, :-2] + rows[:, 2:] - 2 * rows[:, 1:-1])
+    second = np.pad(second, ((0, 0), (1, 1)), mode="edge").reshape(-1, _RUN).mean(axis=1)
+    grey = rows.reshape(-1, _RUN)
+    open_ = (grey.min(axis=1) > 0) & (grey.max(axis=1) < 255)
+    if np.count_nonzero(open_) < _RUN:
+        return 0.0
+    # |n1 - 2 n2 + n3| of normal noise is sqrt(6) * 0.798 sigma on average.
+    return float(np.percentile(second[open_], _QUIETEST)) / (math.sqrt(6.0) * 0.798)
 
 
 @dataclass(frozen=True, eq=False)

@@ -52,6 +52,9 @@ class DepthParameters(ParameterGroup):
     low_pass: float = parameter(0.0, _MATCH, (0.0, 5.0), unit="px", thesis=0.8)(
         "Standard deviation of the low-pass filter before rectification; 0 disables it."
     )
+    low_pass_noise: bool = parameter(True, _MATCH, thesis=False)(
+        "Filter noisy images of dark rooms more, by the noise that is measured in each of them."
+    )
     edge_images: bool = parameter(True, _MATCH, thesis=False)(
         "Match horizontal derivatives, which are insensitive to differences in gain."
     )

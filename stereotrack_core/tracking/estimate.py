@@ -86,6 +86,8 @@ class Estimate:
     correspondences: Correspondences | None = None
     seconds: Mapping[str, float] = field(default_factory=dict)
     """By stage name."""
+    doubts: Mapping[str, str] = field(default_factory=dict)
+    """By view name. Why a view that measured was left out, as a sentence."""
     prior: Prior | None = None
     """None where the frame was not predicted from the one before."""
     limb_lost: FloatArray = field(default_factory=lambda: np.full(len(LIMBS), np.nan))

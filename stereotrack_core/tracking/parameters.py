@@ -111,6 +111,10 @@ class TrackingParameters(ParameterGroup):
     silhouette_sigma: float = parameter(0.02, _SILHOUETTES, (0.001, 1.0), unit="m")(
         "Expected distance between a contour and its edge."
     )
+    leave_out_views: bool = parameter(True, _SILHOUETTES, thesis=False)(
+        "Leave out a view whose silhouette or points contradict those of the other views (three "
+        "or more), for as long as they do."
+    )
     search_arms: bool = parameter(True, _SEARCH, thesis=False)(
         "Search for better positions of both arms in every frame."
     )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pkgutil
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from types import MappingProxyType
 from typing import TypeAlias
 
@@ -44,6 +45,7 @@ from stereotrack_core.tracking.residuals.clicks import contradicted, pose_by_cli
 from stereotrack_core.tracking.state import Setup, elapsed
 from stereotrack_core.tracking.step_recorder import StepRecorder
 from stereotrack_core.tracking.ukf import ThesisTracker
+from stereotrack_core.tracking.view_watch import ViewWatch
 
 _RIVALS = 3
 """Poses besides the best that are kept on trial."""
@@ -132,12 +134,15 @@ class PersonTracker(LeaderTracker):
         self._cost = self._doubt = 0.0
         self._rivals: list[Candidate] = []
         self._unconfirmed = self._told = 0
+        self.watch = ViewWatch()
 
     def step(self, cloud: Cloud, trace: StepRecorder | None = None) -> Estimate:
         """Follow to the next cloud; look for the person first where nobody was followed."""
         if cloud.clicks:
             self._heed(cloud)
-        before = self.leader.state
+        before, every = self.leader.state, cloud
+        if self.setup.parameters.leave_out_views:
+            cloud = self.watch.trusted(cloud)
         if len(cloud.points) >= self.setup.parameters.least_points:
             if not self._present:
                 self._initialise(cloud, trace)
@@ -153,6 +158,8 @@ class PersonTracker(LeaderTracker):
             self.reinitialise()
             self._unconfirmed = _CONFIRMED_BY if partial else 0
             return estimate
+        estimate = replace(estimate, doubts=self.watch.doubts)
+        self.watch = self.watch.updated(every, self.setup.body, self.pose)
         self.leader.correspondences.learn(self.pose, estimate.unexplained_fraction)
         if self._unconfirmed:
             seconds = elapsed(before.time, cloud.frame) / self.setup.fps
@@ -170,7 +177,7 @@ class PersonTracker(LeaderTracker):
         """All that the next step depends on, the rivals on trial too."""
         counts = (self._unconfirmed, self._age, self._unchanged, self._told)
         trial = [self._present, *counts, self._cost, self._doubt]
-        kept = {**self.leader.memory(), "trial": np.array(trial, float)}
+        kept = {**self.leader.memory(), **self.watch.memory(), "trial": np.array(trial, float)}
         for k, rival in enumerate(self._rivals):
             own = {**rival.filter.memory(), "cost": np.array(rival.cost)}
             kept |= {f"{_RIVAL}{k}.{name}": array for name, array in own.items()}
@@ -179,6 +186,7 @@ class PersonTracker(LeaderTracker):
     def recall(self, memory: Memory) -> None:
         """Go on as the tracker would whose memory this is."""
         self.leader.recall(memory)
+        self.watch = ViewWatch.of_memory(memory)
         present, *counts, self._cost, self._doubt = memory["trial"].tolist()
         self._present = bool(present)
         self._unconfirmed, self._age, self._unchanged, *told = map(int, counts)
