@@ -84,7 +84,7 @@ def track_table(job: TrackedRun, title: str) -> Table:
     if facts["smoothed"]:
         rows.append(("frames bridged by smoothing", str(len(facts["bridged"]))))
     rows += [(f"not tracked {gap.first}:{gap.end}", gap.reason) for gap in job.gaps]
-    rows += [(f"view {b.view} without points {b.first}:{b.end}", b.reason) for b in job.blind]
+    rows += [(f"view {b.view} not used {b.first}:{b.end}", b.reason) for b in job.blind]
     return Table(title, ("what", ">value"), rows)
 
 

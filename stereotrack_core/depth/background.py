@@ -364,7 +364,9 @@ class ViewBackground:
             )
         )
         border = cv2.BORDER_REPLICATE
-        there = cv2.remap(frame.left, columns + expected, rows, cv2.INTER_LINEAR, borderMode=border)
+        there = cv2.remap(
+            frame.left, columns + expected, rows, cv2.INTER_LINEAR, borderMode=border
+        ).astype(np.uint8, copy=False)
         # the cameras of a pair, and their lenses, differ in brightness
         apart = _apart_but_for_gain(frame.picture[region.slices], there, _AROUND)
         noise = 1.4826 * float(np.median(apart[::3, ::3]))
@@ -382,7 +384,8 @@ def _apart_but_for_gain(
     """Mean difference (h, w) around each pixel after the gain between two neighbourhoods."""
     a, b = (cv2.blur(image, (3, 3)).astype(np.float32) for image in (one, other))
     gain = (cv2.blur(a, neighbourhood) + 1) / (cv2.blur(b, neighbourhood) + 1)
-    return cv2.blur(np.abs(a - gain * b), _WINDOW).astype(np.float32, copy=False)
+    apart: Float32Array = cv2.blur(np.abs(a - gain * b), _WINDOW).astype(np.float32, copy=False)
+    return apart
 
 
 @dataclass(frozen=True, eq=False)

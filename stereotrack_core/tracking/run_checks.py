@@ -7,21 +7,27 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
 from stereotrack_core.body.model import BodyModel
+from stereotrack_core.body.skeleton import FOREARMS, UPPER_ARMS
 from stereotrack_core.depth.cloud import PointCounts
 from stereotrack_core.depth.lost_points import Cause, LostPoints
+from stereotrack_core.geometry.rotation import angle_between
 from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.tracking.frame import Run, TrackedFrame
 from stereotrack_core.tracking.initialise.heading_watch import ENOUGH
 from stereotrack_core.tracking.keypoint_checks import disagreeing_keypoints
 from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.run_spec import RunSpec
+from stereotrack_core.tracking.view_watch import views_left_out
+
+ARMS = [*UPPER_ARMS, *FOREARMS]
 
 WARNINGS = "warnings"
 """Key of a run's meta."""
@@ -42,9 +48,22 @@ MOST_CONTRADICTED = 0.03
 which views do not fit each other: sound recordings have up to 0.015, those with wrong calibrations
 mostly 0.04 to 0.7 (docs/runs.md)."""
 
+MOST_LOST = 0.12
+"""Mean probability that an arm segment is lost, above which a run has probably gone wrong: sound
+runs have 0.03 to 0.08, those that lost 2 to 50 % of the arms 0.16 to 0.47 (docs/runs.md)."""
+
+MOST_LEFT_OUT = 0.05
+"""Share of the frames in which a view may be left out before that is told as a warning."""
+
+_LEFT, _RIGHT = (LANDMARKS.index(f"{side}_shoulder") for side in ("left", "right"))
+
+_TURNED = np.radians(120.0)
+"""Turn of the shoulders between successive frames that nobody makes."""
+
 CHECK = (
-    "Check the calibration with `stereotrack info --deep`: views or cameras may be swapped, a "
-    "rotation inverted, or a baseline or unit wrong."
+    "Look for the cause with `stereotrack info --deep`: it compares the light and the cameras' "
+    "places with the pictures of the empty scene, and tells whether views or cameras are swapped, "
+    "a rotation inverted, or a baseline or unit wrong."
 )
 
 
@@ -74,7 +93,43 @@ def misfits(frames: Iterable[TrackedFrame], settings: Settings) -> tuple[str, ..
             f"{100 * unexplained:.0f} % of the cloud is not explained by the body (at most 28 % "
             "in good recordings); the poses are probably wrong"
         )
-    return tuple(found)
+    lost = [frame.estimate.limb_lost[ARMS] for frame in every if frame.tracked]
+    expected = float(np.nanmean(lost)) if np.isfinite(lost).any() else 0.0
+    if expected > MOST_LOST:
+        found.append(
+            f"{100 * expected:.0f} % of the arms are expected to be lost (3 to 8 % in good runs)"
+        )
+    return (*found, *_turns(every), *_left_out(every))
+
+
+def _turns(frames: Sequence[TrackedFrame]) -> Iterator[str]:
+    """Frames at which the body turned round at once, as a clause."""
+    tracked = [frame for frame in frames if frame.tracked]
+    shoulders = [f.landmarks[_RIGHT] - f.landmarks[_LEFT] for f in tracked]
+    turned = [
+        later.frame
+        for later, a, b in zip(tracked[1:], shoulders[:-1], shoulders[1:], strict=True)
+        if angle_between(a, b) > _TURNED
+    ]
+    if turned:
+        numbers = ", ".join(map(str, turned[:5])) + (" ..." if len(turned) > 5 else "")
+        yield (
+            f"the body turned round from one frame to the next ({numbers}), so left and right are "
+            "exchanged before or after; --heading states the direction at the first frame"
+        )
+
+
+def _left_out(frames: Sequence[TrackedFrame]) -> Iterator[str]:
+    """Views that were left out in many frames, as clauses."""
+    told = [(view, f.frame) for f in frames for view in views_left_out(f.cloud.problems)]
+    for view in dict.fromkeys(view for view, _ in told):
+        at = [frame for name, frame in told if name == view]
+        if len(at) > MOST_LEFT_OUT * len(frames):
+            yield (
+                f"view {view} contradicts the others in {len(at)} of {len(frames)} frames "
+                f"({min(at)} to {max(at)}), in which it was not used; its camera was moved, is "
+                "late, or sees something else as part of the person"
+            )
 
 
 @dataclass(frozen=True)

@@ -21,6 +21,8 @@ from stereotrack_core.tracking.estimate import Memory
 from stereotrack_core.tracking.residuals.silhouette import contours_of, edge_maps
 from stereotrack_core.tracking.residuals.surface import surface_distances, unexplained_fraction
 
+_LEFT_OUT = "contradicts the others and is not used"
+
 _EVERY = 3
 """Of so many frames one is judged: a view that goes wrong stays so for longer."""
 
@@ -47,6 +49,7 @@ _LEAST = np.array([0.028, 0.42])
 """Deviation of contours, metres, and unexplained fraction that a view needs as well. Undisturbed:
 0.015 to 0.022 m and 0.15 to 0.34; a camera turned by 1.4 degrees: 0.03 to 0.06 m; one of 3.5
 degrees: 0.1 m and 0.5."""
+
 
 @dataclass(frozen=True, eq=False)
 class ViewWatch:
@@ -85,7 +88,7 @@ class ViewWatch:
         return ViewWatch(cloud.view_names, signs, judged, left_out)
 
     def _left_out(self, names: tuple[str, ...], signs: FloatArray) -> str:
-        ratios = ratios_to_others(signs)
+        ratios = _ratios_to_others(signs)
         # Passers-by leave points unexplained and the person's contours where they are: without
         # such a view 12 % of the arms were lost, with it none.
         ratios[np.isfinite(ratios[:, 0]), 1] = 0.0
@@ -106,7 +109,7 @@ class ViewWatch:
         (own, share), others = self.signs[k], np.nanmedian(np.delete(self.signs, k, 0), axis=0)
         return {
             self.left_out: (
-                f"View {self.left_out} contradicts the others and is not used: its contours lie "
+                f"View {self.left_out} {_LEFT_OUT}: its contours lie "
                 f"{1000 * own:.0f} mm beside the body ({1000 * others[0]:.0f} mm in the others), "
                 f"and {100 * share:.0f} % of its points are not explained "
                 f"({100 * others[1]:.0f} %); its camera may have moved or be late."
@@ -132,7 +135,12 @@ class ViewWatch:
         return cls(names, memory["watch_signs"], judged, names[k] if k >= 0 else "")
 
 
-def ratios_to_others(signs: FloatArray) -> FloatArray:
+def views_left_out(problems: Mapping[str, str]) -> tuple[str, ...]:
+    """Views that were left out, of what the views of a frame lack (``Cloud.problems``)."""
+    return tuple(view for view, sentence in problems.items() if _LEFT_OUT in sentence)
+
+
+def _ratios_to_others(signs: FloatArray) -> FloatArray:
     """Signs (V, K) over the medians of the other views' (V, K)."""
     others = [np.delete(signs, k, axis=0) for k in range(len(signs))]
     with np.errstate(invalid="ignore", divide="ignore"):

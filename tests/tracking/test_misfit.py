@@ -1,11 +1,16 @@
 """Signs of a run in which nothing fits."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from stereotrack_core.body.model import body_model, landmarks
 from stereotrack_core.body.pose import hanging_pose
+from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.tracking.estimate import Estimate
 from stereotrack_core.tracking.frame import TrackedFrame, cloudless
+from stereotrack_core.tracking.initialise.trunk import turned_round
 from stereotrack_core.tracking.presets import PRESETS, preset
 from stereotrack_core.tracking.run_checks import MOST_CONTRADICTED, MOST_UNEXPLAINED, misfits
 
@@ -14,10 +19,11 @@ SOUND = (MOST_UNEXPLAINED - 0.01, MOST_CONTRADICTED - 0.01)
 WRONG = (MOST_UNEXPLAINED + 0.01, MOST_CONTRADICTED + 0.01)
 
 
-def frame(unexplained, contradicted=np.nan, *, tracked=True):
-    x, P = np.zeros(3), np.eye(3)
+def frame(unexplained, contradicted=np.nan, *, tracked=True, lost=0.05):
+    x, P, reason = np.zeros(3), np.eye(3), "" if tracked else "gone"
+    expected = np.r_[np.nan, np.full(4, lost), np.nan]
     estimate = Estimate(
-        tracked, "" if tracked else "gone", POSE, x, P, unexplained_fraction=unexplained
+        tracked, reason, POSE, x, P, unexplained_fraction=unexplained, limb_lost=expected
     )
     return TrackedFrame(0, estimate, np.zeros((9, 3)), cloudless(0), {}, contradicted)
 
@@ -42,6 +48,34 @@ def test_far_more_than_sound_recordings_have_is_warned_of():
 def test_views_that_do_not_fit_are_told_where_nothing_was_tracked():
     [contradicted] = misfits([frame(np.nan, WRONG[1], tracked=False)], preset("fast"))
     assert "the views are inconsistent" in contradicted
+
+
+def test_arms_that_the_tracker_itself_takes_for_lost_are_warned_of():
+    [lost] = misfits([frame(0.2, lost=0.26)] * 20, preset("fast"))
+    assert "26 % of the arms" in lost
+    assert misfits([frame(0.2)] * 17 + [frame(0.2, lost=0.5)] * 3, preset("fast")) == ()
+
+
+def test_a_view_that_was_left_out_for_long_is_warned_of():
+    sound = [frame(0.2)] * 30
+    problem = {"W": "View W contradicts the others and is not used: its contours lie off."}
+    left_out = [replace(frame(0.2), frame=k, cloud=cloudless(k, problem)) for k in range(30, 40)]
+    [told] = misfits([*sound, *left_out], preset("fast"))
+    assert "view W" in told
+    assert "in 10 of 40 frames (30 to 39)" in told
+    assert misfits([*sound, left_out[0]], preset("fast")) == ()
+
+
+def test_a_body_that_turns_round_at_once_is_warned_of():
+    facing = {
+        side: landmarks(body_model(AVERAGE), pose)
+        for side, pose in (("north", POSE), ("south", turned_round(POSE)))
+    }
+    sides = ["north"] * 4 + ["south"] * 3 + ["north"] * 4
+    frames = [replace(frame(0.2), frame=k, landmarks=facing[s]) for k, s in enumerate(sides)]
+    [turned] = misfits(frames, preset("fast"))
+    assert "(4, 7)" in turned
+    assert misfits(frames[:4], preset("fast")) == ()
 
 
 @pytest.mark.parametrize("name", PRESETS)
