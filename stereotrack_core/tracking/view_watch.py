@@ -119,7 +119,7 @@ class ViewWatch:
     def memory(self) -> Memory:
         """Arrays from which :meth:`of_memory` restores it."""
         return {
-            "watched": np.array(self.names, dtype=np.str_),
+            "watched": np.array([*"\n".join(self.names).encode()], dtype=np.uint8),
             "watch_signs": self.signs,
             "watch": np.array([self.judged, self._index]),
         }
@@ -131,7 +131,8 @@ class ViewWatch:
     @classmethod
     def of_memory(cls, memory: Memory) -> ViewWatch:
         """Restore a watch."""
-        names, (judged, k) = tuple(memory["watched"].tolist()), memory["watch"].tolist()
+        names = tuple(filter(None, memory["watched"].tobytes().decode().split("\n")))
+        judged, k = memory["watch"].tolist()
         return cls(names, memory["watch_signs"], judged, names[k] if k >= 0 else "")
 
 
