@@ -42,6 +42,9 @@ _WINDOW = (5, 5)
 _LEAST_CORRELATION = 0.6
 """Correlation of picture and empty scene, in a window of shrunken pixels, that show the same."""
 
+_SHADE, _SHADED = 4.0, 0.02
+"""Grey levels of shade, and share of the background from which the gain is estimated locally."""
+
 _FLAT = 0.1
 """Largest deviation of a logarithmic gain where there is no structure to tell light from things."""
 
@@ -66,8 +69,8 @@ _GREY = 20.0
 _RUN = 32
 """Pixels of a row over which noise is averaged."""
 
-_QUIETEST = 10.0
-"""Percentile of these averages that has no texture to speak of."""
+_QUIETEST = 0.1
+"""Quantile of these averages that has no texture to speak of."""
 
 _LEAST_NOISE = 0.5
 """Grey levels of rounding that remain without any noise."""
@@ -106,15 +109,14 @@ def sensor_noise(picture: ImageArray) -> float:
     Noise is everywhere and texture is not, so second differences along short stretches of rows
     are at least those of the noise. Clipped stretches are left out.
     """
-    rows = picture[4::8, : picture.shape[1] // _RUN * _RUN].astype(np.float32)
-    second = np.abs(rows[:, :-2] + rows[:, 2:] - 2 * rows[:, 1:-1])
-    second = np.pad(second, ((0, 0), (1, 1)), mode="edge").reshape(-1, _RUN).mean(axis=1)
-    grey = rows.reshape(-1, _RUN)
-    open_ = (grey.min(axis=1) > 0) & (grey.max(axis=1) < 255)
-    if np.count_nonzero(open_) < _RUN:
+    runs = picture[4::12, : picture.shape[1] // _RUN * _RUN].reshape(-1, _RUN)
+    runs = runs[(runs.min(axis=1) > 0) & (runs.max(axis=1) < 255)].astype(np.int16)
+    if len(runs) < _RUN:
         return 0.0
+    second = np.abs(runs[:, :-2] + runs[:, 2:] - 2 * runs[:, 1:-1]).mean(axis=1)
+    quiet = np.partition(second, int(_QUIETEST * len(second)))[int(_QUIETEST * len(second))]
     # |n1 - 2 n2 + n3| of normal noise is sqrt(6) * 0.798 sigma on average.
-    return float(np.percentile(second[open_], _QUIETEST)) / (math.sqrt(6.0) * 0.798)
+    return float(quiet) / (math.sqrt(6.0) * 0.798)
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,8 +139,8 @@ def light_of(picture: ImageArray, scene: EmptyScene) -> Light:
     """Estimate exposure, gamma and a plane of gain for the whole picture (H, W)."""
     now = shrunken(picture).astype(np.float32)
     curve = _tone_curve(scene.levels, _medians(now[::2, ::2].ravel()[scene.order]))
-    toned = curve[scene.small]
-    plane = _robust_plane(_log_ratio(now, toned))
+    toned = cv2.LUT(scene.small, curve).astype(np.float32, copy=False)
+    plane = _robust_plane(_log_ratio(now[3::6, 3::6], toned[3::6, 3::6]), toned.shape)
     lit = toned * np.exp(plane)
     return Light(curve, plane, now, lit, _spread(now[::3, ::3] - lit[::3, ::3]))
 
@@ -162,11 +164,11 @@ def relit(
     """
     height, width = picture.shape
     small = light.small.shape[1], light.small.shape[0]
-    known = cv2.resize(background.astype(np.uint8) * 255, small, interpolation=cv2.INTER_AREA)
-    local = _local_gain(light, known > 250)
-    gain = cv2.resize(
-        np.exp(light.log_gain + local), (width, height), interpolation=cv2.INTER_LINEAR
-    )
+    known = cv2.resize(background.view(np.uint8) * 255, small, interpolation=cv2.INTER_AREA) > 250
+    log_gain = light.log_gain
+    if not _is_even(light, known):
+        log_gain = log_gain + _local_gain(light, known)
+    gain = cv2.resize(np.exp(log_gain), (width, height), interpolation=cv2.INTER_LINEAR)
     lit = cv2.multiply(cv2.LUT(scene.picture, light.curve), gain, dtype=cv2.CV_8U)
     empty = np.asarray(lit, dtype=np.uint8)
     noise = _noise(picture, empty, background)
@@ -174,6 +176,12 @@ def relit(
         empty = _aligned(picture, empty, background)
         noise = _noise(picture, empty, background)
     return empty, noise
+
+
+def _is_even(light: Light, background: BoolArray) -> bool:
+    """Whether the plane of gain leaves no shade to speak of on the background (h, w)."""
+    apart = np.abs(light.small - light.empty_small)[background]
+    return bool(np.count_nonzero(apart > _SHADE) <= _SHADED * apart.size)
 
 
 def _noise(picture: ImageArray, empty: ImageArray, background: BoolArray) -> float:
@@ -238,16 +246,19 @@ def _log_ratio(now: Float32Array, before: Float32Array) -> Float32Array:
     return ratio
 
 
-def _robust_plane(log_gain: Float32Array) -> Float32Array:
-    """Plane through logarithmic gains (h, w), by iteratively reweighted least squares."""
-    height, width = log_gain.shape
+def _robust_plane(log_gain: Float32Array, shape: tuple[int, ...]) -> Float32Array:
+    """Plane (h, w) through the logarithmic gains of every sixth row and column.
+
+    By iteratively reweighted least squares.
+    """
+    height, width = shape
     rows, columns = np.arange(height) / height - 0.5, np.arange(width) / width - 0.5
-    z = log_gain[3::6, 3::6].astype(np.float64).ravel()
+    z = log_gain.astype(np.float64).ravel()
     v, u = (g.ravel() for g in np.meshgrid(rows[3::6], columns[3::6], indexing="ij"))
     a = np.column_stack([np.ones_like(u), u, v])
     x = np.array([np.median(z), 0.0, 0.0])
     held = np.diag([1e-9, 1.0, 1.0])  # a slope needs evidence
-    for _ in range(5):
+    for _ in range(4):
         weight = 1 / (1 + ((z - a @ x) / _GAIN_SCALE) ** 2) ** 2
         weighted = a * weight[:, None]
         x = np.linalg.solve(weighted.T @ a + held, weighted.T @ z)
