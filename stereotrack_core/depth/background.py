@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stereotrack_core.arrays import BoolArray, Float32Array, ImageArray
-from stereotrack_core.depth.light import EmptyScene, Light, empty_scene, light_of, relit
+from stereotrack_core.depth.light import EmptyScene, Light, Relit, empty_scene, light_of, relit
 from stereotrack_core.depth.match import Region, changed_bands
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.points import Volume
@@ -101,7 +101,7 @@ def _sorted_rows(images: Sequence[NDArray[Any]]) -> Iterator[tuple[slice, NDArra
         yield rows, np.sort(np.stack([image[rows] for image in images], axis=-1), axis=-1)
 
 
-_NEAR = np.ones((7, 7), np.uint8)
+_NEAR = 7
 """Neighbourhood whose strongest difference says what half of a difference is."""
 
 _SHARE, _LEAST = 0.4, 10.0
@@ -126,7 +126,7 @@ _SAME = 4.0
 _NOISES = 4.0
 """Standard deviations of the measured noise that a pixel must differ by, at least."""
 
-_SURELY_INSIDE = np.ones((9, 9), np.uint8)
+_INSIDE = 9
 _CLOSED = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (5, 5))
 _OPENED = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (3, 3))
 _SMALL_HOLE = 60
@@ -145,20 +145,25 @@ def sharp_outline(
     foreground: BoolArray,
     noise: float = 0.0,
     behind: BoolArray | None = None,
+    blur: float = 0.0,
 ) -> BoolArray:
     """Where the picture is not the empty scene's (H, W), with edges at half their height.
 
     A fixed threshold would put the edge of a strong difference a pixel or two too far outside,
     because lenses blur. Where stereo sees something well inside its own edge, that counts too:
     `foreground` is what the disparities say; block matching widens it by up to half its window.
+    The wider the blur, in pixels, the farther from an edge is the strongest difference, and the
+    farther stereo sees beyond it.
     """
     difference = difference_of(picture, empty)
     least = max(_LEAST, _NOISES * noise)
-    limit = np.maximum(cv2.dilate(difference, _NEAR).astype(np.float32) * _SHARE, least)
+    wider = 2 * round(2 * blur)
+    near, inside = (np.ones((side + wider,) * 2, np.uint8) for side in (_NEAR, _INSIDE))
+    limit = np.maximum(cv2.dilate(difference, near).astype(np.float32) * _SHARE, least)
     new = (difference > limit).astype(np.uint8)
     if behind is not None:
         new[behind] = 0
-    new |= cv2.erode(foreground.astype(np.uint8), _SURELY_INSIDE)
+    new |= cv2.erode(foreground.astype(np.uint8), inside)
     closed = cv2.morphologyEx(new, cv2.MORPH_CLOSE, _CLOSED)
     cv2.filterSpeckles(closed, 1, _SMALL_HOLE - 1, 0)  # whatever is 0 and small becomes 1
     return cv2.morphologyEx(closed, cv2.MORPH_OPEN, _OPENED).astype(bool)
@@ -311,8 +316,8 @@ class ViewBackground:
         """Compare a region of the picture with the empty scene in the same light."""
         assert self._scene is not None and frame.picture is not None  # noqa: S101, PT018 - light
         apart = self._apart_from_foreground(disparity, region)
-        empty, noise = relit(frame.picture, self._scene, light, apart)
-        now, before = frame.picture[region.slices], empty[region.slices]
+        empty = relit(frame.picture, self._scene, light, apart)
+        now, before, noise = frame.picture[region.slices], empty.picture[region.slices], empty.noise
         new = difference_of(now, before) > max(_LEAST, _NOISES * noise)
         behind = apart[region.slices] & self._measured_behind(disparity, region)
         if isinstance(frame, StereoFrame) and self._is_large(new & behind):
@@ -322,9 +327,9 @@ class ViewBackground:
             ):
                 # the edges of a shadow have no structure of one side
                 filled = cv2.morphologyEx(shadow.astype(np.uint8), cv2.MORPH_CLOSE, _EDGES)
-                return Compared(now, before, noise, self._p.match_window, behind & (filled > 0))
+                return Compared(now, before, empty, self._p.match_window, behind & (filled > 0))
         nothing = np.zeros(new.shape, dtype=bool)
-        return Compared(now, before, noise, self._p.match_window, nothing)
+        return Compared(now, before, empty, self._p.match_window, nothing)
 
     def _is_large(self, part: BoolArray) -> bool:
         """Whether pixels (h, w) are more than a limb that the matcher has missed."""
@@ -336,7 +341,9 @@ class ViewBackground:
         apart = np.ones((self._source.geometry.height, self._source.geometry.width), dtype=bool)
         if self._limit is not None:
             in_front = disparity > self._limit[region.slices]
-            apart[region.slices] = cv2.dilate(in_front.astype(np.uint8), _SURELY_INSIDE) == 0
+            apart[region.slices] = (
+                cv2.dilate(in_front.astype(np.uint8), np.ones((_INSIDE,) * 2, np.uint8)) == 0
+            )
         return apart
 
     def _measured_behind(self, disparity: Float32Array, region: Region) -> BoolArray:
@@ -393,8 +400,8 @@ class Compared:
     """A region of a picture beside the empty scene in the same light."""
 
     picture: ImageArray
-    empty: ImageArray
-    noise: float
+    before: ImageArray
+    empty: Relit
     window: int
     """Pixels. Side of the matcher's window."""
     behind: BoolArray
@@ -407,9 +414,9 @@ class Compared:
         width of the matcher's window.
         """
         difference = cv2.absdiff(
-            cv2.GaussianBlur(self.picture, (5, 5), 0), cv2.GaussianBlur(self.empty, (5, 5), 0)
+            cv2.GaussianBlur(self.picture, (5, 5), 0), cv2.GaussianBlur(self.before, (5, 5), 0)
         )
-        limit = max(_HALO_CONTRAST, 3.0 * self.noise)
+        limit = max(_HALO_CONTRAST, 3.0 * self.empty.noise)
         differs = ((difference > limit) & ~self.behind).astype(np.uint8)
         size = (self.window // 2) | 1
         kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
@@ -418,4 +425,5 @@ class Compared:
 
     def outline(self, foreground: BoolArray) -> BoolArray:
         """The person's sharp outline."""
-        return sharp_outline(self.picture, self.empty, foreground, self.noise, self.behind)
+        noise, blur = self.empty.noise, self.empty.blur
+        return sharp_outline(self.picture, self.before, foreground, noise, self.behind, blur)

@@ -145,10 +145,20 @@ def light_of(picture: ImageArray, scene: EmptyScene) -> Light:
     return Light(curve, plane, now, lit, _spread(now[::3, ::3] - lit[::3, ::3]))
 
 
-def relit(
-    picture: ImageArray, scene: EmptyScene, light: Light, background: BoolArray
-) -> tuple[ImageArray, float]:
-    """The empty scene as it would look in the picture, and the noise of the difference.
+@dataclass(frozen=True, eq=False)
+class Relit:
+    """The empty scene in the light of a picture."""
+
+    picture: ImageArray
+    """(H, W)."""
+    noise: float
+    """Grey levels. Standard deviation of the difference of a pixel, after a blur of 3 x 3."""
+    blur: float
+    """Pixels. Standard deviation of the blur that the picture has more than the empty scene."""
+
+
+def relit(picture: ImageArray, scene: EmptyScene, light: Light, background: BoolArray) -> Relit:
+    """The empty scene as it would look in the picture.
 
     Parameters
     ----------
@@ -157,10 +167,6 @@ def relit(
         Pixels that surely show the empty scene, in whatever light: their gain is taken as it is,
         so that soft shadows and wandering shade are no difference.
 
-    Returns
-    -------
-    (H, W) uint8 and float
-        The noise is a standard deviation in grey levels, of a pixel after a blur of 3 x 3.
     """
     height, width = picture.shape
     small = light.small.shape[1], light.small.shape[0]
@@ -171,11 +177,11 @@ def relit(
     gain = cv2.resize(np.exp(log_gain), (width, height), interpolation=cv2.INTER_LINEAR)
     lit = cv2.multiply(cv2.LUT(scene.picture, light.curve), gain, dtype=cv2.CV_8U)
     empty = np.asarray(lit, dtype=np.uint8)
-    noise = _noise(picture, empty, background)
+    noise, blur = _noise(picture, empty, background), 0.0
     if noise > _QUIET:
-        empty = _aligned(picture, empty, background)
+        empty, blur = _aligned(picture, empty, background)
         noise = _noise(picture, empty, background)
-    return empty, noise
+    return Relit(empty, noise, blur)
 
 
 def _is_even(light: Light, background: BoolArray) -> bool:
@@ -274,8 +280,13 @@ def _spread(difference: Float32Array) -> float:
     return max(1.4826 * float(size[len(size) // 2]), _LEAST_NOISE)
 
 
-def _aligned(picture: ImageArray, empty: ImageArray, background: BoolArray) -> ImageArray:
-    """The empty scene with the shift and the blur of the picture, estimated on the background."""
+def _aligned(
+    picture: ImageArray, empty: ImageArray, background: BoolArray
+) -> tuple[ImageArray, float]:
+    """The empty scene with the shift and the blur of the picture, and the blur, pixels.
+
+    Both are estimated on the background.
+    """
     dx, dy = _shift(picture, empty, background)
     if _LEAST_SHIFT < np.hypot(dx, dy) < _LARGEST_SHIFT:
         moved = np.array([[1.0, 0.0, dx], [0.0, 1.0, dy]])
@@ -286,14 +297,14 @@ def _aligned(picture: ImageArray, empty: ImageArray, background: BoolArray) -> I
     own = _slopes(empty, background)
     energy = max(float(own @ own), 1.0)
     sharpness = float(own @ _slopes(picture, background)) / energy
+    blurred, sigma = empty, 0.0
     if sharpness > _SHARP:
-        return empty
-    blurred = empty
+        return empty, sigma
     for sigma in _BLURS:
         blurred = cv2.GaussianBlur(empty, (0, 0), sigma).astype(np.uint8, copy=False)
         if float(own @ _slopes(blurred, background)) / energy < sharpness:
             break
-    return blurred
+    return blurred, sigma
 
 
 def _slopes(image: ImageArray, background: BoolArray) -> Float32Array:

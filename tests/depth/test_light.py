@@ -30,8 +30,8 @@ def _picture(change, *, noise: float = 1.0):
 def _overlap(picture, background=APART):
     """Overlap of the outline found in a picture with the person's."""
     scene = empty_scene(EMPTY)
-    empty, noise = relit(picture, scene, light_of(picture, scene), background)
-    found = sharp_outline(picture, empty, NOBODY, noise)
+    empty = relit(picture, scene, light_of(picture, scene), background)
+    found = sharp_outline(picture, empty.picture, NOBODY, empty.noise)
     return (found & PERSON).sum() / (found | PERSON).sum()
 
 
@@ -73,14 +73,14 @@ def test_a_shift_and_a_blur_of_the_picture_are_followed():
 
 def test_noise_is_measured_and_is_no_difference():
     scene, picture = empty_scene(EMPTY), _picture(CHANGES["darker"], noise=12.0)
-    _, noise = relit(picture, scene, light_of(picture, scene), APART)
+    noise = relit(picture, scene, light_of(picture, scene), APART).noise
     assert noise == pytest.approx(12.0 / 3.0, rel=0.4)  # a mean of 3 x 3 pixels
     assert _overlap(picture) > 0.9
 
 
 def test_a_person_does_not_change_the_light():
     scene, picture = empty_scene(EMPTY), np.where(PERSON, np.uint8(200), EMPTY)
-    empty, _ = relit(picture, scene, light_of(picture, scene), APART)
+    empty = relit(picture, scene, light_of(picture, scene), APART).picture
     assert np.abs(empty.astype(int) - EMPTY)[APART].mean() < 1.0
 
 
