@@ -157,6 +157,20 @@ class Relit:
     """Pixels. Standard deviation of the blur that the picture has more than the empty scene."""
 
 
+def evened(light: Light) -> Float32Array:
+    """The shrunken empty scene (h, w) in the light that is measured around each pixel."""
+    everywhere = np.ones(light.small.shape, dtype=bool)
+    result: Float32Array = light.empty_small * np.exp(_local_gain(light, everywhere))
+    return result
+
+
+def shaded(light: Light) -> BoolArray:
+    """Where (h, w) a shrunken picture shows the empty scene's structure, but darker or brighter."""
+    ratio = cv2.blur(_log_ratio(light.small, light.empty_small), _WINDOW)
+    alike, _ = _alike(light)
+    return np.asarray(alike & (np.abs(ratio) > _FLAT))
+
+
 def relit(picture: ImageArray, scene: EmptyScene, light: Light, background: BoolArray) -> Relit:
     """The empty scene as it would look in the picture.
 
@@ -202,18 +216,8 @@ def _local_gain(light: Light, background: BoolArray) -> Float32Array:
     That is where the structure of both pictures correlates in a small window, whatever the light.
     Where the empty scene has no structure, the gain must agree with that of the surroundings.
     """
-    a, b = light.small, light.empty_small
-
-    def mean(image: Float32Array) -> Float32Array:
-        return cv2.boxFilter(image, cv2.CV_32F, _WINDOW).astype(np.float32, copy=False)
-
-    mean_a, mean_b = mean(a), mean(b)
-    var_a, var_b = mean(a * a) - mean_a**2, mean(b * b) - mean_b**2
-    flat = var_b < (3 * light.noise) ** 2
-    alike = mean(a * b) - mean_a * mean_b > _LEAST_CORRELATION * np.sqrt(
-        np.maximum(var_a * var_b, 0)
-    )
-    ratio = np.clip(_log_ratio(a, b), -1, 1)
+    alike, flat = _alike(light)
+    ratio = np.clip(_log_ratio(light.small, light.empty_small), -1, 1)
     local = np.zeros_like(ratio)
     for neighbourhood in _NEIGHBOURHOODS:
         sure = background & np.where(flat, np.abs(ratio - local) < _FLAT, alike)
@@ -221,6 +225,20 @@ def _local_gain(light: Light, background: BoolArray) -> Float32Array:
         around = (neighbourhood, neighbourhood)
         local = cv2.blur(ratio * weight, around) / (cv2.blur(weight, around) + _FEW)
     return local
+
+
+def _alike(light: Light) -> tuple[BoolArray, BoolArray]:
+    """Where (h, w) both pictures have the same structure, and where the empty scene has none."""
+    a, b = light.small, light.empty_small
+
+    def mean(image: Float32Array) -> Float32Array:
+        return cv2.boxFilter(image, cv2.CV_32F, _WINDOW).astype(np.float32, copy=False)
+
+    mean_a, mean_b = mean(a), mean(b)
+    var_a, var_b = mean(a * a) - mean_a**2, mean(b * b) - mean_b**2
+    least = _LEAST_CORRELATION * np.sqrt(np.maximum(var_a * var_b, 0))
+    flat = var_b < (3 * light.noise) ** 2
+    return ~flat & (mean(a * b) - mean_a * mean_b > least), flat
 
 
 def _medians(ordered: ImageArray | Float32Array) -> FloatArray:

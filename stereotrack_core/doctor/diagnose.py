@@ -18,6 +18,7 @@ from stereotrack_core.doctor.clocks import Signals, check_clocks, motion_signals
 from stereotrack_core.doctor.clouds import check_clouds
 from stereotrack_core.doctor.delays import STEP, check_delays, stretch_of
 from stereotrack_core.doctor.displacements import Places
+from stereotrack_core.doctor.light import check_light
 from stereotrack_core.doctor.pairs import check_pairs
 from stereotrack_core.doctor.pictures import check_pictures
 from stereotrack_core.doctor.reference import bodies, check_reference
@@ -57,6 +58,8 @@ def diagnose(
             return ()
         tell("images and pairs")
         found = [*check_pictures(recording, reader), *check_pairs(recording, reader)]
+        tell("light")
+        found += check_light(recording, reader)
         tell("clocks")
         signals = motion_signals(reader)
         found += check_clocks(recording, signals)

@@ -1,0 +1,277 @@
+"""Is the light as it was when the empty scene was recorded, and does the camera stand still?
+
+Frames spread over the recording and some in a row are compared with the picture of the empty
+scene, after its light has been estimated (:mod:`depth.light`). The tracker follows all this up to a
+certain size, so that most findings are notes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from stereotrack_core.arrays import BoolArray, Float32Array, FloatArray, ImageArray
+from stereotrack_core.depth.light import (
+    EmptyScene,
+    Light,
+    empty_scene,
+    evened,
+    light_of,
+    relit,
+    sensor_noise,
+    shaded,
+)
+from stereotrack_core.depth.sources import grey
+from stereotrack_core.errors import Finding
+from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.reader import FrameReader, ViewImages
+
+_SPREAD, _SUCCESSIVE = 12, 48
+"""Frames over the whole recording, and in a row in the middle of it."""
+
+_GAIN, _MOST_GAIN = 0.05, 0.4
+"""Relative change of brightness that is told, and beyond which tracking suffers."""
+
+_GAMMAS = (0.6, 1.6)
+_FLICKER, _MOST_FLICKER = 0.02, 0.15
+_SHADOW, _MOST_SHADOW = 0.02, 0.15
+"""Shares of the image."""
+
+_SHIFT, _MOST_SHIFT = 0.4, 2.0
+"""Pixels in images 640 wide; rounding and people shift by up to 0.2."""
+
+_BLUR, _MOST_BLUR = 1.2, 2.5
+"""Pixels. Standard deviation of the blur."""
+
+_NOISE, _MOST_NOISE = 4.0, 12.0
+"""Grey levels."""
+
+_CLIPPED, _MOST_CLIPPED = 0.1, 0.4
+"""Shares of the image that is white or black beside what is so in the empty scene."""
+
+_MAINS = (50.0, 60.0)
+"""Frequencies of mains, hertz; lamps flicker at twice that."""
+
+_PERSON, _OTHER = 0.01, 0.4
+"""Share of the image that a person covers at least, and share of the largest thing that moves from
+which another one is as large as a person."""
+
+_CHANGED, _NOISES = 10.0, 5.0
+"""Grey levels, and standard deviations of the noise, that something in the scene changes."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Seen:
+    """One image beside that of the empty scene."""
+
+    frame: int
+    gain: float
+    gamma: float
+    noise: float
+    clipped: float
+    shadow: float
+    """Share of the image."""
+    shift: float
+    """Pixels in images 640 wide."""
+    blur: float
+    """Pixels, more than in the empty scene."""
+    others: int
+    """Things as large as a person, beside the largest."""
+
+
+def check_light(recording: Recording, reader: FrameReader) -> Iterator[Finding]:
+    """Findings about light, flicker, shadows, noise, camera movement and other people.
+
+    Of views with a picture of the empty scene; of pairs, their right image.
+    """
+    count = reader.frame_count
+    spread = np.unique(np.linspace(0, count - 1, min(_SPREAD, count)).astype(int)).tolist()
+    first = max((count - _SUCCESSIVE) // 2, 0)
+    row = range(first, min(first + _SUCCESSIVE, count))
+    scenes = {}
+    for view in recording.views:
+        background = reader.background(view.name)
+        if background is not None:
+            scenes[view.name] = empty_scene(grey(background[1]))
+    if not scenes:
+        return
+    images = {k: reader.frame_set(k).views for k in sorted({*spread, *row})}
+    for name, scene in scenes.items():
+        seen = [_seen(k, scene, images[k][name]) for k in spread if name in images[k]]
+        row_of = [grey(images[k][name].image) for k in row if name in images[k]]
+        gains = [_gain(light_of(picture, scene), scene) for picture in row_of]
+        if seen:
+            yield from _of_view(f"view {name}", seen)
+            yield from _flicker(f"view {name}", np.array(gains), recording.fps)
+
+
+def _seen(frame: int, scene: EmptyScene, images: ViewImages) -> _Seen:
+    picture = grey(images.image)
+    light = light_of(picture, scene)
+    shadow, changed = shaded(light), _changed(light, light.empty_small)
+    new = _changed(light, evened(light))
+    shift = _shift(light) * 640.0 / picture.shape[1]
+    size = picture.shape[1], picture.shape[0]
+    here = cv2.resize(_around(new), size, interpolation=cv2.INTER_NEAREST) == 0
+    return _Seen(
+        frame,
+        _gain(light, scene),
+        _gamma(light),
+        sensor_noise(picture),
+        max(_clipped(picture) - _clipped(scene.picture), 0.0),
+        float(np.mean(shadow & changed)),
+        shift,
+        relit(picture, scene, light, here).blur if shift < _MOST_SHIFT else 0.0,
+        _others(new & ~shadow),
+    )
+
+
+def _of_view(where: str, seen: Sequence[_Seen]) -> Iterator[Finding]:
+    """Findings about one view, by images spread over the recording."""
+    gains = np.array([one.gain for one in seen])
+    gain, swing = float(np.median(gains)), float(np.ptp(gains)) / 2.0
+    lock = "Lock exposure, gain and white balance, and record the empty scene in the same light."
+    if abs(gain - 1.0) > _GAIN or swing > _GAIN:
+        darker = "darker" if gain < 1.0 else "brighter"
+        words = f"the images are {100 * abs(gain - 1):.0f} % {darker} than that of the empty scene"
+        if swing > _GAIN:
+            words += f", and change by {100 * swing:.0f} % while recording"
+        yield _finding(max(abs(np.log(gain)), swing) > _MOST_GAIN, where, words, lock)
+    gamma = float(np.median([one.gamma for one in seen]))
+    still = np.median([one.shift for one in seen]) < _MOST_SHIFT
+    if still and not _GAMMAS[0] < gamma < _GAMMAS[1]:
+        words = f"dark and bright parts differ from the empty scene's by a gamma of {gamma:.2f}"
+        yield _finding(True, where, words, lock)
+    for values, least, most, words, remedy in (
+        (
+            [one.noise for one in seen], _NOISE, _MOST_NOISE,
+            "the images have noise of {:.0f} grey levels",
+            "Use more light, a wider aperture or less gain. The tracker filters the images, at "
+            "the cost of fine texture.",
+        ),
+        (
+            [100 * one.clipped for one in seen], 100 * _CLIPPED, 100 * _MOST_CLIPPED,
+            "{:.0f} % of the image are black or white, and were not in the empty scene",
+            "Nothing is measured there. Change the exposure.",
+        ),
+        (
+            [100 * one.shadow for one in seen], 100 * _SHADOW, 100 * _MOST_SHADOW,
+            "shadows or reflections cover {:.0f} % of the image",
+            "Use light from several sides. Shadows on walls without texture are taken for the "
+            "person.",
+        ),
+        (
+            [one.shift for one in seen], _SHIFT, _MOST_SHIFT,
+            "the camera has moved by {:.1f} px since the picture of the empty scene (in images "
+            "640 px wide)",
+            "Calibrate again and record the empty scene again, or fix the tripod.",
+        ),
+        (
+            [one.blur for one in seen], _BLUR, _MOST_BLUR,
+            "the images are blurred by {:.1f} px against that of the empty scene",
+            "Focus the lens on the person, or use a shorter exposure.",
+        ),
+    ):  # fmt: skip
+        value = float(np.median(values))
+        if value > least:
+            yield _finding(value > most, where, words.format(value), remedy)
+    first, last = (np.median([one.shift for one in part]) for part in (seen[:3], seen[-3:]))
+    if last - first > _MOST_SHIFT:
+        words = f"the camera was moved while recording, by {last - first:.1f} px"
+        remedy = "Leave the view out from then on, or calibrate the frames after it on their own."
+        yield _finding(True, where, words, remedy)
+    frames = [one.frame for one in seen if one.others]
+    if len(frames) > 1:
+        words = f"something else as large as a person moves in frames {frames[0]} to {frames[-1]}"
+        remedy = "Make the working volume smaller, or exclude these frames."
+        yield _finding(False, where, words, remedy)
+
+
+def _flicker(where: str, gains: FloatArray, fps: float) -> Iterator[Finding]:
+    """Changes of brightness from frame to frame, and the mains frequency that they fit."""
+    if len(gains) < _SUCCESSIVE // 2:
+        return
+    fast = gains[1:-1] - (gains[:-2] + gains[2:]) / 2.0
+    # of irregular flicker, that is sqrt(1.5) of its deviation; of the fastest, twice that
+    amplitude = float(np.sqrt(2.0) * np.std(fast)) / float(np.sqrt(1.5) * np.median(gains))
+    if amplitude < _FLICKER:
+        return
+    spectrum = np.abs(np.fft.rfft(fast * np.hanning(len(fast))))
+    peak = float(np.argmax(spectrum)) * fps / len(fast)
+    fitting = [f"{m:.0f} Hz" for m in _MAINS if abs(_alias(2.0 * m, fps) - peak) < 0.06 * fps]
+    mains = f" ({' or '.join(fitting)} mains)" if fitting else ""
+    yield _finding(
+        amplitude > _MOST_FLICKER,
+        where,
+        f"the light flickers by {100 * amplitude:.0f} % from frame to frame{mains}",
+        "Use an exposure time that is a multiple of 1/100 s (50 Hz mains) or 1/120 s (60 Hz), or "
+        "lamps that do not flicker.",
+    )
+
+
+def _alias(frequency: float, fps: float) -> float:
+    """Frequency, hertz, at which frames show a faster one."""
+    return abs(frequency - fps * round(frequency / fps))
+
+
+def _finding(grave: bool, where: str, what: str, remedy: str) -> Finding:
+    return Finding("warning" if grave else "note", where, what, remedy)
+
+
+def _gain(light: Light, scene: EmptyScene) -> float:
+    """Brightness over that of the empty scene, median over the image."""
+    return float(np.median((light.small + 1.0) / (scene.small + 1.0)))
+
+
+def _gamma(light: Light) -> float:
+    """Slope of the tone curve in logarithms, over the middle of the image's grey levels."""
+    low, high = np.quantile(light.empty_small, (0.1, 0.9))
+    a, b = (int(np.clip(np.searchsorted(light.curve, v), 1, 255)) for v in (low, high))
+    if b < 1.3 * a:
+        return 1.0  # too few grey levels to tell
+    return float(np.log(light.curve[b] / light.curve[a]) / np.log(b / a))
+
+
+def _clipped(picture: ImageArray) -> float:
+    few = picture[::4, ::4]
+    return float(np.mean((few <= 1) | (few >= 254)))
+
+
+def _changed(light: Light, empty: Float32Array) -> BoolArray:
+    """Where (h, w) a shrunken image is not the empty scene's (h, w)."""
+    return np.asarray(np.abs(light.small - empty) > max(_CHANGED, _NOISES * light.noise))
+
+
+def _around(changed: BoolArray) -> ImageArray:
+    """What changed, and 16 pixels of the image around it, as 1."""
+    kernel = np.ones((9, 9), np.uint8)
+    return np.asarray(cv2.dilate(changed.astype(np.uint8), kernel), dtype=np.uint8)
+
+
+def _shift(light: Light) -> float:
+    """Pixels of the image by which the camera has moved, by the phases of both pictures."""
+    around = _around(_changed(light, light.empty_small)) > 0
+    now = np.where(around, light.empty_small, light.small)
+    window = cv2.createHanningWindow((now.shape[1], now.shape[0]), cv2.CV_32F)
+    # OpenCV multiplies its inputs with the window in place
+    (dx, dy), _ = cv2.phaseCorrelate(light.empty_small.copy(), now.astype(np.float32), window)
+    return float(np.hypot(dx, dy)) * 4.0
+
+
+def _others(changed: BoolArray) -> int:
+    """Number of large things beside the largest one, apart from it in columns."""
+    whole = cv2.morphologyEx(changed.astype(np.uint8), cv2.MORPH_CLOSE, np.ones((7, 7), np.uint8))
+    whole = cv2.morphologyEx(whole, cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))
+    _, _, stats, _ = cv2.connectedComponentsWithStats(whole)
+    things = sorted(stats[1:].tolist(), key=lambda s: -s[cv2.CC_STAT_AREA])
+    if not things or things[0][cv2.CC_STAT_AREA] < _PERSON * changed.size:
+        return 0
+    left, width, area = things[0][0], things[0][2], things[0][cv2.CC_STAT_AREA]
+    return sum(
+        thing[cv2.CC_STAT_AREA] > max(_OTHER * area, _PERSON * changed.size)
+        and (thing[0] > left + width or thing[0] + thing[2] < left)
+        for thing in things[1:]
+    )

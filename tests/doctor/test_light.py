@@ -1,0 +1,117 @@
+"""Light, flicker, shadows, noise, movement and other people, named before tracking."""
+
+import cv2
+import numpy as np
+import pytest
+
+from stereotrack_core.doctor.light import check_light
+from stereotrack_core.recording.reader import FrameSet, ViewImages
+from tests.depth.scenes import texture
+
+HEIGHT, WIDTH, FRAMES = 240, 320, 60
+SMOOTH = cv2.GaussianBlur(texture(HEIGHT, WIDTH, seed=3).astype(np.float64), (0, 0), 2.0)
+SCENE = 100.0 + 30.0 * (SMOOTH - SMOOTH.mean()) / SMOOTH.std()
+
+
+class Pictures:
+    """Reader of a view A whose frames are functions of the empty scene."""
+
+    frame_count = FRAMES
+
+    def __init__(self, changed):
+        self._changed = changed
+
+    def background(self, _view):
+        return None, _as_image(SCENE)
+
+    def frame_set(self, k):
+        image = _as_image(self._changed(_with_person(SCENE, 100 + k), k))
+        return FrameSet(k, {"A": ViewImages(image=image)})
+
+
+def _as_image(picture):
+    return np.clip(np.rint(picture), 0, 255).astype(np.uint8)
+
+
+def _with_person(scene, left, seed=9):
+    shown = scene.copy()
+    shown[60:200, left : left + 30] = np.clip(texture(140, 30, seed=seed), 20, 220)
+    return shown
+
+
+@pytest.fixture
+def told(stereo_view):
+    def findings(changed):
+        return list(check_light(stereo_view, Pictures(changed)))
+
+    return findings
+
+
+def _moved(picture, dx):
+    matrix = np.array([[1.0, 0.0, dx], [0.0, 1.0, 0.0]])
+    return cv2.warpAffine(picture, matrix, (WIDTH, HEIGHT), borderMode=cv2.BORDER_REPLICATE)
+
+
+def _shadow(picture, _frame):
+    dark = np.ones_like(picture)
+    dark[130:230, 20:80] = 0.6
+    return picture * dark
+
+
+def test_the_light_of_the_empty_scene_is_not_told_of(told):
+    assert told(lambda picture, _: picture) == []
+
+
+@pytest.mark.parametrize(
+    ("changed", "severity", "words"),
+    [
+        (lambda p, _: 0.88 * p, "note", "12 % darker"),
+        (lambda p, _: 0.5 * p, "warning", "49 % darker"),
+        (lambda p, k: p * (1 + 0.2 * np.sin(k / 10)), "note", "change by 2"),
+        (lambda p, _: 255 * (p / 255) ** 2.0, "warning", "gamma of 1.9"),
+        (
+            lambda p, k: p + np.random.default_rng(k).normal(0, 8, p.shape),
+            "note",
+            "grey levels",
+        ),
+        (_shadow, "note", "shadows or reflections cover"),
+        (lambda p, _: _moved(p, 3.0), "warning", "the camera has moved by 5.9 px"),
+        (lambda p, _: np.clip(3.0 * p, 0, 255), "warning", "white"),
+        (lambda p, _: cv2.GaussianBlur(p, (0, 0), 2.0), "note", "blurred by 1.6"),
+    ],
+    ids=["gain", "dark", "exposure", "gamma", "noise", "shadow", "moved", "white", "blur"],
+)
+def test_what_has_changed_is_named_with_its_size(told, changed, severity, words):
+    findings = [one for one in told(changed) if words in one.what]
+    assert [one.severity for one in findings] == [severity]
+    assert findings[0].where == "view A"
+    assert findings[0].remedy
+
+
+def test_a_camera_that_is_moved_while_recording_is_told_of(told):
+    findings = told(lambda p, k: _moved(p, 4.0 if k > 30 else 0.0))
+    assert any("moved while recording" in one.what for one in findings)
+
+
+@pytest.mark.parametrize(("beat", "mains"), [(5.0, "60 Hz"), (3.0, None)])
+def test_lamps_that_flicker_are_told_of_with_their_mains(stereo_view, beat, mains):
+    # 120 Hz light appears at 5 Hz in 11.5 frames a second, 100 Hz at 3.5
+    recording = stereo_view.__class__(**{**vars(stereo_view), "fps": 11.5})
+
+    def flickering(picture, k):
+        return picture * (1 + 0.06 * np.sin(2 * np.pi * beat * k / 11.5))
+
+    findings = list(check_light(recording, Pictures(flickering)))
+    [flicker] = [one for one in findings if "flickers" in one.what]
+    assert (mains is None) or (f"({mains} mains)" in flicker.what)
+
+
+def test_a_slow_swing_of_the_exposure_is_no_flicker(told):
+    findings = told(lambda p, k: p * (1 + 0.3 * np.sin(k / 16)))
+    assert not any("flickers" in one.what for one in findings)
+
+
+def test_somebody_else_in_the_picture_is_told_of(told):
+    findings = told(lambda p, k: _with_person(p, 40 + k // 2, seed=11))
+    [other] = [one for one in findings if "as large as a person" in one.what]
+    assert "frames 0 to 59" in other.what
