@@ -169,6 +169,27 @@ def sharp_outline(
     return cv2.morphologyEx(closed, cv2.MORPH_OPEN, _OPENED).astype(bool)
 
 
+_UNLIKE = 8.0
+"""Grey levels of noise, measured in the difference to the empty scene, from which most of a picture
+has changed: that of a dark room is 4 after the blur."""
+
+
+def outline_without_depth(picture: ImageArray, scene: EmptyScene) -> BoolArray | None:
+    """Where a picture (H, W) is not the empty scene's, in whatever light.
+
+    None where most of it has changed. Disparities do not say here what surely shows the empty
+    scene. So a first outline is taken out before a shift and a blur are estimated.
+    """
+    light, nothing = light_of(picture, scene), np.zeros(picture.shape, dtype=bool)
+    around = np.ones((_INSIDE,) * 2, np.uint8)
+    empty = relit(picture, scene, light, ~nothing)
+    first = sharp_outline(picture, empty.picture, nothing, empty.noise, blur=empty.blur)
+    empty = relit(picture, scene, light, cv2.dilate(first.view(np.uint8), around) == 0)
+    if empty.noise > _UNLIKE:
+        return None
+    return sharp_outline(picture, empty.picture, nothing, empty.noise, blur=empty.blur)
+
+
 _BEHIND = 0.5
 """Metres behind somebody who stood still from which the scene begins."""
 

@@ -232,7 +232,8 @@ class DepthChain:
         images = [frame_set.views[chain.name] for chain in present]
         measured = self._pool.map(ViewChain.process, present, images)
         results = {chain.name: r for chain, r in zip(present, measured, strict=True)}
-        outlines = self.silhouettes.of(frame_set)
+        outlines, without = self.silhouettes.of(frame_set)
+        problems |= without
         problems |= {name: result.problem for name, result in results.items() if result.problem}
         watch.lap("views")
         seconds: dict[str, float] = {}

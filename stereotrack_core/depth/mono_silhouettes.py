@@ -8,8 +8,9 @@ from typing import TypeAlias
 import numpy as np
 
 from stereotrack_core.arrays import BoolArray, Float32Array, ImageArray
-from stereotrack_core.depth.background import sharp_outline
+from stereotrack_core.depth.background import outline_without_depth
 from stereotrack_core.depth.cloud import ViewDepth
+from stereotrack_core.depth.light import EmptyScene, empty_scene
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.rectify import Rectification, depth_rectification
 from stereotrack_core.depth.sources import grey
@@ -17,8 +18,7 @@ from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.reader import FrameSet, ViewImages
 
 _LARGEST_SHARE = 0.5
-"""Of a picture that may differ from the empty scene; more is a change of light or of the camera."""
-
+"""Of a picture that may differ from the empty scene; more is no person."""
 
 Background: TypeAlias = Callable[[str], tuple[ImageArray | None, ImageArray] | None]
 """Gives a view's empty scene as (None, image) for a mono view, or None where there is none."""
@@ -42,7 +42,7 @@ class MonoSilhouettes:
             for name in (views if wanted else ())
             if recording.view(name).image.background is not None
         }
-        self._empty: dict[str, ImageArray] = {}
+        self._empty: dict[str, EmptyScene] = {}
         self._unknown: dict[str, tuple[Float32Array, BoolArray]] = {}
 
     def __bool__(self) -> bool:
@@ -53,24 +53,40 @@ class MonoSilhouettes:
         for name, rectification in self._views.items():
             found = background(name)
             if found is not None:
-                empty = self._empty[name] = _undistorted(rectification, found[1])
+                empty = _undistorted(rectification, found[1])
+                self._empty[name] = empty_scene(empty)
                 nowhere = np.full(empty.shape, np.nan, dtype=np.float32)
                 self._unknown[name] = nowhere, np.zeros(empty.shape, dtype=np.bool_)
 
-    def of(self, frame_set: FrameSet) -> Mapping[str, ViewDepth]:
-        """The views of an instant, by name: their outlines, without any range.
+    def of(self, frame_set: FrameSet) -> tuple[Mapping[str, ViewDepth], Mapping[str, str]]:
+        """The views of an instant, by name: their outlines, without any range; and problems.
 
-        A view without a picture is absent, and so is one that has changed nearly everywhere.
+        A view without a picture is absent. So is one that has changed nearly everywhere, for which
+        a sentence says so.
         """
-        seen = ((name, frame_set.views.get(name)) for name in self._empty)
-        found = ((name, self._seen(name, images)) for name, images in seen if images is not None)
-        return {name: view for name, view in found if view is not None}
+        found: dict[str, ViewDepth] = {}
+        problems = {n: text for n, text in frame_set.problems.items() if n in self._empty}
+        for name in self._empty:
+            images = frame_set.views.get(name)
+            if images is None:
+                continue
+            seen = self._seen(name, images)
+            if seen is None:
+                problems[name] = (
+                    f"View {name} provides no silhouette: more than half of its image differs "
+                    "from the picture of the empty scene."
+                )
+            else:
+                found[name] = seen
+        return found, problems
 
     def _seen(self, name: str, images: ViewImages) -> ViewDepth | None:
         rectification = self._views[name]
         picture = _undistorted(rectification, images.image)
         nowhere, nothing = self._unknown[name]  # the same for all frames, which may be many
-        outline = sharp_outline(picture, self._empty[name], nothing)
+        outline = outline_without_depth(picture, self._empty[name])
+        if outline is None:
+            return None
         if rectification.image_map is not None:
             outline &= ~rectification.image_map.outside
         if outline.mean() > _LARGEST_SHARE:

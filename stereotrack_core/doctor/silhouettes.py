@@ -17,7 +17,9 @@ import cv2
 import numpy as np
 
 from stereotrack_core.arrays import BoolArray, FloatArray, ImageArray
-from stereotrack_core.depth.background import sharp_outline
+from stereotrack_core.depth.background import outline_without_depth
+from stereotrack_core.depth.light import empty_scene
+from stereotrack_core.depth.sources import grey
 from stereotrack_core.doctor.slips import SLIPS, resized
 from stereotrack_core.errors import Correction, Finding
 from stereotrack_core.geometry.camera import Camera
@@ -81,7 +83,8 @@ Shown: TypeAlias = Mapping[str, Silhouettes]
 def silhouettes_of(recording: Recording, reader: FrameReader) -> Shown:
     """What all views show that is not the empty scene, in frames spread over the recording.
 
-    Where there is no image of the empty scene, what most frames show is taken for it.
+    Where there is no image of the empty scene, what most frames show is taken for it. Views that
+    have changed nearly everywhere are left out.
     """
     count = reader.frame_count
     spread = np.unique(np.linspace(0, count - 1, min(_LEARNED, count)).astype(int))
@@ -101,8 +104,11 @@ def silhouettes_of(recording: Recording, reader: FrameReader) -> Shown:
             if background is None
             else _small(background[1])
         )
-        nothing = np.zeros(empty.shape, dtype=bool)
-        masks = tuple(sharp_outline(seen[k], empty, nothing) for k in chosen)
+        scene = empty_scene(empty)
+        outlines = [outline_without_depth(seen[k], scene) for k in chosen]
+        masks = tuple(mask for mask in outlines if mask is not None)
+        if len(masks) < len(outlines):
+            continue
         reduced = resized(camera, empty.shape[1] / camera.width)
         shown[view.name] = Silhouettes(reduced, view.cameras(), masks)
     return shown
@@ -110,13 +116,12 @@ def silhouettes_of(recording: Recording, reader: FrameReader) -> Shown:
 
 def _small(image: ImageArray) -> ImageArray:
     """The image in grey, at most so large that silhouettes are sharp enough."""
-    grey = image if image.ndim == 2 else cv2.cvtColor(image, cv2.COLOR_BGR2GRAY)
-    height, width = grey.shape
+    small = grey(image)
+    height, width = small.shape
     if width > _WIDTH:
-        grey = cv2.resize(
-            grey, (_WIDTH, round(height * _WIDTH / width)), None, 0, 0, cv2.INTER_AREA
-        )
-    return np.asarray(grey)
+        size = _WIDTH, round(height * _WIDTH / width)
+        small = cv2.resize(small, size, interpolation=cv2.INTER_AREA).astype(np.uint8, copy=False)
+    return small
 
 
 def filled(shown: Shown) -> float:

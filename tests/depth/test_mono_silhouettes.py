@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 
@@ -12,10 +13,11 @@ from stereotrack_core.depth.mono_silhouettes import MonoSilhouettes
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.recording.description import Recording, Stream, View
 from stereotrack_core.recording.reader import FrameSet, ViewImages
+from tests.depth.scenes import texture
 from tests.tracking.recordings import camera_towards_the_middle
 
 CAMERAS = {
-    name: camera_towards_the_middle(name, np.array(at))
+    name: replace(camera_towards_the_middle(name, np.array(at)), width=384, height=312)
     for name, at in {"N": (0.0, 3.0, 1.5), "S": (0.0, -3.0, 1.5)}.items()
 }
 EMPTY = np.full((CAMERAS["N"].height, CAMERAS["N"].width), 60, np.uint8)
@@ -38,7 +40,8 @@ def shown(picture):
 def test_what_differs_from_the_empty_scene_is_the_person(silhouettes):
     picture = EMPTY.copy()
     picture[20:90, 40:80] = 180
-    found = silhouettes.of(shown(picture))
+    found, problems = silhouettes.of(shown(picture))
+    assert not problems
     assert set(found) == {"N"}  # S has no picture of the empty scene
     view = found["N"]
     np.testing.assert_array_equal(view.outline[22:88, 42:78], True)
@@ -48,9 +51,45 @@ def test_what_differs_from_the_empty_scene_is_the_person(silhouettes):
     assert view.disparity is None
 
 
-def test_a_picture_that_has_changed_everywhere_says_nothing(silhouettes):
-    assert not silhouettes.of(shown(EMPTY + 80))
-    assert not silhouettes.of(FrameSet(0, {}))
+def structured(seed):
+    return texture(*EMPTY.shape, seed=seed, blur=4.0).astype(np.uint8)
+
+
+def test_a_picture_that_has_changed_everywhere_is_told(silhouettes):
+    silhouettes.learn(lambda _: (None, structured(1)))
+    found, problems = silhouettes.of(shown(structured(2)))
+    assert not found
+    assert set(problems) == {"N"}
+    assert "View N provides no silhouette: more than half" in problems["N"]
+    assert silhouettes.of(FrameSet(0, {})) == ({}, {})
+    unread = silhouettes.of(FrameSet(0, {}, {"N": "View N, frame 0: it is damaged."}))
+    assert unread == ({}, {"N": "View N, frame 0: it is damaged."})
+
+
+@pytest.mark.parametrize(
+    "light",
+    [
+        lambda grey: 0.7 * grey,
+        lambda grey: 1.3 * grey,
+        lambda grey: 255 * (grey / 255) ** 0.6,
+        lambda grey: grey * np.linspace(0.85, 1.05, grey.shape[1]),
+        lambda grey: cv2.warpAffine(
+            grey, np.float32([[1, 0, 1], [0, 1, 0]]), grey.shape[::-1], borderMode=1
+        ),
+    ],
+    ids=["darker", "brighter", "gamma", "window", "moved"],
+)
+def test_other_light_and_a_camera_that_was_touched_leave_the_silhouette(silhouettes, light):
+    empty = structured(1)
+    silhouettes.learn(lambda _: (None, empty))
+    picture = empty.copy()
+    picture[60:270, 120:240] = structured(5)[60:270, 120:240] // 4
+    found, problems = silhouettes.of(shown(light(picture.astype(float)).clip(0, 255).astype("u1")))
+    assert not problems
+    person = np.zeros(EMPTY.shape, dtype=bool)
+    person[60:270, 120:240] = True
+    outline = found["N"].outline
+    assert (outline & person).sum() > 0.9 * (outline | person).sum()
 
 
 def test_silhouettes_can_be_switched_off(silhouettes):
