@@ -142,7 +142,7 @@ class _Course:
 
     def _take(self, frame: TrackedFrame) -> None:
         self.noted.append(frame)
-        self.problems.note(frame.frame, frame.cloud.problems)
+        self.problems.note(frame.frame, frame.problems)
         self.untracked.note(frame)
         if not frame.tracked:
             self.reasons.append((frame.frame, frame.reason))

@@ -199,7 +199,7 @@ def _record_of(frame: TrackedFrame, seconds: float) -> Record:
         "reason": estimate.reason,
         "seconds": seconds,
         "stages": dict(frame.seconds),
-        "problems": dict(frame.cloud.problems),
+        "problems": dict(frame.problems),
         "counts": {view: astuple(counts) for view, counts in frame.cloud.counts.items()},
     }
     arrays = {

@@ -117,6 +117,11 @@ class TrackedFrame:
         return self.estimate.tracked
 
     @property
+    def problems(self) -> Mapping[str, str]:
+        """By view name, a sentence on what the view lacks, or why it was left out."""
+        return {**self.cloud.problems, **self.estimate.doubts}
+
+    @property
     def reason(self) -> str:
         """Why the frame is not tracked; empty when it is."""
         return self.estimate.reason

@@ -194,7 +194,6 @@ class Pipeline:
         if len(self._detections):
             cloud = dataclasses.replace(cloud, detections=self._detections.until(cloud.frame))
         estimate = self._estimate(cloud)
-        cloud = dataclasses.replace(cloud, problems={**cloud.problems, **estimate.doubts})
         pose = estimate.pose if estimate.tracked else None
         if self.heading is not None and isinstance(self.tracker, PersonTracker):
             last = self._asked is not None and cloud.frame == self._asked[-1]

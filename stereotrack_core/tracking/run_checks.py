@@ -52,6 +52,9 @@ MOST_LOST = 0.12
 """Mean probability that an arm segment is lost, above which a run has probably gone wrong: sound
 runs have 0.03 to 0.08, those that lost 2 to 50 % of the arms 0.16 to 0.47 (docs/runs.md)."""
 
+_ENOUGH_ARMS = 40
+"""Arm segments of tracked frames without which their mean says little."""
+
 MOST_LEFT_OUT = 0.05
 """Share of the frames in which a view may be left out before that is told as a warning."""
 
@@ -94,7 +97,7 @@ def misfits(frames: Iterable[TrackedFrame], settings: Settings) -> tuple[str, ..
             "in good recordings); the poses are probably wrong"
         )
     lost = [frame.estimate.limb_lost[ARMS] for frame in every if frame.tracked]
-    expected = float(np.nanmean(lost)) if np.isfinite(lost).any() else 0.0
+    expected = float(np.nanmean(lost)) if np.isfinite(lost).sum() > _ENOUGH_ARMS else 0.0
     if expected > MOST_LOST:
         found.append(
             f"{100 * expected:.0f} % of the arms are expected to be lost (3 to 8 % in good runs)"
@@ -121,7 +124,7 @@ def _turns(frames: Sequence[TrackedFrame]) -> Iterator[str]:
 
 def _left_out(frames: Sequence[TrackedFrame]) -> Iterator[str]:
     """Views that were left out in many frames, as clauses."""
-    told = [(view, f.frame) for f in frames for view in views_left_out(f.cloud.problems)]
+    told = [(view, f.frame) for f in frames for view in views_left_out(f.problems)]
     for view in dict.fromkeys(view for view, _ in told):
         at = [frame for name, frame in told if name == view]
         if len(at) > MOST_LEFT_OUT * len(frames):

@@ -296,7 +296,7 @@ def test_clicks_are_measurements_of_a_run(run, recording, clicks, tmp_path):
     settings = ("--preset", "fast", "--frames", "0:4", "--clicks", clicks, "--json")
     ended = run("track", recording, "-o", tmp_path / "run.npz", *settings)
     assert ended.status == 0
-    assert ended.json["repaired"] == []
+    assert set(ended.json["repaired"]) <= {1, 2}  # between the clicked frames
     meta = read_run(tmp_path / "run.npz").meta
     assert meta["clicks"]["count"] == 72
     again = run("track", recording, "-o", tmp_path / "b.npz", "--like", tmp_path / "run.npz")
