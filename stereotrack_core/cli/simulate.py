@@ -9,6 +9,7 @@ from stereotrack_core.cli.arguments import JSON, SEED, changes, option
 from stereotrack_core.cli.output import OK, put_result
 from stereotrack_core.cli.progress import progress, stoppable
 from stereotrack_core.parameters import parsed_settings
+from stereotrack_core.simulation.disturbances import kinds_text, parsed_disturbances
 from stereotrack_core.simulation.make import simulate
 from stereotrack_core.simulation.rig import SceneOptions
 from stereotrack_core.tables import Table
@@ -30,6 +31,12 @@ OPTIONS = (
     option("--frames N", "number of frames (default: 120)", type=int, default=120),
     option("--views NS", "view names without separator (default: NOSW)", default="NOSW"),
     SEED,
+    option(
+        "--disturb KIND,KIND=STRENGTH",
+        "what disturbs the pictures, for example exposure=0.3,shadow; the kinds, each with the "
+        f"strength that it has if none is given: {kinds_text()}",
+        default="",
+    ),
     changes("change a scene parameter, for example clothes=plain"),
     JSON,
 )
@@ -48,6 +55,7 @@ def run(args: Namespace) -> int:
             views=args.views,
             seed=args.seed,
             options=options,
+            disturbances=parsed_disturbances(args.disturb),
             on_progress=lambda done, _: show(done),
             cancelled=stopped,
         )

@@ -26,6 +26,7 @@ from stereotrack_core.recording.writing import (
 )
 from stereotrack_core.simulation.actor import Actor, actor
 from stereotrack_core.simulation.depth_camera import DepthCamera, depth_view
+from stereotrack_core.simulation.disturbances import Disturbance, Disturber
 from stereotrack_core.simulation.materials import noise_lattice
 from stereotrack_core.simulation.motions import Chain, Part, chain, motion_names, scheduled
 from stereotrack_core.simulation.people import PEOPLE, Person, grown, person_named
@@ -41,16 +42,24 @@ _PAUSE_SECONDS, _WALK_SECONDS = 2.0, 6.5
 
 
 def _passer_by(
-    main: Person, options: SceneOptions, frames: int
+    main: Person, options: SceneOptions, frames: int, distance: float | None
 ) -> tuple[Actor, Sequence[JointState | None]]:
-    """Another person than `main`, who walks past, is away (None), and comes back elsewhere."""
+    """Another person than `main`, who walks past, is away (None), and comes back elsewhere.
+
+    With a `distance` from the middle of the room in metres he begins at once, and stays between
+    the furniture.
+    """
+    ways = _WAYS
+    if distance is not None:
+        ways = ((-2.2, -distance), (3.4, -distance)), ((3.2, distance), (-2.0, distance))
     names = list(PEOPLE)
     other = PEOPLE[names[(names.index(main.name) + 1) % len(names)]]
     pause = round(_PAUSE_SECONDS * options.fps / options.pace)
     count = max(2, round(_WALK_SECONDS * options.fps / options.pace))
     states: list[JointState | None] = []
-    for start, end in cycle(_WAYS):
-        states += [None] * pause
+    for start, end in cycle(ways):
+        if states or distance is None:
+            states += [None] * pause
         states += walk(other, line_path(np.array(start), np.array(end)), count)
         if len(states) >= frames:
             break
@@ -69,6 +78,9 @@ class Scene:
     passer: tuple[Actor, Sequence[JointState | None]] | None
     cameras: Mapping[str, Camera]
     renderers: Mapping[str, CameraRenderer]
+    disturber: Disturber
+    turned: Mapping[str, CameraRenderer]
+    """Cameras that are bumped, as they stand from half time on."""
 
     def people(self, frame: int) -> tuple[list[Posed], FloatArray]:
         """Everybody in a frame, posed, and the landmarks (9, 3) of the one who matters."""
@@ -82,7 +94,9 @@ class Scene:
 
     def picture(self, camera: str, people: Sequence[Posed], frame: int) -> ImageArray:
         """What a camera sees in a frame, (H, W) or (H, W, 3) uint8."""
-        return self.renderers[camera].picture(people, frame)
+        bumped = 2 * frame >= self.disturber.frames
+        renderers = self.turned if bumped and camera in self.turned else self.renderers
+        return renderers[camera].picture(people, frame)
 
 
 def build_scene(
@@ -94,6 +108,7 @@ def build_scene(
     options: SceneOptions,
     workers: Executor,
     parts: Sequence[Part] = (),
+    disturbances: Sequence[Disturbance] = (),
 ) -> Scene:
     """Dress the person, plan the motion, set up the cameras and draw the empty room.
 
@@ -101,11 +116,14 @@ def build_scene(
     """
     cameras = rig(views, options, seed)
     things, lattice = room(furnished=options.furnished), noise_lattice(seed)
+    disturber = Disturber.of(disturbances, seed, options.fps, frames)
 
-    def renderer(name: str) -> CameraRenderer:
-        return CameraRenderer(cameras[name], sensor(options, seed, name), things, lattice)
+    def renderer(camera: Camera) -> CameraRenderer:
+        chosen = sensor(options, seed, camera.name)
+        return CameraRenderer(camera, chosen, things, lattice, disturber)
 
-    drawn = workers.map(renderer, cameras)
+    turned = disturber.turned(cameras)
+    drawn = workers.map(renderer, [*cameras.values(), *turned.values()])
     if parts:
         moves = scheduled(person, parts, frames)
     else:
@@ -113,9 +131,15 @@ def build_scene(
             person, motions, frames,
             fps=options.fps, pace=options.pace, t_pose_first=options.t_pose_first,
         )  # fmt: skip
-    passer = _passer_by(person, options, frames) if options.second_person else None
+    distance = disturber.strengths.get("passer")
+    passer = None
+    if options.second_person or distance is not None:
+        passer = _passer_by(person, options, frames, distance)
     dressed = actor(person, options.clothes)
-    return Scene(dressed, moves, passer, cameras, dict(zip(cameras, drawn, strict=True)))
+    renderers = list(drawn)
+    still = dict(zip(cameras, renderers, strict=False))
+    bumped = dict(zip(turned, renderers[len(cameras) :], strict=True))
+    return Scene(dressed, moves, passer, cameras, still, disturber, bumped)
 
 
 Progress = Callable[[int, int], None]
@@ -136,6 +160,7 @@ def simulate(
     seed: int = 0,
     options: SceneOptions | None = None,
     parts: Sequence[Part] = (),
+    disturbances: Sequence[Disturbance] = (),
     quick: bool = False,
     on_progress: Progress | None = None,
     cancelled: Callable[[], bool] | None = None,
@@ -153,6 +178,7 @@ def simulate(
     views : some of N, O, S, W
     seed : same seed, same pictures and truth
     parts : what happens at which frames, instead of `motion`
+    disturbances : of the pictures; the truth, and what is said of the cameras, stay as they are
     quick : encode the videos in a tenth of the time, a quarter larger
     on_progress : called with frames done and frames in all
     cancelled : asked before every frame
@@ -164,15 +190,22 @@ def simulate(
     o = options or SceneOptions()
     folder = Path(folder)
     _check(folder, frames, seed)
+    if disturbances and o.kind != "stereo":
+        raise InputError(
+            "only stereo recordings can be disturbed",
+            where="--disturb",
+            remedy="Leave out --set kind=depth.",
+        )
     who, names, where = person_named(person), motion_names(motion), view_names(views)
     if o.stature:
         who = grown(who, o.stature)
     load_before_threads()
     with filling(folder) as workplace, ThreadPoolExecutor(_WORKERS) as workers:
-        scene = build_scene(who, names, frames, where, seed, o, workers, parts)
+        scene = build_scene(who, names, frames, where, seed, o, workers, parts, disturbances)
+        crf = int(scene.disturber.strengths.get("compress", 0 if o.lossless else _CRF))
         with ExitStack() as opened:
             videos = {
-                camera: opened.enter_context(_video(workplace / f"{camera}.mp4", o, quick))
+                camera: opened.enter_context(_video(workplace / f"{camera}.mp4", o, quick, crf))
                 for camera in scene.cameras
             }
             if o.background_images and o.kind == "stereo":
@@ -189,8 +222,8 @@ def simulate(
         _describe(workplace, folder.name, o, scene, who.subject(), np.array(truth))
 
 
-def _video(path: Path, o: SceneOptions, quick: bool) -> VideoWriter:
-    crf, size = 0 if o.lossless else _CRF, {"width": o.width, "height": o.height}
+def _video(path: Path, o: SceneOptions, quick: bool, crf: int) -> VideoWriter:
+    size = {"width": o.width, "height": o.height}
     return VideoWriter(path, fps=o.fps, **size, colour=o.colour, crf=crf, quick=quick)
 
 
@@ -215,9 +248,11 @@ def _make_frame(
 ) -> FloatArray:
     """Draw and store all pictures of a frame; return its landmarks (9, 3)."""
     people, points = scene.people(frame)
+    instants = {name: scene.disturber.instant(name, videos, frame) for name in videos}
+    shown = {at: people if at == frame else scene.people(at)[0] for at in {*instants.values()}}
 
     def draw(camera: str) -> None:
-        videos[camera].write(scene.picture(camera, people, frame))
+        videos[camera].write(scene.picture(camera, shown[instants[camera]], frame))
         if camera in sensors:
             sensors[camera].write(people, frame)
 

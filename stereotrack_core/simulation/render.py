@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from stereotrack_core.arrays import Float32Array, FloatArray, ImageArray, IntArray
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.simulation.actor import Actor
+from stereotrack_core.simulation.disturbances import Disturber
 from stereotrack_core.simulation.materials import material_table
 from stereotrack_core.simulation.raster import LIGHT, SAMPLES, mark, rasterise, shade
 from stereotrack_core.simulation.rig import Sensor
@@ -48,10 +49,16 @@ class CameraRenderer:
     """
 
     def __init__(
-        self, camera: Camera, sensor: Sensor, things: Things, lattice: Float32Array
+        self,
+        camera: Camera,
+        sensor: Sensor,
+        things: Things,
+        lattice: Float32Array,
+        disturber: Disturber | None = None,
     ) -> None:
         self._camera = camera
         self._sensor = sensor
+        self._disturber = disturber
         self._lattice = lattice
         height, width = SAMPLES * camera.height, SAMPLES * camera.width
         self._depth = np.zeros((height, width), np.float32)
@@ -68,7 +75,7 @@ class CameraRenderer:
 
     def background(self) -> ImageArray:
         """The empty scene."""
-        return self._sensor.exposed(self._empty, -1)
+        return self._exposed(self._empty, -1)
 
     def picture(self, people: Sequence[Posed], frame: int) -> ImageArray:
         """The scene with people in it."""
@@ -79,7 +86,15 @@ class CameraRenderer:
             light = light.copy()
             top, bottom, left, right = box
             light[top:bottom, left:right] = self._drawn(people, projected, box)
-        return self._sensor.exposed(light, frame)
+        return self._exposed(light, frame)
+
+    def _exposed(self, light: Float32Array, frame: int) -> ImageArray:
+        """Picture of light (H, W, c); frame -1 is the empty scene."""
+        sensor = self._sensor
+        if self._disturber is not None:
+            light = self._disturber.on_sensor(self._camera.name, light, frame)
+            sensor = sensor if frame < 0 else self._disturber.sensor(sensor)
+        return sensor.exposed(light, frame)
 
     def seen(self, people: Sequence[Posed]) -> Seen:
         """Truth of every pixel, for measuring what a matcher makes of the pictures."""
