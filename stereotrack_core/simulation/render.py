@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from stereotrack_core.arrays import Float32Array, FloatArray, ImageArray, IntArray
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.simulation.actor import Actor
-from stereotrack_core.simulation.disturbances import Disturber
+from stereotrack_core.simulation.disturbances import Disturber, Shadows
 from stereotrack_core.simulation.materials import material_table
 from stereotrack_core.simulation.raster import LIGHT, SAMPLES, mark, rasterise, shade
 from stereotrack_core.simulation.rig import Sensor
@@ -72,6 +72,7 @@ class CameraRenderer:
             self._light,
         )  # fmt: skip
         self._empty = _averaged(self._light)
+        self._room = things, ids, weights
 
     def background(self) -> ImageArray:
         """The empty scene."""
@@ -80,12 +81,21 @@ class CameraRenderer:
     def picture(self, people: Sequence[Posed], frame: int) -> ImageArray:
         """The scene with people in it."""
         projected = [self._projected(posed.vertices) for posed in people]
-        light = self._empty
+        room, light, shadows = self._light, self._empty, None
+        if self._disturber is not None:
+            surfaces = [(p.actor.triangles, p.vertices, p.normals) for p in people]
+            shadows = Shadows.of(self._disturber, surfaces, frame)
+        if shadows is not None:
+            things, ids, weights = self._room
+            room = room.copy()
+            surface = things.triangles, things.vertices, things.normals
+            shadows.darken((ids, weights, 0), surface, False, room)
+            light = _averaged(room)
         box = self._box([pixels for pixels, _ in projected])
         if box is not None:
             light = light.copy()
             top, bottom, left, right = box
-            light[top:bottom, left:right] = self._drawn(people, projected, box)
+            light[top:bottom, left:right] = self._drawn(people, projected, box, room, shadows)
         return self._exposed(light, frame)
 
     def _exposed(self, light: Float32Array, frame: int) -> ImageArray:
@@ -112,17 +122,22 @@ class CameraRenderer:
         people: Sequence[Posed],
         projected: Sequence[tuple[FloatArray, FloatArray]],
         box: tuple[int, int, int, int],
+        room: Float32Array,
+        shadows: Shadows | None,
     ) -> Float32Array:
-        """Light (h, w, c) of the pixels of a box."""
+        """Light (h, w, c) of the pixels of a box; `room` is that of all samples without people."""
         top, bottom, left, right = box
         samples = np.s_[SAMPLES * top : SAMPLES * bottom, SAMPLES * left : SAMPLES * right]
-        depth, light = self._depth[samples].copy(), self._light[samples].copy()
+        depth, light = self._depth[samples].copy(), room[samples].copy()
         drawn = _rasterised(people, projected, left, top, depth)
         for posed, (who, ids, weights, first) in zip(people, drawn, strict=True):
             shade(
                 ids, weights, first, who.triangles, who.vertices, posed.normals, who.stuff,
                 who.materials, who.marks, self._lattice, LIGHT, self._sensor.response, light,
             )  # fmt: skip
+            if shadows is not None:
+                surface = who.triangles, posed.vertices, posed.normals
+                shadows.darken((ids, weights, first), surface, True, light)
         return _averaged(light)
 
     def _projected(self, vertices: FloatArray) -> tuple[FloatArray, FloatArray]:
