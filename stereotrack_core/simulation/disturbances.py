@@ -112,7 +112,7 @@ _SWING_SECONDS = 10.0
 _MAINS_HERTZ, _READOUT_SECONDS = 100.0, 1 / 30
 """Lamps pulse at twice the mains frequency; seconds from the first row of a picture to the last."""
 
-_CLOCK_ERROR = 0.0007
+_CLOCK_ERROR = 0.003
 """Relative error of the frame rate, by which the bands crawl."""
 
 
@@ -167,7 +167,8 @@ class Disturber:
             return light
         light = light * self._brightness(camera, frame, light.shape[0])
         if "gamma" in self.strengths:
-            light = 255 * (np.maximum(light, 0) / 255) ** np.float32(self.strengths["gamma"])
+            bent = 255 * (np.maximum(light, 0) / 255) ** self.strengths["gamma"]
+            light = bent.astype(np.float32)
         return light
 
     def _brightness(self, camera: str, frame: int, rows: int) -> Float32Array:
