@@ -1,0 +1,267 @@
+import json
+
+import cv2
+import numpy as np
+import pytest
+
+from stereotrack_core.errors import InputError
+from stereotrack_core.program import main
+from stereotrack_core.recording.folder import open_recording
+from stereotrack_core.recording.reader import FrameReader
+from stereotrack_core.simulation.disturbances import KINDS, Disturbance, parsed_disturbances
+from stereotrack_core.simulation.make import simulate
+from stereotrack_core.simulation.rig import SceneOptions
+from tests.simulation.scenes import scene
+
+PAIR = ("N_left", "N_right")
+GEOMETRY = {"frames": 4, "views": ("N", "O"), "noise": 0.0}
+
+
+def disturbed(text="", **options):
+    return scene(disturbances=parsed_disturbances(text), **(GEOMETRY | options))
+
+
+@pytest.fixture(scope="module")
+def plain():
+    return disturbed()
+
+
+def picture(made, camera, frame=0):
+    return made.picture(camera, made.people(frame)[0], frame).astype(float)
+
+
+def grey(made, camera, frame):
+    """Rows of the picture of a surface of brightness 100."""
+    light = np.full((120, 160, 1), 100, np.float32)
+    return made.disturber.on_sensor(camera, light, frame)[:, :, 0] / 100
+
+
+def moved(before, after):
+    """Shift (x, y) in pixels from one picture to the next."""
+    return np.array(cv2.phaseCorrelate(before, after)[0])
+
+
+def test_gain_and_gamma_change_the_video_and_not_the_empty_scene(plain):
+    expected = picture(plain, "N_right")
+    made = disturbed("gain=0.7")
+    np.testing.assert_allclose(picture(made, "N_right"), 0.7 * expected, atol=1.0)
+    bent = picture(disturbed("gamma=0.6"), "N_right")
+    np.testing.assert_allclose(bent, 255 * (expected / 255) ** 0.6, atol=6.0)
+    for name in PAIR:
+        empty = made.renderers[name].background()
+        np.testing.assert_array_equal(empty, plain.renderers[name].background())
+
+
+def test_exposure_swings_in_ten_seconds_for_each_camera():
+    made = disturbed("exposure=0.3", frames=200)
+    left, right = (np.array([grey(made, name, k)[0, 0] for k in range(200)]) for name in PAIR)
+    np.testing.assert_allclose([left.min(), left.max()], [0.7, 1.3], atol=0.01)
+    np.testing.assert_allclose(left[:100], left[100:], atol=1e-5)
+    assert np.abs(left - right).max() > 0.05
+
+
+def test_flicker_is_the_pairs_and_differs_from_frame_to_frame():
+    made = disturbed("flicker=0.15")
+    left, right, other = (
+        np.array([grey(made, name, k)[0, 0] for k in range(60)]) for name in (*PAIR, "O_left")
+    )
+    np.testing.assert_array_equal(left, right)
+    assert np.abs(left - other).max() > 0.05
+    assert 0.12 < np.abs(left - 1).max() <= 0.1501
+    assert np.abs(np.diff(left)).mean() > 0.05
+
+
+def test_bands_run_across_the_rows_and_crawl():
+    made = disturbed("bands=0.2")
+    first, later = grey(made, "N_left", 0), grey(made, "N_left", 8)
+    np.testing.assert_array_equal(np.ptp(first, axis=1), 0)
+    rows = first[:, 0]
+    np.testing.assert_allclose([rows.min(), rows.max()], [0.8, 1.2], atol=0.01)
+    assert 5 <= np.count_nonzero(np.diff(np.sign(rows - 1))) <= 8
+    assert np.abs(first - later).max() > 0.1
+
+
+def test_noise_and_blur_are_added_to_those_of_the_sensor(plain):
+    for name in PAIR:
+        expected = picture(plain, name)
+        noise = picture(disturbed("noise=12"), name) - expected
+        assert 11 < noise.std() < 13
+        blurred = picture(disturbed("blur=2"), name)
+        gradients = [np.abs(np.diff(p, axis=1)).mean() for p in (blurred, expected)]
+        assert gradients[0] < 0.7 * gradients[1]
+
+
+def floor_factors(made, plain, frame=3):
+    """Light of floor points against the undisturbed one, and which are free, in each camera."""
+    x, y = np.meshgrid(np.linspace(-2.5, 2.5, 61), np.linspace(-2.5, 2.5, 61))
+    points = np.stack([x.ravel(), y.ravel(), np.zeros(x.size)], axis=1)
+    factors, free = {}, {}
+    for name, camera in made.cameras.items():
+        pixels = np.nan_to_num(camera.project(points), nan=-9).astype(np.float32)
+        depth = made.renderers[name].seen(made.people(frame)[0]).depth
+        behind = camera.camera_from_world.apply(points)[:, 2]
+        seen = cv2.remap(depth, *pixels.T[:, :, None], cv2.INTER_NEAREST)[:, 0]
+        inside = (pixels > 4).all(axis=1) & (pixels < [155, 115]).all(axis=1)
+        free[name] = inside & (behind > 0) & (np.abs(seen - behind) < 0.05)
+        both = [cv2.GaussianBlur(picture(s, name, frame), (0, 0), 0.7) for s in (made, plain)]
+        ratio = (both[0] / both[1]).astype(np.float32)
+        factors[name] = cv2.remap(ratio, *pixels.T[:, :, None], cv2.INTER_LINEAR)[:, 0]
+    return factors, free
+
+
+@pytest.mark.parametrize("kind", ["shadow", "shade"])
+def test_shadow_and_shade_lie_on_the_floor_alike_in_all_cameras(plain, kind):
+    factors, free = floor_factors(disturbed(f"{kind}=0.4"), plain)
+    for one, other in (PAIR, ("N_right", "O_right"), ("O_left", "O_right")):
+        both = free[one] & free[other]
+        off = np.abs(factors[one] - factors[other])[both]
+        assert both.sum() > 150
+        assert np.median(off) < 0.02
+        assert (off > 0.15).mean() < 0.03
+    dark = np.concatenate([factors[name][free[name]] for name in factors])
+    assert 0.57 < np.quantile(dark, 0.001) < 0.65
+    assert dark.max() < 1.05
+    assert 0.004 < (dark < 0.8).mean() < 0.95
+
+
+def test_the_shadow_goes_with_the_person_and_the_shade_wanders(plain):
+    for kind, away in (("shadow", []), ("shade", plain.people(0)[0])):
+        made = disturbed(f"{kind}=0.4", frames=60)
+        empty = made.picture("N_right", [], 0).astype(float)
+        assert np.abs(empty - picture(made, "N_right")).max() > 20
+        changed = np.abs(made.picture("N_right", away, 59).astype(float) - empty) > 15
+        assert changed[100:].any() == (kind == "shade")
+
+
+def test_a_passer_walks_behind_the_person_who_stays_in_front(plain):
+    made = disturbed("passer", frames=60)
+    alone = plain.renderers["N_right"].seen(plain.people(0)[0])
+    crowd = [made.people(frame)[0] for frame in range(0, 60, 6)]
+    assert {len(people) for people in crowd} == {2}
+    behind = 0
+    for people in crowd:
+        one = made.renderers["N_right"].seen(people[:1])
+        both = made.renderers["N_right"].seen(people)
+        tracked = one.stuff >= 0
+        np.testing.assert_array_equal(both.depth[tracked], one.depth[tracked])
+        behind += np.count_nonzero((both.stuff >= 0) & ~tracked & (both.depth > 5))
+    assert behind > 500
+    assert (alone.depth[alone.stuff >= 0] < 4.5).all()
+
+
+def test_a_pair_shakes_together_and_otherwise_in_each_frame(plain):
+    made = disturbed("shake")
+    for frame in range(3):
+        left, right = (
+            moved(picture(plain, name, frame), picture(made, name, frame)) for name in PAIR
+        )
+        np.testing.assert_allclose(left, right, atol=0.2)
+        assert 0.1 < np.linalg.norm(left) < 3.5
+    before = moved(picture(plain, "N_left", 0), picture(made, "N_left", 0))
+    assert np.linalg.norm(left - before) > 0.3
+
+
+def test_rows_of_the_left_pictures_are_off_with_those_of_the_empty_scene(plain):
+    made = disturbed("rows=0.7")
+    for name, expected in zip(PAIR, (0.7, 0.0), strict=True):
+        shift = moved(picture(plain, name), picture(made, name))
+        np.testing.assert_allclose(shift, [0, expected], atol=0.1)
+    empty = [s.renderers["N_left"].background().astype(float) for s in (plain, made)]
+    np.testing.assert_allclose(moved(*empty), [0, 0.7], atol=0.1)
+
+
+def test_a_bump_turns_the_first_view_from_half_time_on(plain):
+    made = disturbed("bump=2")
+    for name in (*PAIR, "O_left", "O_right"):
+        np.testing.assert_array_equal(picture(made, name, 1), picture(plain, name, 1))
+        shift = moved(picture(plain, name, 2), picture(made, name, 2))
+        expected = 100 * np.tan(np.radians(2)) if name in PAIR else 0.0
+        assert abs(np.linalg.norm(shift) - expected) < 0.8
+    assert made.cameras["N_left"].camera_from_world.matrix().tolist() == (
+        plain.cameras["N_left"].camera_from_world.matrix().tolist()
+    )
+
+
+SMALL = SceneOptions(width=160, height=120, focal=100.0)
+
+
+def made_recording(folder, text, seed=0, frames=4, views="NO", **options):
+    simulate(
+        folder, frames=frames, views=views, motion="cross-arms", seed=seed,
+        options=SMALL.replaced(**options), disturbances=parsed_disturbances(text),
+    )  # fmt: skip
+    return folder
+
+
+def test_the_last_view_is_late_and_strong_compression_makes_small_files(tmp_path):
+    quiet = {"noise": 0.0, "lossless": True, "pace": 3.0, "t_pose_first": False}
+    folders = [made_recording(tmp_path / str(k), t, **quiet) for k, t in enumerate(("", "late"))]
+    with (
+        FrameReader(open_recording(folders[0])) as given,
+        FrameReader(open_recording(folders[1])) as late,
+    ):
+        for frame in range(1, 4):
+            before, now = given.frame_set(frame - 1).views, given.frame_set(frame).views
+            shown = late.frame_set(frame).views
+            np.testing.assert_array_equal(shown["O"].image, before["O"].image)
+            np.testing.assert_array_equal(shown["N"].image, now["N"].image)
+            assert (now["O"].image != before["O"].image).any()
+    small = made_recording(tmp_path / "small", "compress=40")
+    large = made_recording(tmp_path / "large", "compress=20")
+    assert 3 * (small / "O_left.mp4").stat().st_size < (large / "O_left.mp4").stat().st_size
+
+
+def test_pictures_depend_on_the_seed_alone_and_empty_scenes_stay(tmp_path):
+    every = ",".join(name for name in KINDS if name not in {"rows", "passer"})
+    few = {"frames": 2, "views": "N"}
+    one, again, other = (
+        made_recording(tmp_path / name, every, seed, **few)
+        for name, seed in (("a", 0), ("b", 0), ("c", 1))
+    )
+    plain = made_recording(tmp_path / "plain", "", **few)
+    for file in ("N_left.mp4", "N_right.mp4"):
+        assert (one / file).read_bytes() == (again / file).read_bytes()
+        assert (one / file).read_bytes() != (other / file).read_bytes()
+    for file in ("N_left_background.png", "calibration.toml", "reference.csv"):
+        assert (one / file).read_bytes() == (plain / file).read_bytes()
+
+
+def test_strengths_are_read_or_those_of_the_kind():
+    assert parsed_disturbances("exposure=0.3, shadow,") == (
+        Disturbance("exposure", 0.3),
+        Disturbance("shadow", KINDS["shadow"].default),
+    )
+    for name, kind in KINDS.items():
+        assert parsed_disturbances(name) == (Disturbance(name, kind.default),)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    ["fog", "gain=0", "noise=-1", "shadow=1.5", "late=1.5", "blur=nan", "gamma=x", "shake,shake=2"],
+)
+def test_unknown_kinds_and_impossible_strengths_are_refused(tmp_path, capsys, wrong):
+    assert main(["simulate", str(tmp_path / "r"), "--disturb", wrong]) == 2
+    told = capsys.readouterr().err
+    assert "--disturb" in told
+    assert all(name in told for name in KINDS)
+    assert not (tmp_path / "r").exists()
+
+
+def test_depth_cameras_are_not_disturbed(tmp_path):
+    with pytest.raises(InputError, match="--disturb"):
+        made_recording(tmp_path / "r", "gain", kind="depth")
+
+
+@pytest.mark.slow
+def test_fast_keeps_the_arms_in_exposure_and_shadow(tmp_path, capsys):
+    film, run = str(tmp_path / "film"), str(tmp_path / "run.npz")
+    disturb = ("--disturb", "exposure=0.3,shadow=0.4")
+    assert main(["simulate", film, "--person", "P4", "--frames", "60", *disturb]) == 0
+    assert main(["track", film, "-o", run, "--preset", "fast"]) == 0
+    capsys.readouterr()
+    assert main(["evaluate", run, "--json"]) == 0
+    errors = json.loads(capsys.readouterr().out)
+    assert errors["not_tracked"] == 0
+    assert errors["lost_percent"] < 3
+    assert errors["measures"]["torso_cross"]["median"] < 5
+    assert errors["measures"]["upper_arms"]["median"] < 10
