@@ -24,7 +24,7 @@ from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.rotation import rotation_from_vector
 from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.simulation.raster import SAMPLES, rasterise
-from stereotrack_core.simulation.rig import Sensor
+from stereotrack_core.simulation.rig import Sensor, looking_at
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ KINDS: dict[str, Kind] = {
     "bands": Kind(0.08, 0.0, 0.9, "swing of mains light seen as bands by a rolling shutter"),
     "shadow": Kind(0.3, 0.0, 1.0, "share of the light that people keep from floor and walls"),
     "shade": Kind(0.25, 0.0, 1.0, "darkness of a shade with a soft edge that wanders"),
-    "passer": Kind(3.6, 1.5, 4.0, "somebody walks past, metres from the middle of the room"),
+    "passer": Kind(3.6, 1.5, 4.0, "metres from the middle of the room where another walks past"),
     "shake": Kind(1.0, 0.0, 20.0, "pixels by which each stereo pair vibrates"),
     "bump": Kind(1.0, 0.0, 20.0, "degrees by which the first view is turned from half time on"),
     "rows": Kind(0.7, -20.0, 20.0, "pixels by which the left images are too low"),
@@ -125,11 +125,6 @@ class Disturber:
     seed: int
     fps: float
     frames: int
-
-    @staticmethod
-    def of(chosen: Iterable[Disturbance], seed: int, fps: float, frames: int) -> Disturber:
-        """Disturbances for a recording of so many frames."""
-        return Disturber({one.kind: one.strength for one in chosen}, seed, fps, frames)
 
     def instant(self, camera: str, cameras: Iterable[str], frame: int) -> int:
         """Frame whose scene the camera shows; an earlier one if its view is late."""
@@ -215,6 +210,9 @@ def _view(camera: str) -> str:
     return camera.partition("_")[0]
 
 
+UNDISTURBED = Disturber({}, 0, 1.0, 1)
+
+
 Surface = tuple[IntArray, FloatArray, FloatArray]
 """Triangles (T, 3), and vertices and normals (V, 3), world."""
 
@@ -257,7 +255,7 @@ class Shadows:
 
     @staticmethod
     def of(disturber: Disturber, people: Iterable[Surface], frame: int) -> Shadows | None:
-        """The shadows of a frame; None if neither shadow nor shade is chosen."""
+        """Shadows of a frame; None if neither shadow nor shade is chosen."""
         given = disturber.strengths
         darkness = np.array([given.get("shadow", 0.0), given.get("shade", 0.0)])
         if not darkness.any():
@@ -284,11 +282,7 @@ def _lamp(disturber: Disturber) -> FloatArray:
     rng = disturber.rng("shadow")
     angle, height = rng.uniform(0, 2 * np.pi), rng.uniform(*_LAMP_HEIGHTS)
     place = np.array([*(_LAMP_DISTANCE * np.array([np.cos(angle), np.sin(angle)])), height])
-    forward = np.array([0.0, 0.0, _LOOK_AT_HEIGHT]) - place
-    forward /= np.linalg.norm(forward)
-    right = np.cross(forward, [0.0, 0.0, 1.0])
-    right /= np.linalg.norm(right)
-    return np.stack([right, np.cross(forward, right), forward, place])
+    return np.vstack([looking_at(place, np.array([0.0, 0.0, _LOOK_AT_HEIGHT])), place])
 
 
 def _cast(

@@ -116,7 +116,9 @@ def build_scene(
     """
     cameras = rig(views, options, seed)
     things, lattice = room(furnished=options.furnished), noise_lattice(seed)
-    disturber = Disturber.of(disturbances, seed, options.fps, frames)
+    disturber = Disturber(
+        {one.kind: one.strength for one in disturbances}, seed, options.fps, frames
+    )
 
     def renderer(camera: Camera) -> CameraRenderer:
         chosen = sensor(options, seed, camera.name)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from stereotrack_core.arrays import Float32Array, FloatArray, ImageArray, IntArray
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.simulation.actor import Actor
-from stereotrack_core.simulation.disturbances import Disturber, Shadows
+from stereotrack_core.simulation.disturbances import UNDISTURBED, Disturber, Shadows
 from stereotrack_core.simulation.materials import material_table
 from stereotrack_core.simulation.raster import LIGHT, SAMPLES, mark, rasterise, shade
 from stereotrack_core.simulation.rig import Sensor
@@ -54,7 +54,7 @@ class CameraRenderer:
         sensor: Sensor,
         things: Things,
         lattice: Float32Array,
-        disturber: Disturber | None = None,
+        disturber: Disturber = UNDISTURBED,
     ) -> None:
         self._camera = camera
         self._sensor = sensor
@@ -81,10 +81,9 @@ class CameraRenderer:
     def picture(self, people: Sequence[Posed], frame: int) -> ImageArray:
         """The scene with people in it."""
         projected = [self._projected(posed.vertices) for posed in people]
-        room, light, shadows = self._light, self._empty, None
-        if self._disturber is not None:
-            surfaces = [(p.actor.triangles, p.vertices, p.normals) for p in people]
-            shadows = Shadows.of(self._disturber, surfaces, frame)
+        surfaces = [(p.actor.triangles, p.vertices, p.normals) for p in people]
+        shadows = Shadows.of(self._disturber, surfaces, frame)
+        room, light = self._light, self._empty
         if shadows is not None:
             things, ids, weights = self._room
             room = room.copy()
@@ -100,10 +99,8 @@ class CameraRenderer:
 
     def _exposed(self, light: Float32Array, frame: int) -> ImageArray:
         """Picture of light (H, W, c); frame -1 is the empty scene."""
-        sensor = self._sensor
-        if self._disturber is not None:
-            light = self._disturber.on_sensor(self._camera.name, light, frame)
-            sensor = sensor if frame < 0 else self._disturber.sensor(sensor)
+        light = self._disturber.on_sensor(self._camera.name, light, frame)
+        sensor = self._sensor if frame < 0 else self._disturber.sensor(self._sensor)
         return sensor.exposed(light, frame)
 
     def seen(self, people: Sequence[Posed]) -> Seen:

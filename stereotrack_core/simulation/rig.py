@@ -140,12 +140,17 @@ def _placed(view: str, options: SceneOptions, rng: np.random.Generator) -> Rigid
         ]
     )
     target = np.array([*rng.uniform(-0.06, 0.06, 2), _LOOK_AT_HEIGHT])
+    rotation = looking_at(place, target)
+    return RigidTransform(rotation, -rotation @ place)
+
+
+def looking_at(place: FloatArray, target: FloatArray) -> FloatArray:
+    """Rotation (3, 3) from the world to a level camera that looks from a place to a target."""
     forward = target - place
     forward /= np.linalg.norm(forward)
     right = np.cross(forward, [0.0, 0.0, 1.0])
     right /= np.linalg.norm(right)
-    rotation = np.stack([right, np.cross(forward, right), forward])
-    return RigidTransform(rotation, -rotation @ place)
+    return np.stack([right, np.cross(forward, right), forward])
 
 
 def _matrix(options: SceneOptions, rng: np.random.Generator) -> FloatArray:

@@ -11,7 +11,7 @@ from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.simulation.disturbances import KINDS, Disturbance, parsed_disturbances
 from stereotrack_core.simulation.make import simulate
 from stereotrack_core.simulation.rig import SceneOptions
-from tests.simulation.scenes import scene
+from tests.simulation.scenes import SMALL, scene
 
 PAIR = ("N_left", "N_right")
 GEOMETRY = {"frames": 4, "views": ("N", "O"), "noise": 0.0}
@@ -41,54 +41,37 @@ def moved(before, after):
     return np.array(cv2.phaseCorrelate(before, after)[0])
 
 
-def test_gain_and_gamma_change_the_video_and_not_the_empty_scene(plain):
+def test_gain_and_gamma_change_the_brightness(plain):
     expected = picture(plain, "N_right")
-    made = disturbed("gain=0.7")
-    np.testing.assert_allclose(picture(made, "N_right"), 0.7 * expected, atol=1.0)
+    np.testing.assert_allclose(picture(disturbed("gain=0.7"), "N_right"), 0.7 * expected, atol=1.0)
     bent = picture(disturbed("gamma=0.6"), "N_right")
     np.testing.assert_allclose(bent, 255 * (expected / 255) ** 0.6, atol=6.0)
-    for name in PAIR:
-        empty = made.renderers[name].background()
-        np.testing.assert_array_equal(empty, plain.renderers[name].background())
 
 
-def test_exposure_swings_in_ten_seconds_for_each_camera():
+def test_exposure_flicker_and_bands_change_in_time_and_over_rows():
     made = disturbed("exposure=0.3", frames=200)
     left, right = (np.array([grey(made, name, k)[0, 0] for k in range(200)]) for name in PAIR)
     np.testing.assert_allclose([left.min(), left.max()], [0.7, 1.3], atol=0.01)
     np.testing.assert_allclose(left[:100], left[100:], atol=1e-5)
     assert np.abs(left - right).max() > 0.05
-
-
-def test_flicker_is_the_pairs_and_differs_from_frame_to_frame():
     made = disturbed("flicker=0.15")
-    left, right, other = (
-        np.array([grey(made, name, k)[0, 0] for k in range(60)]) for name in (*PAIR, "O_left")
-    )
+    left, right = (np.array([grey(made, name, k)[0, 0] for k in range(60)]) for name in PAIR)
     np.testing.assert_array_equal(left, right)
-    assert np.abs(left - other).max() > 0.05
     assert 0.12 < np.abs(left - 1).max() <= 0.1501
     assert np.abs(np.diff(left)).mean() > 0.05
-
-
-def test_bands_run_across_the_rows_and_crawl():
     made = disturbed("bands=0.2")
-    first, later = grey(made, "N_left", 0), grey(made, "N_left", 8)
-    np.testing.assert_array_equal(np.ptp(first, axis=1), 0)
-    rows = first[:, 0]
+    rows, later = grey(made, "N_left", 0)[:, 0], grey(made, "N_left", 8)[:, 0]
     np.testing.assert_allclose([rows.min(), rows.max()], [0.8, 1.2], atol=0.01)
     assert 5 <= np.count_nonzero(np.diff(np.sign(rows - 1))) <= 8
-    assert np.abs(first - later).max() > 0.1
+    assert np.abs(rows - later).max() > 0.1
 
 
 def test_noise_and_blur_are_added_to_those_of_the_sensor(plain):
-    for name in PAIR:
-        expected = picture(plain, name)
-        noise = picture(disturbed("noise=12"), name) - expected
-        assert 11 < noise.std() < 13
-        blurred = picture(disturbed("blur=2"), name)
-        gradients = [np.abs(np.diff(p, axis=1)).mean() for p in (blurred, expected)]
-        assert gradients[0] < 0.7 * gradients[1]
+    expected = picture(plain, "N_left")
+    assert 11 < (picture(disturbed("noise=12"), "N_left") - expected).std() < 13
+    blurred = picture(disturbed("blur=2"), "N_left")
+    gradients = [np.abs(np.diff(p, axis=1)).mean() for p in (blurred, expected)]
+    assert gradients[0] < 0.7 * gradients[1]
 
 
 def floor_factors(made, plain, frame=3):
@@ -133,9 +116,8 @@ def test_the_shadow_goes_with_the_person_and_the_shade_wanders(plain):
         assert changed[100:].any() == (kind == "shade")
 
 
-def test_a_passer_walks_behind_the_person_who_stays_in_front(plain):
+def test_a_passer_walks_behind_the_person_who_stays_in_front():
     made = disturbed("passer", frames=60)
-    alone = plain.renderers["N_right"].seen(plain.people(0)[0])
     crowd = [made.people(frame)[0] for frame in range(0, 60, 6)]
     assert {len(people) for people in crowd} == {2}
     behind = 0
@@ -146,19 +128,16 @@ def test_a_passer_walks_behind_the_person_who_stays_in_front(plain):
         np.testing.assert_array_equal(both.depth[tracked], one.depth[tracked])
         behind += np.count_nonzero((both.stuff >= 0) & ~tracked & (both.depth > 5))
     assert behind > 500
-    assert (alone.depth[alone.stuff >= 0] < 4.5).all()
 
 
 def test_a_pair_shakes_together_and_otherwise_in_each_frame(plain):
     made = disturbed("shake")
-    for frame in range(3):
-        left, right = (
-            moved(picture(plain, name, frame), picture(made, name, frame)) for name in PAIR
-        )
-        np.testing.assert_allclose(left, right, atol=0.2)
-        assert 0.1 < np.linalg.norm(left) < 3.5
-    before = moved(picture(plain, "N_left", 0), picture(made, "N_left", 0))
-    assert np.linalg.norm(left - before) > 0.3
+    shifts = np.array(
+        [[moved(picture(plain, c, k), picture(made, c, k)) for c in PAIR] for k in range(3)]
+    )
+    np.testing.assert_allclose(shifts[:, 0], shifts[:, 1], atol=0.2)
+    assert 0.3 < np.linalg.norm(shifts, axis=-1).mean() < 3
+    assert np.ptp(shifts, axis=0).max() > 0.3
 
 
 def test_rows_of_the_left_pictures_are_off_with_those_of_the_empty_scene(plain):
@@ -177,18 +156,12 @@ def test_a_bump_turns_the_first_view_from_half_time_on(plain):
         shift = moved(picture(plain, name, 2), picture(made, name, 2))
         expected = 100 * np.tan(np.radians(2)) if name in PAIR else 0.0
         assert abs(np.linalg.norm(shift) - expected) < 0.8
-    assert made.cameras["N_left"].camera_from_world.matrix().tolist() == (
-        plain.cameras["N_left"].camera_from_world.matrix().tolist()
-    )
-
-
-SMALL = SceneOptions(width=160, height=120, focal=100.0)
 
 
 def made_recording(folder, text, seed=0, frames=4, views="NO", **options):
     simulate(
         folder, frames=frames, views=views, motion="cross-arms", seed=seed,
-        options=SMALL.replaced(**options), disturbances=parsed_disturbances(text),
+        options=SceneOptions(**(SMALL | options)), disturbances=parsed_disturbances(text),
     )  # fmt: skip
     return folder
 
@@ -227,12 +200,9 @@ def test_pictures_depend_on_the_seed_alone_and_empty_scenes_stay(tmp_path):
 
 
 def test_strengths_are_read_or_those_of_the_kind():
-    assert parsed_disturbances("exposure=0.3, shadow,") == (
-        Disturbance("exposure", 0.3),
-        Disturbance("shadow", KINDS["shadow"].default),
-    )
-    for name, kind in KINDS.items():
-        assert parsed_disturbances(name) == (Disturbance(name, kind.default),)
+    usual = tuple(Disturbance(name, kind.default) for name, kind in KINDS.items())
+    assert parsed_disturbances(", ".join(KINDS)) == usual
+    assert parsed_disturbances("exposure=0.3") == (Disturbance("exposure", 0.3),)
 
 
 @pytest.mark.parametrize(
