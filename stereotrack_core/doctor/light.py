@@ -37,20 +37,8 @@ _GAIN, _MOST_GAIN = 0.05, 0.4
 
 _GAMMAS = (0.6, 1.6)
 _FLICKER, _MOST_FLICKER = 0.02, 0.15
-_SHADOW, _MOST_SHADOW = 0.02, 0.15
-"""Shares of the image."""
-
-_SHIFT, _MOST_SHIFT = 0.4, 2.0
+_MOST_SHIFT = 2.0
 """Pixels in images 640 wide; rounding and people shift by up to 0.2."""
-
-_BLUR, _MOST_BLUR = 1.2, 2.5
-"""Pixels. Standard deviation of the blur."""
-
-_NOISE, _MOST_NOISE = 4.0, 12.0
-"""Grey levels."""
-
-_CLIPPED, _MOST_CLIPPED = 0.1, 0.4
-"""Shares of the image that is white or black beside what is so in the empty scene."""
 
 _MAINS = (50.0, 60.0)
 """Frequencies of mains, hertz; lamps flicker at twice that."""
@@ -80,6 +68,49 @@ class _Seen:
     """Pixels, more than in the empty scene."""
     others: int
     """Things as large as a person, beside the largest."""
+
+
+@dataclass(frozen=True)
+class _Measure:
+    """A measure of :class:`_Seen` whose median is told."""
+
+    name: str
+    scale: float
+    note: float
+    warning: float
+    words: str
+    remedy: str
+
+
+_MEASURES = (
+    _Measure(
+        "noise", 1.0, 4.0, 12.0,
+        "the images have noise of {:.0f} grey levels",
+        "Use more light, a wider aperture or less gain. The tracker filters the images, at the "
+        "cost of fine texture.",
+    ),
+    _Measure(
+        "clipped", 100.0, 10.0, 40.0,
+        "{:.0f} % of the image are black or white, and were not in the empty scene",
+        "Nothing is measured there. Change the exposure.",
+    ),
+    _Measure(
+        "shadow", 100.0, 2.0, 15.0,
+        "shadows or reflections cover {:.0f} % of the image",
+        "Use light from several sides. Shadows on walls without texture are taken for the person.",
+    ),
+    _Measure(
+        "shift", 1.0, 0.4, _MOST_SHIFT,
+        "the camera has moved by {:.1f} px since the picture of the empty scene (in images 640 px "
+        "wide)",
+        "Calibrate again and record the empty scene again, or fix the tripod.",
+    ),
+    _Measure(
+        "blur", 1.0, 1.2, 2.5,
+        "the images are blurred by {:.1f} px against that of the empty scene",
+        "Focus the lens on the person, or use a shorter exposure.",
+    ),
+)  # fmt: skip
 
 
 def check_light(recording: Recording, reader: FrameReader) -> Iterator[Finding]:
@@ -145,39 +176,16 @@ def _of_view(where: str, seen: Sequence[_Seen]) -> Iterator[Finding]:
     if still and not _GAMMAS[0] < gamma < _GAMMAS[1]:
         words = f"dark and bright parts differ from the empty scene's by a gamma of {gamma:.2f}"
         yield _finding(True, where, words, lock)
-    for values, least, most, words, remedy in (
-        (
-            [one.noise for one in seen], _NOISE, _MOST_NOISE,
-            "the images have noise of {:.0f} grey levels",
-            "Use more light, a wider aperture or less gain. The tracker filters the images, at "
-            "the cost of fine texture.",
-        ),
-        (
-            [100 * one.clipped for one in seen], 100 * _CLIPPED, 100 * _MOST_CLIPPED,
-            "{:.0f} % of the image are black or white, and were not in the empty scene",
-            "Nothing is measured there. Change the exposure.",
-        ),
-        (
-            [100 * one.shadow for one in seen], 100 * _SHADOW, 100 * _MOST_SHADOW,
-            "shadows or reflections cover {:.0f} % of the image",
-            "Use light from several sides. Shadows on walls without texture are taken for the "
-            "person.",
-        ),
-        (
-            [one.shift for one in seen], _SHIFT, _MOST_SHIFT,
-            "the camera has moved by {:.1f} px since the picture of the empty scene (in images "
-            "640 px wide)",
-            "Calibrate again and record the empty scene again, or fix the tripod.",
-        ),
-        (
-            [one.blur for one in seen], _BLUR, _MOST_BLUR,
-            "the images are blurred by {:.1f} px against that of the empty scene",
-            "Focus the lens on the person, or use a shorter exposure.",
-        ),
-    ):  # fmt: skip
-        value = float(np.median(values))
-        if value > least:
-            yield _finding(value > most, where, words.format(value), remedy)
+    for measure in _MEASURES:
+        value = measure.scale * float(np.median([getattr(one, measure.name) for one in seen]))
+        if value > measure.note:
+            words = measure.words.format(value)
+            yield _finding(value > measure.warning, where, words, measure.remedy)
+    yield from _over_time(where, seen)
+
+
+def _over_time(where: str, seen: Sequence[_Seen]) -> Iterator[Finding]:
+    """A camera that was moved, and other people."""
     first, last = (np.median([one.shift for one in part]) for part in (seen[:3], seen[-3:]))
     if last - first > _MOST_SHIFT:
         words = f"the camera was moved while recording, by {last - first:.1f} px"
