@@ -53,7 +53,7 @@ class DepthParameters(ParameterGroup):
         "Standard deviation of the low-pass filter before rectification; 0 disables it."
     )
     low_pass_noise: bool = parameter(True, _MATCH, thesis=False)(
-        "Filter noisy images of dark rooms more, by the noise that is measured in each of them."
+        "Filter images (low-pass of 1 px) in which noise of more than 3 grey levels is measured."
     )
     edge_images: bool = parameter(True, _MATCH, thesis=False)(
         "Match horizontal derivatives, which are insensitive to differences in gain."
