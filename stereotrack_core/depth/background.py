@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import operator
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import cv2
@@ -17,7 +17,14 @@ from stereotrack_core.depth.light import EmptyScene, Light, Relit, empty_scene, 
 from stereotrack_core.depth.match import Region, changed_bands
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.points import Volume
-from stereotrack_core.depth.sources import DepthSource, OpenedFrame, StereoFrame, StereoSource
+from stereotrack_core.depth.sources import (
+    NOISE_FILTER,
+    DepthSource,
+    OpenedFrame,
+    StereoFrame,
+    StereoSource,
+    low_passed,
+)
 from stereotrack_core.depth.standing import moves, standing_person, still_person
 
 _VALID_ABOVE = 0.5
@@ -211,6 +218,7 @@ class ViewBackground:
         self._p = parameters
         self._source = source
         self._scene: EmptyScene | None = None
+        self._filtered: ImageArray | None = None
         self._limit: Float32Array | None = None
         self.motionless = False
         shape = source.geometry.height, source.geometry.width
@@ -219,6 +227,8 @@ class ViewBackground:
     def take_empty_scene(self, picture: ImageArray | None, disparity: Float32Array) -> None:
         """The model from one image without anybody; it is never changed afterwards."""
         self._scene = None if picture is None else empty_scene(picture)
+        if picture is not None:
+            self._filtered = low_passed(picture, NOISE_FILTER)
         self.learns = False
         self._set(empty_scene_model(disparity))
 
@@ -285,7 +295,7 @@ class ViewBackground:
 
     def take_over(self, other: ViewBackground) -> None:
         """Know what another one of the same view has learned."""
-        self._scene, self.learns = other._scene, other.learns
+        self._scene, self._filtered, self.learns = other._scene, other._filtered, other.learns
         if other.model is not None:
             self._set(other.model)
 
@@ -337,7 +347,10 @@ class ViewBackground:
         """Compare a region of the picture with the empty scene in the same light."""
         assert self._scene is not None and frame.picture is not None  # noqa: S101, PT018 - light
         apart = self._apart_from_foreground(disparity, region)
-        empty = relit(frame.picture, self._scene, light, apart)
+        scene = self._scene
+        if isinstance(frame, StereoFrame) and frame.noisy and self._filtered is not None:
+            scene = replace(scene, picture=self._filtered)
+        empty = relit(frame.picture, scene, light, apart)
         now, before, noise = frame.picture[region.slices], empty.picture[region.slices], empty.noise
         new = difference_of(now, before) > max(_LEAST, _NOISES * noise)
         behind = apart[region.slices] & self._measured_behind(disparity, region)

@@ -25,7 +25,7 @@ _NOISY = 3.0
 worth more. With noise of 5 levels the block matcher finds half of the person's points, of 12 a
 tenth; filtered, nearly all."""
 
-_LOW_PASS = 1.0
+NOISE_FILTER = 1.0
 """Pixels. Standard deviation of the filter of noisy pairs. With 1.5 and noise of 12 levels, arms
 were off by 13 and 12 degrees, with 1 by 7 and 7 (mesh-P4)."""
 
@@ -57,6 +57,8 @@ class StereoFrame:
     outside: BoolArray | None
     matcher: Matcher | CoarseToFine
     window: int
+    noisy: bool
+    """Whether both pictures were filtered (:func:`low_passed`) because of their noise."""
 
     def disparity(self, region: Region) -> Float32Array:
         """Match the region; see :class:`OpenedFrame`."""
@@ -100,7 +102,8 @@ class StereoSource:
     def __init__(self, rectification: Rectification, parameters: DepthParameters) -> None:
         self.geometry = rectification.geometry
         self.rectification = rectification
-        self._low_pass, self._by_noise = parameters.low_pass, parameters.low_pass_noise
+        self._low_pass = parameters.low_pass
+        self._by_noise = parameters.low_pass_noise and parameters.low_pass < NOISE_FILTER
         self._window = parameters.match_window | 1
         self.disparity_range = disparity_range(self.geometry, parameters)
         self._matcher = matcher_of(parameters, self.disparity_range)
@@ -113,18 +116,14 @@ class StereoSource:
         left, right = grey(images.left), grey(images.image)
         refuse_dark(left, "left image")
         refuse_dark(right, "right image")
-        low_pass = self._low_pass  # 2.1.3
-        if self._by_noise and sensor_noise(right) > _NOISY:
-            low_pass = max(low_pass, _LOW_PASS)
+        noisy = self._by_noise and bool(sensor_noise(right) > _NOISY)
+        low_pass = NOISE_FILTER if noisy else self._low_pass  # 2.1.3
         if low_pass > 0:
-            left, right = (
-                cv2.GaussianBlur(image, (0, 0), low_pass).astype(np.uint8, copy=False)
-                for image in (left, right)
-            )
+            left, right = low_passed(left, low_pass), low_passed(right, low_pass)
         if (left_map := self.rectification.left_map) is not None:
             left = left_map.apply(left)
         right = self.rectification.rectified(right)
-        return StereoFrame(left, right, self._outside, self._matcher, self._window)
+        return StereoFrame(left, right, self._outside, self._matcher, self._window, noisy)
 
     def ranges(self, disparity: Float32Array) -> Float32Array:
         """Range z = f b / (d - offset), metres."""
@@ -199,6 +198,11 @@ def disparity_range(geometry: DepthGeometry, p: DepthParameters) -> DisparityRan
     count = max(maximum - minimum + 1, 1)
     most = max((geometry.width - abs(minimum) - 1) // 16 * 16 - 16, 16)
     return DisparityRange(minimum, min(-(-count // 16) * 16, most))
+
+
+def low_passed(image: ImageArray, sigma: float) -> ImageArray:
+    """The image after a Gaussian filter with this standard deviation, pixels."""
+    return cv2.GaussianBlur(image, (0, 0), sigma).astype(np.uint8, copy=False)
 
 
 def grey(image: ImageArray) -> ImageArray:
