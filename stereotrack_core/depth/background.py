@@ -13,8 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stereotrack_core.arrays import BoolArray, Float32Array, ImageArray
-from stereotrack_core.depth.light import EmptyScene, Light, Relit, empty_scene, light_of, relit
+from stereotrack_core.depth.light import EmptyScene, Light, empty_scene, light_of, relit
 from stereotrack_core.depth.match import Region, changed_bands
+from stereotrack_core.depth.outline import Compared, beside, new_pixels, same_structure, seen_at
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.points import Volume
 from stereotrack_core.depth.sources import (
@@ -29,10 +30,6 @@ from stereotrack_core.depth.standing import moves, standing_person, still_person
 
 _VALID_ABOVE = 0.5
 """How often a pixel's disparity must have been valid for its background to be known."""
-
-_HALO_CONTRAST = 6
-"""Grey levels by which a pixel that shows the person differs from the background image: above the
-noise of both."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,94 +105,12 @@ def _sorted_rows(images: Sequence[NDArray[Any]]) -> Iterator[tuple[slice, NDArra
         yield rows, np.sort(np.stack([image[rows] for image in images], axis=-1), axis=-1)
 
 
-_NEAR = 7
-"""Neighbourhood whose strongest difference says what half of a difference is."""
-
-_SHARE, _LEAST = 0.4, 10.0
-"""Share of the strongest difference nearby, and least grey levels, of a pixel that is new."""
-
-_AROUND = (31, 31)
-"""Neighbourhood, pixels, over which the pictures of a pair are brought to one brightness."""
-
 _SHADOW = 0.002
 """Share of the image from which changed pixels at the empty scene's disparity may be a shadow;
 fewer are feet on the floor, or a limb that the matcher has missed."""
 
-_WINDOW = (5, 5)
-"""Neighbourhood, pixels, in which structure is compared."""
-
 _EDGES = np.ones((7, 7), np.uint8)
 """Edges of shadows that are filled."""
-
-_SAME = 4.0
-"""Grey levels by which both pictures of a pair may show the same place differently."""
-
-_NOISES = 4.0
-"""Standard deviations of the measured noise that a pixel must differ by, at least."""
-
-_INSIDE = 9
-_CLOSED = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (5, 5))
-_OPENED = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (3, 3))
-_SMALL_HOLE = 60
-"""Pixels of a hole that is taken for a place where the person looks like the wall."""
-
-
-def difference_of(picture: ImageArray, empty: ImageArray) -> ImageArray:
-    """Differences (H, W) in grey levels of two pictures, after a blur of 3 x 3 pixels."""
-    blurred = (cv2.GaussianBlur(one, (3, 3), 0) for one in (picture, empty))
-    return np.asarray(cv2.absdiff(*blurred), dtype=np.uint8)
-
-
-def sharp_outline(
-    picture: ImageArray,
-    empty: ImageArray,
-    foreground: BoolArray,
-    noise: float = 0.0,
-    behind: BoolArray | None = None,
-    blur: float = 0.0,
-) -> BoolArray:
-    """Where the picture is not the empty scene's (H, W), with edges at half their height.
-
-    A fixed threshold would put the edge of a strong difference a pixel or two too far outside,
-    because lenses blur. Where stereo sees something well inside its own edge, that counts too:
-    `foreground` is what the disparities say; block matching widens it by up to half its window.
-    The wider the blur, in pixels, the farther from an edge is the strongest difference, and the
-    farther stereo sees beyond it.
-    """
-    difference = difference_of(picture, empty)
-    least = max(_LEAST, _NOISES * noise)
-    wider = 2 * round(2 * blur)
-    near, inside = (np.ones((side + wider,) * 2, np.uint8) for side in (_NEAR, _INSIDE))
-    limit = np.maximum(cv2.dilate(difference, near).astype(np.float32) * _SHARE, least)
-    new = (difference > limit).astype(np.uint8)
-    if behind is not None:
-        new[behind] = 0
-    new |= cv2.erode(foreground.astype(np.uint8), inside)
-    closed = cv2.morphologyEx(new, cv2.MORPH_CLOSE, _CLOSED)
-    cv2.filterSpeckles(closed, 1, _SMALL_HOLE - 1, 0)  # whatever is 0 and small becomes 1
-    return cv2.morphologyEx(closed, cv2.MORPH_OPEN, _OPENED).astype(bool)
-
-
-_UNLIKE = 8.0
-"""Grey levels of noise, measured in the difference to the empty scene, from which most of a picture
-has changed: that of a dark room is 4 after the blur."""
-
-
-def outline_without_depth(picture: ImageArray, scene: EmptyScene) -> BoolArray | None:
-    """Where a picture (H, W) is not the empty scene's, in whatever light.
-
-    None where most of it has changed. Disparities do not say here what surely shows the empty
-    scene. So a first outline is taken out before a shift and a blur are estimated.
-    """
-    light, nothing = light_of(picture, scene), np.zeros(picture.shape, dtype=bool)
-    around = np.ones((_INSIDE,) * 2, np.uint8)
-    empty = relit(picture, scene, light, ~nothing)
-    first = sharp_outline(picture, empty.picture, nothing, empty.noise, blur=empty.blur)
-    empty = relit(picture, scene, light, cv2.dilate(first.view(np.uint8), around) == 0)
-    if empty.noise > _UNLIKE:
-        return None
-    return sharp_outline(picture, empty.picture, nothing, empty.noise, blur=empty.blur)
-
 
 _BEHIND = 0.5
 """Metres behind somebody who stood still from which the scene begins."""
@@ -352,12 +267,14 @@ class ViewBackground:
             scene = replace(scene, picture=self._filtered)
         empty = relit(frame.picture, scene, light, apart)
         now, before, noise = frame.picture[region.slices], empty.picture[region.slices], empty.noise
-        new = difference_of(now, before) > max(_LEAST, _NOISES * noise)
+        new = new_pixels(now, before, noise)
         behind = apart[region.slices] & self._measured_behind(disparity, region)
         if isinstance(frame, StereoFrame) and self._is_large(new & behind):
-            shadow = behind & _same_structure(now, before, noise)
+            assert self.model is not None  # noqa: S101 - something was measured behind
+            expected = self.model.disparity[region.slices]
+            shadow = behind & same_structure(now, before, noise)
             if self._is_large(new & shadow) and self._is_large(
-                new & (shadow := shadow & self._seen_behind(frame, region))
+                new & (shadow := shadow & seen_at(frame, expected, region))
             ):
                 # the edges of a shadow have no structure of one side
                 filled = cv2.morphologyEx(shadow.astype(np.uint8), cv2.MORPH_CLOSE, _EDGES)
@@ -375,9 +292,7 @@ class ViewBackground:
         apart = np.ones((self._source.geometry.height, self._source.geometry.width), dtype=bool)
         if self._limit is not None:
             in_front = disparity > self._limit[region.slices]
-            apart[region.slices] = (
-                cv2.dilate(in_front.astype(np.uint8), np.ones((_INSIDE,) * 2, np.uint8)) == 0
-            )
+            apart[region.slices] = beside(in_front)
         return apart
 
     def _measured_behind(self, disparity: Float32Array, region: Region) -> BoolArray:
@@ -387,77 +302,3 @@ class ViewBackground:
         apart = np.abs(disparity - self.model.disparity[region.slices])
         known = np.isfinite(self._limit[region.slices])
         return np.asarray(known & (apart <= np.float32(self._p.background_threshold)))
-
-    def _seen_behind(self, frame: StereoFrame, region: Region) -> BoolArray:
-        """Where (h, w) both pictures of a pair show one surface at the empty scene's disparity.
-
-        A shadow, a reflection or a lamp changes grey values, and not where a surface is. The
-        matcher alone does not tell: its window gives a thin limb the disparity of the pattern
-        beside it. After Ivanov, Bobick and Liu (doi:10.1023/A:1008107805263), who warp one
-        picture into the other by the disparities of the empty scene.
-        """
-        assert self.model is not None  # noqa: S101 - the caller has asked
-        expected = self.model.disparity[region.slices]
-        columns, rows = (
-            g.astype(np.float32)
-            for g in np.meshgrid(
-                np.arange(region.left, region.right), np.arange(region.top, region.bottom)
-            )
-        )
-        border = cv2.BORDER_REPLICATE
-        there = cv2.remap(
-            frame.left, columns + expected, rows, cv2.INTER_LINEAR, borderMode=border
-        ).astype(np.uint8, copy=False)
-        # the cameras of a pair, and their lenses, differ in brightness
-        apart = _apart_but_for_gain(frame.picture[region.slices], there, _AROUND)
-        noise = 1.4826 * float(np.median(apart[::3, ::3]))
-        return np.asarray(apart < max(_SAME, _NOISES * noise))
-
-
-def _same_structure(now: ImageArray, before: ImageArray, noise: float) -> BoolArray:
-    """Where (h, w) a picture is the empty scene's but for a gain: in shadows and reflections."""
-    return np.asarray(_apart_but_for_gain(now, before, _WINDOW) < max(_SAME, 2 * noise))
-
-
-def _apart_but_for_gain(
-    one: ImageArray, other: ImageArray, neighbourhood: tuple[int, int]
-) -> Float32Array:
-    """Mean difference (h, w) around each pixel after the gain between two neighbourhoods."""
-    a, b = (cv2.blur(image, (3, 3)).astype(np.float32) for image in (one, other))
-    gain = (cv2.blur(a, neighbourhood) + 1) / (cv2.blur(b, neighbourhood) + 1)
-    apart: Float32Array = cv2.blur(np.abs(a - gain * b), _WINDOW).astype(np.float32, copy=False)
-    return apart
-
-
-@dataclass(frozen=True, eq=False)
-class Compared:
-    """A region of a picture beside the empty scene in the same light."""
-
-    picture: ImageArray
-    before: ImageArray
-    empty: Relit
-    window: int
-    """Pixels. Side of the matcher's window."""
-    behind: BoolArray
-    """(h, w). Pixels whose disparities say that they show the empty scene, in whatever light."""
-
-    def changed(self) -> BoolArray:
-        """Where the picture differs from the empty scene.
-
-        Gaps inside, where the person happens to look like the wall, are closed over the
-        width of the matcher's window.
-        """
-        difference = cv2.absdiff(
-            cv2.GaussianBlur(self.picture, (5, 5), 0), cv2.GaussianBlur(self.before, (5, 5), 0)
-        )
-        limit = max(_HALO_CONTRAST, 3.0 * self.empty.noise)
-        differs = ((difference > limit) & ~self.behind).astype(np.uint8)
-        size = (self.window // 2) | 1
-        kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
-        closed = cv2.morphologyEx(differs, cv2.MORPH_CLOSE, kernel)
-        return closed.astype(bool)
-
-    def outline(self, foreground: BoolArray) -> BoolArray:
-        """The person's sharp outline."""
-        noise, blur = self.empty.noise, self.empty.blur
-        return sharp_outline(self.picture, self.before, foreground, noise, self.behind, blur)

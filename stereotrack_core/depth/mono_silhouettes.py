@@ -8,9 +8,9 @@ from typing import TypeAlias
 import numpy as np
 
 from stereotrack_core.arrays import BoolArray, Float32Array, ImageArray
-from stereotrack_core.depth.background import outline_without_depth
 from stereotrack_core.depth.cloud import ViewDepth
 from stereotrack_core.depth.light import EmptyScene, empty_scene
+from stereotrack_core.depth.outline import outline_without_depth
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.rectify import Rectification, depth_rectification
 from stereotrack_core.depth.sources import grey

@@ -17,8 +17,8 @@ import cv2
 import numpy as np
 
 from stereotrack_core.arrays import BoolArray, FloatArray, ImageArray
-from stereotrack_core.depth.background import outline_without_depth
 from stereotrack_core.depth.light import empty_scene
+from stereotrack_core.depth.outline import outline_without_depth
 from stereotrack_core.depth.sources import grey
 from stereotrack_core.doctor.slips import SLIPS, resized
 from stereotrack_core.errors import Correction, Finding

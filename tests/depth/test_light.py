@@ -6,8 +6,8 @@ import cv2
 import numpy as np
 import pytest
 
-from stereotrack_core.depth.background import sharp_outline
 from stereotrack_core.depth.light import empty_scene, light_of, relit
+from stereotrack_core.depth.outline import sharp_outline
 from tests.depth.scenes import texture
 
 EMPTY = (40 + 0.6 * texture(240, 320, seed=1)).clip(0, 255).astype(np.uint8)

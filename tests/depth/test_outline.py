@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stereotrack_core.depth.background import sharp_outline
+from stereotrack_core.depth.outline import sharp_outline
 from tests.depth.scenes import texture
 
 HEIGHT, WIDTH = 120, 160

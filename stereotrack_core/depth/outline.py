@@ -1,0 +1,184 @@
+"""The person's outline: where a picture differs from the empty scene in the same light."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from stereotrack_core.arrays import BoolArray, Float32Array, ImageArray
+from stereotrack_core.depth.light import EmptyScene, Relit, light_of, relit
+from stereotrack_core.depth.match import Region
+from stereotrack_core.depth.sources import StereoFrame
+
+_HALO_CONTRAST = 6
+"""Grey levels by which a pixel that shows the person differs from the background image: above the
+noise of both."""
+
+
+_NEAR = 7
+"""Neighbourhood whose strongest difference says what half of a difference is."""
+
+_SHARE, _LEAST = 0.4, 10.0
+"""Share of the strongest difference nearby, and least grey levels, of a pixel that is new."""
+
+_AROUND = (31, 31)
+"""Neighbourhood, pixels, over which the pictures of a pair are brought to one brightness."""
+
+_WINDOW = (5, 5)
+"""Neighbourhood, pixels, in which structure is compared."""
+
+_SAME = 4.0
+"""Grey levels by which both pictures of a pair may show the same place differently."""
+
+_NOISES = 4.0
+"""Standard deviations of the measured noise that a pixel must differ by, at least."""
+
+_INSIDE = 9
+"""Side, pixels, of the neighbourhood that is surely inside, or surely beside the person."""
+
+_CLOSED = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (5, 5))
+_OPENED = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (3, 3))
+_SMALL_HOLE = 60
+"""Pixels of a hole that is taken for a place where the person looks like the wall."""
+
+
+def difference_of(picture: ImageArray, empty: ImageArray) -> ImageArray:
+    """Differences (H, W) in grey levels of two pictures, after a blur of 3 x 3 pixels."""
+    blurred = (cv2.GaussianBlur(one, (3, 3), 0) for one in (picture, empty))
+    return np.asarray(cv2.absdiff(*blurred), dtype=np.uint8)
+
+
+def sharp_outline(
+    picture: ImageArray,
+    empty: ImageArray,
+    foreground: BoolArray,
+    noise: float = 0.0,
+    behind: BoolArray | None = None,
+    blur: float = 0.0,
+) -> BoolArray:
+    """Where the picture is not the empty scene's (H, W), with edges at half their height.
+
+    A fixed threshold would put the edge of a strong difference a pixel or two too far outside,
+    because lenses blur. Where stereo sees something well inside its own edge, that counts too:
+    `foreground` is what the disparities say; block matching widens it by up to half its window.
+    The wider the blur, in pixels, the farther from an edge is the strongest difference, and the
+    farther stereo sees beyond it.
+    """
+    difference = difference_of(picture, empty)
+    least = max(_LEAST, _NOISES * noise)
+    wider = 2 * round(2 * blur)
+    near, inside = (np.ones((side + wider,) * 2, np.uint8) for side in (_NEAR, _INSIDE))
+    limit = np.maximum(cv2.dilate(difference, near).astype(np.float32) * _SHARE, least)
+    new = (difference > limit).astype(np.uint8)
+    if behind is not None:
+        new[behind] = 0
+    new |= cv2.erode(foreground.astype(np.uint8), inside)
+    closed = cv2.morphologyEx(new, cv2.MORPH_CLOSE, _CLOSED)
+    cv2.filterSpeckles(closed, 1, _SMALL_HOLE - 1, 0)  # whatever is 0 and small becomes 1
+    return cv2.morphologyEx(closed, cv2.MORPH_OPEN, _OPENED).astype(bool)
+
+
+_UNLIKE = 8.0
+"""Grey levels of noise, measured in the difference to the empty scene, from which most of a picture
+has changed: that of a dark room is 4 after the blur."""
+
+
+def outline_without_depth(picture: ImageArray, scene: EmptyScene) -> BoolArray | None:
+    """Where a picture (H, W) is not the empty scene's, in whatever light.
+
+    None where most of it has changed. Disparities do not say here what surely shows the empty
+    scene. So a first outline is taken out before a shift and a blur are estimated.
+    """
+    light, nothing = light_of(picture, scene), np.zeros(picture.shape, dtype=bool)
+    empty = relit(picture, scene, light, ~nothing)
+    first = sharp_outline(picture, empty.picture, nothing, empty.noise, blur=empty.blur)
+    empty = relit(picture, scene, light, beside(first))
+    if empty.noise > _UNLIKE:
+        return None
+    return sharp_outline(picture, empty.picture, nothing, empty.noise, blur=empty.blur)
+
+
+def seen_at(frame: StereoFrame, disparity: Float32Array, region: Region) -> BoolArray:
+    """Where (h, w) both pictures of a pair show one surface at these disparities of a region.
+
+    A shadow, a reflection or a lamp changes grey values, and not where a surface is. The matcher
+    alone does not tell: its window gives a thin limb the disparity of the pattern beside it. After
+    Ivanov, Bobick and Liu (doi:10.1023/A:1008107805263), who warp one picture into the other by
+    the disparities of the empty scene.
+    """
+    columns, rows = (
+        g.astype(np.float32)
+        for g in np.meshgrid(
+            np.arange(region.left, region.right), np.arange(region.top, region.bottom)
+        )
+    )
+    border = cv2.BORDER_REPLICATE
+    there = cv2.remap(
+        frame.left, columns + disparity, rows, cv2.INTER_LINEAR, borderMode=border
+    ).astype(np.uint8, copy=False)
+    # the cameras of a pair, and their lenses, differ in brightness
+    apart = _apart_but_for_gain(frame.picture[region.slices], there, _AROUND)
+    noise = 1.4826 * float(np.median(apart[::3, ::3]))
+    return np.asarray(apart < max(_SAME, _NOISES * noise))
+
+
+def new_pixels(now: ImageArray, before: ImageArray, noise: float) -> BoolArray:
+    """Where (h, w) a picture clearly differs from the empty scene in its light."""
+    return np.asarray(difference_of(now, before) > max(_LEAST, _NOISES * noise))
+
+
+def beside(foreground: BoolArray) -> BoolArray:
+    """Where (h, w) no foreground is near."""
+    near = cv2.dilate(foreground.astype(np.uint8), np.ones((_INSIDE,) * 2, np.uint8))
+    return np.asarray(near == 0)
+
+
+def same_structure(now: ImageArray, before: ImageArray, noise: float) -> BoolArray:
+    """Where (h, w) a picture is the empty scene's but for a gain: in shadows and reflections."""
+    return np.asarray(_apart_but_for_gain(now, before, _WINDOW) < max(_SAME, 2 * noise))
+
+
+def _apart_but_for_gain(
+    one: ImageArray, other: ImageArray, neighbourhood: tuple[int, int]
+) -> Float32Array:
+    """Mean difference (h, w) around each pixel after the gain between two neighbourhoods."""
+    a, b = (cv2.blur(image, (3, 3)).astype(np.float32) for image in (one, other))
+    gain = (cv2.blur(a, neighbourhood) + 1) / (cv2.blur(b, neighbourhood) + 1)
+    apart: Float32Array = cv2.blur(np.abs(a - gain * b), _WINDOW).astype(np.float32, copy=False)
+    return apart
+
+
+@dataclass(frozen=True, eq=False)
+class Compared:
+    """A region of a picture beside the empty scene in the same light."""
+
+    picture: ImageArray
+    before: ImageArray
+    empty: Relit
+    window: int
+    """Pixels. Side of the matcher's window."""
+    behind: BoolArray
+    """(h, w). Pixels whose disparities say that they show the empty scene, in whatever light."""
+
+    def changed(self) -> BoolArray:
+        """Where the picture differs from the empty scene.
+
+        Gaps inside, where the person happens to look like the wall, are closed over the
+        width of the matcher's window.
+        """
+        difference = cv2.absdiff(
+            cv2.GaussianBlur(self.picture, (5, 5), 0), cv2.GaussianBlur(self.before, (5, 5), 0)
+        )
+        limit = max(_HALO_CONTRAST, 3.0 * self.empty.noise)
+        differs = ((difference > limit) & ~self.behind).astype(np.uint8)
+        size = (self.window // 2) | 1
+        kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
+        closed = cv2.morphologyEx(differs, cv2.MORPH_CLOSE, kernel)
+        return closed.astype(bool)
+
+    def outline(self, foreground: BoolArray) -> BoolArray:
+        """The person's sharp outline."""
+        noise, blur = self.empty.noise, self.empty.blur
+        return sharp_outline(self.picture, self.before, foreground, noise, self.behind, blur)
