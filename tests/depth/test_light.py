@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from stereotrack_core.depth.light import empty_scene, light_of, relit
+from stereotrack_core.depth.light import empty_scene, light_of, relit, sensor_noise, shaded
 from stereotrack_core.depth.outline import sharp_outline
 from tests.depth.scenes import texture
 
@@ -88,3 +88,23 @@ def test_a_person_who_is_not_known_to_be_there_is_no_light():
     """As where stereo gives the person the disparity of the wall behind."""
     everywhere = np.ones(EMPTY.shape, dtype=bool)
     assert _overlap(_picture(CHANGES["none"]), everywhere) > 0.85
+
+
+@pytest.mark.parametrize("noise", [4.0, 12.0])
+def test_noise_of_the_sensor_is_told_from_texture(noise):
+    smooth = cv2.GaussianBlur(EMPTY, (0, 0), 2.0).astype(np.float64)
+    assert sensor_noise(smooth.astype(np.uint8)) < 1.0
+    grain = np.random.default_rng(5).normal(0.0, noise, smooth.shape)
+    noisy = (smooth + grain).clip(0, 255).astype(np.uint8)
+    assert sensor_noise(noisy) == pytest.approx(noise, rel=0.3)
+    assert sensor_noise(np.full_like(noisy, 255)) == 0.0
+
+
+def test_a_shadow_keeps_the_structure_and_a_person_does_not():
+    scene = empty_scene(EMPTY)
+    dark = EMPTY.astype(np.float64)
+    dark[100:200, 220:300] *= 0.6
+    dark[PERSON] = texture(240, 320, seed=7)[PERSON]
+    found = shaded(light_of(dark.clip(0, 255).astype(np.uint8), scene))
+    assert found[28:47, 58:72].mean() > 0.8
+    assert found[15:50, 35:45].mean() < 0.2
