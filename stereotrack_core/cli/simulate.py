@@ -33,8 +33,8 @@ OPTIONS = (
     SEED,
     option(
         "--disturb KIND,KIND=STRENGTH",
-        "what disturbs the pictures, for example exposure=0.3,shadow; the kinds, each with the "
-        f"strength that it has if none is given: {kinds_text()}",
+        "what disturbs the pictures, for example exposure=0.3,shadow (default: nothing); the "
+        f"kinds, each with the strength that it has if none is given: {kinds_text()}",
         default="",
     ),
     changes("change a scene parameter, for example clothes=plain"),
