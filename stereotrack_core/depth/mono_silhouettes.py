@@ -18,7 +18,7 @@ from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.reader import FrameSet, ViewImages
 
 _LARGEST_SHARE = 0.5
-"""Of a picture that may differ from the empty scene; more is no person."""
+"""Largest share of a picture that a person covers."""
 
 Background: TypeAlias = Callable[[str], tuple[ImageArray | None, ImageArray] | None]
 """Gives a view's empty scene as (None, image) for a mono view, or None where there is none."""

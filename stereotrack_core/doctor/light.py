@@ -254,7 +254,7 @@ def _changed(light: Light, empty: Float32Array) -> BoolArray:
 
 
 def _around(changed: BoolArray) -> ImageArray:
-    """What changed, and 16 pixels of the image around it, as 1."""
+    """Changed pixels (h, w), widened by 16 pixels of the image, as 1."""
     kernel = np.ones((9, 9), np.uint8)
     return np.asarray(cv2.dilate(changed.astype(np.uint8), kernel), dtype=np.uint8)
 

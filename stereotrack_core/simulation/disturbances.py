@@ -121,7 +121,7 @@ class Disturber:
     """The disturbances of one recording; pictures depend on nothing but them and the seed."""
 
     strengths: Mapping[str, float]
-    """Of each chosen kind."""
+    """Strength by kind, of the chosen kinds."""
     seed: int
     fps: float
     frames: int

@@ -24,10 +24,10 @@ from stereotrack_core.tracking.residuals.surface import surface_distances, unexp
 _LEFT_OUT = "contradicts the others and is not used"
 
 _EVERY = 3
-"""Of so many frames one is judged: a view that goes wrong stays so for longer."""
+"""Frames between two judgements: a view that goes wrong stays wrong for longer."""
 
 _POINTS_EVERY = 5
-"""Of so many points one is judged."""
+"""Step through the points that are judged."""
 
 _NEW = 0.3
 """Weight of the latest frame in the averages over time."""
@@ -36,7 +36,7 @@ _FIRST = 5
 """Judged frames before any view is left out: the first pose may be what is wrong."""
 
 _FEWEST_VIEWS = 3
-"""Of two views that contradict each other, neither is known to be right."""
+"""Least number of views: if two contradict each other, neither is known to be right."""
 
 _FEWEST = 8
 """Contours or points without which a view is not judged."""
