@@ -55,6 +55,9 @@ KINDS: dict[str, Kind] = {
     "blur": Kind(1.5, 0.0, 10.0, "pixels of blur added in the video"),
     "compress": Kind(35, 0, 51, "crf of the H.264 videos", whole=True),
     "late": Kind(1, 1, 10, "frames by which the last view is late", whole=True),
+    "doubled": Kind(0.05, 0.0, 1.0, "share of the frames in which a view repeats the one before"),
+    "dirt": Kind(0.7, 0.0, 1.0, "darkness of a spot on each lens, in the empty scene as well"),
+    "glare": Kind(3.0, 1.0, 20.0, "factor of the light in a spot of each picture"),
 }
 """All kinds by name, in the order in which messages list them."""
 
@@ -127,11 +130,13 @@ class Disturber:
     frames: int
 
     def instant(self, camera: str, cameras: Iterable[str], frame: int) -> int:
-        """Frame whose scene the camera shows; an earlier one if its view is late."""
-        last = _view(list(cameras)[-1])
-        return (
-            max(0, frame - int(self.strengths.get("late", 0))) if _view(camera) == last else frame
-        )
+        """Frame whose scene the camera shows; an earlier one if its view is late or repeats it."""
+        view, behind = _view(camera), 0
+        if view == _view(list(cameras)[-1]):
+            behind = int(self.strengths.get("late", 0))
+        if self.rng("doubled", view, frame).uniform() < self.strengths.get("doubled", 0.0):
+            behind += 1
+        return max(0, frame - behind)
 
     def turned(self, cameras: Mapping[str, Camera]) -> dict[str, Camera]:
         """Cameras of the view that is bumped, as they stand afterwards; the pair stays rigid."""
@@ -158,9 +163,13 @@ class Disturber:
     def on_sensor(self, camera: str, light: Float32Array, frame: int) -> Float32Array:
         """The light (H, W, c) that the sensor is to record; frame -1 is the empty scene."""
         light = self._shifted(camera, light, frame)
+        if "dirt" in self.strengths:
+            light = light * (1 - self.strengths["dirt"] * self._spot("dirt", camera, light))
         if frame < 0:
             return light
         light = light * self._brightness(camera, frame, light.shape[0])
+        if "glare" in self.strengths:
+            light = light * (1 + (self.strengths["glare"] - 1) * self._spot("glare", camera, light))
         if "gamma" in self.strengths:
             bent = 255 * (np.maximum(light, 0) / 255) ** self.strengths["gamma"]
             light = bent.astype(np.float32)
@@ -184,6 +193,14 @@ class Disturber:
             cycles = _MAINS_HERTZ * (seconds * (1 + _CLOCK_ERROR) + row) + phase
             factors *= 1 + given["bands"] * np.sin(2 * np.pi * cycles)
         return factors.astype(np.float32)
+
+    def _spot(self, kind: str, camera: str, light: Float32Array) -> Float32Array:
+        """A round spot (H, W, 1) with a soft edge, 1 in its middle, somewhere in the picture."""
+        height, width = light.shape[:2]
+        x, y = self.rng(kind, camera).uniform(0.3, 0.7, 2) * (width, height)
+        rows, columns = np.mgrid[:height, :width].astype(np.float32)
+        apart = np.hypot(columns - x, rows - y) / (0.12 * width)
+        return np.asarray(np.exp(-(apart**4)), np.float32)[:, :, None]
 
     def _shifted(self, camera: str, light: Float32Array, frame: int) -> Float32Array:
         shift = np.zeros(2)
