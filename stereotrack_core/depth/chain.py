@@ -36,6 +36,9 @@ OnPart: TypeAlias = Callable[[int, int], None]
 """Is told how many parts of how many are done."""
 
 
+_ROW_FRAMES = 2
+"""Frames, spread over the recording, on which the rows of pairs are compared."""
+
 _BACKGROUND_FRAMES = 40
 """Frames, spread over the recording, from which the background is learned in advance."""
 
@@ -163,6 +166,8 @@ class DepthChain:
                         continue
             if view.mask is None and self.parameters.background_mode != "none":
                 waiting.append(chain)
+        if self.parameters.align_rows:
+            self._align_rows(reader, frames)
         if waiting:
             self._learn_from_frames(waiting, reader, frames, on_image)
         if self._colour and len(self._chains) > 1:
@@ -176,7 +181,7 @@ class DepthChain:
         """
         self.silhouettes.learn(reader.background)
         for own, learned in zip(self._chains, other._chains, strict=True):
-            own.background.take_over(learned.background)
+            own.take_over(learned)
         if self._colour and len(self._chains) > 1:
             self._calibrate_colours(reader, frames)
 
@@ -184,6 +189,15 @@ class DepthChain:
     def learns(self) -> bool:
         """Whether clouds depend on those before them, as the background is still being learned."""
         return any(chain.background.learns for chain in self._chains)
+
+    def _align_rows(self, reader: Pictures, frames: range) -> None:
+        """Lay left images into the rows of the right ones, as some frames show them."""
+        chains = [chain for chain in self._chains if isinstance(chain.source, StereoSource)]
+        sampled = frames[:: max(1, (len(frames) - 1) // (_ROW_FRAMES - 1))] if chains else ()
+        seen = [reader.frame_set(k).views for k in sampled[:_ROW_FRAMES]]
+        images = [[views[c.name] for views in seen if c.name in views] for c in chains]
+        for _ in self._pool.map(ViewChain.align_rows, chains, images):
+            pass  # the loop raises what a thread raised
 
     def _learn_from_frames(
         self, chains: Sequence[ViewChain], reader: Pictures, frames: range, on_image: OnPart

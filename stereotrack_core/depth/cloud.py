@@ -115,6 +115,10 @@ class PointCounts:
     """Of these, those that are no outliers."""
     middle: tuple[float, float, float] | None = None
     """(x, y, z). Median of the points, world, metres, where hardly any is inside the volume."""
+    noise: float = 0.0
+    """Grey levels. Standard deviation of the noise of a stereo view's picture."""
+    blur: float = 0.0
+    """Pixels. Standard deviation of the blur that the picture has more than the empty scene's."""
 
 
 @dataclass(frozen=True, eq=False)

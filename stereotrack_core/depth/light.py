@@ -305,7 +305,7 @@ def _aligned(
 
     Both are estimated on the background.
     """
-    dx, dy = _shift(picture, empty, background)
+    dx, dy = shift_of(picture, empty, background)
     if _LEAST_SHIFT < np.hypot(dx, dy) < _LARGEST_SHIFT:
         moved = np.array([[1.0, 0.0, dx], [0.0, 1.0, dy]])
         size = empty.shape[1], empty.shape[0]
@@ -335,7 +335,7 @@ def _slopes(image: ImageArray, background: BoolArray) -> Float32Array:
     return np.where(background[1:-1:3, 1:-1], slopes, np.float32(0)).ravel()
 
 
-def _shift(picture: ImageArray, empty: ImageArray, background: BoolArray) -> tuple[float, float]:
+def shift_of(picture: ImageArray, empty: ImageArray, background: BoolArray) -> tuple[float, float]:
     """Pixels to the right and down by which the picture is shifted: one step of least squares."""
     gx = _slopes(empty, background)
     above, here, below = empty[:-2:3], empty[1:-1:3], empty[2::3]

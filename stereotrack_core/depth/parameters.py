@@ -55,6 +55,9 @@ class DepthParameters(ParameterGroup):
     low_pass_noise: bool = parameter(True, _MATCH, thesis=False)(
         "Filter images (low-pass of 1 px) in which noise of more than 3 grey levels is measured."
     )
+    align_rows: bool = parameter(True, _MATCH, thesis=False)(
+        "Measure by how much of a pixel left images lie too low, and take that off."
+    )
     edge_images: bool = parameter(True, _MATCH, thesis=False)(
         "Match horizontal derivatives, which are insensitive to differences in gain."
     )

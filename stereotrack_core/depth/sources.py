@@ -57,8 +57,13 @@ class StereoFrame:
     outside: BoolArray | None
     matcher: Matcher | CoarseToFine
     window: int
-    noisy: bool
-    """Whether both pictures were filtered (:func:`low_passed`) because of their noise."""
+    noise: float
+    """Grey levels. Standard deviation of the noise, where it was measured."""
+
+    @property
+    def noisy(self) -> bool:
+        """Whether both pictures were filtered (:func:`low_passed`) because of their noise."""
+        return self.noise > _NOISY
 
     def disparity(self, region: Region) -> Float32Array:
         """Match the region; see :class:`OpenedFrame`."""
@@ -108,22 +113,30 @@ class StereoSource:
         self.disparity_range = disparity_range(self.geometry, parameters)
         self._matcher = matcher_of(parameters, self.disparity_range)
         self._outside = _windows_outside(rectification, parameters.match_window)
+        self.rows = 0.0
+        """Pixels by which left images lie too low, and are moved up."""
 
     def open(self, images: ViewImages) -> StereoFrame:
         """Low-pass and rectify; raises :class:`NoDepth` for a dark or missing image."""
+        return self.opened(images, self.rows)
+
+    def opened(self, images: ViewImages, rows: float) -> StereoFrame:
+        """Open images whose left one lies too low by so many rows."""
         if images.left is None:
             raise NoDepth("its left image is missing")
         left, right = grey(images.left), grey(images.image)
         refuse_dark(left, "left image")
         refuse_dark(right, "right image")
-        noisy = self._by_noise and bool(sensor_noise(right) > _NOISY)
-        low_pass = NOISE_FILTER if noisy else self._low_pass  # 2.1.3
+        noise = sensor_noise(right) if self._by_noise else 0.0
+        low_pass = NOISE_FILTER if noise > _NOISY else self._low_pass  # 2.1.3
         if low_pass > 0:
             left, right = low_passed(left, low_pass), low_passed(right, low_pass)
         if (left_map := self.rectification.left_map) is not None:
             left = left_map.apply(left)
+        if rows:
+            left = moved_up(left, rows)
         right = self.rectification.rectified(right)
-        return StereoFrame(left, right, self._outside, self._matcher, self._window, noisy)
+        return StereoFrame(left, right, self._outside, self._matcher, self._window, noise)
 
     def ranges(self, disparity: Float32Array) -> Float32Array:
         """Range z = f b / (d - offset), metres."""
@@ -198,6 +211,13 @@ def disparity_range(geometry: DepthGeometry, p: DepthParameters) -> DisparityRan
     count = max(maximum - minimum + 1, 1)
     most = max((geometry.width - abs(minimum) - 1) // 16 * 16 - 16, 16)
     return DisparityRange(minimum, min(-(-count // 16) * 16, most))
+
+
+def moved_up(image: ImageArray, rows: float) -> ImageArray:
+    """The image moved up by a part of a pixel or some."""
+    up, size = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, -rows]]), image.shape[1::-1]
+    moved = cv2.warpAffine(image, up, size, flags=cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE)
+    return moved.astype(np.uint8, copy=False)
 
 
 def low_passed(image: ImageArray, sigma: float) -> ImageArray:

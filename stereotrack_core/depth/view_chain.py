@@ -6,7 +6,9 @@ import functools
 import operator
 import time
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import TypeAlias
 
 import cv2
@@ -17,8 +19,10 @@ from stereotrack_core.depth.background import ViewBackground
 from stereotrack_core.depth.cloud import PointCounts, ViewDepth
 from stereotrack_core.depth.light import Light
 from stereotrack_core.depth.match import STEPS, Region, region_of_points
+from stereotrack_core.depth.outline import Compared
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.points import Volume, thinned_pixels
+from stereotrack_core.depth.rows import row_offset
 from stereotrack_core.depth.sources import (
     DepthSource,
     NoDepth,
@@ -110,14 +114,31 @@ class ViewChain:
         self._volume = Volume.of(parameters)
         self._volume_region = region_of_points(source.geometry, self._volume.corners())
 
+    def align_rows(self, images: Sequence[ViewImages]) -> None:
+        """Measure on some pairs by how many rows left images lie too low, and take that off."""
+        source = self.source
+        if isinstance(source, StereoSource) and self._p.align_rows:
+            offsets = []
+            for one in images:
+                with suppress(NoDepth):
+                    offsets.append(row_offset(partial(source.opened, one)))
+            source.rows = float(np.median(offsets)) if offsets else 0.0
+
     def learn_empty_scene(self, images: ViewImages) -> bool:
         """Take the model from the empty scene, for good; False where nothing can be matched."""
+        self.align_rows([images])
         try:
             frame = self.source.open(images)
         except NoDepth:
             return False
         self.background.take_empty_scene(frame.picture, self._whole(frame))
         return True
+
+    def take_over(self, other: ViewChain) -> None:
+        """Know what another chain of the same view has learned."""
+        self.background.take_over(other.background)
+        if isinstance(self.source, StereoSource) and isinstance(other.source, StereoSource):
+            self.source.rows = other.source.rows
 
     def learn_frame(self, images: ViewImages) -> LearnedFrame | None:
         """What :meth:`learn_frames` needs of a frame: raw images in colour would take gigabytes."""
@@ -164,7 +185,10 @@ class ViewChain:
         watch.lap("match")
         if not measured:
             return self._without_depth("no pixel has a valid disparity", watch)
-        chosen, silhouette, outline = self._person(images, frame, disparity, region, light)
+        compared = (
+            None if light is None else self.background.compared(frame, light, disparity, region)
+        )
+        chosen, silhouette, outline = self._person(images, disparity, region, compared)
         if silhouette is not None:
             disparity[silhouette & ~chosen] = np.nan
         watch.lap("background")
@@ -188,7 +212,11 @@ class ViewChain:
             depth = replace(depth, picture=self.source.rectification.rectified(images.image))
             watch.lap("colours")
         person, middle = int(np.count_nonzero(chosen)), _middle(points, len(kept))
-        counts = PointCounts(measured, person, len(pixels), len(kept), middle=middle)
+        counts = PointCounts(
+            measured, person, len(pixels), len(kept), middle=middle,
+            noise=frame.noise if isinstance(frame, StereoFrame) else 0.0,
+            blur=0.0 if compared is None else compared.empty.blur,
+        )  # fmt: skip
         return ViewResult(depth, "", kept, pixels[inside], watch.seconds, counts)
 
     def _bands(self, light: Light | None) -> list[Region]:
@@ -213,10 +241,9 @@ class ViewChain:
     def _person(
         self,
         images: ViewImages,
-        frame: OpenedFrame,
         disparity: Float32Array,
         region: Region,
-        light: Light | None,
+        compared: Compared | None,
     ) -> tuple[BoolArray, BoolArray | None, BoolArray | None]:
         """Foreground, silhouette and its sharp outline in a region; None where not known.
 
@@ -225,7 +252,6 @@ class ViewChain:
         space, and is not.
         """
         p, background = self._p, self.background
-        compared = None if light is None else background.compared(frame, light, disparity, region)
         mask = self.source.person_mask(images) if isinstance(self.source, DepthSource) else None
         if mask is not None:
             mask = mask[region.slices]

@@ -250,8 +250,11 @@ def _frame_of(record: Record) -> TrackedFrame:
 
 
 def _counts(told: list[Any]) -> PointCounts:
-    measured, person, taken, inside, kept, middle = told
-    counts = PointCounts(int(measured), int(person), int(taken), int(inside), int(kept))
+    # journals of older versions tell nothing of noise and blur
+    measured, person, taken, inside, kept, middle, *quality = told
+    counts = PointCounts(
+        int(measured), int(person), int(taken), int(inside), int(kept), None, *map(float, quality)
+    )
     if middle is None:
         return counts
     x, y, z = middle

@@ -55,6 +55,12 @@ runs have 0.03 to 0.08, those that lost 2 to 50 % of the arms 0.16 to 0.47 (docs
 _ENOUGH_ARMS = 40
 """Arm segments of tracked frames without which their mean says little."""
 
+_POOR = (
+    ("noise", 6.0, "have noise of {:.0f} grey levels"),
+    ("blur", 1.4, "are blurred by {:.1f} px against that of the empty scene"),
+)
+"""What is measured of pictures, how much of it arms bear (docs/accuracy.md), and words."""
+
 MOST_LEFT_OUT = 0.05
 """Share of the frames in which a view may be left out before that is told as a warning."""
 
@@ -102,7 +108,7 @@ def misfits(frames: Iterable[TrackedFrame], settings: Settings) -> tuple[str, ..
         found.append(
             f"{100 * expected:.0f} % of the arms are expected to be lost (3 to 8 % in good runs)"
         )
-    return (*found, *_turns(every), *_left_out(every))
+    return (*found, *_turns(every), *_left_out(every), *_poor_pictures(every))
 
 
 def _turns(frames: Sequence[TrackedFrame]) -> Iterator[str]:
@@ -132,6 +138,22 @@ def _left_out(frames: Sequence[TrackedFrame]) -> Iterator[str]:
                 f"view {view} contradicts the others in {len(at)} of {len(frames)} frames "
                 f"({min(at)} to {max(at)}), in which it was not used; its camera was moved, is "
                 "late, or sees something else as part of the person"
+            )
+
+
+def _poor_pictures(frames: Sequence[TrackedFrame]) -> Iterator[str]:
+    """Noise and blur of views that make arms clearly less accurate, as clauses."""
+    for what, most, words in _POOR:
+        seen: dict[str, list[float]] = {}
+        for frame in frames:
+            for view, counts in frame.cloud.counts.items():
+                seen.setdefault(view, []).append(getattr(counts, what))
+        poor = {view: level for view, one in seen.items() if (level := np.median(one)) > most}
+        if poor:
+            views, level = f"view{'s' * (len(poor) > 1)} {', '.join(poor)}", max(poor.values())
+            yield (
+                f"the images of {views} {words.format(level)} (median), so "
+                "arms may be up to twice as inaccurate"
             )
 
 

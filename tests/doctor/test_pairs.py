@@ -63,6 +63,12 @@ def test_a_sound_pair_has_no_findings(pair, details):
     assert row_fit(pair, details).wrong_side == 0.0
 
 
+def test_rows_that_differ_a_little_are_a_note(pair, details):
+    [note] = found(pair, dataclasses.replace(details, left=details.left + [0.0, 0.7]))
+    assert note.severity == "note"
+    assert "align_rows" in note.remedy
+
+
 def test_exchanged_images_are_named(pair, details):
     [finding] = found(pair, details.exchanged)
     assert finding.severity == "error"

@@ -8,6 +8,7 @@ import pytest
 from stereotrack_core.body.model import body_model, landmarks
 from stereotrack_core.body.pose import hanging_pose
 from stereotrack_core.body.proportions import AVERAGE
+from stereotrack_core.depth.cloud import PointCounts
 from stereotrack_core.tracking.estimate import Estimate
 from stereotrack_core.tracking.frame import TrackedFrame, cloudless
 from stereotrack_core.tracking.initialise.trunk import turned_round
@@ -76,6 +77,14 @@ def test_a_body_that_turns_round_at_once_is_warned_of():
     [turned] = misfits(frames, preset("fast"))
     assert "(4, 7)" in turned
     assert misfits(frames[:4], preset("fast")) == ()
+
+
+@pytest.mark.parametrize(("what", "words"), [("noise", "noise of 12"), ("blur", "by 12.0 px")])
+def test_pictures_that_arms_do_not_bear_are_warned_of(what, words):
+    counts = {"N": PointCounts(**{what: 12.0}), "S": PointCounts(**{what: 1.0})}
+    [poor] = misfits([replace(frame(0.2), cloud=cloudless(0, counts=counts))] * 3, preset("fast"))
+    assert "of view N" in poor
+    assert words in poor
 
 
 @pytest.mark.parametrize("name", PRESETS)
