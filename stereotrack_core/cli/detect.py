@@ -18,9 +18,9 @@ from stereotrack_core.cli.output import FAILED, OK, put_result, say
 from stereotrack_core.cli.progress import progress, stoppable
 from stereotrack_core.counting import counted
 from stereotrack_core.interop.keypoints.table import write_table
-from stereotrack_core.interop.pose_model.detect import detect_keypoints
-from stereotrack_core.interop.pose_model.model import PoseModel
 from stereotrack_core.locks import writing
+from stereotrack_core.pose_model.detect import detect_keypoints
+from stereotrack_core.pose_model.onnx_model import PoseModel
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.keypoint_names import LAYOUTS

@@ -8,10 +8,10 @@ import numpy as np
 
 from stereotrack_core.arrays import FloatArray, ImageArray
 from stereotrack_core.errors import InputError
-from stereotrack_core.interop.keypoints.layouts import with_layouts
-from stereotrack_core.interop.keypoints.source import KeypointSource
-from stereotrack_core.interop.pose_model.model import PoseModel, crop_around
+from stereotrack_core.pose_model.crops import crop_around
+from stereotrack_core.pose_model.onnx_model import PoseModel
 from stereotrack_core.recording.description import Recording, View
+from stereotrack_core.recording.keypoint_layouts import unnamed, with_layouts
 from stereotrack_core.recording.keypoints import Keypoints, Row, keypoints_of
 from stereotrack_core.recording.person_boxes import person_boxes
 from stereotrack_core.recording.reader import FrameReader
@@ -60,7 +60,6 @@ def detect_keypoints(
         Whether to stop; what was found until then is returned.
     """
     chosen = [view for view in recording.views if views is None or view.name in views]
-    source = KeypointSource(model.path, recording, layout=layout)
     boxes, rows = person_boxes(recording), list[Row]()
     followers = [_Follower(view, recording, model, boxes.get(view.name)) for view in chosen]
     with FrameReader(recording, views=[view.name for view in chosen]) as reader:
@@ -70,7 +69,7 @@ def detect_keypoints(
             images = reader.frame_set(frame).views
             for own in followers:
                 if own.view.name in images:
-                    rows += own.rows(images[own.view.name].image, frame, source)
+                    rows += own.rows(images[own.view.name].image, frame, layout)
             on_frame(done)
     if not rows:
         raise InputError(
@@ -97,15 +96,15 @@ class _Follower:
         self._whole = np.array([[left, top], [right, bottom]])
         self._box = self._whole
 
-    def rows(self, picture: ImageArray, frame: int, source: KeypointSource) -> list[Row]:
+    def rows(self, picture: ImageArray, frame: int, layout: str | None) -> list[Row]:
         """Keypoints of the next picture that are sure enough to tell anything."""
         low, high = self._box
         centre, reach = (low + high) / 2.0, _AROUND * (high - low)
         crop = crop_around(centre, reach, self._model.size, self.view.display_rotation)
         places, sure = self._model.keypoints(picture, crop)
         self._box = self._next(places[sure >= _SURE])
-        names = source.points_of(len(places), str(self._model.path))
-        camera, name = self.view.image.camera, source.name
+        names = unnamed(len(places), str(self._model.path), stated=layout)
+        camera, name = self.view.image.camera, self._model.path.stem
         return [
             (frame, camera, names[k], *places[k].tolist(), float(sure[k]), name, 0)
             for k in np.flatnonzero(sure >= _SURE).tolist()

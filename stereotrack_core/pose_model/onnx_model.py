@@ -8,16 +8,16 @@ Heat maps: one array (N, K, h, w). The input is (N, 3, H, W), RGB, normalised as
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-import cv2
 import numpy as np
 
 from stereotrack_core.arrays import Float32Array, FloatArray, ImageArray
 from stereotrack_core.errors import InputError
+from stereotrack_core.pose_model.crops import Crop
+from stereotrack_core.pose_model.pictures import as_rgb
 from stereotrack_core.reading import check_file, decoding
 from stereotrack_core.versions import extra_library
 
@@ -32,50 +32,6 @@ _QUARTER = 0.25
 _REMEDY = (
     "Use a top-down pose model with SimCC or heat-map outputs, such as RTMPose's end2end.onnx."
 )
-
-
-@dataclass(frozen=True, eq=False)
-class Crop:
-    """The part of a picture that a model sees: (W, H) pixels."""
-
-    model_from_picture: FloatArray
-    """(2, 3). Affine, of pixels."""
-
-    def seen(self, picture: ImageArray, size: tuple[int, int]) -> ImageArray:
-        """The part as a picture of this size; what is beside the picture is black."""
-        colour = picture if picture.ndim == 3 else cv2.cvtColor(picture, cv2.COLOR_GRAY2BGR)
-        result = cv2.warpAffine(colour, self.model_from_picture, size, flags=cv2.INTER_LINEAR)
-        return np.asarray(result, dtype=np.uint8)
-
-    def in_picture(self, places: FloatArray) -> FloatArray:
-        """Pixels (K, 2) of the picture, of pixels (K, 2) of the model."""
-        A, b = self.model_from_picture[:, :2], self.model_from_picture[:, 2]
-        return np.asarray(np.linalg.solve(A, (places - b).T).T, dtype=np.float64)
-
-
-def crop_around(
-    centre: FloatArray, reach: FloatArray, size: tuple[int, int], turned: int = 0
-) -> Crop:
-    """Crop that shows a box, with the model's ratio of width to height.
-
-    Parameters
-    ----------
-    centre : (2,) float64
-        Of the box, pixels of the picture.
-    reach : (2,) float64
-        Width and height of the box.
-    size : (int, int)
-        Width and height of the model's input.
-    turned : int
-        Degrees, a multiple of 90, by which the picture is turned clockwise to be upright.
-    """
-    angle = np.radians(turned)
-    turn = np.round(np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]]))
-    width, height = np.abs(turn @ reach)
-    scale = min(size[0] / max(width, 1.0), size[1] / max(height, 1.0))
-    A = scale * turn
-    middle = (np.array(size, dtype=np.float64) - 1.0) / 2.0
-    return Crop(np.column_stack([A, middle - A @ centre]))
 
 
 def _speaking(runtime: ModuleType, do: Callable[..., Any], *given: Any) -> Any:
@@ -132,7 +88,7 @@ class PoseModel:
 
         `picture` is (H, W) or (H, W, 3), BGR.
         """
-        seen = crop.seen(picture, self.size)[..., ::-1].astype(np.float32)
+        seen = crop.seen(as_rgb(picture), self.size).astype(np.float32)
         given = ((seen - _MEAN) / _SPREAD).transpose(2, 0, 1)[None]
         asked = {self._input.name: np.ascontiguousarray(given)}
         with decoding(self.path, "the model cannot be run", _REMEDY):
@@ -145,7 +101,7 @@ class PoseModel:
         else:
             shapes = ", ".join(str(one.shape) for one in found)
             raise self._refusal(f"its outputs have the shapes {shapes}")
-        return crop.in_picture(places), np.clip(score, 0.0, 1.0)
+        return crop.in_picture(places, self.size), np.clip(score, 0.0, 1.0)
 
     def _of_simcc(self, x: Float32Array, y: Float32Array) -> tuple[FloatArray, FloatArray]:
         """Highest scores of columns (K, W s) and rows (K, H s)."""

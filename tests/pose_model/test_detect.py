@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from stereotrack_core.errors import InputError
-from stereotrack_core.interop.pose_model.detect import detect_keypoints
-from stereotrack_core.interop.pose_model.model import PoseModel, crop_around
+from stereotrack_core.pose_model.crops import crop_around
+from stereotrack_core.pose_model.detect import detect_keypoints
+from stereotrack_core.pose_model.onnx_model import PoseModel
 from stereotrack_core.recording.description import Recording, Stream, View
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.keypoint_names import COCO_17

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from stereotrack_core.errors import InputError
-from stereotrack_core.interop.keypoints.layouts import unnamed, with_layouts
+from stereotrack_core.recording.keypoint_layouts import unnamed, with_layouts
 from stereotrack_core.recording.keypoint_names import LAYOUTS, layout_named, layouts_of
 
 BY_SIDE = {

@@ -1,0 +1,111 @@
+"""Numbers of BlazePose's networks: anchors, decoding and non-maximum suppression.
+
+As MediaPipe 0.10.21 does it (Apache-2.0): the graphs pose_detection_cpu and pose_landmark_cpu with
+SsdAnchorsCalculator, TensorsToDetectionsCalculator, NonMaxSuppressionCalculator.
+Bazarevsky et al. 2020, DOI 10.48550/arXiv.2006.10204.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+import numpy.typing as npt
+
+from stereotrack_core.arrays import Float32Array, FloatArray
+
+FINDER_SIDE = 224
+"""Pixels of the person finder's square input."""
+
+LANDMARK_SIDE = 256
+"""Pixels of the landmark network's square input."""
+
+_GRIDS = ((8, 2), (16, 2), (32, 6))
+"""Pixels of a cell, and anchors in each."""
+
+_LEAST_SCORE = 0.5
+_SAME_PERSON = 0.3
+"""Overlap of boxes (intersection over union) from which they are of the same person."""
+
+_MOST_LOGIT = 100.0
+
+
+@dataclass(frozen=True, eq=False)
+class Candidates:
+    """Detections of the person finder, the surest first, in its pixels or a picture's."""
+
+    boxes: FloatArray
+    """(N, 4). Left, top, right and bottom of the head."""
+    points: FloatArray
+    """(N, 4, 2). Middle of the hips, a point on the circle around the body, middle of the
+    shoulders, a point on the circle around the upper body."""
+    scores: FloatArray
+    """(N,). From 0 to 1."""
+
+    def __len__(self) -> int:
+        return len(self.scores)
+
+
+def sigmoid(logits: npt.ArrayLike) -> FloatArray:
+    """1 / (1 + exp(-x)), without overflow."""
+    x = np.clip(np.asarray(logits, dtype=np.float64), -_MOST_LOGIT, _MOST_LOGIT)
+    return np.asarray(1.0 / (1.0 + np.exp(-x)))
+
+
+@cache
+def anchors() -> FloatArray:
+    """Centres (2254, 2) of the finder's anchors in pixels from the corner, as column and row."""
+    centres = []
+    for cell, count in _GRIDS:
+        axis = (np.arange(FINDER_SIDE // cell) + 0.5) * cell
+        rows, columns = np.meshgrid(axis, axis, indexing="ij")
+        grid = np.stack([columns, rows], axis=2).reshape(-1, 2)
+        centres.append(np.repeat(grid, count, axis=0))
+    result = np.concatenate(centres)
+    result.flags.writeable = False
+    return result
+
+
+def decode(raw: Float32Array, logits: Float32Array) -> Candidates:
+    """Detections of the finder's outputs (2254, 12) and (2254,), before suppression.
+
+    Places are pixels of its input, the first pixel's centre being (0, 0).
+    """
+    scores = sigmoid(logits)
+    kept = np.flatnonzero(scores >= _LEAST_SCORE)
+    kept = kept[np.argsort(-scores[kept], kind="stable")]
+    values = raw[kept].astype(np.float64).reshape(-1, 6, 2)  # centre, size and four points
+    centres = anchors()[kept] - 0.5
+    middle, half = values[:, 0] + centres, values[:, 1] / 2.0
+    boxes = np.concatenate([middle - half, middle + half], axis=1)
+    return Candidates(boxes, values[:, 2:] + centres[:, None], scores[kept])
+
+
+def suppress(found: Candidates) -> Candidates:
+    """Weighted non-maximum suppression: one detection per person, the mean of those that overlap.
+
+    Boxes and points are means weighted by the scores; the score is that of the surest.
+    """
+    left = np.arange(len(found))
+    boxes, points, scores = [], [], []
+    while len(left):
+        same = _overlaps(found.boxes[left[0]], found.boxes[left]) > _SAME_PERSON
+        same[0] = True
+        own, left = left[same], left[~same]
+        weights = found.scores[own] / found.scores[own].sum()
+        boxes.append(weights @ found.boxes[own])
+        points.append(np.einsum("n,nij->ij", weights, found.points[own]))
+        scores.append(found.scores[own[0]])
+    return Candidates(
+        np.reshape(boxes, (-1, 4)), np.reshape(points, (-1, 4, 2)), np.array(scores, dtype=float)
+    )
+
+
+def _overlaps(box: FloatArray, boxes: FloatArray) -> FloatArray:
+    """Intersection over union of a box (4,) with boxes (N, 4)."""
+    size = np.minimum(box[2:], boxes[:, 2:]) - np.maximum(box[:2], boxes[:, :2])
+    common = np.prod(np.maximum(size, 0.0), axis=1)
+    areas = np.prod(np.maximum(boxes[:, 2:] - boxes[:, :2], 0.0), axis=1)
+    union = areas + float(np.prod(np.maximum(box[2:] - box[:2], 0.0))) - common
+    return np.asarray(common / np.maximum(union, 1e-9))

@@ -1,0 +1,156 @@
+"""Square, turned part of a picture that a network sees, and the way back to the picture's pixels.
+
+A picture's pixel (0, 0) is the centre of its top left pixel. The networks of BlazePose count from
+the top left corner of theirs, half a pixel further; :meth:`Crop.in_picture` takes either.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from stereotrack_core.arrays import FloatArray, ImageArray
+
+_BLAZEPOSE_SIDE = 2.5
+"""Side of BlazePose's crop over the radius of the circle around the person: its diameter and a
+margin of a quarter (``RectTransformationCalculator`` of MediaPipe's pose_landmark graph)."""
+
+_AROUND_POINTS = 1.25
+"""Side of a crop over the longer side of the box around a person."""
+
+_LEAST_SIDE = 16.0
+"""Side in pixels below which a crop shows nothing."""
+
+
+@dataclass(frozen=True, eq=False)
+class Crop:
+    """A square part of a picture, perhaps turned.
+
+    Examples
+    --------
+    >>> crop = Crop(np.array([320.0, 240.0]), 400.0)
+    >>> crop.seen(picture, (256, 256)).shape
+    (256, 256, 3)
+    """
+
+    centre: FloatArray
+    """(2,). Pixels of the picture."""
+    side: float
+    """Pixels of the picture along the longer side of what the network sees."""
+    angle: float = 0.0
+    """Clockwise angle in the picture from its top to the crop's top, radians."""
+
+    def model_from_picture(self, size: tuple[int, int]) -> FloatArray:
+        """Affine map (2, 3) from pixels of the picture to those of a network's input.
+
+        Parameters
+        ----------
+        size : (int, int)
+            Width and height of the input.
+        """
+        cos, sin = np.cos(self.angle), np.sin(self.angle)
+        A = max(size) / self.side * np.array([[cos, sin], [-sin, cos]])
+        middle = (np.array(size, dtype=np.float64) - 1.0) / 2.0
+        return np.column_stack([A, middle - A @ self.centre])
+
+    def seen(self, picture: ImageArray, size: tuple[int, int]) -> ImageArray:
+        """The part as a picture of this size; black outside of the picture.
+
+        A part that is shrunk by more than two is averaged first: bilinear interpolation alone would
+        take single pixels, with their noise.
+        """
+        affine, shrunk = self.model_from_picture(size), picture
+        if (step := int(self.side / max(size))) > 1:
+            shrunk, affine = self._averaged(picture, affine, step)
+        return np.asarray(
+            cv2.warpAffine(shrunk, affine, size, flags=cv2.INTER_LINEAR), dtype=np.uint8
+        )
+
+    def _averaged(
+        self, picture: ImageArray, affine: FloatArray, step: int
+    ) -> tuple[ImageArray, FloatArray]:
+        """The surroundings of the crop with means of `step` x `step` pixels, and their map."""
+        reach = self.side * (abs(np.cos(self.angle)) + abs(np.sin(self.angle))) / 2.0 + step
+        end = np.array(picture.shape[1::-1])
+        low = np.clip(np.floor(self.centre - reach), 0, end).astype(int)
+        high = np.clip(np.ceil(self.centre + reach), 0, end).astype(int)
+        count = (high - low) // step
+        if count.min() < 1:
+            return picture, affine
+        high = low + count * step
+        part = picture[low[1] : high[1], low[0] : high[0]]
+        shrunk = cv2.resize(part, count.tolist(), interpolation=cv2.INTER_AREA)
+        A, b = affine[:, :2], affine[:, 2]
+        first = low + (step - 1) / 2.0  # the centre of the first mean
+        return np.asarray(shrunk, dtype=np.uint8), np.column_stack([step * A, A @ first + b])
+
+    def in_picture(self, places: FloatArray, size: tuple[int, int]) -> FloatArray:
+        """Pixels (..., 2) of the picture, of pixels of a network's input of this size."""
+        affine = self.model_from_picture(size)
+        A, b = affine[:, :2], affine[:, 2]
+        return np.asarray((places - b) @ np.linalg.inv(A).T, dtype=np.float64)
+
+    def mask_in_picture(self, mask: FloatArray, shape: tuple[int, int]) -> FloatArray:
+        """A network's mask (h, w) as one of the whole picture (H, W); 0 outside of the crop."""
+        height, width = shape
+        inverse = cv2.WARP_INVERSE_MAP | cv2.INTER_LINEAR
+        affine = self.model_from_picture((mask.shape[1], mask.shape[0]))
+        return np.asarray(cv2.warpAffine(mask, affine, (width, height), flags=inverse))
+
+
+def whole_picture(shape: tuple[int, ...], turned: int = 0) -> Crop:
+    """Crop that shows all of a picture of a shape (H, W, ...), padded to a square.
+
+    Parameters
+    ----------
+    turned : int
+        Degrees by which the picture is turned clockwise to be upright (``display_rotation``).
+    """
+    height, width = shape[:2]
+    centre = np.array([width - 1.0, height - 1.0]) / 2.0
+    return Crop(centre, float(max(height, width)), -np.radians(turned))
+
+
+def crop_around(
+    centre: FloatArray, reach: FloatArray, size: tuple[int, int], turned: int = 0
+) -> Crop:
+    """Crop that shows a box to a network with an input of this size.
+
+    Parameters
+    ----------
+    centre : (2,) float64
+        Of the box, pixels of the picture.
+    reach : (2,) float64
+        Width and height of the box.
+    turned : int
+        Degrees, a multiple of 90, by which the picture is turned clockwise to be upright.
+    """
+    width, height = (reach[1], reach[0]) if turned % 180 else (reach[0], reach[1])
+    scale = min(size[0] / max(width, 1.0), size[1] / max(height, 1.0))
+    return Crop(np.asarray(centre), max(size) / scale, -np.radians(turned))
+
+
+def crop_from_points(points: FloatArray, turned: int = 0) -> Crop:
+    """Crop around points (N, 2) of a person, such as a projected body; NaN are left out."""
+    finite = points[np.isfinite(points).all(axis=1)]
+    low, high = finite.min(axis=0), finite.max(axis=0)
+    side = max(_AROUND_POINTS * float((high - low).max()), _LEAST_SIDE)
+    return Crop((low + high) / 2.0, side, -np.radians(turned))
+
+
+def crop_from_circle(hips: FloatArray, top: FloatArray) -> Crop:
+    """Crop as BlazePose expects it: the hips in the middle, the person upright.
+
+    Parameters
+    ----------
+    hips : (2,) float64
+        Middle of the hips, pixels.
+    top : (2,) float64
+        Point above the head on the circle around the hips that holds the whole body: about 1 m
+        from the hips along the trunk.
+    """
+    x, y = top - hips
+    side = max(_BLAZEPOSE_SIDE * float(np.hypot(x, y)), _LEAST_SIDE)
+    return Crop(np.asarray(hips, dtype=np.float64), side, float(np.arctan2(x, -y)))

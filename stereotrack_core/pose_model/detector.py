@@ -1,0 +1,294 @@
+"""The pretrained pose detector: people in a picture, and the landmarks of each.
+
+Its two networks are BlazePose (see :mod:`.installation`), run by LiteRT on one thread, so that the
+same picture always gives the same numbers.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from threading import Lock
+from typing import Any
+
+import numpy as np
+
+from stereotrack_core.arrays import Float32Array, FloatArray, ImageArray
+from stereotrack_core.errors import InputError
+from stereotrack_core.pose_model.blazepose import (
+    FINDER_SIDE,
+    LANDMARK_SIDE,
+    decode,
+    sigmoid,
+    suppress,
+)
+from stereotrack_core.pose_model.crops import Crop, crop_from_circle, whole_picture
+from stereotrack_core.pose_model.installation import (
+    MODEL_FILES,
+    installation,
+    is_installed,
+)
+from stereotrack_core.pose_model.pictures import as_rgb, brightened
+from stereotrack_core.recording.keypoint_names import MEDIAPIPE_33
+
+POINT_NAMES = MEDIAPIPE_33
+"""Names of the 33 points, in their order."""
+
+PERSON_SCORE = 0.5
+"""Score of landmarks from which they are of a person; the next crop may follow from them."""
+
+_LEAST_HEIGHT = 60.0
+"""Height in pixels of the smallest person that is looked for in tiles."""
+
+_FOUND_SHARE = 0.35
+"""Height of a person over the side of the finder's crop from which finding is reliable."""
+
+_NEAR = 0.4
+"""Distance of two persons' hips over the radius of the larger one, below which detections of two
+tiles are of the same person."""
+
+_FINDER_OUTPUTS = ("Identity", "Identity_1")
+_LANDMARK_OUTPUTS = ("Identity", "Identity_1", "Identity_4", "Identity_2")
+"""39 points, score, 39 points in metres, and mask."""
+
+
+@dataclass(frozen=True, eq=False)
+class PersonBox:
+    """A person that the finder sees, by the circle around the body and the head's box."""
+
+    hips: FloatArray
+    """(2,). Middle of the hips, pixels of the picture."""
+    top: FloatArray
+    """(2,). Point above the head on the circle around the hips that holds the whole body."""
+    head: FloatArray
+    """(2, 2). Upper left and lower right corner of the box around the head."""
+    score: float
+    """From 0.5 to 1."""
+
+    @property
+    def radius(self) -> float:
+        """Radius of the circle around the body, pixels; about half the height of a person."""
+        return float(np.linalg.norm(self.top - self.hips))
+
+    @property
+    def crop(self) -> Crop:
+        """What the landmark network is to see."""
+        return crop_from_circle(self.hips, self.top)
+
+
+@dataclass(frozen=True, eq=False)
+class DetectedPose:
+    """Landmarks of a person in one picture; :data:`POINT_NAMES` names them."""
+
+    points: FloatArray
+    """(33, 2). Pixels of the picture; perhaps beside it."""
+    visibility: FloatArray
+    """(33,). Probability that a point is in the picture and not hidden."""
+    presence: FloatArray
+    """(33,). Probability that a point is in the picture."""
+    score: float
+    """Probability that a person is in the crop."""
+    circle: FloatArray
+    """(2, 2). Middle of the hips, and the point above the head on the circle around the body."""
+    metres: FloatArray
+    """(33, 3). Rough shape: right, down and away in the picture, from the middle of the hips."""
+    mask: FloatArray | None = None
+    """(H, W). Probability that a pixel shows the person, if it was asked for."""
+
+
+def next_crop(pose: DetectedPose) -> Crop:
+    """Crop for the same person in the next picture, as MediaPipe follows a person."""
+    return crop_from_circle(*pose.circle)
+
+
+def load_detector() -> PoseDetector | None:
+    """The installed detector, ready to be asked; None if it or its runtime is not installed."""
+    return PoseDetector(installation().folder) if is_installed() else None
+
+
+def required_detector() -> PoseDetector:
+    """The installed detector. Raises InputError saying what to install."""
+    state = installation()
+    if not state.complete:
+        raise InputError(state.sentence().rstrip("."))
+    return PoseDetector(state.folder)
+
+
+class PoseDetector:
+    """The two networks, ready to be asked; may be used by several threads, one at a time.
+
+    Raises InputError if the files cannot be run.
+
+    Parameters
+    ----------
+    folder : Path
+        Holds the files of :data:`~.installation.MODEL_FILES`.
+
+    Examples
+    --------
+    >>> detector = load_detector()
+    >>> person = detector.find_people(picture)[0]
+    >>> pose = detector.landmarks(picture, person.crop)
+    >>> pose = detector.landmarks(next_picture, next_crop(pose))
+    """
+
+    def __init__(self, folder: Path) -> None:
+        finder, landmarks = (folder / file.name for file in MODEL_FILES)
+        self._finder, self._landmarks = _Network(finder), _Network(landmarks)
+        self._lock = Lock()
+
+    def find_people(
+        self,
+        picture: ImageArray | Float32Array,
+        *,
+        turned: int = 0,
+        least_height: float = _LEAST_HEIGHT,
+    ) -> list[PersonBox]:
+        """People in a picture, the surest first.
+
+        The whole picture is looked at; if nobody is there, overlapping tiles of half its side, then
+        of a quarter, until a person of `least_height` would be seen.
+
+        Parameters
+        ----------
+        picture : array
+            As :func:`~.pictures.as_rgb` takes it.
+        turned : int
+            Degrees by which the picture is turned clockwise to be upright (``display_rotation``).
+        least_height : float
+            Pixels. Infinite: the whole picture alone.
+        """
+        rgb = as_rgb(picture)
+        whole = whole_picture(rgb.shape, turned)
+        found = self._people(rgb, whole)
+        side = whole.side
+        while not found and side > least_height / _FOUND_SHARE:
+            side /= 2.0
+            for tile in _tiles(rgb.shape, side, whole.angle):
+                found += self._people(rgb, tile)
+            found = _each_once(found)
+        return found
+
+    def find_people_in(self, picture: ImageArray | Float32Array, crop: Crop) -> list[PersonBox]:
+        """People in a part of a picture, such as the surroundings of what moves."""
+        return self._people(as_rgb(picture), crop)
+
+    def _people(self, rgb: ImageArray, crop: Crop) -> list[PersonBox]:
+        size = (FINDER_SIDE, FINDER_SIDE)
+        seen = brightened(crop.seen(rgb, size)).astype(np.float32)
+        with self._lock:
+            raw, logits = self._finder.run(seen / 127.5 - 1.0, *_FINDER_OUTPUTS)
+        found = suppress(decode(raw, logits[:, 0]))
+        corners = found.boxes[:, [[0, 1], [2, 1], [2, 3], [0, 3]]]
+        heads = crop.in_picture(corners, size)
+        points = crop.in_picture(found.points, size)
+        return [
+            PersonBox(own[0], own[1], np.stack([head.min(axis=0), head.max(axis=0)]), float(score))
+            for own, head, score in zip(points, heads, found.scores, strict=True)
+        ]
+
+    def landmarks(
+        self, picture: ImageArray | Float32Array, crop: Crop, *, mask: bool = False
+    ) -> DetectedPose:
+        """Landmarks of the person in the middle of a crop.
+
+        Parameters
+        ----------
+        picture : array
+            As :func:`~.pictures.as_rgb` takes it.
+        mask : bool
+            Whether to say which pixels show the person too.
+        """
+        size = (LANDMARK_SIDE, LANDMARK_SIDE)
+        seen = brightened(crop.seen(as_rgb(picture), size)).astype(np.float32)
+        with self._lock:
+            points, score, shape, shown = self._landmarks.run(seen / 255.0, *_LANDMARK_OUTPUTS)
+        rows = points.reshape(39, 5).astype(np.float64)  # x, y, z, visibility and presence
+        metres = shape.reshape(39, 3)[:33].astype(np.float64)
+        cos, sin = np.cos(crop.angle), np.sin(crop.angle)
+        metres[:, :2] = metres[:, :2] @ np.array([[cos, sin], [-sin, cos]])
+        places = crop.in_picture(rows[:35, :2] - 0.5, size)
+        return DetectedPose(
+            places[:33],
+            sigmoid(rows[:33, 3]),
+            sigmoid(rows[:33, 4]),
+            float(score[0]),
+            places[33:],
+            metres,
+            crop.mask_in_picture(sigmoid(shown[..., 0]), picture.shape[:2]) if mask else None,
+        )
+
+
+def _tiles(shape: tuple[int, ...], side: float, angle: float) -> Iterator[Crop]:
+    """Squares of a side that cover a picture (H, W, ...) and overlap by half."""
+    columns, rows = (_centres(length, side) for length in (shape[1], shape[0]))
+    for y in rows:
+        for x in columns:
+            yield Crop(np.array([x, y]), side, angle)
+
+
+def _centres(length: int, side: float) -> FloatArray:
+    if length <= side:
+        return np.array([(length - 1.0) / 2.0])
+    count = int(np.ceil((length - side) / (side / 2.0))) + 1
+    return np.linspace(side / 2.0, length - side / 2.0, count) - 0.5
+
+
+def _each_once(found: list[PersonBox]) -> list[PersonBox]:
+    """People of overlapping tiles, of each the surest detection, the surest first."""
+    kept: list[PersonBox] = []
+    for one in sorted(found, key=lambda person: -person.score):
+        near = (
+            np.linalg.norm(one.hips - other.hips) < _NEAR * max(one.radius, other.radius)
+            for other in kept
+        )
+        if not any(near):
+            kept.append(one)
+    return kept
+
+
+class _Network:
+    """A network file, run by LiteRT on one thread."""
+
+    def __init__(self, path: Path) -> None:
+        from ai_edge_litert.interpreter import Interpreter
+
+        try:
+            with _without_messages():
+                self._interpreter: Any = Interpreter(model_path=str(path), num_threads=1)
+                self._interpreter.allocate_tensors()
+        except (ValueError, RuntimeError) as error:
+            raise InputError(
+                f"this is no network that can be run ({error})", where=str(path),
+                remedy="Run `stereotrack detector install` again.",
+            ) from None  # fmt: skip
+        self._input = self._interpreter.get_input_details()[0]["index"]
+        outputs = self._interpreter.get_output_details()
+        self._outputs = {one["name"]: one["index"] for one in outputs}
+
+    def run(self, seen: Float32Array, *names: str) -> list[Float32Array]:
+        """The outputs of these names for a picture (H, W, 3)."""
+        self._interpreter.set_tensor(self._input, seen[None])
+        self._interpreter.invoke()
+        return [self._interpreter.get_tensor(self._outputs[name])[0] for name in names]
+
+
+@contextmanager
+def _without_messages() -> Iterator[None]:
+    """Keep LiteRT from telling on the terminal how it runs; it has no setting for that."""
+    try:
+        kept = os.dup(2)
+    except OSError:  # a program without a terminal
+        yield
+        return
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    try:
+        os.dup2(nowhere, 2)
+        yield
+    finally:
+        os.dup2(kept, 2)
+        os.close(nowhere)
+        os.close(kept)
