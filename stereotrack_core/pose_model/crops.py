@@ -1,7 +1,6 @@
 """Square, turned part of a picture that a network sees, and the way back to the picture's pixels.
 
-A picture's pixel (0, 0) is the centre of its top left pixel. The networks of BlazePose count from
-the top left corner of theirs, half a pixel further; :meth:`Crop.in_picture` takes either.
+In both, (0, 0) is the centre of the top left pixel.
 """
 
 from __future__ import annotations
@@ -12,6 +11,7 @@ import cv2
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray, ImageArray
+from stereotrack_core.geometry.camera import Camera
 
 _BLAZEPOSE_SIDE = 2.5
 """Side of BlazePose's crop over the radius of the circle around the person: its diameter and a
@@ -19,6 +19,9 @@ margin of a quarter (``RectTransformationCalculator`` of MediaPipe's pose_landma
 
 _AROUND_POINTS = 1.25
 """Side of a crop over the longer side of the box around a person."""
+
+_BODY_RADIUS = 1.0
+"""Metres from the hips to the circle that holds an adult's body."""
 
 _LEAST_SIDE = 16.0
 """Side in pixels below which a crop shows nothing."""
@@ -133,11 +136,37 @@ def crop_around(
 
 
 def crop_from_points(points: FloatArray, turned: int = 0) -> Crop:
-    """Crop around points (N, 2) of a person, such as a projected body; NaN are left out."""
+    """Crop around points (N, 2) of a whole person, from head to feet; NaN are left out.
+
+    A crop around the upper body alone misleads the landmark network: see :func:`crop_from_body`.
+    """
     finite = points[np.isfinite(points).all(axis=1)]
     low, high = finite.min(axis=0), finite.max(axis=0)
     side = max(_AROUND_POINTS * float((high - low).max()), _LEAST_SIDE)
     return Crop((low + high) / 2.0, side, -np.radians(turned))
+
+
+def crop_from_body(camera: Camera, hips: FloatArray, shoulders: FloatArray) -> Crop | None:
+    """Crop around a tracked body, None if the camera does not see its hips.
+
+    Its size follows from the distance alone, so that a person who bends towards the camera is seen
+    as well. On recordings with truth this crop is right more often than any found one.
+
+    Parameters
+    ----------
+    hips : (3,) float64
+        Middle of the hips, world.
+    shoulders : (3,) float64
+        Middle of the shoulders, world.
+    """
+    (x0, y0), (x1, y1) = places = camera.project(np.stack([hips, shoulders]))
+    depth = float(camera.camera_from_world.apply(hips)[2])
+    if not np.isfinite(places[0]).all():
+        return None
+    up = np.array([0.0, -1.0])
+    if np.hypot(x1 - x0, y1 - y0) > 0.0:  # false for NaN, behind the camera
+        up = (places[1] - places[0]) / np.hypot(x1 - x0, y1 - y0)
+    return crop_from_circle(places[0], places[0] + _BODY_RADIUS * camera.focal / depth * up)
 
 
 def crop_from_circle(hips: FloatArray, top: FloatArray) -> Crop:

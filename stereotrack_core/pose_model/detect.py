@@ -1,29 +1,35 @@
-"""Run a pose model over a recording: in every picture around where the person was before."""
+"""Run a pose model over a recording: the keypoints of one person in every picture."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import Protocol
 
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray, ImageArray
 from stereotrack_core.errors import InputError
 from stereotrack_core.pose_model.crops import crop_around
+from stereotrack_core.pose_model.detector import POINT_NAMES, DetectedPose, PoseDetector
+from stereotrack_core.pose_model.following import detect_person, whereabouts
 from stereotrack_core.pose_model.onnx_model import PoseModel
 from stereotrack_core.recording.description import Recording, View
 from stereotrack_core.recording.keypoint_layouts import unnamed, with_layouts
 from stereotrack_core.recording.keypoints import Keypoints, Row, keypoints_of
-from stereotrack_core.recording.person_boxes import person_boxes
+from stereotrack_core.recording.person_boxes import Box, person_boxes
 from stereotrack_core.recording.reader import FrameReader
 
-_AROUND = 1.25
-"""Size of what the model sees over that of the person's box, as these models are trained."""
+DETECTOR_NAME = "blazepose"
+"""Source of the installed detector's keypoints."""
 
-_SURE = 0.3
-"""Confidence from which a keypoint tells where the person is, and the least that is kept."""
+LEAST_CONFIDENCE = 0.3
+"""Confidence below which keypoints are left out."""
+
+_AROUND = 1.25
+"""Size of what a model of the user sees over that of the person's box, as they are trained."""
 
 _FEWEST = 5
-"""Sure keypoints without which the person is looked for in the whole box again."""
+"""Keypoints without which the person is looked for in the whole box again."""
 
 _LEAST_SIZE = 0.3
 """Share of where anything moves in the recording that the model sees at least."""
@@ -31,10 +37,13 @@ _LEAST_SIZE = 0.3
 _MARGIN = 0.1
 """Share by which a person reaches beyond the keypoints."""
 
+_TILES_AGAIN = 15
+"""Pictures after which a person who is not found is looked for in tiles again."""
+
 
 def detect_keypoints(
     recording: Recording,
-    model: PoseModel,
+    model: PoseModel | PoseDetector,
     frames: range,
     *,
     views: Sequence[str] | None = None,
@@ -44,71 +53,117 @@ def detect_keypoints(
 ) -> Keypoints:
     """Keypoints of one person in the reference pictures of views.
 
-    At first the person is where anything moves in the recording, afterwards where the keypoints of
-    the picture before were. Raises InputError where a stream cannot be read, or the model has a
-    number of points that no usual layout has and `layout` does not name one.
+    At first the person is looked for, by a model of the user where anything moves in the recording,
+    afterwards followed from picture to picture. Raises InputError where a stream cannot be read, or
+    a model of the user has a number of points that no usual layout has and `layout` does not name
+    one.
 
     Parameters
     ----------
+    model : PoseModel or PoseDetector
+        The installed detector, or a model of the user.
     views : sequence of str, optional
         All where it is not given.
     layout : str, optional
-        Name in ``LAYOUTS`` of the order of the model's points.
+        Name in ``LAYOUTS`` of the order of the user's model's points.
     on_frame : callable
         Is told how many frames are done.
     cancelled : callable
         Whether to stop; what was found until then is returned.
     """
     chosen = [view for view in recording.views if views is None or view.name in views]
-    boxes, rows = person_boxes(recording), list[Row]()
-    followers = [_Follower(view, recording, model, boxes.get(view.name)) for view in chosen]
-    with FrameReader(recording, views=[view.name for view in chosen]) as reader:
+    boxes = person_boxes(recording)
+    source = DETECTOR_NAME if isinstance(model, PoseDetector) else model.path.stem
+    followers = {view.name: _follower(model, recording, view, boxes) for view in chosen}
+    rows: list[Row] = []
+    with FrameReader(recording, views=list(followers)) as reader:
         for done, frame in enumerate(frames, start=1):
             if cancelled():
                 break
             images = reader.frame_set(frame).views
-            for own in followers:
-                if own.view.name in images:
-                    rows += own.rows(images[own.view.name].image, frame, layout)
+            for view in chosen:
+                if view.name not in images:
+                    continue
+                places, sure = followers[view.name].keypoints(images[view.name].image)
+                names = _names(model, len(places), layout)
+                rows += [
+                    (frame, view.image.camera, names[k], *places[k].tolist(), float(sure[k]),
+                     source, 0)
+                    for k in np.flatnonzero(sure >= LEAST_CONFIDENCE).tolist()
+                ]  # fmt: skip
             on_frame(done)
     if not rows:
         raise InputError(
-            "the model has found no keypoint",
-            where=str(model.path),
-            remedy="Check that it is a pose model for people, and that the person is visible.",
+            "no keypoint was found",
+            where=str(recording.folder if isinstance(model, PoseDetector) else model.path),
+            remedy="Check that the person is visible, and that a model of your own is of people.",
         )
     return keypoints_of(with_layouts(rows, layout)[0])
 
 
-class _Follower:
-    """Looks at the person in one view, picture after picture."""
+def _names(model: PoseModel | PoseDetector, count: int, layout: str | None) -> Sequence[str]:
+    if isinstance(model, PoseDetector):
+        return POINT_NAMES
+    return unnamed(count, str(model.path), stated=layout)
+
+
+class _Follower(Protocol):
+    def keypoints(self, picture: ImageArray) -> tuple[FloatArray, FloatArray]:
+        """Places (K, 2) and confidences (K,) in the next picture of a view."""
+        ...
+
+
+def _follower(
+    model: PoseModel | PoseDetector, recording: Recording, view: View, boxes: dict[str, Box]
+) -> _Follower:
+    kind = _DetectorFollower if isinstance(model, PoseDetector) else _ModelFollower
+    return kind(model, recording, view, boxes.get(view.name))  # type: ignore[arg-type]
+
+
+class _DetectorFollower:
+    """Follows the person in one view with the installed detector."""
 
     def __init__(
-        self,
-        view: View,
-        recording: Recording,
-        model: PoseModel,
-        box: tuple[float, float, float, float] | None,
+        self, detector: PoseDetector, recording: Recording, view: View, box: Box | None
     ) -> None:
-        self.view, self._model = view, model
+        self._detector, self._where = detector, whereabouts(recording, view, box)
+        self._pose: DetectedPose | None = None
+        self._missed = 0
+
+    def keypoints(self, picture: ImageArray) -> tuple[FloatArray, FloatArray]:
+        tiles = self._missed % _TILES_AGAIN == 0
+        pose = detect_person(self._detector, picture, self._pose, self._where, tiles=tiles)
+        if pose is None:
+            self._missed += 1
+            return np.empty((0, 2)), np.empty(0)
+        self._pose, self._missed = pose, 0
+        return pose.points, confidence(pose, picture.shape)
+
+
+def confidence(pose: DetectedPose, shape: tuple[int, ...]) -> FloatArray:
+    """Confidences (33,) of landmarks; 0 for those beside a picture of the shape (H, W, ...)."""
+    end = np.array([shape[1], shape[0]]) - 0.5
+    inside = ((pose.points >= -0.5) & (pose.points <= end)).all(axis=1)
+    return np.where(inside, np.minimum(pose.visibility, pose.presence), 0.0)
+
+
+class _ModelFollower:
+    """Follows the person in one view with a model of the user."""
+
+    def __init__(self, model: PoseModel, recording: Recording, view: View, box: Box | None) -> None:
+        self._model, self._turned = model, view.display_rotation
         camera = recording.reference_camera(view)
         left, top, right, bottom = box or (0.0, 0.0, float(camera.width), float(camera.height))
         self._whole = np.array([[left, top], [right, bottom]])
         self._box = self._whole
 
-    def rows(self, picture: ImageArray, frame: int, layout: str | None) -> list[Row]:
-        """Keypoints of the next picture that are sure enough to tell anything."""
+    def keypoints(self, picture: ImageArray) -> tuple[FloatArray, FloatArray]:
         low, high = self._box
         centre, reach = (low + high) / 2.0, _AROUND * (high - low)
-        crop = crop_around(centre, reach, self._model.size, self.view.display_rotation)
+        crop = crop_around(centre, reach, self._model.size, self._turned)
         places, sure = self._model.keypoints(picture, crop)
-        self._box = self._next(places[sure >= _SURE])
-        names = unnamed(len(places), str(self._model.path), stated=layout)
-        camera, name = self.view.image.camera, self._model.path.stem
-        return [
-            (frame, camera, names[k], *places[k].tolist(), float(sure[k]), name, 0)
-            for k in np.flatnonzero(sure >= _SURE).tolist()
-        ]
+        self._box = self._next(places[sure >= LEAST_CONFIDENCE])
+        return places, sure
 
     def _next(self, places: FloatArray) -> FloatArray:
         """The box (2, 2) around the person in the picture after this one."""

@@ -1,0 +1,114 @@
+"""The same person in picture after picture of a view."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stereotrack_core.arrays import Float32Array, FloatArray, ImageArray
+from stereotrack_core.pose_model.crops import Crop, crop_from_points
+from stereotrack_core.pose_model.detector import (
+    PERSON_SCORE,
+    DetectedPose,
+    PersonBox,
+    PoseDetector,
+    next_crop,
+)
+from stereotrack_core.recording.camera_checks import common_centre
+from stereotrack_core.recording.description import Recording, View
+from stereotrack_core.recording.person_boxes import Box
+
+_MOST_PEOPLE = 3
+"""People whose landmarks are looked at before a picture counts as one without the person."""
+
+
+@dataclass(frozen=True, eq=False)
+class Whereabouts:
+    """Where a view probably shows the person, before anybody was found."""
+
+    expected: FloatArray
+    """(2,). Pixel of the place at which the cameras look."""
+    moving: Crop | None = None
+    """Surroundings of all that moves in the recording."""
+    turned: int = 0
+    """Degrees by which the picture is turned clockwise to be upright."""
+
+
+def whereabouts(recording: Recording, view: View, moving: Box | None = None) -> Whereabouts:
+    """Where a view probably shows the person: what the cameras look at, and where something moves.
+
+    Parameters
+    ----------
+    moving : tuple, optional
+        Of the view in :func:`~stereotrack_core.recording.person_boxes.person_boxes`.
+    """
+    camera = recording.reference_camera(view)
+    expected = np.array([camera.width - 1.0, camera.height - 1.0]) / 2.0
+    cameras = {one.name: recording.reference_camera(one) for one in recording.views}
+    if len(cameras) > 1:
+        watched = camera.project(common_centre(cameras))
+        if (np.abs(watched - expected) <= expected).all():  # it may be behind a wrong camera
+            expected = watched
+    turned = view.display_rotation
+    around = None if moving is None else crop_from_points(np.reshape(moving, (2, 2)), turned)
+    return Whereabouts(expected, around, turned)
+
+
+def detect_person(
+    detector: PoseDetector,
+    picture: ImageArray | Float32Array,
+    last: DetectedPose | None,
+    where: Whereabouts,
+    *,
+    tiles: bool = True,
+) -> DetectedPose | None:
+    """Landmarks of the person in a picture, None if nobody is found.
+
+    The person is looked for where `last` was, then in the whole picture, then where something
+    moves, then in tiles of the picture. Of several people the one nearest to `last`, or to the
+    expected place, is taken.
+
+    Parameters
+    ----------
+    last : DetectedPose, optional
+        Of a picture shortly before or after.
+    tiles : bool
+        Whether to look at tiles as well, which takes a second.
+    """
+    if last is not None:
+        pose = detector.landmarks(picture, next_crop(last))
+        if pose.score >= PERSON_SCORE:
+            return pose
+    place = where.expected if last is None else last.circle[0]
+    people = detector.find_people(picture, turned=where.turned, least_height=np.inf)
+    found = _nearest(detector, picture, people, place)
+    if found is not None:
+        return found
+    if where.moving is not None:
+        pose = detector.landmarks(picture, where.moving)
+        if pose.score >= PERSON_SCORE:  # a crop around the whole body shows more of it
+            return detector.landmarks(picture, next_crop(pose))
+    if not tiles:
+        return None
+    people = detector.find_people(picture, turned=where.turned)
+    return _nearest(detector, picture, people, place)
+
+
+def _nearest(
+    detector: PoseDetector,
+    picture: ImageArray | Float32Array,
+    people: list[PersonBox],
+    place: FloatArray,
+) -> DetectedPose | None:
+    """Landmarks of the person whose hips are nearest to a pixel, in sizes of the person."""
+    by_distance = sorted(people, key=lambda one: _distance(one, place))
+    for person in by_distance[:_MOST_PEOPLE]:
+        pose = detector.landmarks(picture, person.crop)
+        if pose.score >= PERSON_SCORE:
+            return pose
+    return None
+
+
+def _distance(person: PersonBox, place: FloatArray) -> float:
+    return float(np.linalg.norm(person.hips - place)) / max(person.radius, 1.0)
