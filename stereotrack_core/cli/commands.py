@@ -71,7 +71,8 @@ COMMANDS: tuple[Command, ...] = (
     Command("simulate", "render a stereo recording with ground truth"),
     Command("info", "print what a recording contains and all problems found in it"),
     Command("cloud", "the fused point cloud of one frame as a PLY file"),
-    Command("detect", "keypoints of the person in all pictures, with a pose model that you give"),
+    Command("detector", "whether the pretrained pose detector is installed; `install` installs it"),
+    Command("detect", "keypoints of the person in all pictures, with it or a model of yours"),
     Command("proportions", "estimate a person's segment lengths from the recording"),
     Command("track", "track the person through a recording and write the run"),
     Command(

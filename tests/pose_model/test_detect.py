@@ -8,6 +8,7 @@ import pytest
 from stereotrack_core.errors import InputError
 from stereotrack_core.pose_model.crops import crop_around
 from stereotrack_core.pose_model.detect import detect_keypoints
+from stereotrack_core.pose_model.installation import FOLDER_VARIABLE
 from stereotrack_core.pose_model.onnx_model import PoseModel
 from stereotrack_core.recording.description import Recording, Stream, View
 from stereotrack_core.recording.folder import open_recording
@@ -116,6 +117,18 @@ def test_the_command_writes_a_table(recording, tmp_path, capsys):
     assert main([*words, "--json"]) == 0
     assert '"cameras": "N"' in capsys.readouterr().out
     assert out.read_text().splitlines()[0].startswith("frame,view,keypoint,x,y,confidence")
+
+
+def test_without_a_model_the_detector_is_needed(recording, tmp_path, monkeypatch, capsys):
+    from stereotrack_core.program import main
+
+    monkeypatch.setenv(FOLDER_VARIABLE, str(tmp_path / "nothing"))
+    words = ["detect", str(recording.folder), "-o", str(tmp_path / "keypoints.csv")]
+    assert main(words) == 2
+    assert "Run `stereotrack detector install`." in capsys.readouterr().err
+    assert main([*words, "--layout", "coco17"]) == 2
+    assert "--layout: the installed detector's points have names" in capsys.readouterr().err
+    assert not (tmp_path / "keypoints.csv").exists()
 
 
 def test_other_files_are_no_models(tmp_path):
