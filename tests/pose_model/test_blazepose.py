@@ -2,7 +2,14 @@
 
 import numpy as np
 
-from stereotrack_core.pose_model.blazepose import Candidates, anchors, decode, sigmoid, suppress
+from stereotrack_core.pose_model.blazepose import (
+    Candidates,
+    anchors,
+    decode,
+    refined,
+    sigmoid,
+    suppress,
+)
 
 
 def test_anchors_are_the_middles_of_the_cells():
@@ -42,3 +49,13 @@ def test_detections_of_one_person_become_their_weighted_mean():
 
 def test_sigmoid_takes_any_number():
     np.testing.assert_allclose(sigmoid([-1e30, 0.0, 1e30]), [0.0, 0.5, 1.0], atol=1e-12)
+
+
+def test_landmarks_move_to_the_peak_of_their_heat_map():
+    heat = np.full((64, 64, 3), -20.0, np.float32)
+    heat[30, 21:24, 0] = 4.0  # around column 22, row 30 of cells of four pixels
+    heat[5, 60, 2] = -1.0  # too little to be believed
+    places = np.array([[81.0, 119.0], [300.0, 10.0], [240.0, 20.0]])
+    found = refined(places, heat)
+    np.testing.assert_allclose(found[0], [88, 120], atol=1e-3)
+    np.testing.assert_array_equal(found[1:], places[1:])  # beside the crop; unsure
