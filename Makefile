@@ -28,7 +28,9 @@ help:
 ready:
 	@python=$$(tools/find_python) && "$$python" tools/bootstrap.py
 
+# The detector is a gain, no condition: without a network the demo goes on, and a line says so.
 demo: ready
+	@$(PY) -m app detector install --if-missing
 	@if $(PY) tools/screen.py; then $(PY) -m app demo demo; \
 	else QT_QPA_PLATFORM=offscreen $(PY) -m app demo demo --headless --screenshot demo/window.png; fi
 

@@ -24,6 +24,8 @@ import debian
 
 ROOT = bootstrap.ROOT
 WORK = ROOT / "build" / "bundle"
+DETECTOR = WORK / "detector"
+"""Files of the pose detector with their licence, if there is a network."""
 SPEC = ROOT / "tools" / "bundle" / "stereotrack.spec"
 PARTS = (
     *("stereotrack_app/docs/index.md", "stereotrack_app/resources/icons/play.svg"),
@@ -39,6 +41,7 @@ TRIED: tuple[tuple[str, ...], ...] = (
     ("help",),
     ("simulate", "small", "--frames", "6", "--views", "NS", "--motion", "t-pose", *SMALL),
     ("info", "small"),
+    ("detector",),
     ("track", "small", "-o", "run.npz", "--preset", "fast"),
     ("evaluate", "run.npz"),
     ("export", "run.npz", "-o", "run.c3d"),
@@ -70,6 +73,9 @@ def installed() -> Path:
     needed = ("--requirement", str(SPEC.with_name("requirements.txt")))
     subprocess.run([*pip, "--constraint", str(constraints), *needed, str(ROOT)], check=True)
     subprocess.run([*pip, "--no-deps", "--force-reinstall", str(ROOT)], check=True)
+    kept = {**os.environ, "STEREOTRACK_DETECTOR": str(DETECTOR)}
+    detector = (str(python.with_name("stereotrack")), "detector", "install", "--if-missing")
+    subprocess.run(detector, env=kept, check=True)
     return python
 
 
@@ -83,6 +89,9 @@ def put_together(python: Path) -> Path:
     for name in BESIDE:
         copy = shutil.copytree if (ROOT / name).is_dir() else shutil.copy
         copy(ROOT / name, made / "stereotrack" / name)
+    if DETECTOR.is_dir():
+        inside = made / "stereotrack" / "_internal" / "stereotrack_core" / "pose_model" / "files"
+        shutil.copytree(DETECTOR, inside, dirs_exist_ok=True)
     for part in PARTS:
         if not any((made / "stereotrack" / "_internal").glob(part)):
             sys.exit(f"stereotrack: bundle: PyInstaller has left out {part}")

@@ -39,7 +39,7 @@ def run(args: Namespace) -> int:
     state = installation()
     if args.action == "install":
         if args.if_missing:
-            if not state.complete:
+            if set(state.files.values()) != {"installed"}:
                 _install_or_say()
             return OK
         with stoppable() as stopped:

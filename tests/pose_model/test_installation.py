@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+import zipfile
 
 import pytest
 
@@ -36,6 +37,14 @@ def test_files_come_out_of_a_wheel(folder, tmp_path):
     assert kept(folder) == CONTENTS
     assert set(state.files.values()) == {"installed"}
     assert state.folder == folder
+
+
+def test_the_licence_comes_along(folder, tmp_path):
+    given = wheel(tmp_path / "mediapipe.whl")
+    with zipfile.ZipFile(given, "a") as more:
+        more.writestr("mediapipe-0.10.21.dist-info/LICENSE", "Apache License")
+    install(given)
+    assert kept(folder) == {**CONTENTS, "LICENSE": b"Apache License"}
 
 
 def test_files_come_out_of_a_folder(folder, tmp_path):
