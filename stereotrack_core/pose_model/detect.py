@@ -11,7 +11,7 @@ from stereotrack_core.arrays import FloatArray, ImageArray
 from stereotrack_core.errors import InputError
 from stereotrack_core.pose_model.crops import crop_around
 from stereotrack_core.pose_model.detector import POINT_NAMES, DetectedPose, PoseDetector
-from stereotrack_core.pose_model.following import detect_person, whereabouts
+from stereotrack_core.pose_model.following import Whereabouts, detect_person, whereabouts
 from stereotrack_core.pose_model.onnx_model import PoseModel
 from stereotrack_core.recording.description import Recording, View
 from stereotrack_core.recording.keypoint_layouts import unnamed, with_layouts
@@ -116,17 +116,17 @@ class _Follower(Protocol):
 def _follower(
     model: PoseModel | PoseDetector, recording: Recording, view: View, boxes: dict[str, Box]
 ) -> _Follower:
-    kind = _DetectorFollower if isinstance(model, PoseDetector) else _ModelFollower
-    return kind(model, recording, view, boxes.get(view.name))  # type: ignore[arg-type]
+    box = boxes.get(view.name)
+    if isinstance(model, PoseDetector):
+        return _DetectorFollower(model, whereabouts(recording, view, box))
+    return _ModelFollower(model, recording, view, box)
 
 
 class _DetectorFollower:
     """Follows the person in one view with the installed detector."""
 
-    def __init__(
-        self, detector: PoseDetector, recording: Recording, view: View, box: Box | None
-    ) -> None:
-        self._detector, self._where = detector, whereabouts(recording, view, box)
+    def __init__(self, detector: PoseDetector, where: Whereabouts) -> None:
+        self._detector, self._where = detector, where
         self._pose: DetectedPose | None = None
         self._missed = 0
 

@@ -33,7 +33,7 @@ from stereotrack_core.pose_model.installation import (
     installation,
     is_installed,
 )
-from stereotrack_core.pose_model.pictures import as_rgb, brightened
+from stereotrack_core.pose_model.pictures import as_rgb, as_uint8
 from stereotrack_core.recording.keypoint_names import MEDIAPIPE_33
 
 POINT_NAMES = MEDIAPIPE_33
@@ -159,7 +159,7 @@ class PoseDetector:
         Parameters
         ----------
         picture : array
-            As :func:`~.pictures.as_rgb` takes it.
+            As :func:`~.pictures.as_uint8` takes it.
         turned : int
             Degrees by which the picture is turned clockwise to be upright (``display_rotation``).
         least_height : float
@@ -167,24 +167,24 @@ class PoseDetector:
         least_score : float
             Below 0.5 most are nobody.
         """
-        rgb = as_rgb(picture)
-        whole = whole_picture(rgb.shape, turned)
-        found = self._people(rgb, whole, least_score)
+        shown = as_uint8(picture)
+        whole = whole_picture(shown.shape, turned)
+        found = self._people(shown, whole, least_score)
         side = whole.side
         while not found and side > least_height / _FOUND_SHARE:
             side /= 2.0
-            for tile in _tiles(rgb.shape, side, whole.angle):
-                found += self._people(rgb, tile, least_score)
+            for tile in _tiles(shown.shape, side, whole.angle):
+                found += self._people(shown, tile, least_score)
             found = _each_once(found)
         return found
 
     def find_people_in(self, picture: ImageArray | Float32Array, crop: Crop) -> list[PersonBox]:
         """People in a part of a picture, such as the surroundings of what moves."""
-        return self._people(as_rgb(picture), crop, LEAST_SCORE)
+        return self._people(as_uint8(picture), crop, LEAST_SCORE)
 
-    def _people(self, rgb: ImageArray, crop: Crop, least_score: float) -> list[PersonBox]:
+    def _people(self, shown: ImageArray, crop: Crop, least_score: float) -> list[PersonBox]:
         size = (FINDER_SIDE, FINDER_SIDE)
-        seen = brightened(crop.seen(rgb, size)).astype(np.float32)
+        seen = as_rgb(crop.seen(shown, size)).astype(np.float32)
         with self._lock:
             raw, logits = self._finder.run(seen / 127.5 - 1.0, *_FINDER_OUTPUTS)
         found = suppress(decode(raw, logits[:, 0], least_score))
@@ -204,14 +204,14 @@ class PoseDetector:
         Parameters
         ----------
         picture : array
-            As :func:`~.pictures.as_rgb` takes it.
+            As :func:`~.pictures.as_uint8` takes it.
         mask : bool
             Whether to say which pixels show the person too.
         """
         size = (LANDMARK_SIDE, LANDMARK_SIDE)
-        seen = brightened(crop.seen(as_rgb(picture), size)).astype(np.float32)
+        seen = as_rgb(crop.seen(as_uint8(picture), size)).astype(np.float32)
         with self._lock:
-            points, heat, score, shape, shown = self._landmarks.run(
+            points, heat, score, shape, person = self._landmarks.run(
                 seen / 255.0, *_LANDMARK_OUTPUTS
             )
         rows = points.reshape(39, 5).astype(np.float64)  # x, y, z, visibility and presence
@@ -229,7 +229,7 @@ class PoseDetector:
             float(score[0]),
             places[33:],
             metres,
-            crop.mask_in_picture(sigmoid(shown[..., 0]), picture.shape[:2]) if mask else None,
+            crop.mask_in_picture(sigmoid(person[..., 0]), picture.shape[:2]) if mask else None,
         )
 
 

@@ -88,7 +88,7 @@ class PoseModel:
 
         `picture` is (H, W) or (H, W, 3), BGR.
         """
-        seen = crop.seen(as_rgb(picture), self.size).astype(np.float32)
+        seen = as_rgb(crop.seen(picture, self.size)).astype(np.float32)
         given = ((seen - _MEAN) / _SPREAD).transpose(2, 0, 1)[None]
         asked = {self._input.name: np.ascontiguousarray(given)}
         with decoding(self.path, "the model cannot be run", _REMEDY):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import TypeGuard
+
 import cv2
 import numpy as np
 
@@ -24,8 +26,8 @@ _SLOPE = 0.01
 of a surface seen at 80 degrees with a focal length of 500 pixels."""
 
 
-def as_rgb(picture: ImageArray | Float32Array) -> ImageArray:
-    """Picture (H, W, 3) in RGB with usable contrast.
+def as_uint8(picture: ImageArray | Float32Array) -> ImageArray:
+    """The picture itself, or depth as a picture.
 
     Parameters
     ----------
@@ -33,8 +35,15 @@ def as_rgb(picture: ImageArray | Float32Array) -> ImageArray:
         (H, W, 3) BGR or (H, W) grey or infrared uint8, as the reader gives them, or depth (H, W)
         as float32 in metres, NaN where it is not measured.
     """
-    if picture.dtype != np.uint8:
-        picture = shaded_depth(picture.astype(np.float32))
+    return picture if _is_picture(picture) else shaded_depth(picture.astype(np.float32))
+
+
+def _is_picture(picture: ImageArray | Float32Array) -> TypeGuard[ImageArray]:
+    return picture.dtype == np.uint8
+
+
+def as_rgb(picture: ImageArray) -> ImageArray:
+    """Picture (H, W, 3) in RGB with usable contrast, of one (H, W, 3) in BGR or (H, W) in grey."""
     conversion = cv2.COLOR_BGR2RGB if picture.ndim == 3 else cv2.COLOR_GRAY2RGB
     return brightened(np.asarray(cv2.cvtColor(picture, conversion), dtype=np.uint8))
 

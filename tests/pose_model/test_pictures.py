@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from stereotrack_core.pose_model.pictures import as_rgb, shaded_depth
+from stereotrack_core.pose_model.pictures import as_rgb, as_uint8, shaded_depth
 
 
 def test_colours_are_in_the_order_of_networks():
@@ -30,4 +30,5 @@ def test_depth_is_shaded_by_its_slope():
     facing, turned = shaded[20:70, 10:30], shaded[20:70, 50:70]
     assert facing.min() > 200
     assert 0 < turned.max() < 150
-    np.testing.assert_array_equal(as_rgb(depth)[..., 0], shaded)
+    np.testing.assert_array_equal(as_uint8(depth), shaded)
+    assert as_uint8(shaded) is shaded
