@@ -193,6 +193,8 @@ class Origin:
     """Frames with which tracking went on after it had been stopped."""
     heading: Mapping[str, Any] | None = None
     """How sure it is which way the person faces; None where that was not looked for."""
+    detector: str = ""
+    """Pose detector that looked at the pictures; empty if none did."""
     looked_again: tuple[tuple[int, int], ...] = ()
     """First and last frames of stretches that a second look has changed."""
     from_recording: Mapping[str, Value] = field(default_factory=dict)
@@ -225,6 +227,7 @@ class Origin:
             "detections": _detection_facts(spec.detections),
             "keypoints": _keypoint_facts(spec.keypoints),
             "clicks": _detection_facts(spec.clicks),
+            "detector": self.detector,
             "colour": bool(spec.colour),
             "calibration": calibration_fingerprint(self.recording),
             "versions": versions(),

@@ -141,9 +141,16 @@ class TrackingParameters(ParameterGroup):
     picture_cost: float = parameter(1000.0, _SEARCH, (0.0, 100000.0), unit="1/m^2")(
         "Render-and-compare cost per square metre in which a view does not show the rendered pose."
     )
+    keypoint_cost: float = parameter(5.0, _SEARCH, (0.0, 1000.0))(
+        "Cost of an elbow or a wrist that is not where a view's keypoints show it."
+    )
     colour_weight: float = parameter(0.06, "Colours", (0.0, 1.0), unit="m", thesis=0.0, fast=0.0)(
         "Distance added between a point and a part for each standard deviation by which its "
         "colour differs from the part's colours; 0 disables colours. No effect on grey images."
+    )
+    detector: str = parameter("auto", "Keypoints", choices=("auto", "off"), thesis="off")(
+        "Keypoints of the installed pose detector: auto looks at pictures of views with depth "
+        "where no other keypoints are given and the detector is installed."
     )
     detection_gate: float = parameter(0.3, "Keypoints", (0.01, 5.0), unit="m")(
         "A keypoint farther than this from every plausible position is rejected."

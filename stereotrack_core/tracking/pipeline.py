@@ -23,6 +23,7 @@ from stereotrack_core.recording.folder import fingerprint
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.recording.selection import tracked_views
 from stereotrack_core.recording.sighted_keypoints import keypoints_in_views
+from stereotrack_core.tracking.detecting import seen_keypoints
 from stereotrack_core.tracking.estimate import Estimate
 from stereotrack_core.tracking.frame import Origin, Run, TrackedFrame, run_of
 from stereotrack_core.tracking.initialise.first_pose import (
@@ -86,6 +87,8 @@ class Pipeline:
         Whether :meth:`frames` may give frames again, from an earlier one on: see there.
     heading : HeadingWatch or None
         What is known of the way that the person faces; None where it is given, or not looked for.
+    detector : SeenKeypoints or None
+        Looks at the pictures; None where it is not installed, or not wanted.
     second_look : SecondLook
         Looks again at frames with doubtful arms.
 
@@ -121,6 +124,7 @@ class Pipeline:
             self.chain, self.reader = clouds.chain, clouds.reader
         self.settings = settings = dataclasses.replace(spec.settings, depth=self.chain.parameters)
         self._cameras = cameras_of(recording, self.views)
+        self.detector = seen_keypoints(recording, spec, self.views, self.reader, settings)
         self._track(body_of_subject(recording.subject, settings.body))
         self._init, self._given = spec.init, "pose"
         watched = (
@@ -188,7 +192,10 @@ class Pipeline:
         shared, own = self._shared, partial(read_cloud, self.chain, self.reader)
         cloud, read = (own if shared is None else shared.take)(frame)
         clicks = self.spec.clicks.until(frame) if self.spec.clicks else ()
-        return dataclasses.replace(cloud, keypoints=self._keypoints.at(frame), clicks=clicks), read
+        seen = self._keypoints.at(frame)
+        if self.detector is not None:
+            seen = self.detector.of(cloud, (self._asked or range(frame, frame + 1)).start)
+        return dataclasses.replace(cloud, keypoints=seen, clicks=clicks), read
 
     def _tracked(self, cloud: Cloud, read: float) -> TrackedFrame:
         if len(self._detections):
@@ -418,6 +425,7 @@ class Pipeline:
             made=self._made_at,
             resumed_at=() if self._begun is None else self._begun.resumed_at,
             heading=None if self.heading is None else self.heading.to_dict(),
+            detector="" if self.detector is None else self.detector.name,
             looked_again=tuple(self.second_look.changed),
             from_recording=dict(found.items() - self.spec.settings.depth.values().items()),
         )

@@ -29,7 +29,7 @@ _META_KINDS: Mapping[str, Kind] = MappingProxyType(
     {
         **dict.fromkeys(("program", "version", "preset", "init", "made", "way"), str),
         **dict.fromkeys(("recording", "recording_folder", "recording_folder_from_run"), str),
-        **dict.fromkeys(("fingerprint", "calibration"), str),
+        **dict.fromkeys(("fingerprint", "calibration", "detector"), str),
         **dict.fromkeys(("smoothed", "colour", "incomplete"), bool),
         **dict.fromkeys(("fps", "wall_seconds"), float),
         "parameters": _VALUES,

@@ -27,6 +27,7 @@ from stereotrack_core.tracking.arm_search.arms import (
     proposals,
     with_arm,
 )
+from stereotrack_core.tracking.arm_search.keypoints import ArmKeypoints, arm_keypoints
 from stereotrack_core.tracking.arm_search.picture import (
     SeenPicture,
     outline_table,
@@ -91,6 +92,8 @@ class Evidence:
     depths: tuple[ViewDepth, ...]
     pictures: tuple[SeenPicture, ...]
     """What the views saw, thinned out; none where they are not compared."""
+    keypoints: tuple[ArmKeypoints, ArmKeypoints] | None = None
+    """Of the left and the right arm."""
 
     @cached_property
     def side_by_side(self) -> FloatArray:
@@ -134,6 +137,7 @@ class ArmSearch:
             frames,
             tuple(cloud.depths.values()),
             seen_pictures(cloud, _PICTURE_STEP) if self.parameters.picture_cost > 0.0 else (),
+            arm_keypoints(cloud.keypoints, self.parameters.keypoint_sigma, self.body, pose),
         )
 
     def best_pairs(
@@ -161,6 +165,9 @@ class ArmSearch:
                 self.parameters.search_proposals,
                 rng,
             )
+            if evidence.keypoints is not None:
+                shown = evidence.keypoints[shape.side].proposals(shape)
+                proposed = proposed if shown is None else joined(proposed, shown)
             other = at_present[1 - shape.side]
             kept.append(self._best_of(evidence, shape, proposed, expected[shape.side], other))
             if trace is not None:
@@ -186,7 +193,7 @@ class ArmSearch:
         frames, before = self.body.frames(pose), self.body.frames(predicted)
         arms = [arm_of_pose(frames, side) for side in (LEFT, RIGHT)]
         far = [self._distances(evidence, s, arms[s.side])[0] for s in evidence.shapes]
-        found = {"data": 0.0, "sight": 0.0, "anatomy": 0.0, "change": 0.0}
+        found = {"data": 0.0, "keypoints": 0.0, "sight": 0.0, "anatomy": 0.0, "change": 0.0}
         for shape, arm in zip(evidence.shapes, arms, strict=True):
             expected = arm_of_pose(before, shape.side)
             of_arm = self.arm_terms(evidence, shape.side, arm, expected, far[1 - shape.side])
@@ -208,6 +215,7 @@ class ArmSearch:
         unexplained_sums(others, distances, _SQUARED_SCALE, explained)
         return {
             "data": explained,
+            "keypoints": self._keypoints(evidence, shape, arms),
             "sight": self._sight(evidence, shape, arms),
             "anatomy": anatomy_cost(self.body, shape, arms),
             "change": change_cost(expected, arms),
@@ -298,7 +306,7 @@ class ArmSearch:
     def _own_cost(
         self, evidence: Evidence, shape: ArmShape, arms: Arms, expected: Arms
     ) -> FloatArray:
-        seen = self._sight(evidence, shape, arms)
+        seen = self._sight(evidence, shape, arms) + self._keypoints(evidence, shape, arms)
         natural = anatomy_cost(self.body, shape, arms)
         change = change_cost(expected, arms)
         own = seen + natural + change
@@ -309,6 +317,12 @@ class ArmSearch:
             return np.zeros(len(arms))
         seen = sight_cost(evidence.frames, evidence.depths, shape, arms)
         return self.parameters.sight_cost * seen
+
+    def _keypoints(self, evidence: Evidence, shape: ArmShape, arms: Arms) -> FloatArray:
+        if evidence.keypoints is None:
+            return np.zeros(len(arms))
+        cost = evidence.keypoints[shape.side].cost(shape, arms)
+        return self.parameters.keypoint_cost * cost
 
     def _distances(self, evidence: Evidence, shape: ArmShape, arms: Arms) -> FloatArray:
         result = np.empty((len(arms), len(evidence.points)))

@@ -1,0 +1,116 @@
+"""Arms as 2-D keypoints show them: where they could be, and what speaks against a place."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from stereotrack_core.arrays import FloatArray
+from stereotrack_core.body.model import BodyModel
+from stereotrack_core.body.pose import PartFrames, Pose
+from stereotrack_core.body.skeleton import TORSO
+from stereotrack_core.recording.sighted_keypoints import SightedKeypoints
+from stereotrack_core.tracking.arm_search.arms import Arms, ArmShape
+from stereotrack_core.tracking.residuals.reprojection import KeypointObservation
+
+_JOINTS = ("elbow", "wrist")
+"""Keypoints of an arm; they are the second and third of its nodes."""
+
+_SQUARED_SCALE = 0.1**2
+"""Square of the metres from its ray at which a joint counts as half contradicted: detectors are off
+by 0.04 m, and by 0.2 m and more where they guess."""
+
+
+@dataclass(frozen=True, eq=False)
+class ArmKeypoints:
+    """Elbow and wrist of one arm, as V cameras see them; torso's frame."""
+
+    eye: FloatArray
+    """(V, 3), metres. Optical centres."""
+    ray: FloatArray
+    """(2, V, 3). Unit vectors, of elbow and wrist; NaN where not seen."""
+    sure: FloatArray
+    """(2, V). Confidences; 0 where not seen."""
+    met: FloatArray
+    """(2, 3), metres. Where rays of several cameras meet; NaN where they do not."""
+
+    def cost(self, shape: ArmShape, arms: Arms) -> FloatArray:
+        """Sum (K,) over cameras and joints of confidence times e^2 / (e^2 + s^2)."""
+        joints = shape.nodes(arms)[:, 1:3, None] - self.eye
+        along = np.einsum("kjvi,jvi->kjv", joints, self.ray)
+        squared = np.sum(joints**2, axis=3) - along**2
+        against = np.where(along > 0.0, squared / (squared + _SQUARED_SCALE), 1.0)
+        return np.asarray(np.nansum(self.sure * against, axis=(1, 2)))
+
+    def proposals(self, shape: ArmShape) -> Arms | None:
+        """Arms whose elbow and wrist lie on the rays of a camera, or where those of several meet.
+
+        A camera alone leaves up to two places of the elbow, and of each two of the wrist.
+        """
+        found = list(self._places(shape))
+        if not found:
+            return None
+        elbow, wrist = np.array(found).transpose(1, 0, 2)
+        return Arms(_directions(elbow - shape.shoulder), _directions(wrist - elbow))
+
+    def _places(self, shape: ArmShape) -> Iterator[tuple[FloatArray, FloatArray]]:
+        if np.isfinite(self.met).all():
+            yield self.met[0], self.met[1]
+        for v in np.flatnonzero((self.sure > 0.0).all(axis=0)).tolist():
+            eye, (to_elbow, to_wrist) = self.eye[v], self.ray[:, v]
+            for elbow in _on_sphere(eye, to_elbow, shape.shoulder, shape.upper_length):
+                for wrist in _on_sphere(eye, to_wrist, elbow, shape.fore_length):
+                    yield elbow, wrist
+
+
+def arm_keypoints(
+    seen: SightedKeypoints | None, sigma: float, body: BodyModel, pose: Pose
+) -> tuple[ArmKeypoints, ArmKeypoints] | None:
+    """Keypoints of both arms, with sides as they fit a pose; None where there are none."""
+    fit = KeypointObservation(seen, sigma).fitted(body, pose)
+    if fit is None:
+        return None
+    frames = body.frames(pose)
+    left, right = (
+        _of_side(fit.seen, fit.meeting.world, frames, side) for side in ("left", "right")
+    )
+    return None if left is None or right is None else (left, right)
+
+
+def _of_side(
+    seen: SightedKeypoints, met: FloatArray, frames: PartFrames, side: str
+) -> ArmKeypoints | None:
+    """Keypoints of one arm; of several detectors the first."""
+    names = [f"{side}_{joint}" for joint in _JOINTS]
+    if not set(names) <= set(seen.names):
+        return None
+    rows = [seen.names.index(name) for name in names]
+    torso = frames.rotations[TORSO]
+    centres, rays = seen.rays
+    return ArmKeypoints(
+        (centres - frames.origins[TORSO]) @ torso,
+        rays[rows] @ torso,
+        seen.confidence[rows],
+        (met[rows] - frames.origins[TORSO]) @ torso,
+    )
+
+
+def _on_sphere(
+    eye: FloatArray, ray: FloatArray, centre: FloatArray, radius: float
+) -> tuple[FloatArray, ...]:
+    """Points in which a ray meets a sphere; where it passes by, the nearest point of the sphere."""
+    along = float((centre - eye) @ ray)
+    nearest = eye + along * ray
+    off = float(np.linalg.norm(nearest - centre))
+    if off >= radius:
+        return (centre + (nearest - centre) * (radius / off),)
+    half = float(np.sqrt(radius**2 - off**2))
+    return nearest - half * ray, nearest + half * ray
+
+
+def _directions(vectors: FloatArray) -> FloatArray:
+    length = np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-9)
+    result: FloatArray = vectors / length
+    return result

@@ -1,0 +1,132 @@
+"""Keypoints that the installed pose detector sees in the pictures, while clouds are made.
+
+What a detector sees depends on the picture and on the crop that it is given. The crop follows from
+the cloud of the same frame and not from the frame before, so that a frame gives the same keypoints
+in whatever order frames are asked for.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from stereotrack_core.arrays import FloatArray, ImageArray
+from stereotrack_core.depth.cloud import Cloud
+from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.geometry.upright import Upright
+from stereotrack_core.pose_model.crops import crop_from_body
+from stereotrack_core.pose_model.detect import DETECTOR_NAME, LEAST_CONFIDENCE, confidence
+from stereotrack_core.pose_model.detector import (
+    PERSON_SCORE,
+    POINT_NAMES,
+    DetectedPose,
+    PoseDetector,
+    load_detector,
+    next_crop,
+)
+from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.keypoints import Row, keypoints_of
+from stereotrack_core.recording.reader import FrameReader
+from stereotrack_core.recording.selection import gives_depth
+from stereotrack_core.recording.sighted_keypoints import SightedKeypoints, sighted
+from stereotrack_core.tracking.parameters import Settings
+from stereotrack_core.tracking.run_spec import RunSpec
+
+_FEWEST_FRAMES = 2
+"""At least every so many frames are looked at; with V views all of every V-th, one picture a frame
+on average: more gains hardly anything (docs/accuracy.md)."""
+
+_TO_SHOULDERS = 0.5
+"""Metres from the hips to the shoulders of somebody who stands."""
+
+_FAR = 0.25
+"""Share of the radius of a body by which its hips may lie beside the middle of a crop: farther, the
+landmarks are looked for again around them."""
+
+
+class SeenKeypoints:
+    """Keypoints of the person of each cloud, as the installed detector sees them.
+
+    Attributes
+    ----------
+    name : str
+        Of the detector.
+
+    Parameters
+    ----------
+    recording : Recording
+    views : sequence of str
+        Whose reference pictures are looked at.
+    reader : FrameReader
+    upright : Upright
+    """
+
+    def __init__(
+        self,
+        detector: PoseDetector,
+        recording: Recording,
+        views: Sequence[str],
+        reader: FrameReader,
+        upright: Upright,
+    ) -> None:
+        self.name = DETECTOR_NAME
+        self._detector, self._reader, self._upright = detector, reader, upright
+        chosen = [recording.view(name) for name in views]
+        self._views = {view.name: view.image.camera for view in chosen}
+        self._cameras = {view.image.camera: recording.reference_camera(view) for view in chosen}
+        self._every = max(_FEWEST_FRAMES, len(views))
+
+    def of(self, cloud: Cloud, first: int) -> SightedKeypoints | None:
+        """Keypoints of a cloud's frame in a run from the first on; None where it is passed over."""
+        if (cloud.frame - first) % self._every or not len(cloud.points):
+            return None
+        return sighted(keypoints_of(self._rows(cloud)), self._cameras)
+
+    def _rows(self, cloud: Cloud) -> Iterator[Row]:
+        hips = np.median(cloud.points, axis=0)
+        shoulders = hips + _TO_SHOULDERS * self._upright.up
+        images = self._reader.frame_set(cloud.frame).views
+        for view, camera in self._views.items():
+            if view not in images:
+                continue
+            picture = images[view].image
+            pose = self._pose(picture, self._cameras[camera], hips, shoulders)
+            if pose is None:
+                continue
+            sure = confidence(pose, picture.shape)
+            for k in np.flatnonzero(sure >= LEAST_CONFIDENCE).tolist():
+                x, y = pose.points[k].tolist()
+                yield cloud.frame, camera, POINT_NAMES[k], x, y, float(sure[k]), DETECTOR_NAME, 0
+
+    def _pose(
+        self, picture: ImageArray, camera: Camera, hips: FloatArray, shoulders: FloatArray
+    ) -> DetectedPose | None:
+        """Landmarks of the person in a picture; None where none is seen."""
+        crop = crop_from_body(camera, hips, shoulders)
+        if crop is None:
+            return None
+        pose = self._detector.landmarks(picture, crop)
+        if pose.score < PERSON_SCORE:
+            return None
+        radius = np.linalg.norm(pose.circle[1] - pose.circle[0])
+        if np.linalg.norm(pose.circle[0] - crop.centre) > _FAR * radius:
+            pose = self._detector.landmarks(picture, next_crop(pose))
+        return pose if pose.score >= PERSON_SCORE else None
+
+
+def seen_keypoints(
+    recording: Recording,
+    spec: RunSpec,
+    views: Sequence[str],
+    reader: FrameReader,
+    settings: Settings,
+) -> SeenKeypoints | None:
+    """What looks at the pictures of a run; None where it is not wanted, or not installed."""
+    wanted = settings.tracking.detector == "auto" and settings.follows_data
+    if not wanted or spec.keypoints is not None or not gives_depth(recording):
+        return None
+    detector = load_detector()
+    if detector is None:
+        return None
+    return SeenKeypoints(detector, recording, views, reader, settings.depth.upright)
