@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import os
 import signal
 from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, settings
+
+from stereotrack_core.pose_model.installation import FOLDER_VARIABLE, detector_folder
 
 settings.register_profile(
     "repeatable",
@@ -20,7 +23,14 @@ SHARED_RECORDINGS = Path(__file__).resolve().parents[2] / "shared" / "data" / "r
 
 
 def pytest_configure() -> None:
-    """Let Ctrl-C be tested where a shell began the tests in the background and ignores it there."""
+    """Make tests alike on all machines.
+
+    Whether the pose detector is installed decides how runs come out; tests that ask for it look
+    where it was (:mod:`tests.pose_model.installed`). Ctrl-C can be tested where a shell began the
+    tests in the background and ignores it there.
+    """
+    installed_at = os.environ.setdefault("STEREOTRACK_TEST_DETECTOR", str(detector_folder()))
+    os.environ[FOLDER_VARIABLE] = str(Path(installed_at) / "hidden from tests")
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
 

@@ -76,6 +76,8 @@ def track_table(job: TrackedRun, title: str) -> Table:
     ]
     if heading := heading_words(job.run.meta.get(HEADING)):
         rows.append(("direction that the person faces", heading.brief))
+    if detector := job.run.meta["detector"]:
+        rows.append(("pose detector", detector))
     if again := facts[LOOKED_AGAIN]:
         stretches = ", ".join(f"{first}:{last + 1}" for first, last in again)
         rows.append(("changed by a second look", stretches))
@@ -153,6 +155,12 @@ OPTIONS = (
     LAYOUT,
     PERSON,
     option(
+        "--detector",
+        "use the installed pose detector where no other keypoints are given (default: auto, where "
+        "it is installed)",
+        choices=("auto", "off"),
+    ),
+    option(
         "--clicks PROJECT|CSV",
         "clicked landmarks, used as measurements: a project, or a clicks file. Around a clicked "
         "frame in which the tracker was wrong, it is repaired forwards and backwards",
@@ -170,6 +178,8 @@ OPTIONS = (
 
 def run(args: Namespace) -> int:
     """Track and write the run."""
+    if args.detector is not None:
+        args.changes.append(f"detector={args.detector}")
     check_least(0, seed=args.seed)
 
     run_suffix(args.output)

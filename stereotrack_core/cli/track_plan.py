@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from stereotrack_core.cli.detect import detected_in_views
 from stereotrack_core.cli.output import say
 from stereotrack_core.cli.progress import progress, stoppable
 from stereotrack_core.cli.sources import clicks_for_tracking, initial_pose, keypoints_from
@@ -26,7 +27,12 @@ from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.detections import Detections, own_detections, read_detections
 from stereotrack_core.recording.keypoints import Keypoints
 from stereotrack_core.recording.reader import FrameReader
-from stereotrack_core.recording.selection import frames_within, tracked_views, views_of
+from stereotrack_core.recording.selection import (
+    frames_within,
+    gives_depth,
+    tracked_views,
+    views_of,
+)
 from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.presets import preset
@@ -371,7 +377,8 @@ def _clicks(
 def _keypoints(args: Namespace, recording: Recording, settings: Settings) -> Keypoints | None:
     """What ``--keypoints`` names, of a project or a detector's file; None where none is named.
 
-    Raises InputError where there are none, or the settings' tracker does not use them.
+    Without any, mono views are looked at with the installed detector. Raises InputError where there
+    are none, or the settings' tracker does not use them.
     """
     for option in ("layout", "person"):
         if args.keypoints is None and getattr(args, option) is not None:
@@ -381,7 +388,9 @@ def _keypoints(args: Namespace, recording: Recording, settings: Settings) -> Key
                 remedy="Give the keypoints with --keypoints, or omit it.",
             )
     if args.keypoints is None:
-        return None
+        if gives_depth(recording) or settings.tracking.detector == "off":
+            return None
+        return detected_in_views(recording, args.frames, views_of(recording, args.views))
     _check_used("keypoints", settings)
     return keypoints_from(args.keypoints, recording, args)
 

@@ -31,7 +31,6 @@ from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.recording.selection import gives_depth
 from stereotrack_core.recording.sighted_keypoints import SightedKeypoints, sighted
 from stereotrack_core.tracking.parameters import Settings
-from stereotrack_core.tracking.run_spec import RunSpec
 
 _FEWEST_FRAMES = 2
 """At least every so many frames are looked at; with V views all of every V-th, one picture a frame
@@ -116,15 +115,11 @@ class SeenKeypoints:
 
 
 def seen_keypoints(
-    recording: Recording,
-    spec: RunSpec,
-    views: Sequence[str],
-    reader: FrameReader,
-    settings: Settings,
+    recording: Recording, views: Sequence[str], reader: FrameReader, settings: Settings
 ) -> SeenKeypoints | None:
     """What looks at the pictures of a run; None where it is not wanted, or not installed."""
     wanted = settings.tracking.detector == "auto" and settings.follows_data
-    if not wanted or spec.keypoints is not None or not gives_depth(recording):
+    if not (wanted and gives_depth(recording)):
         return None
     detector = load_detector()
     if detector is None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable, Generator, Sequence
-from contextlib import closing
+from contextlib import AbstractContextManager, closing
 from datetime import UTC, datetime
 from functools import partial
 
@@ -61,7 +61,7 @@ from stereotrack_core.tracking.tracker import (
 from stereotrack_core.tracking.unfinished import Checkpoint, RunKeeper, UnfinishedRun, recall
 
 
-class Pipeline:
+class Pipeline(AbstractContextManager["Pipeline"]):
     """Everything between a recording and its tracked frames.
 
     Parameters
@@ -87,8 +87,6 @@ class Pipeline:
         Whether :meth:`frames` may give frames again, from an earlier one on: see there.
     heading : HeadingWatch or None
         What is known of the way that the person faces; None where it is given, or not looked for.
-    detector : SeenKeypoints or None
-        Looks at the pictures; None where it is not installed, or not wanted.
     second_look : SecondLook
         Looks again at frames with doubtful arms.
 
@@ -124,7 +122,8 @@ class Pipeline:
             self.chain, self.reader = clouds.chain, clouds.reader
         self.settings = settings = dataclasses.replace(spec.settings, depth=self.chain.parameters)
         self._cameras = cameras_of(recording, self.views)
-        self.detector = seen_keypoints(recording, spec, self.views, self.reader, settings)
+        looks = (recording, self.views, self.reader, settings) if spec.keypoints is None else None
+        self.detector = looks and seen_keypoints(*looks)
         self._track(body_of_subject(recording.subject, settings.body))
         self._init, self._given = spec.init, "pose"
         watched = (
@@ -407,13 +406,9 @@ class Pipeline:
         """Describe where the frames come from."""
         found = self.chain.parameters.values()
         spec = dataclasses.replace(
-            self.spec,
-            views=self.views,
-            frames=self._asked,
-            init=self._init,
-            detections=self._detections,
-            colour=self.reader.colour,
-        )
+            self.spec, views=self.views, frames=self._asked, init=self._init,
+            detections=self._detections, colour=self.reader.colour,
+        )  # fmt: skip
         return Origin(
             recording=self.recording,
             fingerprint=fingerprint(self.recording),
@@ -443,9 +438,6 @@ class Pipeline:
         self._release_blas()
         if self._owns_reader:
             self.reader.close()
-
-    def __enter__(self) -> Pipeline:
-        return self
 
     def __exit__(self, *_: object) -> None:
         self.close()

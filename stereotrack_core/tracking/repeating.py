@@ -12,6 +12,7 @@ import numpy as np
 
 from stereotrack_core.arrays import BoolArray
 from stereotrack_core.errors import InputError
+from stereotrack_core.pose_model.installation import is_installed
 from stereotrack_core.recording.description import Recording, Subject
 from stereotrack_core.recording.detections import OWN_FILE, Detections, read_detections
 from stereotrack_core.recording.folder import calibration_fingerprint, fingerprint
@@ -132,8 +133,11 @@ def stored_spec(run: Run) -> StoredSpec:
             "the run does not state how it was made", where="meta, parameters", remedy=_AGAIN
         )
     first, end = meta["frames"]
+    settings = _settings(meta["parameters"])
+    if not (meta.get("detector") or meta.get("keypoints")):  # it may be installed by now
+        settings = settings.replaced(detector="off")
     spec = RunSpec(
-        settings=_settings(meta["parameters"]),
+        settings=settings,
         preset=str(meta.get("preset", "")),
         frames=range(int(first), int(end)),
         views=tuple(meta.get("views", ())) or None,
@@ -169,6 +173,11 @@ def other_files(run: Run, recording: Recording) -> tuple[str, ...]:
                 f"This is not the {what} that the run was tracked with: its fingerprint is "
                 f"{now[:8]}, that of the run {then[:8]}."
             )
+    if meta.get("detector") and not is_installed():
+        found.append(
+            "The run was tracked with the pose detector, which is not installed here: "
+            "`stereotrack detector install`."
+        )
     return tuple(found)
 
 

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import os
 from functools import cache
+from unittest.mock import patch
 
 import pytest
 
 from stereotrack_core.pose_model.detector import PoseDetector, load_detector
+from stereotrack_core.pose_model.installation import FOLDER_VARIABLE
 
 
 @cache
 def _loaded() -> PoseDetector | None:
-    return load_detector()
+    with patch.dict(os.environ, {FOLDER_VARIABLE: os.environ["STEREOTRACK_TEST_DETECTOR"]}):
+        return load_detector()
 
 
 def installed_detector() -> PoseDetector:

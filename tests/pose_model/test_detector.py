@@ -1,5 +1,7 @@
 """The pretrained detector on a rendered person, where it is installed."""
 
+import os
+
 import cv2
 import numpy as np
 import pytest
@@ -7,6 +9,7 @@ import pytest
 from stereotrack_core.pose_model.crops import crop_from_body
 from stereotrack_core.pose_model.detector import POINT_NAMES, next_crop
 from stereotrack_core.pose_model.following import Whereabouts, detect_person, whereabouts
+from stereotrack_core.pose_model.installation import FOLDER_VARIABLE
 from stereotrack_core.program import main
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.landmarks import LANDMARKS
@@ -160,7 +163,8 @@ def test_cameras_tell_where_to_expect_the_person(recording, camera):
     np.testing.assert_allclose(where.expected, [(camera.width - 1) / 2, (camera.height - 1) / 2])
 
 
-def test_the_command_writes_named_points(detector, recording, truth, tmp_path, capsys):
+def test_the_command_writes_named_points(detector, recording, truth, tmp_path, monkeypatch):
+    monkeypatch.setenv(FOLDER_VARIABLE, os.environ["STEREOTRACK_TEST_DETECTOR"])
     out = tmp_path / "keypoints.csv"
     assert main(["detect", str(recording.folder), "-o", str(out)]) == 0
     rows = [line.split(",") for line in out.read_text().splitlines()]

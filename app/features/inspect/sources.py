@@ -88,9 +88,10 @@ def run_question(
     before, here = (one.estimate if one is not None else None for one in seen)
     make = _maker(kept, entry, settings)
     keypoints = _keypoints(session, entry, settings)
-    task = RecordStep(kept, frame, settings.depth, make, before, here, keypoints)
-    smoothed = entry is not None and entry.stored is not None and entry.stored.meta.get("smoothed")
-    more = _SMOOTHED if smoothed else ""
+    meta = entry.stored.meta if entry is not None and entry.stored is not None else {}
+    detector_from = meta["frames"][0] if meta.get("detector") else None
+    task = RecordStep(kept, frame, settings, make, before, here, keypoints, detector_from)
+    more = _SMOOTHED if meta.get("smoothed") else ""
     if entry is not None and any(a <= frame <= b for a, b in entry.looked_again):
         more += _LOOKED_AGAIN
 

@@ -8,14 +8,15 @@ from dataclasses import dataclass, field, replace
 from uuid import uuid4
 
 from stereotrack_core.body.model import BodyModel
-from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.keypoints import Keypoints
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.recording.sighted_keypoints import keypoints_in_views
+from stereotrack_core.tracking.detecting import seen_keypoints
 from stereotrack_core.tracking.estimate import Estimate
 from stereotrack_core.tracking.frame import Origin, TrackedFrame
 from stereotrack_core.tracking.inspection import RecordedStep, beginning_at, traced_step
+from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.tracker import Tracker
 from stereotrack_core.tracking.tuning.clouds import CloudKey, CloudStore
 from stereotrack_core.tracking.tuning.trial import Trial
@@ -130,21 +131,27 @@ class RecordStep:
 
     of: KeptRecording
     frame: int
-    depth: DepthParameters
+    settings: Settings
     make: Callable[[], Tracker]
     before: Estimate | None
     here: Estimate | None
     """`before` and `here`: what the run says of the frame before, and of the frame itself."""
     keypoints: Keypoints | None = None
     """That the run is tracked with."""
+    detector_from: int | None = None
+    """First frame of a run that the installed detector looked at."""
 
     def __call__(self, asker: Asker) -> RecordedStep:
         """Do it in the process."""
         store = self.of.store(asker)
-        key = CloudKey(self.depth, range(store.reader.frame_count))
+        key = CloudKey(self.settings.depth, range(store.reader.frame_count))
         cloud, _ = store.clouds(key, cancelled=asker.cancelled).take(self.frame)
-        seen = keypoints_in_views(store.recording, self.of.views, self.keypoints)
-        cloud = replace(cloud, keypoints=seen.at(self.frame))
+        seen = keypoints_in_views(store.recording, self.of.views, self.keypoints).at(self.frame)
+        if self.detector_from is not None:
+            views = cloud.view_names
+            looks = seen_keypoints(store.recording, views, store.reader, self.settings)
+            seen = None if looks is None else looks.of(cloud, self.detector_from)
+        cloud = replace(cloud, keypoints=seen)
         tracker = self.make()
         words = beginning_at(tracker, cloud, self.before, self.here)
         return RecordedStep(traced_step(tracker, cloud), cloud, words)

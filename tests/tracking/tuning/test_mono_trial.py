@@ -81,7 +81,7 @@ def test_a_step_is_done_again_with_the_frame_s_keypoints(mono, asker):
     )  # fmt: skip
     kept = KeptRecording(recording, views)
     known = frames[3].estimate, frames[4].estimate
-    done = RecordStep(kept, 4, spec.settings.depth, make, *known, spec.keypoints)(asker)
+    done = RecordStep(kept, 4, spec.settings, make, *known, spec.keypoints)(asker)
     np.testing.assert_allclose(done.trace.after.pose.position, frames[4].pose.position, atol=1e-6)
     rows = done.trace.corrections[0].rows
     assert any(row.kind == "detection" and len(row.residual) > 40 for row in rows)

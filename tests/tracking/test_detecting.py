@@ -1,0 +1,104 @@
+"""The pose detector beside the tracker."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from stereotrack_core.body.model import body_model
+from stereotrack_core.body.proportions import AVERAGE
+from stereotrack_core.geometry.upright import Z_UP
+from stereotrack_core.pose_model.detector import DetectedPose
+from stereotrack_core.recording.reader import FrameReader
+from stereotrack_core.tracking import detecting
+from stereotrack_core.tracking.detecting import SeenKeypoints
+from stereotrack_core.tracking.pipeline import Pipeline
+from stereotrack_core.tracking.presets import preset
+from stereotrack_core.tracking.repeating import other_files, sameness, stored_spec
+from stereotrack_core.tracking.run import track
+from stereotrack_core.tracking.run_spec import RunSpec
+from tests.tracking.recordings import write_depth_recording
+from tests.tracking.scenes import pose_with_arms
+
+
+class Detector:
+    """Sees 33 points around the middle of the crop, if anybody is there."""
+
+    def __init__(self):
+        self.score, self.asked = 0.9, 0
+
+    def landmarks(self, picture, crop):
+        self.asked += 1
+        points = crop.centre + np.linspace(-20.0, 20.0, 66).reshape(33, 2)
+        circle = np.array([crop.centre, crop.centre - [0.0, 0.4 * crop.side]])
+        sure = np.full(33, 0.8)
+        return DetectedPose(points, sure, sure, self.score, circle, np.zeros((33, 3)))
+
+
+@pytest.fixture
+def detector(monkeypatch):
+    one = Detector()
+    monkeypatch.setattr(detecting, "load_detector", lambda: one)
+    return one
+
+
+@pytest.fixture(scope="module")
+def recording(tmp_path_factory):
+    settings = preset("fast").replaced(pixel_step=1, speckle_size=0)
+    poses = [
+        pose_with_arms([1, 0.1 * k, 0], [1, 0, 0], [-1, 0, 0], [-1, 0, 0.1 * k], place=(0, 0, 0.95))
+        for k in range(6)
+    ]
+    folder = tmp_path_factory.mktemp("recording") / "cones"
+    return write_depth_recording(folder, body_model(AVERAGE, settings.body), poses)
+
+
+def spec(**changes):
+    settings = preset("fast").replaced(
+        pixel_step=1, speckle_size=0, search_arms=False, data_points=400, **changes
+    )
+    return RunSpec(settings, preset="fast", seed=3)
+
+
+def test_all_views_of_every_fourth_frame_are_looked_at_in_any_order(recording, detector):
+    views = tuple(view.name for view in recording.views)
+    with Pipeline(recording, spec(detector="off")) as pipeline, FrameReader(recording) as reader:
+        pipeline.learn(range(6))
+        clouds = {k: pipeline.cloud(k)[0] for k in range(6)}
+        looks = SeenKeypoints(detector, recording, views, reader, Z_UP)
+        forwards = {k: looks.of(clouds[k], 1) for k in range(1, 6)}
+        backwards = {k: looks.of(clouds[k], 1) for k in reversed(range(1, 6))}
+        assert [k for k, seen in forwards.items() if seen is not None] == [1, 5]
+        for k in (1, 5):
+            assert set(forwards[k].cameras) == {view.image.camera for view in recording.views}
+            assert forwards[k].count == 4 * 33
+            np.testing.assert_array_equal(forwards[k].pixel, backwards[k].pixel)
+        detector.score = 0.1
+        assert looks.of(clouds[1], 1).count == 0
+        nothing = dataclasses.replace(clouds[1], points=np.zeros((0, 3)))
+        assert looks.of(nothing, 1) is None
+
+
+def test_a_run_states_the_detector_and_is_repeated_with_or_without_it(recording, detector):
+    run, without = track(recording, spec()), track(recording, spec(detector="off"))
+    assert detector.asked == 8
+    assert (run.meta["detector"], without.meta["detector"]) == ("blazepose", "")
+    assert (run.x != without.x).any()
+    assert sameness(run, track(recording, stored_spec(run).spec)).different == 0
+    assert sameness(without, track(recording, stored_spec(without).spec)).different == 0
+    [missing] = other_files(run, recording)
+    assert "detector install" in missing
+    assert other_files(without, recording) == ()
+
+
+def test_without_an_installed_detector_nothing_changes(recording, monkeypatch):
+    monkeypatch.setattr(detecting, "load_detector", lambda: None)
+    run, without = track(recording, spec()), track(recording, spec(detector="off"))
+    assert run.meta["detector"] == ""
+    np.testing.assert_array_equal(run.x, without.x)
+
+
+def test_the_thesis_looks_at_no_pictures(recording, detector):
+    thesis = preset("thesis").replaced(pixel_step=1, speckle_size=0)
+    track(recording, RunSpec(thesis, frames=range(2), init="tpose"))
+    assert detector.asked == 0
