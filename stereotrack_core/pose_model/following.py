@@ -25,7 +25,7 @@ _MOST_PEOPLE = 3
 
 _DOUBTFUL = 0.05
 """Score of the finder from which a person is believed if the landmarks agree: of simulated people
-without a face some have no more, and what is nobody's was refused in all of 60 pictures."""
+without a face some have no more, and what is nobody's was refused in some 50 pictures."""
 
 _CERTAIN = 0.9
 """Score of landmarks from which they make up for that."""

@@ -26,7 +26,7 @@ from stereotrack_core.reading import decoding, open_file, read_bytes
 
 WHEEL = "mediapipe==0.10.21"
 LICENCE = "Apache-2.0"
-SOURCE = f"BlazePose of MediaPipe, in the wheel {WHEEL} at https://pypi.org/project/mediapipe"
+SOURCE = f"BlazePose of MediaPipe, in the wheel {WHEEL} on PyPI"
 DOWNLOAD_BYTES = 36_000_000
 """Of the wheel; the files that are kept have a quarter of it."""
 FOLDER_VARIABLE = "STEREOTRACK_DETECTOR"

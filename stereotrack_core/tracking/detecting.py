@@ -7,11 +7,13 @@ in whatever order frames are asked for.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from types import MappingProxyType
 
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray, ImageArray
+from stereotrack_core.body.model import BodyModel
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.upright import Upright
@@ -32,16 +34,26 @@ from stereotrack_core.recording.selection import gives_depth
 from stereotrack_core.recording.sighted_keypoints import SightedKeypoints, sighted
 from stereotrack_core.tracking.parameters import Settings
 
-_FEWEST_FRAMES = 2
-"""At least every so many frames are looked at; with V views all of every V-th, one picture a frame
-on average: more gains hardly anything (docs/accuracy.md)."""
-
 _TO_SHOULDERS = 0.5
 """Metres from the hips to the shoulders of somebody who stands."""
 
 _FAR = 0.25
 """Share of the radius of a body by which its hips may lie beside the middle of a crop: farther, the
 landmarks are looked for again around them."""
+
+
+_OFFSETS: Mapping[str, float] = MappingProxyType(
+    {
+        "keypoint_shoulder_out": -0.015,
+        "keypoint_shoulder_up": 0.02,
+        "keypoint_elbow_along": -0.045,
+        "keypoint_wrist_along": -0.02,
+        "keypoint_hip_out": -0.008,
+        "keypoint_hip_up": -0.02,
+    }
+)
+"""Metres by which the detector's points lie beside the landmarks of their names: medians of
+simulated people whose truth is known; those of a rendered mesh have the same signs."""
 
 
 class SeenKeypoints:
@@ -74,13 +86,17 @@ class SeenKeypoints:
         chosen = [recording.view(name) for name in views]
         self._views = {view.name: view.image.camera for view in chosen}
         self._cameras = {view.image.camera: recording.reference_camera(view) for view in chosen}
-        self._every = max(_FEWEST_FRAMES, len(views))
+        self._every = len(views)  # one picture a frame on average
 
     def of(self, cloud: Cloud, first: int) -> SightedKeypoints | None:
         """Keypoints of a cloud's frame in a run from the first on; None where it is passed over."""
         if (cloud.frame - first) % self._every or not len(cloud.points):
             return None
         return sighted(keypoints_of(self._rows(cloud)), self._cameras)
+
+    def body(self, body: BodyModel) -> BodyModel:
+        """The body whose keypoints are where the detector sees them."""
+        return body.with_shape(body.shape.replaced(**_OFFSETS))
 
     def _rows(self, cloud: Cloud) -> Iterator[Row]:
         hips = np.median(cloud.points, axis=0)

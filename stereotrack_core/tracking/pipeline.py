@@ -388,9 +388,9 @@ class Pipeline(AbstractContextManager["Pipeline"]):
 
     def _track(self, body: BodyModel) -> None:
         """Make the tracker anew, for this body."""
-        fps, seed = self.recording.fps, self.spec.seed
-        given, clouds = (body, self.settings, self._cameras, fps, seed), self.has_clouds
-        self.tracker: Tracker = tracker_for(*given, clouds=clouds)
+        body = body if self.detector is None else self.detector.body(body)
+        given = body, self.settings, self._cameras, self.recording.fps, self.spec.seed
+        self.tracker: Tracker = tracker_for(*given, clouds=self.has_clouds)
 
     @property
     def has_clouds(self) -> bool:
