@@ -257,10 +257,11 @@ class ViewBackground:
         return bands if self._p.matcher == "bm" else (functools.reduce(operator.or_, bands),)
 
     def compared(
-        self, frame: OpenedFrame, light: Light, disparity: Float32Array, region: Region
-    ) -> Compared:
-        """Compare a region of the picture with the empty scene in the same light."""
-        assert self._scene is not None and frame.picture is not None  # noqa: S101, PT018 - light
+        self, frame: OpenedFrame, light: Light | None, disparity: Float32Array, region: Region
+    ) -> Compared | None:
+        """Compare a region of the picture with the empty scene in its light, if that is known."""
+        if light is None or self._scene is None or frame.picture is None:
+            return None
         apart = self._apart_from_foreground(disparity, region)
         scene = self._scene
         if isinstance(frame, StereoFrame) and frame.noisy and self._filtered is not None:

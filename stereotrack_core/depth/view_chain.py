@@ -88,6 +88,12 @@ def _middle(points: FloatArray, inside: int) -> tuple[float, float, float] | Non
     return x, y, z
 
 
+def _noise_and_blur(frame: OpenedFrame, compared: Compared | None) -> tuple[float, float]:
+    """Grey levels and pixels, as :class:`PointCounts` states them."""
+    noise = frame.noise if isinstance(frame, StereoFrame) else 0.0
+    return noise, 0.0 if compared is None else compared.empty.blur
+
+
 LearnedFrame: TypeAlias = tuple[Float32Array, ImageArray | None]
 """Disparity (H, W) and rectified grey picture of a view."""
 
@@ -185,9 +191,7 @@ class ViewChain:
         watch.lap("match")
         if not measured:
             return self._without_depth("no pixel has a valid disparity", watch)
-        compared = (
-            None if light is None else self.background.compared(frame, light, disparity, region)
-        )
+        compared = self.background.compared(frame, light, disparity, region)
         chosen, silhouette, outline = self._person(images, disparity, region, compared)
         if silhouette is not None:
             disparity[silhouette & ~chosen] = np.nan
@@ -212,11 +216,8 @@ class ViewChain:
             depth = replace(depth, picture=self.source.rectification.rectified(images.image))
             watch.lap("colours")
         person, middle = int(np.count_nonzero(chosen)), _middle(points, len(kept))
-        counts = PointCounts(
-            measured, person, len(pixels), len(kept), middle=middle,
-            noise=frame.noise if isinstance(frame, StereoFrame) else 0.0,
-            blur=0.0 if compared is None else compared.empty.blur,
-        )  # fmt: skip
+        quality = _noise_and_blur(frame, compared)
+        counts = PointCounts(measured, person, len(pixels), len(kept), 0, middle, *quality)
         return ViewResult(depth, "", kept, pixels[inside], watch.seconds, counts)
 
     def _bands(self, light: Light | None) -> list[Region]:

@@ -141,7 +141,7 @@ class TrackingParameters(ParameterGroup):
     picture_cost: float = parameter(1000.0, _SEARCH, (0.0, 100000.0), unit="1/m^2")(
         "Render-and-compare cost per square metre in which a view does not show the rendered pose."
     )
-    keypoint_cost: float = parameter(5.0, _SEARCH, (0.0, 1000.0))(
+    keypoint_cost: float = parameter(10.0, _SEARCH, (0.0, 1000.0))(
         "Cost of an elbow or a wrist that is not where a view's keypoints show it."
     )
     colour_weight: float = parameter(0.06, "Colours", (0.0, 1.0), unit="m", thesis=0.0, fast=0.0)(

@@ -18,9 +18,9 @@ from stereotrack_core.tracking.residuals.reprojection import KeypointObservation
 _JOINTS = ("elbow", "wrist")
 """Keypoints of an arm; they are the second and third of its nodes."""
 
-_SQUARED_SCALE = 0.1**2
-"""Square of the metres from its ray at which a joint counts as half contradicted: detectors are off
-by 0.04 m, and by 0.2 m and more where they guess."""
+_SQUARED_SCALE = 0.25**2
+"""Square of the metres from its ray at which a joint counts as half contradicted. Detectors are off
+by 0.04 m, and by up to 0.25 m where arms cross; what is farther off is another place."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,11 +37,11 @@ class ArmKeypoints:
     """(2, 3), metres. Where rays of several cameras meet; NaN where they do not."""
 
     def cost(self, shape: ArmShape, arms: Arms) -> FloatArray:
-        """Sum (K,) over cameras and joints of confidence times e^2 / (e^2 + s^2)."""
+        """Sum (K,) over cameras and joints of confidence times e^4 / (e^4 + s^4)."""
         joints = shape.nodes(arms)[:, 1:3, None] - self.eye
         along = np.einsum("kjvi,jvi->kjv", joints, self.ray)
-        squared = np.sum(joints**2, axis=3) - along**2
-        against = np.where(along > 0.0, squared / (squared + _SQUARED_SCALE), 1.0)
+        quartic = (np.sum(joints**2, axis=3) - along**2) ** 2
+        against = np.where(along > 0.0, quartic / (quartic + _SQUARED_SCALE**2), 1.0)
         return np.asarray(np.nansum(self.sure * against, axis=(1, 2)))
 
     def proposals(self, shape: ArmShape) -> Arms | None:
