@@ -57,7 +57,12 @@ _ENOUGH_ARMS = 40
 
 _POOR = (
     ("noise", 6.0, "have noise of {:.0f} grey levels"),
-    ("blur", 1.4, "are blurred by {:.1f} px against that of the empty scene"),
+    (
+        "blur",
+        0.7,
+        "have lost detail against that of the empty scene, by focus, movement or "
+        "compression, as by a blur of {:.1f} px",
+    ),
 )
 """What is measured of pictures, how much of it arms bear (docs/accuracy.md), and words."""
 

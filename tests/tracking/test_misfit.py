@@ -79,9 +79,9 @@ def test_a_body_that_turns_round_at_once_is_warned_of():
     assert misfits(frames[:4], preset("fast")) == ()
 
 
-@pytest.mark.parametrize(("what", "words"), [("noise", "noise of 12"), ("blur", "by 12.0 px")])
+@pytest.mark.parametrize(("what", "words"), [("noise", "noise of 12"), ("blur", "blur of 12.0 px")])
 def test_pictures_that_arms_do_not_bear_are_warned_of(what, words):
-    counts = {"N": PointCounts(**{what: 12.0}), "S": PointCounts(**{what: 1.0})}
+    counts = {"N": PointCounts(**{what: 12.0}), "S": PointCounts(**{what: 0.5})}
     [poor] = misfits([replace(frame(0.2), cloud=cloudless(0, counts=counts))] * 3, preset("fast"))
     assert "of view N" in poor
     assert words in poor
