@@ -24,6 +24,7 @@ from stereotrack_core.interop.keypoints.source import (
 from stereotrack_core.project.keypoints import DetectorState
 from stereotrack_core.project.prefilling import FIT
 from stereotrack_core.project.project import Project
+from stereotrack_core.project.selection import Selection, gaps_of, landmark_gaps_of
 from stereotrack_core.project.whereabouts import SUFFIX
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.keypoint_names import LANDMARK_OF, layout_named
@@ -184,18 +185,64 @@ def removal(project: Project, source: str) -> tuple[DetectorState, DetectorState
     return before, DetectorState((source,), keypoints_of(()), ())
 
 
+@dataclass(frozen=True, eq=False)
+class DetectorFill:
+    """What a detector that has looked at a selection brings into a project."""
+
+    before: DetectorState
+    after: DetectorState
+    """What the project keeps of the detector, without and with it."""
+    proposed: int
+    """Landmarks of the selection that are proposed as clicks."""
+
+
+def plan_fill(project: Project, keypoints: Keypoints, selection: Selection) -> DetectorFill:
+    """Work out what keypoints of one person in a selection change; the project stays as it is.
+
+    As in :func:`plan_import`, but they take the place of the same detector's in the selected frames
+    alone, landmarks that are not selected keep their proposals, and gaps are left empty.
+    """
+    before = project.keypoints.state(tuple(sorted(set(keypoints.source.tolist()))))
+    barred = {frame for gap in gaps_of(project) for frame in gap}
+    of_landmarks = landmark_gaps_of(project)
+    new = tuple(
+        one
+        for one in landmark_predictions(keypoints, project.landmark_set().names)
+        if selection.has(one.landmark)
+        and one.frame not in barred
+        and one.frame not in of_landmarks.get(one.landmark, ())
+    )
+    after = _joined(before, keypoints, new, selection)
+    return DetectorFill(before, after, _open(project, new))
+
+
 def _joined(
-    before: DetectorState, new: Keypoints, proposed: tuple[Prediction, ...] | None
+    before: DetectorState,
+    new: Keypoints,
+    proposed: tuple[Prediction, ...] | None,
+    selection: Selection | None = None,
 ) -> DetectorState:
-    """The detectors' rows with `new` in place of those of the same cameras."""
+    """The detectors' rows with `new` in place of those of the same cameras, perhaps in a selection
+    alone.
+    """
     here = set(zip(new.source.tolist(), new.camera.tolist(), strict=True))
+
+    def goes(source: str, camera: str, frame: int) -> bool:
+        within = selection is None or frame in selection.frames
+        return within and (source, camera) in here
+
     old = before.keypoints
-    of = zip(old.source.tolist(), old.camera.tolist(), strict=True)
-    stays = np.array([place not in here for place in of], dtype=np.bool_)
+    of = zip(old.source.tolist(), old.camera.tolist(), old.frame.tolist(), strict=True)
+    stays = np.array([not goes(*place) for place in of], dtype=np.bool_)
     keypoints = keypoints_of([*rows_of(old[stays]), *rows_of(new)])
     if proposed is None:
         return DetectorState(before.sources, keypoints, before.proposed)
-    kept = [one for one in before.proposed if (one.source, one.camera) not in here]
+    kept = [
+        one
+        for one in before.proposed
+        if not goes(one.source, one.camera, one.frame)
+        or (selection is not None and not selection.has(one.landmark))
+    ]
     return DetectorState(before.sources, keypoints, (*kept, *proposed))
 
 

@@ -1,20 +1,29 @@
-"""A detector's files come into the project in the window, are drawn, accepted and removed."""
+"""A detector's predictions come into the project in the window, are accepted and removed."""
 
 from __future__ import annotations
 
+import os
 import threading
 
+import numpy as np
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
 from app.features.annotate.exchange.predictions import PredictionsDialog
+from app.features.annotate.filling import predicting
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.interop.keypoints.table import write_table
+from stereotrack_core.pose_model.detect import DETECTOR_NAME
+from stereotrack_core.pose_model.installation import FOLDER_VARIABLE
 from stereotrack_core.project.clicks import PlaceClicks
 from stereotrack_core.project.keypoints import StoredKeypoints
+from stereotrack_core.project.marks import GAP, FrameFlag, SetFlags
 from stereotrack_core.project.project import Project
+from stereotrack_core.recording.keypoints import keypoints_of, rows_of
+from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.simulation.keypoints import KeypointErrors, simulated_keypoints
+from tests.pose_model.installed import installed_detector
 from tests.tracking.keypoints.mono import mono_recording, truth
 
 pytestmark = pytest.mark.window
@@ -206,3 +215,140 @@ def test_an_export_is_waited_for_once(opened, qtbot):
     threading.Timer(0.2, ready.set).start()
     opened.close()
     assert not opened.isVisible()
+
+
+@pytest.fixture
+def detector(opened, monkeypatch):
+    """The window with an installed detector that sees simulated keypoints, when it may."""
+    recording = opened.context.session.document.recording
+    seen = simulated_keypoints(truth(), recording.cameras, KeypointErrors(noise=0.3), seed=3)
+    seen = keypoints_of([(*row[:6], DETECTOR_NAME, 0) for row in rows_of(seen)])
+    may_go_on = threading.Event()
+    may_go_on.set()
+
+    def detect(_recording, _detector, frames, *, on_frame, cancelled):
+        for done, _frame in enumerate(frames, start=1):
+            on_frame(done)
+            assert may_go_on.wait(60.0)
+            if cancelled():
+                break
+        return seen[np.isin(seen.frame, list(frames))]
+
+    monkeypatch.setattr(predicting, "is_installed", lambda: True)
+    monkeypatch.setattr(predicting, "required_detector", lambda: None)
+    monkeypatch.setattr(predicting, "detect_keypoints", detect)
+    opened.context.docks.show_workspace("annotate")
+    opened.context.actions.refresh()
+    return may_go_on
+
+
+def filled(window, qtbot, frames=None):
+    """Fill the frame that is shown, or these, from the detector; all its predictions."""
+    window.context.docks.timeline.set_selection(frames)
+    qtbot.waitUntil(window.context.tasks.settled)
+    window.context.actions.action("annotate-detect").trigger()
+    qtbot.waitUntil(window.context.tasks.settled)
+    return predicted(window)
+
+
+def predicted(window):
+    project = window.context.session.project.project
+    return set(project.predictions.of_source(DETECTOR_NAME))
+
+
+def test_without_a_detector_filling_from_it_says_what_to_install(opened):
+    opened.context.docks.show_workspace("annotate")
+    action = opened.context.actions.action("annotate-detect")
+    assert not action.isEnabled()
+    assert "Choose Track, Install pose detector … first" in action.statusTip()
+
+
+def test_the_first_frame_is_filled_from_the_detector_without_any_click(opened, detector, qtbot):
+    window, session = opened, opened.context.session
+    project, action = session.project.project, window.context.actions.action
+    first = filled(window, qtbot)
+    assert {one.frame for one in first} == {0}
+    tile = window.context.docks.views.tiles["N"].camera
+    assert {mark.landmark for mark in tile.marks.predictions} >= {"left_elbow", "left_hand"}
+    assert f"{len(first)} landmarks proposed" in window.statusBar().currentMessage()
+    assert session.edits.to_undo().words == "fill from detector in frame 0"
+    action("undo").trigger()
+    qtbot.waitUntil(window.context.tasks.settled)
+    assert predicted(window) == set()
+    assert project.keypoints.sources() == {}
+    action("redo").trigger()
+    qtbot.waitUntil(window.context.tasks.settled)
+    assert predicted(window) == first
+
+    both = filled(window, qtbot, range(2, 4))
+    assert first < both, "what was filled before stays"
+    assert {one.frame for one in both} == {0, 2, 3}
+    action("annotate-accept-detector").trigger()
+    assert {click.frame for click in project.clicks.all()} == {2, 3}
+
+
+def test_filling_from_the_detector_is_as_an_import_of_its_table(opened, detector, qtbot, tmp_path):
+    window, session = opened, opened.context.session
+    project = session.project.project
+    project.apply(PlaceClicks((Click(0, "N", "head", (5.0, 5.0)),)))
+    filled_ones = filled(window, qtbot, range(8))
+    kept = project.keypoints.all()
+    write_table(tmp_path / "same.csv", kept, session.document.recording)
+    window.features.annotate.exchange.remove(DETECTOR_NAME)
+    qtbot.waitUntil(window.context.tasks.settled)
+    window.context.actions.action("annotate-import-predictions").trigger()
+    dialog = window.findChild(PredictionsDialog)
+    dialog.add([tmp_path / "same.csv"])
+    qtbot.waitUntil(dialog.accept_button.isEnabled)
+    QTest.mouseClick(dialog.accept_button, Qt.MouseButton.LeftButton)
+    qtbot.waitUntil(window.context.tasks.settled)
+    assert project.keypoints.sources() == {DETECTOR_NAME: len(kept)}
+    assert {one.key for one in predicted(window)} == {one.key for one in filled_ones}
+    assert not any(one.key == (0, "N", "head") for one in filled_ones)
+
+
+def test_gaps_and_landmarks_that_are_not_selected_stay_as_they_are(opened, detector, qtbot):
+    project = opened.context.session.project.project
+    project.apply(SetFlags((FrameFlag(1, "", GAP), FrameFlag(2, "left_shoulder", GAP))))
+    QTest.keyClick(opened.context.docks.timeline, Qt.Key.Key_Down)
+    found = filled(opened, qtbot, range(4))
+    assert {one.landmark for one in found} == {"left_shoulder"}
+    assert {one.frame for one in found} == {0, 3}
+    assert {one.frame for one in filled(opened, qtbot, range(5, 6))} == {0, 3, 5}
+
+
+def test_a_stopped_detection_keeps_nothing(opened, detector, qtbot):
+    detector.clear()
+    action = opened.context.actions.action("annotate-detect")
+    opened.context.docks.timeline.set_selection(range(8))
+    action.trigger()
+    qtbot.waitUntil(lambda: any("frame 1 of 8" in one.words for one in opened.context.tasks.tasks))
+    assert not action.isEnabled()
+    opened.context.tasks.cancel_all()
+    detector.set()
+    qtbot.waitUntil(opened.context.tasks.settled)
+    assert predicted(opened) == set()
+    assert opened.context.session.project.project.keypoints.sources() == {}
+    assert action.isEnabled()
+
+
+def test_the_real_detector_fills_the_first_frame_of_four_videos(
+    window, qtbot, monkeypatch, shared_recording
+):
+    folder = shared_recording("beam-4cam")
+    installed_detector()
+    monkeypatch.setenv(FOLDER_VARIABLE, os.environ["STEREOTRACK_TEST_DETECTOR"])
+    session = window.context.session
+    session.opening.open(folder)
+    qtbot.waitUntil(lambda: session.document.frame_set is not None)
+    window.context.docks.show_workspace("annotate")
+    found = filled(window, qtbot)
+    cameras, points = session.document.recording.cameras, session.document.recording.reference
+    assert len(found) >= 30
+    shoulders = [one for one in found if "shoulder" in one.landmark]
+    away = [
+        np.hypot(*(cameras[one.camera].project(points.points[0][LANDMARKS.index(one.landmark)])
+                   - one.position))
+        for one in shoulders
+    ]  # fmt: skip
+    assert np.median(away) < 25.0, "of 1080 lines"

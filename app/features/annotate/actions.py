@@ -30,7 +30,8 @@ _SELECTION = f"{_MENU}/&Selection"
 
 _IN_THE_MENU = (
     *("annotate-interpolate", "", "annotate-propose"),
-    *("annotate-fill-fit", "annotate-fill-run", "annotate-fill-detector", ""),
+    *("annotate-fill-fit", "annotate-fill-run", "annotate-fill-detector"),
+    *("annotate-detect", ""),
     *("annotate-accept", "annotate-accept-fit", "annotate-accept-run"),
     *("annotate-accept-detector", ""),
     *("annotate-clear", "annotate-gap", "annotate-no-gap", ""),

@@ -51,8 +51,7 @@ def register(context: Context) -> Annotate:
         docks.timeline, context.tasks, context.session.edits, docks.dialog_parent
     )
     clicking = ClickController(context, lambda: panels.repeats)
-    keypoints = context.session.keypoints
-    predicting = PredictionWork(panels, lambda: tuple(keypoints.sources))
+    predicting = PredictionWork(panels, context.session.keypoints)
     dialogs = AnnotationDialogs(panels)
     exchange = PredictionExchange(context, panels, dialogs.ask_to_export_predictions)
     _AnnotateController(context, panels, predicting, clicking)
@@ -83,8 +82,8 @@ def register(context: Context) -> Annotate:
 
 
 def _offer_in_body(context: Context, clicking: ClickController, retracking: Retracking) -> None:
-    """Offer below the body fit what can be done with the clicks."""
-    names = "annotate-personalise", "annotate-retrack"
+    """Offer below the body fit what can be done without clicks and with them."""
+    names = "annotate-detect", "annotate-personalise", "annotate-retrack"
     clicking.body.add_action_buttons([context.actions.action(name) for name in names])
 
     def show() -> None:

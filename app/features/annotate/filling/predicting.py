@@ -9,7 +9,13 @@ from typing import Literal, TypeAlias
 from PySide6.QtCore import QObject, Signal, Slot
 
 from stereotrack_core.annotation.propose import PROPOSED
-from stereotrack_core.errors import InputError
+from stereotrack_core.counting import counted
+from stereotrack_core.errors import Cancelled, InputError
+from stereotrack_core.pose_model.detect import detect_keypoints
+from stereotrack_core.pose_model.detector import required_detector
+from stereotrack_core.pose_model.installation import is_installed
+from stereotrack_core.project.detectors import DetectorFill, plan_fill
+from stereotrack_core.project.keypoints import DetectorState
 from stereotrack_core.project.prefilling import (
     FIT,
     Filling,
@@ -22,15 +28,19 @@ from stereotrack_core.project.prefilling import (
     source_of_run,
 )
 from stereotrack_core.project.project import Project
+from stereotrack_core.project.selection import Selection
 from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.keypoints import Keypoints
 
 from ....services.actions import Command
 from ....services.tasks.task import Task
+from ....session.keypoints import KeypointPresenter
 from ....session.runs import RunEntry
 from ..panels import AnnotationPanels, click_cameras
 
 Source: TypeAlias = Literal["proposed", "fit", "run", "detector"]
 
+NO_DETECTOR = "The pose detector is not installed. Choose Track, Install pose detector … first."
 NO_FIT = "The whole recording has not been fitted yet. Choose Fit whole recording first."
 
 
@@ -39,8 +49,8 @@ class PredictionWork(QObject):
 
     Parameters
     ----------
-    detectors : callable
-        Names of the detectors that the project has keypoints of.
+    keypoints : KeypointPresenter, optional
+        What the project keeps of detectors.
     """
 
     found = Signal(str)
@@ -48,7 +58,7 @@ class PredictionWork(QObject):
     busy_changed = Signal()
 
     def __init__(
-        self, panels: AnnotationPanels, detectors: Callable[[], tuple[str, ...]] = tuple
+        self, panels: AnnotationPanels, keypoints: KeypointPresenter | None = None
     ) -> None:
         super().__init__(panels)
         self._p = panels
@@ -57,7 +67,7 @@ class PredictionWork(QObject):
         self.found.connect(panels.said)
         self.found.connect(panels.repeat_changed)
         self._task: Task | None = None
-        self._detectors = detectors
+        self._keypoints = keypoints
         self.run: RunEntry | None = None
         """The tracker's run to fill in from, which does not grow."""
 
@@ -79,7 +89,7 @@ class PredictionWork(QObject):
     def why_not(self, source: Source) -> str:
         """Why nothing can be filled in from there, as a sentence; empty where it can."""
         if self.busy:
-            return "Predictions are already being computed. Wait for them to finish."
+            return _BUSY
         now = self._p.reference.now
         no_fit = source == "fit" and (now is None or now.fit is None)
         return self.why_no_accept(source) or (NO_FIT if no_fit else "")
@@ -101,6 +111,52 @@ class PredictionWork(QObject):
         self._task = self._p.tasks.begin(title, work, self.found.emit)
         self._task.ended.connect(self._on_ended)
         self.busy_changed.emit()
+
+    def why_no_detection(self) -> str:
+        """Why the installed detector cannot look at the selection now; empty if it can."""
+        absent = "" if is_installed() else NO_DETECTOR
+        return self._p.no_edit() or (_BUSY if self.busy else absent)
+
+    def detect(self) -> None:
+        """Propose landmarks of the selection where the installed detector sees them: one edit."""
+        project, recording, selection = self._p.project, self._p.recording, self._p.selection()
+        if project is None or recording is None or self.why_no_detection():
+            return
+        frames = selection.frames
+
+        def work(task: Task) -> Keypoints:
+            task.report(0.0, "finding the person")
+            found = detect_keypoints(
+                recording, required_detector(), frames,
+                on_frame=lambda done: task.report(
+                    done / len(frames), f"frame {done} of {len(frames)}"
+                ),
+                cancelled=task.token.cancelled,
+            )  # fmt: skip
+            if task.token.cancelled():
+                raise Cancelled
+            return found
+
+        take = partial(self._take, project, selection)
+        self._task = self._p.tasks.begin("detecting keypoints", work, take)
+        self._task.ended.connect(self._on_ended)
+        self.busy_changed.emit()
+
+    def _take(self, project: Project, selection: Selection, found: Keypoints) -> None:
+        """Write what was detected to the project."""
+        if self._keypoints is None or project is not self._p.project:
+            return
+        fills: list[DetectorFill] = []
+
+        def make() -> tuple[DetectorState, DetectorState]:
+            fills.append(plan_fill(project, found, selection))
+            return fills[0].before, fills[0].after
+
+        def say() -> None:
+            proposed = counted(fills[0].proposed, "landmark")
+            self._p.said.emit(f"{proposed} proposed from the detector in {selection.words()}.")
+
+        self._keypoints.write(project, f"fill from detector in {selection.words()}", make, say)
 
     def _filling(
         self, source: Source, project: Project, recording: Recording
@@ -138,6 +194,10 @@ class PredictionWork(QObject):
             none = "The project has no keypoints of a detector. Import predictions first."
         return self._p.no_edit() or none
 
+    def _detectors(self) -> tuple[str, ...]:
+        """Names of the detectors that the project has keypoints of."""
+        return () if self._keypoints is None else tuple(self._keypoints.sources)
+
     def accept(self, source: Source) -> None:
         """Let what a source has found in the selection be clicks: one edit."""
         run = source_of_run(self.run.name) if self.run is not None else ""
@@ -150,6 +210,7 @@ class PredictionWork(QObject):
         )
 
 
+_BUSY = "Predictions are already being computed. Wait for them to finish."
 _NOT_YET = (
     "Predictions do not become clicks until you accept them. They are no edit: undo leaves them."
 )
@@ -205,4 +266,10 @@ def prediction_commands(work: PredictionWork, menu: str) -> list[Command]:
         )
         for source, _name, _text, _tip, what, found in _SOURCES
     ]  # fmt: skip
-    return [*fill, *accept]
+    detect = Command(
+        "annotate-detect", menu, "Fill from detector", "Let the installed pose detector look at "
+        "the selected frames in all views, and predict landmarks from what it sees. No click is "
+        "needed before. Predictions do not become clicks until you accept them.", work.detect,
+        icon="prediction", why_not=work.why_no_detection,
+    )  # fmt: skip
+    return [*fill, detect, *accept]
