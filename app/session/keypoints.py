@@ -7,11 +7,13 @@ from functools import partial
 
 from PySide6.QtCore import QObject, Signal, Slot
 
+from stereotrack_core.pose_model.detect import DETECTOR_NAME
+from stereotrack_core.pose_model.installation import is_installed
 from stereotrack_core.project.detectors import DetectorImport, removal
 from stereotrack_core.project.keypoints import DetectorState
 from stereotrack_core.project.project import Project
 from stereotrack_core.recording.description import Recording
-from stereotrack_core.recording.keypoints import Keypoints
+from stereotrack_core.recording.keypoints import Keypoints, keypoints_of
 from stereotrack_core.tracking.parameters import Settings
 
 from ..services.tasks.task import Task, TaskList
@@ -34,6 +36,7 @@ class KeypointPresenter(QObject):
         self._known: tuple[Project, Mapping[str, int], tuple[str, ...]] | None = None
         self._frame: tuple[int, Keypoints] | None = None
         self._all: Keypoints | None = None
+        self._detected: tuple[range, Keypoints] | None = None
         self.wanted = True
         """Whether runs and trials are tracked with them."""
         project.opened.connect(self._on_project)
@@ -51,21 +54,56 @@ class KeypointPresenter(QObject):
         known = self._read()
         return () if known is None else known[2]
 
-    def for_run(self, settings: Settings) -> Keypoints | None:
-        """What a run or a trial is tracked with; None where that is nothing."""
+    def for_run(self, settings: Settings, frames: range) -> Keypoints | None:
+        """Keypoints that a run of these frames is tracked with; None if there are none.
+
+        The project's keypoints of the installed detector are left out unless they are of every
+        frame: the tracker asks the same detector itself, in all frames.
+        """
+        if not settings.follows_data:
+            return None
+        known = self._of_project()
+        asks = settings.tracking.detector == "auto" and is_installed()
+        if known is not None and asks and set(self.sources) == {DETECTOR_NAME}:
+            known = known if set(frames) <= set(known.frame.tolist()) else None
+        if known is None and self._detected is not None and self._detected[0] == frames:
+            return self._detected[1]
+        return known
+
+    def for_trial(self, settings: Settings, frames: range) -> Keypoints | None:
+        """Keypoints that a trial is tracked with: in mono views those of a run, if need be."""
+        known = self.for_run(settings, frames)
+        if known is None and self._detected is not None and settings.follows_data:
+            return self._detected[1]
+        return known
+
+    def _of_project(self) -> Keypoints | None:
         project = self._project.project
-        if project is None or not (settings.follows_data and self.wanted and self.cameras):
+        if project is None or not (self.wanted and self.cameras):
             return None
         if self._all is None:
             self._all = project.keypoints.all()
         return self._all
 
+    def remember(self, frames: range, keypoints: Keypoints) -> None:
+        """Keep what a run has detected in mono views, for trials and until the project changes."""
+        self._detected = frames, keypoints
+        self._frame = None
+        self.changed.emit()
+
+    @property
+    def drawn(self) -> bool:
+        """Whether there are keypoints to draw, of the project or of a run."""
+        return bool(self.cameras) or self._detected is not None
+
     def mono_views(self, recording: Recording) -> tuple[str, ...]:
-        """Mono views that are tracked by keypoints; none where any view gives depth."""
-        views = recording.views if self.wanted else ()
-        if any(view.kind != "mono" for view in views):
+        """Mono views with keypoints to track by; none where any view gives depth."""
+        known = set(self.cameras if self.wanted else ())
+        if self._detected is not None:
+            known |= set(self._detected[1].cameras)
+        if any(view.kind != "mono" for view in recording.views):
             return ()
-        return tuple(view.name for view in views if view.image.camera in self.cameras)
+        return tuple(view.name for view in recording.views if view.image.camera in known)
 
     def why_none(self) -> str:
         """Why nothing can be tracked with them, as a sentence."""
@@ -81,12 +119,15 @@ class KeypointPresenter(QObject):
         self.changed.emit()
 
     def at(self, frame: int) -> Keypoints | None:
-        """Keypoints of a frame; None where the project has none of any frame."""
+        """Keypoints of a frame, the project's or those of a run; None if there are none at all."""
         project = self._project.project
-        if project is None or not self.cameras:
+        if project is None or not self.drawn:
             return None
         if self._frame is None or self._frame[0] != frame:
-            self._frame = frame, project.keypoints.at(frame)
+            own = project.keypoints.at(frame) if self.cameras else None
+            if not own and self._detected is not None:
+                own = self._detected[1][self._detected[1].frame == frame]
+            self._frame = frame, own if own is not None else keypoints_of(())
         return self._frame[1]
 
     def write(
@@ -155,7 +196,7 @@ class KeypointPresenter(QObject):
 
     @Slot()
     def _on_project(self) -> None:
-        self._latest = {}
+        self._latest, self._detected = {}, None
         self._read_again()
 
     @Slot()

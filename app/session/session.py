@@ -8,9 +8,12 @@ from PySide6.QtCore import QObject, QSettings, Signal, Slot
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.experiments.run_process import load
+from stereotrack_core.pose_model.installation import is_installed
 from stereotrack_core.project.history import Changed
 from stereotrack_core.project.schema import CHOICE, SUBJECT
 from stereotrack_core.recording.description import Recording, Subject
+from stereotrack_core.recording.selection import gives_depth
+from stereotrack_core.tracking.detecting import detects_first
 from stereotrack_core.tracking.tuning.process import KeptRecording, forget
 
 from ..services.failures import message_of
@@ -32,6 +35,8 @@ from .view_state import ViewState
 
 _FEWEST_VIEWS = 2
 """Mono views with keypoints that can be tracked without depth."""
+
+_DETECTOR_HELPS = "The pose detector finds them by itself: choose Track, Install pose detector …"
 
 
 class Session(QObject):
@@ -105,6 +110,7 @@ class Session(QObject):
         self.document.closed.connect(self._on_closed)
         self.track.settings_changed.connect(self._on_settings)
         self.track.finished.connect(self.judging.judge)
+        self.track.detected.connect(self.keypoints.remember)
         parts = (self.document, self.project, self.edits, self.clouds, self.track, self.judging)
         for source in parts:
             source.message.connect(self.message)
@@ -196,12 +202,25 @@ class Session(QObject):
         reason, recording = self.no_depth(), self.document.recording
         if not reason or recording is None or recording.guessed or self.no_frames():
             return reason
-        if len(self.keypoints.mono_views(recording)) >= _FEWEST_VIEWS:
+        detects = detects_first(recording, self.track.settings)
+        views = recording.views if detects else self.keypoints.mono_views(recording)
+        if len(views) >= _FEWEST_VIEWS:
             return ""
-        return (
+        none = (
             "No view of this recording provides depth. Tracking needs a stereo or depth view, or "
             "keypoints of two mono views: use File, Import predictions."
         )
+        return none if is_installed() else f"{none} {_DETECTOR_HELPS}"
+
+    def not_tried(self) -> str:
+        """Neither trials nor single steps can be tracked: nobody has seen any keypoints yet."""
+        recording, frame = self.document.recording, self.document.frame
+        reason = self.not_tracked()
+        if reason or recording is None or gives_depth(recording):
+            return reason
+        known = self.keypoints.for_trial(self.track.settings, range(frame, frame + 1))
+        none = "No keypoints are known here. Run the tracker first: it detects them in the views."
+        return none if known is None else ""
 
     def no_run(self) -> str:
         """There is no run."""

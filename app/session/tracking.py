@@ -28,6 +28,7 @@ from stereotrack_core.experiments.run_process import (
 from stereotrack_core.recording.description import Recording, Subject
 from stereotrack_core.recording.keypoints import Keypoints
 from stereotrack_core.task_process import TaskProcess
+from stereotrack_core.tracking.detecting import detects_first
 from stereotrack_core.tracking.frame import TrackedFrame
 from stereotrack_core.tracking.inspection import RecordedStep
 from stereotrack_core.tracking.parameters import Settings
@@ -60,6 +61,8 @@ class LiveRun:
     def __init__(self, entry: RunEntry, run: RunTask, process: TaskProcess) -> None:
         self.entry, self.recording, self.settings = entry, run.recording, run.spec.settings
         self._spec = run.spec
+        self.detects = run.spec.keypoints is None and detects_first(run.recording, self.settings)
+        """Whether it detects keypoints in mono views before its first frame."""
         self.held = False
         """Whether it waits for leave to go on, with every frame fetched."""
         self.progress: Preparing | None = None
@@ -151,6 +154,8 @@ class TrackPresenter(QObject):
     """A run has come to its end."""
     settings_changed = Signal()
     """The next run or step is done with other settings, or another preset was chosen."""
+    detected = Signal(object, object)
+    """Frames, and their keypoints that a run has detected in mono views before it tracks them."""
     message = Signal(object)
     """Why tracking has ended early."""
 
@@ -163,7 +168,7 @@ class TrackPresenter(QObject):
         self.preset = "accurate"
         self.settings = self.base = preset(self.preset)
         self.place_for_run: Callable[[], Path | None] = lambda: None
-        self.keypoints_for_run: Callable[[Settings], Keypoints | None] = lambda _settings: None
+        self.keypoints_for_run: Callable[[Settings, range], Keypoints | None] = lambda *_: None
         self.subject_for_run: Callable[[], Subject | None] = lambda: None
         self._since = QElapsedTimer()
         self._since.start()
@@ -246,7 +251,7 @@ class TrackPresenter(QObject):
         name = self._runs.next_name(self.name_of(self.settings))
         entry = RunEntry(name, self.preset, self.settings, body, frames)
         entry.journal = self.place_for_run()
-        seen = self.keypoints_for_run(self.settings)
+        seen = self.keypoints_for_run(self.settings, frames)
         spec = RunSpec(self.settings, self.preset, frames=frames, init=init, keypoints=seen)
         # the tracker never sees the truth
         unaided = dataclasses.replace(recording, reference=None, subject=subject)
@@ -345,6 +350,8 @@ class TrackPresenter(QObject):
                 self.state_changed.emit()
             case Preparing() | Prepared() if live is self._live:
                 self.state_changed.emit()
+                if isinstance(word, Prepared) and live.detects:
+                    self.detected.emit(live.entry.wanted, word.origin.spec.keypoints)
 
     @Slot()
     def _collect(self) -> None:

@@ -22,7 +22,7 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.interop.keypoints.table import write_table
 from stereotrack_core.locks import writing
 from stereotrack_core.pose_model.detect import detect_keypoints
-from stereotrack_core.pose_model.detector import load_detector, required_detector
+from stereotrack_core.pose_model.detector import required_detector
 from stereotrack_core.pose_model.onnx_model import PoseModel
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.folder import open_recording
@@ -73,21 +73,18 @@ def run(args: Namespace) -> int:
 
 def detected_in_views(
     recording: Recording, asked: str | None, views: Sequence[str] | None
-) -> Keypoints | None:
-    """Keypoints by the installed detector, where it is installed and sees anybody.
+) -> Keypoints:
+    """Keypoints by the installed detector, with progress.
 
     Parameters
     ----------
     asked : str, optional
         Frames as the command line states them.
     """
-    detector = load_detector()
-    if detector is None:
-        return None
     with FrameReader(recording, views=views, read_ahead=0) as reader:
         frames = frames_within(asked, reader.frame_count)
     with progress("Detecting", len(frames)) as show:
-        return detect_keypoints(recording, detector, frames, views=views, on_frame=show)
+        return detect_keypoints(recording, required_detector(), frames, views=views, on_frame=show)
 
 
 def _detect(args: Namespace, recording: Recording) -> int:

@@ -29,10 +29,10 @@ from stereotrack_core.recording.keypoints import Keypoints
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.recording.selection import (
     frames_within,
-    gives_depth,
     tracked_views,
     views_of,
 )
+from stereotrack_core.tracking.detecting import detects_first
 from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.presets import preset
@@ -388,7 +388,7 @@ def _keypoints(args: Namespace, recording: Recording, settings: Settings) -> Key
                 remedy="Give the keypoints with --keypoints, or omit it.",
             )
     if args.keypoints is None:
-        if gives_depth(recording) or settings.tracking.detector == "off":
+        if not detects_first(recording, settings):
             return None
         return detected_in_views(recording, args.frames, views_of(recording, args.views))
     _check_used("keypoints", settings)

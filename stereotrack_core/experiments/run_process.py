@@ -11,7 +11,10 @@ from pathlib import Path
 from stereotrack_core.body.model import BodyModel
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.interop.run_journal import RunJournal
+from stereotrack_core.pose_model.detect import detect_keypoints
+from stereotrack_core.pose_model.detector import required_detector
 from stereotrack_core.recording.description import Recording
+from stereotrack_core.tracking.detecting import detects_first
 from stereotrack_core.tracking.frame import Origin, TrackedFrame
 from stereotrack_core.tracking.inspection import LIVE, RecordedStep, copy_of, traced_step
 from stereotrack_core.tracking.pipeline import Pipeline
@@ -128,9 +131,10 @@ class _Work:
         self._listen(0.0)
         if task.journal is not None:
             self._journal = RunJournal(task.journal, self._seconds)
-        with Pipeline(task.recording, task.spec, keeper=self._journal) as pipeline:
+        spec = self._with_keypoints(task.spec)
+        with Pipeline(task.recording, spec, keeper=self._journal) as pipeline:
             pipeline.on_preparing = self._prepare
-            wanted = task.spec.frames_of(pipeline.reader.frame_count)
+            wanted = spec.frames_of(pipeline.reader.frame_count)
             pipeline.corrects = True
             pipeline.prepare(wanted)
             self._tell_prepared(pipeline)
@@ -143,6 +147,20 @@ class _Work:
                     self._tell_prepared(pipeline)
                 self._tell_frame(tracked)
             self._tell_held()
+
+    def _with_keypoints(self, spec: RunSpec) -> RunSpec:
+        """The specification with keypoints that are detected first, if mono views need them."""
+        recording = self._task.recording
+        if spec.keypoints is not None or not detects_first(recording, spec.settings):
+            return spec
+        frames = spec.frames_of(0)
+
+        def note(done: int) -> None:
+            self._prepare("detecting keypoints", done, len(frames))
+
+        note(0)
+        found = detect_keypoints(recording, required_detector(), frames, on_frame=note)
+        return dataclasses.replace(spec, keypoints=found)
 
     def _tell_prepared(self, pipeline: Pipeline) -> None:
         """Say what is tracked, and where a run comes from: again where that changes."""

@@ -27,6 +27,7 @@ from stereotrack_core.pose_model.detector import (
     load_detector,
     next_crop,
 )
+from stereotrack_core.pose_model.installation import is_installed
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.keypoints import Row, keypoints_of
 from stereotrack_core.recording.reader import FrameReader
@@ -135,6 +136,15 @@ class SeenKeypoints:
         if np.linalg.norm(pose.circle[0] - crop.centre) > _FAR * radius:
             pose = self._detector.landmarks(picture, next_crop(pose))
         return pose if pose.score >= PERSON_SCORE else None
+
+
+def detects_first(recording: Recording, settings: Settings) -> bool:
+    """Whether the installed detector looks at mono views before they are tracked.
+
+    It does where no keypoints are given. Views that give depth are looked at while tracking.
+    """
+    wanted = settings.tracking.detector == "auto" and settings.follows_data
+    return wanted and not gives_depth(recording) and is_installed()
 
 
 def seen_keypoints(

@@ -39,7 +39,7 @@ def _commands(session: Session, inspect: InspectController) -> list[Command]:
             "look_inside", _MENU, "Inspect step", "Show step by step how the tracker "
             "processes this frame: prediction, points, correspondences, sigma points, "
             "cross-covariance, correction.", inspect.toggle, "F12", "search",
-            lambda: session.not_tracked() or session.tracker_works(),
+            lambda: session.not_tried() or session.tracker_works(),
             checked=lambda: inspect.inspects,
         ),
         Command(

@@ -87,7 +87,7 @@ def run_question(
     seen = (entry.at(k) if entry is not None else None for k in (frame - 1, frame))
     before, here = (one.estimate if one is not None else None for one in seen)
     make = _maker(kept, entry, settings)
-    keypoints = _keypoints(session, entry, settings)
+    keypoints = _keypoints(session, entry, settings, frame)
     meta = entry.stored.meta if entry is not None and entry.stored is not None else {}
     detector_from = meta["frames"][0] if meta.get("detector") else None
     task = RecordStep(kept, frame, settings, make, before, here, keypoints, detector_from)
@@ -102,13 +102,15 @@ def run_question(
     return Question(frame, work, here, entry, settings)
 
 
-def _keypoints(session: Session, entry: RunEntry | None, settings: Settings) -> Keypoints | None:
+def _keypoints(
+    session: Session, entry: RunEntry | None, settings: Settings, frame: int
+) -> Keypoints | None:
     """What a run was tracked with; what the next one would be, where there is none."""
     if entry is not None and entry.origin is not None:
         return entry.origin.spec.keypoints
     if entry is not None and entry.stored is not None and not entry.stored.meta.get("keypoints"):
         return None
-    return session.track.keypoints_for_run(settings)
+    return session.keypoints.for_trial(settings, range(frame, frame + 1))
 
 
 def _maker(of: KeptRecording, entry: RunEntry | None, settings: Settings) -> Callable[[], Tracker]:

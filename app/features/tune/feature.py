@@ -49,7 +49,7 @@ def _commands(session: Session, tuning: TuneController) -> list[Command]:
     chosen = tuning.with_selected
 
     def no_try() -> str:
-        return session.not_tracked() or session.tracker_works()
+        return session.not_tried() or session.tracker_works()
 
     def no_trial() -> str:
         return "" if tuning.trials.entries else "There is no trial. Change a parameter first."

@@ -94,9 +94,9 @@ class TrialPresenter(QObject):
     def trial(self, settings: Settings, preset: str) -> Trial | None:
         """The trial of the stretch with these settings; None where there is nothing to track."""
         stretch, base = self._stretch(), self.base()
-        if self._session.not_tracked() or not len(stretch):
+        if self._session.not_tried() or not len(stretch):
             return None
-        seen = self._session.track.keypoints_for_run(settings)
+        seen = self._session.keypoints.for_trial(settings, stretch)
         first = self._session.tracker.first_pose
         spec = RunSpec(settings, preset, stretch, init=first, keypoints=seen)
         made = self._made.get(base) if base is not None else None

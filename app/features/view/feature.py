@@ -99,7 +99,7 @@ def _pictures(session: Session, state: ViewState) -> list[Command]:
 def _overlays(session: Session, view: ViewController) -> list[Command]:
     def no_keypoints() -> str:
         none = "The project has no predictions of a detector. Import predictions first."
-        return session.no_recording() or ("" if session.keypoints.cameras else none)
+        return session.no_recording() or ("" if session.keypoints.drawn else none)
 
     depth = dict.fromkeys(("points", "correspondences"), session.no_depth)
     needs = {**depth, "keypoints": no_keypoints}
