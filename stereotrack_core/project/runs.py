@@ -59,6 +59,8 @@ class RunFacts:
     views: tuple[str, ...] = ()
     init: str = ""  # where the first pose came from
     smoothed: bool = False
+    detector: str = ""
+    """Pose detector that looked at the pictures, or detectors whose keypoints were used."""
     subject: str = ""
     recording: str = ""
     fingerprint: str = ""
@@ -79,7 +81,7 @@ class RunFacts:
 _READERS: Mapping[str, Any] = {
     **dict.fromkeys(("frames", "tracked", "first", "last", "seed"), int),
     **dict.fromkeys(("preset", "init", "subject", "recording", "fingerprint"), str),
-    **dict.fromkeys(("calibration", "made", "note"), str),
+    **dict.fromkeys(("calibration", "made", "note", "detector"), str),
     "asked": lambda pair: (int(pair[0]), int(pair[1])),
     "parameters": dict,
     "changed": lambda values: {name: (a, b) for name, (a, b) in dict(values).items()},
@@ -120,6 +122,9 @@ def facts_of_meta(meta: Mapping[str, Any], frame: IntArray, tracked: int) -> dic
         facts |= {"first": int(frame[0]), "last": int(frame[-1])}
     if meta.get("frames") is not None:
         facts["asked"] = list(meta["frames"])
+    sources = dict(meta.get("keypoints") or {}).get("sources", ())
+    if detector := meta.get("detector") or ", ".join(sources):
+        facts["detector"] = detector
     subject = meta.get("subject")
     if isinstance(subject, dict) and subject.get("name"):
         facts["subject"] = subject["name"]
@@ -164,6 +169,7 @@ def _made_with(facts: RunFacts) -> dict[str, Any]:
         "frames": "" if facts.first is None else f"{facts.first} to {facts.last}",
         "initial pose": facts.init,
         "smoothed": facts.smoothed,
+        "pose detector": facts.detector or "none",
         "subject": facts.subject,
         "recording": facts.recording,
         "recording's fingerprint": facts.fingerprint[:8],

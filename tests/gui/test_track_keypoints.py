@@ -2,13 +2,23 @@
 
 from __future__ import annotations
 
+import threading
+
 import numpy as np
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
+from app.session import keypoints as session_keypoints
+from stereotrack_core.errors import Cancelled
+from stereotrack_core.experiments import run_process
+from stereotrack_core.pose_model.detect import DETECTOR_NAME
+from stereotrack_core.project.keypoints import DetectorState
 from stereotrack_core.project.project import Project
+from stereotrack_core.recording.keypoints import keypoints_of, rows_of
 from stereotrack_core.simulation.keypoints import KeypointErrors, simulated_keypoints
+from stereotrack_core.task_process import TaskProcess
+from stereotrack_core.tracking import detecting
 from tests.tracking.keypoints.mono import FRAMES, mono_recording, truth
 
 pytestmark = pytest.mark.window
@@ -85,3 +95,125 @@ def swept(window, qtbot):
     assert sweep.dialog.count_label.text().startswith("3 runs (1 point)")
     assert not sweep.dialog.error_label.text()
     sweep.dialog.close()
+
+
+class InThread(TaskProcess):
+    """Tracks in the thread that asks, where a test's detector is known."""
+
+    def __init__(self):
+        super().__init__()
+        self.said, self.cancelled = [], lambda: False
+
+    def __call__(self, task, hear=None, cancelled=lambda: False, *, listens=True):
+        if isinstance(task, run_process.RunTask):
+            self.tell, self.cancelled = hear, cancelled
+            task(self)
+
+    def order(self, _task, word):
+        self.said.append(word)
+
+    def orders(self, _seconds=0.0):
+        if self.cancelled():
+            raise Cancelled
+        said, self.said[:] = list(self.said), ()
+        return said
+
+
+@pytest.fixture
+def bare(window, qtbot, tmp_path, monkeypatch):
+    """The window with four mono views, no keypoints, and a detector that waits for `go_on`."""
+    (tmp_path / "mono").mkdir()
+    recording = mono_recording(tmp_path / "mono")
+    seen = simulated_keypoints(truth(), recording.cameras, KeypointErrors(noise=0.3), seed=3)
+    seen = keypoints_of([(*row[:6], DETECTOR_NAME, 0) for row in rows_of(seen)])
+    window.detected, window.go_on = [], threading.Event()
+
+    def detect(_recording, _detector, frames, *, on_frame, **_how):
+        window.detected.append(frames)
+        on_frame(len(frames) // 2)
+        while not window.go_on.wait(0.01):
+            on_frame(len(frames) // 2)
+        return seen[np.isin(seen.frame, list(frames))]
+
+    monkeypatch.setattr(run_process, "detect_keypoints", detect)
+    monkeypatch.setattr(run_process, "required_detector", lambda: None)
+    session = window.context.session
+    session.opening.open(recording.folder)
+    qtbot.waitUntil(lambda: session.document.frame_set is not None)
+    qtbot.waitUntil(window.context.tasks.settled)
+    session.track._process = InThread()
+    yield window
+    window.go_on.set()
+    qtbot.waitUntil(lambda: session.track.entry is None)
+
+
+@pytest.fixture
+def detector(bare, monkeypatch):
+    """The same where the detector is installed."""
+    for module in (detecting, session_keypoints):
+        monkeypatch.setattr(module, "is_installed", lambda: True)
+    bare.context.actions.refresh()
+    return bare
+
+
+def test_without_keypoints_and_detector_it_says_what_would_help(bare):
+    tip = bare.context.actions.action("run").statusTip()
+    assert "keypoints of two mono views" in tip
+    assert "choose Track, Install pose detector …" in tip
+
+
+def test_mono_views_without_keypoints_are_detected_first(detector, qtbot):
+    window, session = detector, detector.context.session
+    action = window.context.actions.action
+    assert action("run").isEnabled(), action("run").statusTip()
+    assert "Run the tracker first: it detects them" in action("trial_now").statusTip()
+    window.context.docks.show_workspace("track")
+    QTest.keyClick(window, Qt.Key.Key_F8)
+    qtbot.waitUntil(lambda: "detecting keypoints" in session.track.preparing_words())
+    qtbot.waitUntil(lambda: session.track.preparing_share == 0.5)
+    window.go_on.set()
+    qtbot.waitUntil(lambda: session.track.entry is None and len(session.runs.entries) == 1)
+    qtbot.waitUntil(window.context.tasks.settled)
+    frames = session.runs.active.frames
+    found = np.array([frames[k].landmarks for k in range(FRAMES)])
+    assert np.median(np.linalg.norm(found - truth().points, axis=2)) < 0.015
+    assert session.project.project.keypoints.sources() == {}, "only the run has them"
+    assert "pose detector blazepose" in window.features.track.panel.made.text()
+    assert action("trial_now").isEnabled()
+    assert action("overlay_keypoints").isEnabled()
+    assert len(session.keypoints.at(3)) > 20
+    QTest.keyClick(window, Qt.Key.Key_F8)
+    qtbot.waitUntil(lambda: session.track.entry is None and len(session.runs.entries) == 2)
+    assert window.detected == [range(FRAMES)], "the same frames are not looked at again"
+
+
+def test_stopping_the_detection_leaves_no_run(detector, qtbot):
+    session = detector.context.session
+    QTest.keyClick(detector, Qt.Key.Key_F8)
+    qtbot.waitUntil(lambda: "detecting keypoints" in session.track.preparing_words())
+    QTest.keyClick(detector, Qt.Key.Key_Period, Qt.KeyboardModifier.ControlModifier)
+    qtbot.waitUntil(lambda: not session.runs.entries)
+    qtbot.waitUntil(detector.context.tasks.settled)
+    assert session.track.entry is None
+
+
+def keep(window, qtbot, rows):
+    """Let the project have keypoints of a detector, as an import does."""
+    session, found = window.context.session, keypoints_of(rows)
+    project, names = session.project.project, tuple(set(found.source.tolist()))
+    before, after = project.keypoints.state(names), DetectorState(names, found, ())
+    session.keypoints.write(project, "keep", lambda: (before, after), lambda: None)
+    qtbot.waitUntil(window.context.tasks.settled)
+
+
+def test_a_few_filled_frames_do_not_keep_the_others_from_being_detected(detector, qtbot):
+    session, settings = detector.context.session, detector.context.session.track.settings
+    cameras, known = session.document.recording.cameras, session.keypoints.for_run
+    seen = simulated_keypoints(truth(), cameras, KeypointErrors(noise=0.3), seed=3)
+    rows = [(*row[:6], DETECTOR_NAME, 0) for row in rows_of(seen)]
+    keep(detector, qtbot, [row for row in rows if row[0] < 2])
+    assert known(settings, range(FRAMES)) is None
+    assert len(known(settings, range(2))) > 0
+    assert len(known(settings.replaced(detector="off"), range(FRAMES))) > 0
+    keep(detector, qtbot, [(*row[:6], "openpose", 0) for row in rows])
+    assert len(known(settings, range(FRAMES))) > 0, "others' keypoints are used"

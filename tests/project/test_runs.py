@@ -24,6 +24,7 @@ from stereotrack_core.project.runs import (
     RenameRun,
     beside,
     delete_run,
+    facts_of_meta,
     free_name,
     keep_run,
     kept_runs,
@@ -312,6 +313,21 @@ def test_few_facts_are_read_and_senseless_ones_are_damage(project):
     project.apply(SaveEntry("run", "odd", facts_as_json({"frames": "many"}), run_bytes(run())))
     with pytest.raises(ProjectDamaged):
         kept_runs(project.runs)
+
+
+@pytest.mark.parametrize(
+    ("meta", "detector"),
+    [
+        ({"detector": "blazepose", "keypoints": None}, "blazepose"),
+        ({"detector": "", "keypoints": {"sources": ["openpose", "rtm"]}}, "openpose, rtm"),
+        ({}, ""),
+    ],
+)
+def test_facts_name_the_detector_that_a_run_used(meta, detector):
+    facts = run_facts(facts_of_meta(meta, np.arange(3), 3))
+    assert facts.detector == detector
+    told = {row.what: row.first for row in beside(facts, facts)}
+    assert told["pose detector"] == (detector or "none")
 
 
 def test_two_runs_differ_in_what_they_were_made_with():

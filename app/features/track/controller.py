@@ -13,9 +13,14 @@ from PySide6.QtCore import QObject, Slot
 
 from stereotrack_core.counting import counted
 from stereotrack_core.errors import Cancelled, InputError
+from stereotrack_core.pose_model.detect import DETECTOR_NAME, detect_keypoints
+from stereotrack_core.pose_model.detector import required_detector
+from stereotrack_core.pose_model.installation import is_installed
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.runs import RunFacts, beside
 from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.keypoints import Keypoints
+from stereotrack_core.tracking.detecting import detects_first
 from stereotrack_core.tracking.frame import Run, TrackedFrame
 from stereotrack_core.tracking.repeating import StoredSpec, sameness, stored_spec, what_differs
 from stereotrack_core.tracking.run import track
@@ -36,6 +41,7 @@ from .keeping import RunKeeper
 from .numbers import number_rows
 
 _AGAINST = "errors_against"
+_DETECTOR_HELPS = "A pose detector tells front from back: Track, Install pose detector …"
 
 
 class RunsController(QObject):
@@ -192,7 +198,17 @@ class RunsController(QObject):
         words.append(f"initial pose {_FIRST_POSES.get(facts.init, facts.init or 'unknown')}")
         if facts.smoothed:
             words.append("smoothed")
-        return f"{'; '.join(words)}."
+        if facts.detector:
+            words.append(f"pose detector {facts.detector}")
+        return f"{'; '.join(words)}.{self._detector_hint(facts)}"
+
+    def _detector_hint(self, facts: RunFacts) -> str:
+        """That the pose detector would have helped a run, if it is not installed."""
+        settings = self._session.track.settings
+        wanted = settings.tracking.detector == "auto" and settings.follows_data
+        if facts.detector or not wanted or is_installed():
+            return ""
+        return f"\n{_DETECTOR_HELPS}"
 
     @Slot(int, str)
     def _on_noted(self, place: int, note: str) -> None:
@@ -360,10 +376,11 @@ def _repeated(
     task: Task, run: Run, stored: StoredSpec, recording: Recording
 ) -> tuple[Run, tuple[str, ...]]:
     """The run once more, and why it may have come out otherwise."""
-    stored.check_keypoints(None)
     stored.check_without_clicks()
     detections, otherwise = stored.detections_in(recording)
-    differs = (*what_differs(run, recording), *([otherwise] if otherwise else []))
+    keypoints = _detected_again(task, stored, recording)
+    reasons = otherwise, stored.check_keypoints(keypoints)
+    differs = (*what_differs(run, recording), *filter(None, reasons))
     begun, done, first = time.perf_counter(), 0, stored.spec.frames_of(0).start
 
     def note(frame: TrackedFrame) -> None:
@@ -373,7 +390,7 @@ def _repeated(
 
     again = track(
         stored.applied_to(recording),
-        dataclasses.replace(stored.spec, detections=detections),
+        dataclasses.replace(stored.spec, detections=detections, keypoints=keypoints),
         on_frame=note,
         cancelled=lambda: task.token.cancelled() or done == stored.count,
     )
@@ -381,3 +398,19 @@ def _repeated(
         raise Cancelled
     meta = {**again.meta, "wall_seconds": time.perf_counter() - begun}
     return dataclasses.replace(again, meta=meta), differs
+
+
+def _detected_again(task: Task, stored: StoredSpec, recording: Recording) -> Keypoints | None:
+    """Keypoints that the installed detector has found in mono views before the run; else None."""
+    used = dict(stored.keypoints or {}).get("sources")
+    if used != [DETECTOR_NAME] or not detects_first(recording, stored.spec.settings):
+        return None
+    frames = stored.spec.frames_of(0)
+    found = detect_keypoints(
+        recording, required_detector(), frames,
+        on_frame=lambda done: task.report(done / len(frames), "detecting keypoints"),
+        cancelled=task.token.cancelled,
+    )  # fmt: skip
+    if task.token.cancelled():
+        raise Cancelled
+    return found

@@ -95,7 +95,9 @@ def test_a_finished_run_is_kept_by_itself_and_comes_back_with_the_project(tracki
     assert sameness(before, shown.run()).equal
     row = tracking.features.track.row(hidden)
     assert (row.frames, row.seed, row.time) == ("0 – 7", "5", "1:15 min")
-    assert "iterations 2 instead of 3" in tracking.features.track.row(shown).made
+    made = tracking.features.track.row(shown).made
+    assert "iterations 2 instead of 3" in made
+    assert made.endswith("Track, Install pose detector …"), "it would have helped"
     item = tracking.features.track.panel.tree.topLevelItem(0)
     item.setCheckState(0, Qt.CheckState.Checked)
     settle(tracking, qtbot)
