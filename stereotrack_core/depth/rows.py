@@ -7,6 +7,7 @@ Block matching still works then, and yet arms become half as inaccurate again.
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 import cv2
 import numpy as np
@@ -14,7 +15,9 @@ import numpy as np
 from stereotrack_core.arrays import ImageArray
 from stereotrack_core.depth.light import shift_of
 from stereotrack_core.depth.match import Region
-from stereotrack_core.depth.sources import StereoFrame
+
+if TYPE_CHECKING:
+    from stereotrack_core.depth.sources import StereoFrame
 
 _STEPS = 3
 """Steps of least squares; each finds two thirds of what is left."""

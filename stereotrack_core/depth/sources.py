@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 from typing import Protocol
 
 import cv2
@@ -16,6 +19,7 @@ from stereotrack_core.depth.match import STEPS, DisparityRange, Matcher, Region
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.points import Volume, range_of_disparity
 from stereotrack_core.depth.rectify import Rectification
+from stereotrack_core.depth.rows import row_offset
 from stereotrack_core.depth.subpixel import refined_disparity
 from stereotrack_core.recording.reader import ViewImages
 
@@ -115,6 +119,14 @@ class StereoSource:
         self._outside = _windows_outside(rectification, parameters.match_window)
         self.rows = 0.0
         """Pixels by which left images lie too low, and are moved up."""
+
+    def align_rows(self, images: Sequence[ViewImages]) -> None:
+        """Measure :attr:`rows` on some pairs."""
+        offsets = []
+        for one in images:
+            with suppress(NoDepth):
+                offsets.append(row_offset(partial(self.opened, one)))
+        self.rows = float(np.median(offsets)) if offsets else 0.0
 
     def open(self, images: ViewImages) -> StereoFrame:
         """Low-pass and rectify; raises :class:`NoDepth` for a dark or missing image."""

@@ -6,9 +6,7 @@ import functools
 import operator
 import time
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from functools import partial
 from typing import TypeAlias
 
 import cv2
@@ -22,7 +20,6 @@ from stereotrack_core.depth.match import STEPS, Region, region_of_points
 from stereotrack_core.depth.outline import Compared
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.points import Volume, thinned_pixels
-from stereotrack_core.depth.rows import row_offset
 from stereotrack_core.depth.sources import (
     DepthSource,
     NoDepth,
@@ -122,13 +119,8 @@ class ViewChain:
 
     def align_rows(self, images: Sequence[ViewImages]) -> None:
         """Measure on some pairs by how many rows left images lie too low, and take that off."""
-        source = self.source
-        if isinstance(source, StereoSource) and self._p.align_rows:
-            offsets = []
-            for one in images:
-                with suppress(NoDepth):
-                    offsets.append(row_offset(partial(source.opened, one)))
-            source.rows = float(np.median(offsets)) if offsets else 0.0
+        if isinstance(self.source, StereoSource) and self._p.align_rows:
+            self.source.align_rows(images)
 
     def learn_empty_scene(self, images: ViewImages) -> bool:
         """Take the model from the empty scene, for good; False where nothing can be matched."""

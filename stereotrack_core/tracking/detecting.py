@@ -148,10 +148,15 @@ def detects_first(recording: Recording, settings: Settings) -> bool:
 
 
 def seen_keypoints(
-    recording: Recording, views: Sequence[str], reader: FrameReader, settings: Settings
+    recording: Recording,
+    views: Sequence[str],
+    reader: FrameReader,
+    settings: Settings,
+    *,
+    may: bool = True,
 ) -> SeenKeypoints | None:
     """What looks at the pictures of a run; None where it is not wanted, or not installed."""
-    wanted = settings.tracking.detector == "auto" and settings.follows_data
+    wanted = may and settings.tracking.detector == "auto" and settings.follows_data
     if not (wanted and gives_depth(recording)):
         return None
     detector = load_detector()

@@ -122,8 +122,8 @@ class Pipeline(AbstractContextManager["Pipeline"]):
             self.chain, self.reader = clouds.chain, clouds.reader
         self.settings = settings = dataclasses.replace(spec.settings, depth=self.chain.parameters)
         self._cameras = cameras_of(recording, self.views)
-        looks = (recording, self.views, self.reader, settings) if spec.keypoints is None else None
-        self.detector = looks and seen_keypoints(*looks)
+        given = recording, self.views, self.reader, settings
+        self.detector = seen_keypoints(*given, may=spec.detector and spec.keypoints is None)
         self._track(body_of_subject(recording.subject, settings.body))
         self._init, self._given = spec.init, "pose"
         watched = (

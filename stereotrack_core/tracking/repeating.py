@@ -133,11 +133,8 @@ def stored_spec(run: Run) -> StoredSpec:
             "the run does not state how it was made", where="meta, parameters", remedy=_AGAIN
         )
     first, end = meta["frames"]
-    settings = _settings(meta["parameters"])
-    if not (meta.get("detector") or meta.get("keypoints")):  # it may be installed by now
-        settings = settings.replaced(detector="off")
     spec = RunSpec(
-        settings=settings,
+        settings=_settings(meta["parameters"]),
         preset=str(meta.get("preset", "")),
         frames=range(int(first), int(end)),
         views=tuple(meta.get("views", ())) or None,
@@ -145,6 +142,7 @@ def stored_spec(run: Run) -> StoredSpec:
         init=_first_pose(meta),
         smooth=bool(meta.get("smoothed", False)),
         colour=meta.get("colour"),
+        detector=bool(meta.get("detector")),
     )
     used = meta.get("detections"), meta.get("keypoints"), meta.get("clicks")
     again = bool(meta.get(RETRACKED))

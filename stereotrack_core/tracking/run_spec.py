@@ -63,6 +63,8 @@ class RunSpec:
     """Landmarks that a person clicked, whose kinds are the nine landmarks."""
     colour: bool | None = None
     """Whether pictures are read in colour; None: as the parameters need it."""
+    detector: bool = True
+    """Whether the installed pose detector may look at pictures; a run without it is repeated so."""
 
     def frames_of(self, count: int) -> range:
         """Frames to track of a recording that has so many."""

@@ -129,6 +129,7 @@ def test_every_module_that_writes_files_is_tried():
     """Whoever adds a writer adds it to the list, or says here who tries it."""
     elsewhere = {
         "stereotrack_core.doctor.correcting": "a recording of its own, tests/doctor",
+        "stereotrack_core.pose_model.installation": "files of its own, tests/pose_model",
         "stereotrack_core.project.database": "tests/project",
         "stereotrack_core.project.rescue": "tests/project/test_project_damaged.py",
         "stereotrack_core.recording.importing.files": "part of importing.making",

@@ -117,6 +117,8 @@ class CloudStore:
         Whether any view gives depth; else clouds are empty, with silhouettes at most.
     shapes : dict
         Shapes that were fitted, by what they depend on.
+    rows : dict
+        By how much left images lie too low, by matching parameters, view and frames.
     """
 
     def __init__(
@@ -135,6 +137,7 @@ class CloudStore:
         self.memory = Memory(limit)
         self.pictures = _NumberedReader(self)
         self.shapes: dict[Hashable, BodyShape] = {}
+        self.rows: dict[Hashable, float] = {}
         self.cancelled: Callable[[], bool] = never
         self._rectified: dict[tuple[str, float], Rectification] = {}
         self._chains: OrderedDict[CloudKey, DepthChain] = OrderedDict()
@@ -353,6 +356,14 @@ class _RememberingStereo(StereoSource):
     ) -> None:
         super().__init__(rectification, parameters)
         self._store, self._of = store, of
+
+    def align_rows(self, images: Sequence[ViewImages]) -> None:
+        """Measure the rows, or take what was measured on the same pairs."""
+        place = self._of, tuple(self._store.pictures.number(one) for one in images)
+        if place not in self._store.rows:
+            super().align_rows(images)
+            self._store.rows[place] = self.rows
+        self.rows = self._store.rows[place]
 
     def open(self, images: ViewImages) -> _RememberedFrame:
         """Rectify, or take what was rectified; see :class:`StereoSource`."""
