@@ -77,7 +77,7 @@ class PersonBox:
 
     @property
     def crop(self) -> Crop:
-        """What the landmark network is to see."""
+        """Part of the picture that the landmark network needs."""
         return crop_from_circle(self.hips, self.top)
 
 

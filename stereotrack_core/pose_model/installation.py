@@ -28,7 +28,7 @@ WHEEL = "mediapipe==0.10.21"
 LICENCE = "Apache-2.0"
 SOURCE = f"BlazePose of MediaPipe, in the wheel {WHEEL} on PyPI"
 DOWNLOAD_BYTES = 36_000_000
-"""Of the wheel; the files that are kept have a quarter of it."""
+"""Size of the wheel; a quarter of it is kept."""
 FOLDER_VARIABLE = "STEREOTRACK_DETECTOR"
 """Environment variable that names another folder of the files."""
 BUNDLED = "files"
@@ -89,7 +89,7 @@ class Installation:
         return bool(self.runtime) and all(state == "installed" for state in self.files.values())
 
     def problem(self) -> tuple[str, str]:
-        """What is missing, as a clause, and what to do; empty if nothing is."""
+        """A clause on what is missing, and a sentence on what to do; empty if nothing is."""
         if any(state != "installed" for state in self.files.values()):
             return "the pose detector is not installed", "Run `stereotrack detector install`."
         if not self.runtime:

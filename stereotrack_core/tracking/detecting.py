@@ -155,7 +155,7 @@ def seen_keypoints(
     *,
     may: bool = True,
 ) -> SeenKeypoints | None:
-    """What looks at the pictures of a run; None where it is not wanted, or not installed."""
+    """Keypoints of the installed detector for a run; None where it is missing or not wanted."""
     wanted = may and settings.tracking.detector == "auto" and settings.follows_data
     if not (wanted and gives_depth(recording)):
         return None

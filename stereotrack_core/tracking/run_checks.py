@@ -64,7 +64,7 @@ _POOR = (
         "compression, as by a blur of {:.1f} px",
     ),
 )
-"""What is measured of pictures, how much of it arms bear (docs/accuracy.md), and words."""
+"""Measures of pictures, the medians beyond which arms suffer (docs/accuracy.md), and clauses."""
 
 MOST_LEFT_OUT = 0.05
 """Share of the frames in which a view may be left out before that is told as a warning."""

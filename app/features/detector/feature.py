@@ -100,7 +100,7 @@ class DetectorController(QObject):
 
 
 class DetectorDialog(FormDialog):
-    """What the detector is, where it comes from, and buttons that install it."""
+    """Dialog that describes the detector and installs it."""
 
     def __init__(self, controller: DetectorController, parent: QWidget | None = None) -> None:
         super().__init__("Pose detector", "Install", self._install, parent, close=True)

@@ -93,7 +93,7 @@ class Evidence:
     pictures: tuple[SeenPicture, ...]
     """What the views saw, thinned out; none where they are not compared."""
     keypoints: tuple[ArmKeypoints, ArmKeypoints] | None = None
-    """Of the left and the right arm."""
+    """Keypoints of the left and of the right arm; None where there are none."""
 
     @cached_property
     def side_by_side(self) -> FloatArray:
