@@ -56,20 +56,18 @@ def sharp_outline(
     foreground: BoolArray,
     noise: float = 0.0,
     behind: BoolArray | None = None,
-    blur: float = 0.0,
 ) -> BoolArray:
     """Where the picture is not the empty scene's (H, W), with edges at half their height.
 
     A fixed threshold would put the edge of a strong difference a pixel or two too far outside,
     because lenses blur. Where stereo sees something well inside its own edge, that counts too:
     `foreground` is what the disparities say; block matching widens it by up to half its window.
-    The wider the blur, in pixels, the farther from an edge is the strongest difference, and the
-    farther stereo sees beyond it.
+    Looking farther for the strongest difference in blurred pictures was tried: arms join with what
+    is beside them, and 24 % of them were lost instead of 1 % (mesh-P4, `fast`, blur of 2 px).
     """
     difference = difference_of(picture, empty)
     least = max(_LEAST, _NOISES * noise)
-    wider = 2 * round(2 * blur)
-    near, inside = (np.ones((side + wider,) * 2, np.uint8) for side in (_NEAR, _INSIDE))
+    near, inside = (np.ones((side, side), np.uint8) for side in (_NEAR, _INSIDE))
     limit = np.maximum(cv2.dilate(difference, near).astype(np.float32) * _SHARE, least)
     new = (difference > limit).astype(np.uint8)
     if behind is not None:
@@ -93,11 +91,11 @@ def outline_without_depth(picture: ImageArray, scene: EmptyScene) -> BoolArray |
     """
     light, nothing = light_of(picture, scene), np.zeros(picture.shape, dtype=bool)
     empty = relit(picture, scene, light, ~nothing)
-    first = sharp_outline(picture, empty.picture, nothing, empty.noise, blur=empty.blur)
+    first = sharp_outline(picture, empty.picture, nothing, empty.noise)
     empty = relit(picture, scene, light, beside(first))
     if empty.noise > _UNLIKE:
         return None
-    return sharp_outline(picture, empty.picture, nothing, empty.noise, blur=empty.blur)
+    return sharp_outline(picture, empty.picture, nothing, empty.noise)
 
 
 def seen_at(frame: StereoFrame, disparity: Float32Array, region: Region) -> BoolArray:
@@ -180,5 +178,4 @@ class Compared:
 
     def outline(self, foreground: BoolArray) -> BoolArray:
         """The person's sharp outline."""
-        noise, blur = self.empty.noise, self.empty.blur
-        return sharp_outline(self.picture, self.before, foreground, noise, self.behind, blur)
+        return sharp_outline(self.picture, self.before, foreground, self.empty.noise, self.behind)
