@@ -89,9 +89,10 @@ def test_the_menu_of_the_timeline_has_the_commands(qtbot, stage):
     menu = stage.panels.bar.selection_menu
     assert menu.isVisible()
     texts = [action.text() for action in menu.actions() if action.text()]
-    assert texts[:10] == [
+    assert texts[:11] == [
         *("Interpolate", "Propose landmarks", "Fill from the fit", "Fill from the active run"),
-        *("Fill from keypoints", "Accept proposals", "Accept points from the fit"),
+        *("Fill from keypoints", "Fill from detector"),
+        *("Accept proposals", "Accept points from the fit"),
         *("Accept points from the active run", "Accept points from keypoints", "Clear clicks"),
     ]
     menu.hide()
