@@ -2,22 +2,17 @@
 
 from __future__ import annotations
 
-import threading
-
 import numpy as np
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
 from app.session import keypoints as session_keypoints
-from stereotrack_core.errors import Cancelled
-from stereotrack_core.experiments import run_process
 from stereotrack_core.pose_model.detect import DETECTOR_NAME
 from stereotrack_core.project.keypoints import DetectorState
 from stereotrack_core.project.project import Project
 from stereotrack_core.recording.keypoints import keypoints_of, rows_of
 from stereotrack_core.simulation.keypoints import KeypointErrors, simulated_keypoints
-from stereotrack_core.task_process import TaskProcess
 from stereotrack_core.tracking import detecting
 from tests.tracking.keypoints.mono import FRAMES, mono_recording, truth
 
@@ -97,54 +92,14 @@ def swept(window, qtbot):
     sweep.dialog.close()
 
 
-class InThread(TaskProcess):
-    """Tracks in the thread that asks, where a test's detector is known."""
-
-    def __init__(self):
-        super().__init__()
-        self.said, self.cancelled = [], lambda: False
-
-    def __call__(self, task, hear=None, cancelled=lambda: False, *, listens=True):
-        if isinstance(task, run_process.RunTask):
-            self.tell, self.cancelled = hear, cancelled
-            task(self)
-
-    def order(self, _task, word):
-        self.said.append(word)
-
-    def orders(self, _seconds=0.0):
-        if self.cancelled():
-            raise Cancelled
-        said, self.said[:] = list(self.said), ()
-        return said
-
-
 @pytest.fixture
-def bare(window, qtbot, tmp_path, monkeypatch):
-    """The window with four mono views, no keypoints, and a detector that waits for `go_on`."""
+def bare(window, qtbot, tmp_path):
+    """The window with four mono views and no keypoints."""
     (tmp_path / "mono").mkdir()
-    recording = mono_recording(tmp_path / "mono")
-    seen = simulated_keypoints(truth(), recording.cameras, KeypointErrors(noise=0.3), seed=3)
-    seen = keypoints_of([(*row[:6], DETECTOR_NAME, 0) for row in rows_of(seen)])
-    window.detected, window.go_on = [], threading.Event()
-
-    def detect(_recording, _detector, frames, *, on_frame, **_how):
-        window.detected.append(frames)
-        on_frame(len(frames) // 2)
-        while not window.go_on.wait(0.01):
-            on_frame(len(frames) // 2)
-        return seen[np.isin(seen.frame, list(frames))]
-
-    monkeypatch.setattr(run_process, "detect_keypoints", detect)
-    monkeypatch.setattr(run_process, "required_detector", lambda: None)
-    session = window.context.session
-    session.opening.open(recording.folder)
-    qtbot.waitUntil(lambda: session.document.frame_set is not None)
+    window.context.session.opening.open(mono_recording(tmp_path / "mono").folder)
+    qtbot.waitUntil(lambda: window.context.session.document.frame_set is not None)
     qtbot.waitUntil(window.context.tasks.settled)
-    session.track._process = InThread()
-    yield window
-    window.go_on.set()
-    qtbot.waitUntil(lambda: session.track.entry is None)
+    return window
 
 
 @pytest.fixture
@@ -162,39 +117,10 @@ def test_without_keypoints_and_detector_it_says_what_would_help(bare):
     assert "choose Track, Install pose detector …" in tip
 
 
-def test_mono_views_without_keypoints_are_detected_first(detector, qtbot):
-    window, session = detector, detector.context.session
-    action = window.context.actions.action
+def test_where_the_detector_is_installed_mono_views_can_be_tracked(detector):
+    action = detector.context.actions.action
     assert action("run").isEnabled(), action("run").statusTip()
     assert "Run the tracker first: it detects them" in action("trial_now").statusTip()
-    window.context.docks.show_workspace("track")
-    QTest.keyClick(window, Qt.Key.Key_F8)
-    qtbot.waitUntil(lambda: "detecting keypoints" in session.track.preparing_words())
-    qtbot.waitUntil(lambda: session.track.preparing_share == 0.5)
-    window.go_on.set()
-    qtbot.waitUntil(lambda: session.track.entry is None and len(session.runs.entries) == 1)
-    qtbot.waitUntil(window.context.tasks.settled)
-    frames = session.runs.active.frames
-    found = np.array([frames[k].landmarks for k in range(FRAMES)])
-    assert np.median(np.linalg.norm(found - truth().points, axis=2)) < 0.015
-    assert session.project.project.keypoints.sources() == {}, "only the run has them"
-    assert "pose detector blazepose" in window.features.track.panel.made.text()
-    assert action("trial_now").isEnabled()
-    assert action("overlay_keypoints").isEnabled()
-    assert len(session.keypoints.at(3)) > 20
-    QTest.keyClick(window, Qt.Key.Key_F8)
-    qtbot.waitUntil(lambda: session.track.entry is None and len(session.runs.entries) == 2)
-    assert window.detected == [range(FRAMES)], "the same frames are not looked at again"
-
-
-def test_stopping_the_detection_leaves_no_run(detector, qtbot):
-    session = detector.context.session
-    QTest.keyClick(detector, Qt.Key.Key_F8)
-    qtbot.waitUntil(lambda: "detecting keypoints" in session.track.preparing_words())
-    QTest.keyClick(detector, Qt.Key.Key_Period, Qt.KeyboardModifier.ControlModifier)
-    qtbot.waitUntil(lambda: not session.runs.entries)
-    qtbot.waitUntil(detector.context.tasks.settled)
-    assert session.track.entry is None
 
 
 def keep(window, qtbot, rows):
