@@ -36,7 +36,7 @@ from .view_state import ViewState
 _FEWEST_VIEWS = 2
 """Mono views with keypoints that can be tracked without depth."""
 
-_DETECTOR_HELPS = "The pose detector finds them automatically: choose Track, Install pose detector …"
+_DETECTOR_HELPS = "The pose detector finds them, too: choose Track, Install pose detector …"
 
 
 class Session(QObject):
