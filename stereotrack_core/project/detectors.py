@@ -187,11 +187,11 @@ def removal(project: Project, source: str) -> tuple[DetectorState, DetectorState
 
 @dataclass(frozen=True, eq=False)
 class DetectorFill:
-    """What a detector that has looked at a selection brings into a project."""
+    """Change of a project by a detection in some of its frames."""
 
     before: DetectorState
     after: DetectorState
-    """What the project keeps of the detector, without and with it."""
+    """Keypoints of the detector in the project before and after."""
     proposed: int
     """Landmarks of the selection that are proposed as clicks."""
 

@@ -203,7 +203,7 @@ class RunsController(QObject):
         return f"{'; '.join(words)}.{self._detector_hint(facts)}"
 
     def _detector_hint(self, facts: RunFacts) -> str:
-        """That the pose detector would have helped a run, if it is not installed."""
+        """Say that the pose detector would have helped a run; empty where it is installed."""
         settings = self._session.track.settings
         wanted = settings.tracking.detector == "auto" and settings.follows_data
         if facts.detector or not wanted or is_installed():
