@@ -83,7 +83,8 @@ def test_interrupts_of_the_terminal_reach_only_the_one_that_asks(tmp_path, secon
             workers = [WorkerProcess(print, 2) for _ in range(2)]
             try:
                 print(*(worker.pid for worker in workers), flush=True)
-                time.sleep(600)
+                while True:  # a signal just before a sleep does not end it
+                    time.sleep(0.1)
             except KeyboardInterrupt:
                 print("stopped", flush=True)
             finally:
