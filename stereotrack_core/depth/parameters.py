@@ -44,7 +44,7 @@ class DepthParameters(ParameterGroup):
     match_window: int = parameter(11, _MATCH, (5, 51), unit="px")(
         "Side of the correlation window (odd)."
     )
-    least_focal: float = parameter(400.0, _MATCH, (0.0, 4000.0), unit="px", thesis=0.0, fast=0.0)(
+    least_focal: float = parameter(400.0, _MATCH, (0.0, 4000.0), unit="px", thesis=0.0)(
         "Images of clearly wider lenses are upsampled to this focal length before matching, at "
         "most to twice their size, because the matching window is too coarse for arms otherwise. "
         "Stated for people at 3 m; the default grows with the distance of people beyond 4 m."
