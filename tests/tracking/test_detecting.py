@@ -8,6 +8,8 @@ import pytest
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.geometry.upright import Z_UP
+from stereotrack_core.interop.run_journal import RunJournal, read_unfinished
+from stereotrack_core.interop.run_npz import read_npz, write_npz
 from stereotrack_core.pose_model.detector import DetectedPose
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.tracking import detecting
@@ -65,18 +67,25 @@ def test_all_views_of_every_fourth_frame_are_looked_at_in_any_order(recording, d
     with Pipeline(recording, spec(detector="off")) as pipeline, FrameReader(recording) as reader:
         pipeline.learn(range(6))
         clouds = {k: pipeline.cloud(k)[0] for k in range(6)}
-        looks = SeenKeypoints(detector, recording, views, reader, Z_UP)
+
+        def looking():
+            return SeenKeypoints(detector, recording, views, reader, Z_UP)
+
+        looks, again = looking(), looking()
         forwards = {k: looks.of(clouds[k], 1) for k in range(1, 6)}
-        backwards = {k: looks.of(clouds[k], 1) for k in reversed(range(1, 6))}
+        backwards = {k: again.of(clouds[k], 1) for k in reversed(range(1, 6))}
         assert [k for k, seen in forwards.items() if seen is not None] == [1, 5]
         for k in (1, 5):
             assert set(forwards[k].cameras) == {view.image.camera for view in recording.views}
             assert forwards[k].count == 4 * 33
             np.testing.assert_array_equal(forwards[k].pixel, backwards[k].pixel)
-        detector.score = 0.1
-        assert looks.of(clouds[1], 1).count == 0
+        assert detector.asked == 2 * 8
+        assert looks.of(clouds[1], 1).count == 4 * 33
+        assert detector.asked == 2 * 8
         nothing = dataclasses.replace(clouds[1], points=np.zeros((0, 3)))
-        assert looks.of(nothing, 1) is None
+        assert looking().of(nothing, 1) is None
+        detector.score = 0.1
+        assert looking().of(clouds[1], 1) is None
 
 
 def test_a_run_states_the_detector_and_is_repeated_with_or_without_it(recording, detector):
@@ -84,11 +93,40 @@ def test_a_run_states_the_detector_and_is_repeated_with_or_without_it(recording,
     assert detector.asked == 8
     assert (run.meta["detector"], without.meta["detector"]) == ("blazepose", "")
     assert (run.x != without.x).any()
-    assert sameness(run, track(recording, stored_spec(run).spec)).different == 0
-    assert sameness(without, track(recording, stored_spec(without).spec)).different == 0
-    [missing] = other_files(run, recording)
+    assert sameness(without, track(recording, stored_spec(without).spec)).equal
+    [missing] = other_files(dataclasses.replace(run, keypoints=None), recording)
     assert "detector install" in missing
-    assert other_files(without, recording) == ()
+    assert other_files(run, recording) == other_files(without, recording) == ()
+
+
+def test_a_run_holds_what_was_seen_and_is_repeated_without_the_detector(
+    recording, detector, monkeypatch, tmp_path
+):
+    run = track(recording, spec())
+    assert np.bincount(run.keypoints.frame).tolist() == [4 * 33, 0, 0, 0, 4 * 33]
+    write_npz(tmp_path / "run.npz", run)
+    stored = read_npz(tmp_path / "run.npz")
+    assert stored.keypoints.fingerprint() == run.keypoints.fingerprint()
+    monkeypatch.setattr(detecting, "load_detector", lambda: None)
+    again = track(recording, stored_spec(stored).spec)
+    assert sameness(run, again).equal
+    assert again.keypoints.fingerprint() == run.keypoints.fingerprint()
+    assert again.meta["detector"] == "blazepose"
+
+
+def test_frames_of_a_run_that_goes_on_are_not_looked_at_again(recording, detector, tmp_path):
+    path, states = tmp_path / "run.part", []
+    journal = RunJournal(path, lambda: 1.0)
+    whole = track(
+        recording, spec(), keeper=journal, on_frame=lambda _: states.append(path.read_bytes())
+    )
+    journal.close()
+    path.write_bytes(states[2])
+    begun, _ = read_unfinished(path)
+    assert begun.run().keypoints.frame.tolist() == [0] * 4 * 33
+    detector.asked = 0
+    assert sameness(whole, track(recording, spec(), begun=begun)).equal
+    assert detector.asked == 4
 
 
 def test_without_an_installed_detector_nothing_changes(recording, monkeypatch):
