@@ -8,11 +8,12 @@ in whatever order frames are asked for.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from types import MappingProxyType
 
 import numpy as np
 
-from stereotrack_core.arrays import ImageArray
+from stereotrack_core.arrays import FloatArray, ImageArray
 from stereotrack_core.body.model import BodyModel
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.geometry.camera import Camera
@@ -64,6 +65,21 @@ _TRUST = np.array(
 and more where arms cross, however sure the detector is."""
 
 
+_LEAST_DEPTH = 0.1
+"""Metres before a camera from which points can be seen."""
+
+_NEAR, _BESIDE = 0.12, 0.3
+"""Metres from the cloud within which keypoints of the person lie, and from which one is none of
+the person. In undisturbed recordings, 99 % of the trunk's are within 0.06, of the wrists 0.2."""
+
+_FEWEST_NEAR = 0.7
+"""Share of a picture's keypoints that lie on the person; where fewer do, none is used. Undisturbed:
+0.78 and more, 0.93 in 95 % of all pictures; with half of them anywhere in the picture, 0.6."""
+
+_FEET = ("ankle", "heel", "toe")
+"""Ends of names of points that clouds lack, because the floor is left out."""
+
+
 class SeenKeypoints:
     """Keypoints of the person of each cloud, as the installed detector sees them.
 
@@ -106,9 +122,9 @@ class SeenKeypoints:
         """Keypoints of a cloud's frame in a run from the first on; None where it is passed over."""
         if cloud.frame not in self._seen:
             looks = not (cloud.frame - first) % self._every and len(cloud.points)
-            self._seen[cloud.frame] = keypoints_of(self._rows(cloud) if looks else ())
-        rows = self._seen[cloud.frame]
-        return sighted(rows, self._cameras) if len(rows) else None
+            rows = keypoints_of(self._rows(cloud) if looks else ())
+            self._seen[cloud.frame] = without_outliers(rows, cloud, self._cameras)
+        return _sighted_used(self._seen[cloud.frame], self._cameras)
 
     def seen(self, frame: int) -> Keypoints:
         """What was seen in a frame; empty if it was passed over."""
@@ -158,7 +174,40 @@ def seen_in_views(
     recording: Recording, views: Sequence[str], seen: Keypoints
 ) -> SightedKeypoints | None:
     """What the detector saw in a frame, in the reference cameras of views; None if nothing."""
-    return sighted(seen, _reference_cameras(recording, views)) if len(seen) else None
+    return _sighted_used(seen, _reference_cameras(recording, views))
+
+
+def _sighted_used(seen: Keypoints, cameras: Mapping[str, Camera]) -> SightedKeypoints | None:
+    used = seen[seen.confidence > 0.0]
+    return sighted(used, cameras) if len(used) else None
+
+
+def without_outliers(seen: Keypoints, cloud: Cloud, cameras: Mapping[str, Camera]) -> Keypoints:
+    """Keypoints of a frame with confidence 0 for those that are none of the person in the cloud.
+
+    They are kept, so that a run states what was left out.
+    """
+    sure = seen.confidence.copy()
+    for name, camera in cameras.items():
+        own = np.flatnonzero(seen.camera == name)
+        if not len(own):
+            continue
+        beside = _beside(seen.place[own], cloud.points, camera)
+        feet = np.array([one.endswith(_FEET) for one in seen.keypoint[own].tolist()])
+        few = np.mean(beside[~feet] < _NEAR) < _FEWEST_NEAR if not feet.all() else False
+        sure[own[(beside > _BESIDE) & ~feet | few]] = 0.0
+    return replace(seen, confidence=sure)
+
+
+def _beside(places: FloatArray, points: FloatArray, camera: Camera) -> FloatArray:
+    """Metres (K,) by which rays through pixels (K, 2) miss the nearest of points (N, 3), world."""
+    depth = camera.camera_from_world.apply(points)[:, 2]
+    points, depth = points[depth > _LEAST_DEPTH], depth[depth > _LEAST_DEPTH]
+    if not len(points):
+        return np.full(len(places), np.inf)
+    off = np.linalg.norm(places[:, None] - camera.project(points), axis=2)
+    result: FloatArray = (off * depth).min(axis=1) / float(camera.matrix[0, 0])
+    return result
 
 
 def detects_first(recording: Recording, settings: Settings) -> bool:

@@ -5,33 +5,43 @@ import dataclasses
 import numpy as np
 import pytest
 
+from stereotrack_core.body.keypoint_places import keypoint_places
 from stereotrack_core.body.model import body_model
+from stereotrack_core.body.pose import PartFrames
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.geometry.upright import Z_UP
 from stereotrack_core.interop.run_journal import RunJournal, read_unfinished
 from stereotrack_core.interop.run_npz import read_npz, write_npz
-from stereotrack_core.pose_model.detector import DetectedPose
+from stereotrack_core.pose_model.detector import POINT_NAMES, DetectedPose
+from stereotrack_core.recording.keypoint_names import COCO_17, exchanged
+from stereotrack_core.recording.keypoints import keypoints_of
 from stereotrack_core.recording.reader import FrameReader
+from stereotrack_core.recording.sighted_keypoints import sighted
 from stereotrack_core.tracking import detecting
 from stereotrack_core.tracking.detecting import SeenKeypoints
+from stereotrack_core.tracking.initialise.trunk import turned_round
 from stereotrack_core.tracking.pipeline import Pipeline
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.repeating import other_files, sameness, stored_spec
+from stereotrack_core.tracking.residuals.reprojection import KeypointObservation
 from stereotrack_core.tracking.run import track
 from stereotrack_core.tracking.run_spec import RunSpec
-from tests.tracking.recordings import write_depth_recording
-from tests.tracking.scenes import pose_with_arms
+from tests.tracking.recordings import camera_towards_the_middle, write_depth_recording
+from tests.tracking.scenes import CAMERAS, POSES, pose_with_arms
 
 
 class Detector:
-    """Sees 33 points around the middle of the crop, if anybody is there."""
+    """Sees 33 points around the middle of the crop, if anybody is there; some anywhere else."""
 
     def __init__(self):
-        self.score, self.asked = 0.9, 0
+        self.score, self.asked, self.gross = 0.9, 0, []
 
     def landmarks(self, picture, crop):
         self.asked += 1
-        points = crop.centre + np.linspace(-20.0, 20.0, 66).reshape(33, 2)
+        points = crop.centre + np.linspace(-6.0, 6.0, 66).reshape(33, 2)
+        rng = np.random.default_rng(self.asked)
+        height, width = picture.shape
+        points[self.gross] = rng.uniform(0, [width - 1, height - 1], (len(self.gross), 2))
         circle = np.array([crop.centre, crop.centre - [0.0, 0.4 * crop.side]])
         sure = np.full(33, 0.8)
         return DetectedPose(points, sure, sure, self.score, circle, np.zeros((33, 3)))
@@ -86,6 +96,74 @@ def test_all_views_of_every_fourth_frame_are_looked_at_in_any_order(recording, d
         assert looking().of(nothing, 1) is None
         detector.score = 0.1
         assert looking().of(clouds[1], 1) is None
+
+
+@pytest.fixture(scope="module")
+def seen_cloud(recording):
+    with Pipeline(recording, spec(detector="off")) as pipeline, FrameReader(recording) as reader:
+        pipeline.learn(range(6))
+        yield reader, pipeline.cloud(0)[0]
+
+
+def seen_of(recording, detector, seen_cloud):
+    """What is used, and what is kept, of the frame."""
+    reader, cloud = seen_cloud
+    looks = SeenKeypoints(detector, recording, [v.name for v in recording.views], reader, Z_UP)
+    return looks.of(cloud, 0), looks.seen(0)
+
+
+def test_keypoints_beside_the_person_are_not_used_and_stay_in_the_run(
+    recording, detector, seen_cloud
+):
+    name = POINT_NAMES.index("left_shoulder")
+    right = seen_of(recording, detector, seen_cloud)[0]
+    detector.gross = [name]
+    used, kept = seen_of(recording, detector, seen_cloud)
+    assert len(kept) == 4 * 33
+    out = kept.keypoint[kept.confidence == 0.0].tolist()
+    assert len(out) >= 3
+    assert set(out) == {"left_shoulder"}
+    assert used.count == right.count - len(out)
+
+
+def test_a_picture_in_which_half_of_all_keypoints_are_anywhere_is_not_used(
+    recording, detector, seen_cloud
+):
+    detector.gross = list(range(0, 33, 2))
+    used, kept = seen_of(recording, detector, seen_cloud)
+    assert used is None
+    assert not kept.confidence.any()
+    assert len(kept) == 4 * 33
+
+
+def test_a_run_says_that_keypoints_were_not_used(recording, detector):
+    detector.gross = list(range(0, 33, 2))
+    run, without = track(recording, spec()), track(recording, spec(detector="off"))
+    [*_, said] = run.meta["warnings"]
+    assert "2 of the 2 images of camera" in said
+    apart = np.linalg.norm(run.landmarks - without.landmarks, axis=2)
+    assert np.nanmax(apart) < 0.02
+
+
+@pytest.mark.parametrize("name", POSES)
+def test_exchanged_sides_of_one_camera_neither_pull_nor_turn_the_body(name):
+    body, pose = body_model(AVERAGE), POSES[name]
+    camera = camera_towards_the_middle("N", CAMERAS[0])
+    places, frames = keypoint_places(body), body.frames(pose)
+    rows = []
+    for keypoint in COCO_17:
+        if keypoint in places:
+            place = places[keypoint]
+            world = frames.apply(np.array([place.part]), place.point[None])[0]
+            rows.append((0, "N", exchanged(keypoint), *camera.project(world), 0.9, "x", 0))
+    seen = KeypointObservation(sighted(keypoints_of(rows), {"N": camera}), 0.03)
+    [told] = seen.residuals(body, pose)
+    off = told.predicted(PartFrames(frames.rotations[None], frames.origins[None]))[0]
+    np.testing.assert_allclose(off, told.measured, atol=1e-6)
+    for turned in (pose, turned_round(pose)):
+        fit = seen.fitted(body, turned)
+        np.testing.assert_array_equal(fit.seen.pixel, fit.placed.seen.pixel)
+        assert fit.independence == pytest.approx(1 / 3)
 
 
 def test_a_run_states_the_detector_and_is_repeated_with_or_without_it(recording, detector):
