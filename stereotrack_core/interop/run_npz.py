@@ -46,10 +46,10 @@ _LAYOUT: dict[str, ArrayLayout] = {
 _KEYPOINTS: dict[str, ArrayLayout] = {
     f"keypoint_{name}": ArrayLayout(kind, shape, optional=True)
     for name, kind, shape in (
-        *((name, "i", ("K",)) for name in ("frame", "camera", "keypoint", "source")),
+        *((name, "i", ("K",)) for name in ("frame", "camera", "point", "source")),
         ("place", "f", ("K", 2)),
         ("confidence", "f", ("K",)),
-        *((f"{name}_names", "U", (name,)) for name in ("camera", "keypoint", "source")),
+        *((f"{name}_names", "U", (name,)) for name in ("camera", "point", "source")),
     )
 }
 """Keypoints that the run used, all of these or none; see :func:`columns_of`."""
@@ -156,7 +156,10 @@ def _keypoints_in(path: Path, arrays: Mapping[str, NDArray[Any]]) -> Keypoints |
         return None
     if missing := [name for name in _KEYPOINTS if name not in stored]:
         raise _FILE.refusal(str(path), f"it lacks {', '.join(missing)}")
-    return keypoints_of_columns({n.removeprefix("keypoint_"): a for n, a in stored.items()})
+    try:
+        return keypoints_of_columns({n.removeprefix("keypoint_"): a for n, a in stored.items()})
+    except ValueError as error:
+        raise _FILE.refusal(str(path), str(error)) from None
 
 
 def _arrays_of(run: Run, meta: Mapping[str, Any]) -> dict[str, NDArray[Any]]:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
+from types import MappingProxyType
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -122,8 +123,8 @@ def joined_keypoints(tables: Sequence[Keypoints]) -> Keypoints:
     return Keypoints(*(np.concatenate([getattr(t, name) for t in tables]) for name in names))
 
 
-_NAMED = ("camera", "keypoint", "source")
-"""Columns that are stored as numbers and a list of names."""
+_NAMED = MappingProxyType({"camera": "camera", "point": "keypoint", "source": "source"})
+"""Columns that are stored as numbers and a list of names, and the fields that they are."""
 
 
 def columns_of(keypoints: Keypoints) -> dict[str, NDArray[Any]]:
@@ -136,8 +137,8 @@ def columns_of(keypoints: Keypoints) -> dict[str, NDArray[Any]]:
         "place": keypoints.place,
         "confidence": keypoints.confidence,
     }
-    for name in _NAMED:
-        names, number = np.unique(getattr(keypoints, name), return_inverse=True)
+    for name, field in _NAMED.items():
+        names, number = np.unique(getattr(keypoints, field), return_inverse=True)
         columns |= {name: np.ravel(number).astype(np.int64), f"{name}_names": names}
     return columns
 
@@ -154,9 +155,9 @@ def keypoints_of_columns(columns: Mapping[str, NDArray[Any]]) -> Keypoints:
         texts[name] = names.astype(np.str_)[number] if len(names) else np.empty(0, dtype=np.str_)
     if not (np.isfinite(place).all() and ((sure >= 0.0) & (sure <= 1.0)).all()):
         raise ValueError("the keypoints contain impossible numbers")
-    if (frame[1:] < frame[:-1]).any():
+    if (frame[1:] < frame[:-1]).any() or (frame < 0).any():
         raise ValueError("the keypoints are not in the order of their frames")
-    return Keypoints(frame, texts["camera"], texts["keypoint"], place, sure, texts["source"],
+    return Keypoints(frame, texts["camera"], texts["point"], place, sure, texts["source"],
                      np.zeros(len(frame), dtype=np.int64))  # fmt: skip
 
 
