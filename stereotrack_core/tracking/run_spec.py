@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TypeAlias
 
 from stereotrack_core.body.pose import Pose
@@ -68,7 +69,7 @@ class RunSpec:
     seen: Mapping[int, Keypoints] | None = None
     """By frame, what the detector saw in an earlier run; these frames are not looked at again."""
 
-    @property
+    @cached_property
     def used_keypoints(self) -> Keypoints | None:
         """Rows of `keypoints` that tracking reads: of one person in the frames to track."""
         if self.keypoints is None or self.frames is None:

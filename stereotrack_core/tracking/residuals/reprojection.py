@@ -128,7 +128,7 @@ class KeypointFit:
         A detector that takes left for right does so in a view again and again; three cameras seldom
         are wrong together.
         """
-        return min(np.count_nonzero(self.seen.confidence.any(axis=0)), 3) / 3.0
+        return min(int(np.count_nonzero(self.seen.confidence.any(axis=0))), 3) / 3.0
 
     @property
     def off(self) -> FloatArray:
