@@ -87,9 +87,9 @@ class KeypointPresenter(QObject):
 
     def remember(self, frames: range, keypoints: Keypoints) -> None:
         """Keep what a run has detected in mono views, for trials and until the project changes."""
-        self._detected = frames, keypoints
-        self._frame = None
-        self.changed.emit()
+        if self._detected is None or self._detected[1] is not keypoints:
+            self._detected, self._frame = (frames, keypoints), None
+            self.changed.emit()
 
     @property
     def drawn(self) -> bool:

@@ -25,6 +25,7 @@ from stereotrack_core.tracking.frame import (
     TrackedFrame,
     cloudless,
     run_of,
+    seen_by_frame,
 )
 from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.repeating import stored_spec
@@ -136,7 +137,7 @@ class RunEntry:
     def spec(self) -> RunSpec | None:
         """How it was made; None where that is not known, or a file of another version says less."""
         if self.origin is not None:
-            return self.origin.spec
+            return replace(self.origin.spec, seen=seen_by_frame(self.frames.values()))
         try:
             return None if self.stored is None else stored_spec(self.stored).spec
         except InputError:
@@ -317,4 +318,6 @@ def _stored_frame(run: Run, i: int) -> TrackedFrame:
         limb_lost=run.limb_lost[i],
     )
     seconds = dict(zip(run.stage_names, run.seconds[i].tolist(), strict=True))
-    return TrackedFrame(frame, estimate, run.landmarks[i], cloudless(frame), seconds)
+    return TrackedFrame(
+        frame, estimate, run.landmarks[i], cloudless(frame), seconds, keypoints=run.seen(frame)
+    )

@@ -8,6 +8,7 @@ from PySide6.QtCore import QObject, QSettings, Signal, Slot
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.experiments.run_process import load
+from stereotrack_core.pose_model.detect import DETECTOR_NAME
 from stereotrack_core.pose_model.installation import is_installed
 from stereotrack_core.project.history import Changed
 from stereotrack_core.project.schema import CHOICE, SUBJECT
@@ -111,6 +112,7 @@ class Session(QObject):
         self.track.settings_changed.connect(self._on_settings)
         self.track.finished.connect(self.judging.judge)
         self.track.detected.connect(self.keypoints.remember)
+        self.runs.active_changed.connect(self._take_detected)
         parts = (self.document, self.project, self.edits, self.clouds, self.track, self.judging)
         for source in parts:
             source.message.connect(self.message)
@@ -235,6 +237,16 @@ class Session(QObject):
         return "The tracker is running. Pause it first." if self.track.running else ""
 
     # ---- following
+
+    @Slot()
+    def _take_detected(self) -> None:
+        """Keypoints that the active run detected in mono views come back with it."""
+        entry, recording = self.runs.active, self.document.recording
+        run = None if entry is None else entry.stored
+        if entry is None or run is None or run.keypoints is None or recording is None:
+            return
+        if (run.meta.get("keypoints") or {}).get("sources") == [DETECTOR_NAME]:
+            self.keypoints.remember(entry.wanted, run.keypoints)
 
     @Slot()
     def _tell_change(self, _what: object = None) -> None:

@@ -38,6 +38,7 @@ from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.repeating import (
     StoredSpec,
+    missing_detector,
     other_files,
     other_versions,
     stored_spec,
@@ -194,14 +195,21 @@ def _plan_like(args: Namespace, recording: Recording) -> TrackPlan:
     if said:
         say(f"Taken from the command line instead of the run: {', '.join(said)}.")
     preset_name, settings = _settings(args, stored)
-    keypoints = _keypoints(args, recording, settings)
+    asked = views_of(recording, args.views) or stored.spec.views
+    frames = _frames_like(args, stored, _count(recording, asked))
+    elsewhere = args.views is not None or not set(frames) <= set(stored.spec.frames_of(0))
+    if elsewhere:
+        stored = stored.without_keypoints()
+    keypoints, otherwise = stored.keypoints_or_stored(
+        _keypoints(args, recording, settings, stored.spec.keypoints)
+    )
     if stored.retracked:
         say("Stretches of the run were tracked again around clicks. The whole is tracked now.")
-    if otherwise := stored.check_keypoints(keypoints):
+    if otherwise:
         say(otherwise)
-    asked = views_of(recording, args.views) or stored.spec.views
+    if stored.holds_detected and args.keypoints is None and settings.tracking.detector == "auto":
+        say(f"Keypoints of the pose detector are taken from {args.like}; nothing is detected.")
     views = tracked_views(recording, asked, keypoints)
-    frames = _frames_like(args, stored, _count(recording, views))
     if args.init is None and not stored.states_first_pose:
         raise InputError(
             "the run does not state its initial pose",
@@ -232,11 +240,13 @@ def _plan_resumed(args: Namespace, recording: Recording, output: UnfinishedOutpu
     run = begun.run()
     check_run(output.part, run)
     stored = stored_spec(run)
-    keypoints = _keypoints(args, recording, stored.spec.settings)
+    keypoints, seen_else = stored.keypoints_or_stored(
+        _keypoints(args, recording, stored.spec.settings, stored.spec.keypoints)
+    )
     views = tracked_views(recording, stored.spec.views, keypoints)
     detections, heard_else = stored.detections_in(recording)
-    heard = heard_else, stored.check_keypoints(keypoints)
-    foreign = [*other_files(run, recording), *filter(None, heard)]
+    foreign = list(filter(None, (*other_files(run, recording), heard_else, seen_else)))
+    foreign += missing_detector(run.meta)  # the frames that are left have to be looked at
     if foreign or not stored.states_first_pose:
         raise InputError(
             "the unfinished run cannot be resumed here" + (f": {foreign[0]}" if foreign else ""),
@@ -374,8 +384,10 @@ def _clicks(
     return found
 
 
-def _keypoints(args: Namespace, recording: Recording, settings: Settings) -> Keypoints | None:
-    """What ``--keypoints`` names, of a project or a detector's file; None where none is named.
+def _keypoints(
+    args: Namespace, recording: Recording, settings: Settings, stored: Keypoints | None = None
+) -> Keypoints | None:
+    """What ``--keypoints`` names, of a project or a detector's file; else those of a stored run.
 
     Without any, mono views are looked at with the installed detector. Raises InputError where there
     are none, or the settings' tracker does not use them.
@@ -388,8 +400,8 @@ def _keypoints(args: Namespace, recording: Recording, settings: Settings) -> Key
                 remedy="Give the keypoints with --keypoints, or omit it.",
             )
     if args.keypoints is None:
-        if not detects_first(recording, settings):
-            return None
+        if stored is not None or not detects_first(recording, settings):
+            return stored
         return detected_in_views(recording, args.frames, views_of(recording, args.views))
     _check_used("keypoints", settings)
     return keypoints_from(args.keypoints, recording, args)

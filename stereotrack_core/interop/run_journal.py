@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.limbs import LIMBS
@@ -21,6 +22,7 @@ from stereotrack_core.depth.cloud import PointCounts
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.records import Record, RecordFile, read_records
 from stereotrack_core.reading import decoding
+from stereotrack_core.recording.keypoints import Keypoints, columns_of, keypoints_of_columns
 from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.tables import LARGEST as LAST_FRAME
 from stereotrack_core.tracking.estimate import Estimate, Prior
@@ -35,6 +37,8 @@ _HEAD, _FRAME, _TRACKER = "head", "fram", "trac"
 
 _FOREIGN = "this is not an unfinished run of this program, or its beginning is damaged"
 _REMEDY = f"Use a {PART_SUFFIX} file written by `stereotrack track`, or move it away."
+
+_KEYPOINT = "keypoint_"
 
 _LARGEST = 1e9  # beyond it a number is no person's, and cannot be computed with
 _FRAMES_PER_CHECKPOINT = 20
@@ -171,7 +175,7 @@ def _unfinished(
         last = checkpoints.get(frame, last)
     ordered = tuple(frames[k] for k in sorted(frames))
     wish = Wish(**head.facts["wish"])
-    return UnfinishedRun(ordered, names, meta, seconds, last), wish
+    return UnfinishedRun(ordered, names, meta, seconds, last, _keypoints_in(head)), wish
 
 
 def _head(origin: Origin, wish: Wish, *, again: bool) -> Record:
@@ -182,7 +186,27 @@ def _head(origin: Origin, wish: Wish, *, again: bool) -> Record:
         "wish": {"smooth": wish.smooth, "count": wish.count},
         "again": again,
     }
-    return Record(_HEAD, facts)
+    names, arrays = _packed(origin.spec.used_keypoints)
+    return Record(_HEAD, facts | names, arrays)
+
+
+def _packed(keypoints: Keypoints | None) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
+    """Facts and arrays of keypoints, which records hold without texts."""
+    columns = {} if keypoints is None else columns_of(keypoints)
+    names = {name: array.tolist() for name, array in columns.items() if array.dtype.kind == "U"}
+    arrays = {_KEYPOINT + name: array for name, array in columns.items() if name not in names}
+    return ({_KEYPOINT + "names": names} if names else {}), arrays
+
+
+def _keypoints_in(record: Record) -> Keypoints | None:
+    names = record.facts.get(_KEYPOINT + "names")
+    if names is None:
+        return None
+    columns = {name: np.array(texts, dtype=np.str_) for name, texts in names.items()}
+    for name, array in record.arrays.items():
+        if name.startswith(_KEYPOINT):
+            columns[name.removeprefix(_KEYPOINT)] = array
+    return keypoints_of_columns(columns)
 
 
 def _record_of(frame: TrackedFrame, seconds: float) -> Record:
@@ -214,7 +238,8 @@ def _record_of(frame: TrackedFrame, seconds: float) -> Record:
     }
     if prior is not None:
         arrays |= {"prior_P": prior.P, "carried": prior.carried}
-    return Record(_FRAME, facts, arrays)
+    names, columns = _packed(frame.keypoints)
+    return Record(_FRAME, facts | names, arrays | columns)
 
 
 def _frame_of(record: Record) -> TrackedFrame:
@@ -246,7 +271,8 @@ def _frame_of(record: Record) -> TrackedFrame:
     counts = {str(view): _counts(told) for view, told in facts.get("counts", {}).items()}
     landmarks = _shaped(arrays["landmarks"], len(LANDMARKS), 3)
     nothing = cloudless(number, problems, counts)
-    return TrackedFrame(number, estimate, landmarks, nothing, stages, contradicted)
+    seen = _keypoints_in(record)
+    return TrackedFrame(number, estimate, landmarks, nothing, stages, contradicted, seen)
 
 
 def _counts(told: list[Any]) -> PointCounts:

@@ -6,6 +6,7 @@ import io
 import json
 import os
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, BinaryIO
@@ -18,6 +19,7 @@ from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.npz import ArchiveFormat, ArrayLayout, archive_bytes, array_names
 from stereotrack_core.reading import MB, open_file, parsed_json
+from stereotrack_core.recording.keypoints import Keypoints, columns_of, keypoints_of_columns
 from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.tables import LARGEST as LAST_FRAME
 from stereotrack_core.tracking.frame import Run
@@ -41,6 +43,17 @@ _LAYOUT: dict[str, ArrayLayout] = {
     "meta": ArrayLayout("U", ()),
 }
 
+_KEYPOINTS: dict[str, ArrayLayout] = {
+    f"keypoint_{name}": ArrayLayout(kind, shape, optional=True)
+    for name, kind, shape in (
+        *((name, "i", ("K",)) for name in ("frame", "camera", "point", "source")),
+        ("place", "f", ("K", 2)),
+        ("confidence", "f", ("K",)),
+        *((f"{name}_names", "U", (name,)) for name in ("camera", "point", "source")),
+    )
+}
+"""Keypoints that the run used, all of these or none; see :func:`columns_of`."""
+
 _NAMES = ("landmark_names", "state_names", "stage_names")
 
 _FIELDS = MappingProxyType({"coverage": "unexplained_fraction"})
@@ -52,7 +65,7 @@ FORMAT = 1
 _FILE = ArchiveFormat(
     "run file of this program",
     "Use a run written by `stereotrack track`, or track the recording again.",
-    _LAYOUT,
+    {**_LAYOUT, **_KEYPOINTS},
 )
 
 _META = ArchiveFormat(_FILE.what, _FILE.remedy, {"meta": _LAYOUT["meta"]})
@@ -107,7 +120,7 @@ def read_meta(path: Path) -> dict[str, Any]:
             names = array_names(file)
         except InputError:
             raise _FILE.refusal(str(path), "it is no archive of arrays") from None
-        if not set(_LAYOUT) - {"limb_lost"} <= names:
+        if not {name for name, own in _LAYOUT.items() if not own.optional} <= names:
             raise _FILE.refusal(str(path), "it lacks arrays of a run")
         arrays = _META.read(file, str(path))
         with _META.decoding(path):
@@ -122,6 +135,7 @@ def _run_of(path: Path, file: BinaryIO, beside: Path | None) -> Run:
     with _FILE.decoding(path):
         text = str(arrays["meta"])  # letters that are none show only now
         run = _run(arrays, _meta_from_store(path, text, beside))
+        run = replace(run, keypoints=_keypoints_in(path, arrays))
     check_run(path, run)
     return run
 
@@ -136,6 +150,18 @@ def _run(arrays: Mapping[str, NDArray[Any]], meta: Mapping[str, Any]) -> Run:
     return Run(**values, tracked=arrays["tracked"])
 
 
+def _keypoints_in(path: Path, arrays: Mapping[str, NDArray[Any]]) -> Keypoints | None:
+    stored = {name: arrays[name] for name in _KEYPOINTS if name in arrays}
+    if not stored:
+        return None
+    if missing := [name for name in _KEYPOINTS if name not in stored]:
+        raise _FILE.refusal(str(path), f"it lacks {', '.join(missing)}")
+    try:
+        return keypoints_of_columns({n.removeprefix("keypoint_"): a for n, a in stored.items()})
+    except ValueError as error:
+        raise _FILE.refusal(str(path), str(error)) from None
+
+
 def _arrays_of(run: Run, meta: Mapping[str, Any]) -> dict[str, NDArray[Any]]:
     arrays: dict[str, NDArray[Any]] = {
         "frame": np.asarray(run.frame, dtype=np.int64),
@@ -147,6 +173,10 @@ def _arrays_of(run: Run, meta: Mapping[str, Any]) -> dict[str, NDArray[Any]]:
         if own.kind == "f":
             values = getattr(run, _FIELDS.get(name, name))
             arrays[name] = np.asarray(values, dtype=np.float64)
+    if run.keypoints is not None:
+        for name, column in columns_of(run.keypoints).items():
+            short = np.int32 if name == "frame" else np.int16 if column.dtype.kind == "i" else None
+            arrays[f"keypoint_{name}"] = column.astype(short or column.dtype)
     return arrays
 
 

@@ -6,9 +6,10 @@ They are a program's predictions, never clicks. Places are pixels of the raw pic
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
-from typing import TypeAlias
+from types import MappingProxyType
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -53,7 +54,11 @@ class Keypoints:
 
     def of_frame(self, frame: int) -> Keypoints:
         """Rows of one frame."""
-        first, end = np.searchsorted(self.frame, [frame, frame + 1])
+        return self.of_frames(range(frame, frame + 1))
+
+    def of_frames(self, frames: range) -> Keypoints:
+        """Rows of successive frames."""
+        first, end = np.searchsorted(self.frame, [frames.start, frames.stop])
         return self[slice(int(first), int(end))]
 
     @property
@@ -108,6 +113,52 @@ def rows_of(keypoints: Keypoints) -> Iterator[Row]:
         zip(*columns, strict=True), keypoints.place.tolist(), strict=True
     ):
         yield frame, camera, keypoint, x, y, sure, source, person
+
+
+def joined_keypoints(tables: Sequence[Keypoints]) -> Keypoints:
+    """Rows of tables whose frames follow each other."""
+    if not tables:
+        return keypoints_of(())
+    names = [one.name for one in fields(Keypoints)]
+    return Keypoints(*(np.concatenate([getattr(t, name) for t in tables]) for name in names))
+
+
+_NAMED = MappingProxyType({"camera": "camera", "point": "keypoint", "source": "source"})
+"""Columns that are stored as numbers and a list of names, and the fields that they are."""
+
+
+def columns_of(keypoints: Keypoints) -> dict[str, NDArray[Any]]:
+    """Arrays to store: texts are numbers of the names in ``camera_names`` and the like.
+
+    The number of the person is left out: what a run uses is of one person.
+    """
+    columns: dict[str, NDArray[Any]] = {
+        "frame": keypoints.frame,
+        "place": keypoints.place,
+        "confidence": keypoints.confidence,
+    }
+    for name, field in _NAMED.items():
+        names, number = np.unique(getattr(keypoints, field), return_inverse=True)
+        columns |= {name: np.ravel(number).astype(np.int64), f"{name}_names": names}
+    return columns
+
+
+def keypoints_of_columns(columns: Mapping[str, NDArray[Any]]) -> Keypoints:
+    """The table of :func:`columns_of`, bit by bit; ValueError if its numbers are impossible."""
+    frame, place = columns["frame"].astype(np.int64), columns["place"].astype(np.float64)
+    sure = columns["confidence"].astype(np.float64)
+    texts = {}
+    for name in _NAMED:
+        number, names = columns[name], columns[f"{name}_names"]
+        if len(number) and not (number.min() >= 0 and number.max() < len(names)):
+            raise ValueError(f"a {name} of the keypoints has no name")
+        texts[name] = names.astype(np.str_)[number] if len(names) else np.empty(0, dtype=np.str_)
+    if not (np.isfinite(place).all() and ((sure >= 0.0) & (sure <= 1.0)).all()):
+        raise ValueError("the keypoints contain impossible numbers")
+    if (frame[1:] < frame[:-1]).any() or (frame < 0).any():
+        raise ValueError("the keypoints are not in the order of their frames")
+    return Keypoints(frame, texts["camera"], texts["point"], place, sure, texts["source"],
+                     np.zeros(len(frame), dtype=np.int64))  # fmt: skip
 
 
 def of_one_person(keypoints: Keypoints) -> Keypoints:

@@ -8,7 +8,7 @@ that the state stands for (:func:`pose_of_state`), so that both can be used toge
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -27,7 +27,7 @@ from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.detections import Detections
 from stereotrack_core.recording.folder import calibration_fingerprint
 from stereotrack_core.recording.frame_times import stated_fps
-from stereotrack_core.recording.keypoints import Keypoints
+from stereotrack_core.recording.keypoints import Keypoints, joined_keypoints
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 from stereotrack_core.tracking.estimate import Estimate
 from stereotrack_core.tracking.run_spec import RunSpec
@@ -72,6 +72,14 @@ class Run:
     """Program version, preset, parameters, seed, recording and its fingerprint, subject;
     JSON-serialisable."""
     landmark_names: tuple[str, ...] = LANDMARKS
+    keypoints: Keypoints | None = None
+    """2-D keypoints that were measurements, given or seen by the pose detector; None if there were
+    none, and for files of older versions."""
+
+    def seen(self, frame: int) -> Keypoints | None:
+        """What the pose detector saw in a frame; None if none looked, or the run does not say."""
+        stated = self.keypoints is not None and self.meta.get("detector")
+        return self.keypoints.of_frame(frame) if self.keypoints is not None and stated else None
 
     def trajectory(self) -> LandmarkTrajectory:
         """The landmarks alone, with the frame rate if the run states it."""
@@ -105,6 +113,9 @@ class TrackedFrame:
     """By stage name."""
     contradicted: float = float("nan")
     """See :func:`contradicted_share`; NaN also in most frames, which were not asked."""
+    keypoints: Keypoints | None = None
+    """What the pose detector has seen, empty if it saw nothing or passed the frame over; None if
+    there is no detector."""
 
     def without_cloud(self) -> TrackedFrame:
         """The same frame without its cloud and correspondences, to be kept in numbers."""
@@ -142,6 +153,12 @@ class TrackedFrame:
         """Covariance (n, n); NaN where not tracked."""
         P = self.estimate.P
         return P if self.tracked else np.full_like(P, np.nan)
+
+
+def seen_by_frame(frames: Iterable[TrackedFrame]) -> dict[int, Keypoints] | None:
+    """What the pose detector has seen in frames; None if there was no detector."""
+    seen = {one.frame: one.keypoints for one in frames if one.keypoints is not None}
+    return seen or None
 
 
 def in_place(found: list[TrackedFrame], tracked: TrackedFrame) -> bool:
@@ -225,7 +242,7 @@ class Origin:
             "began_from": None if self.began is None else _pose_values(self.began[1]),
             "frames": None if spec.frames is None else [spec.frames.start, spec.frames.stop],
             "detections": _detection_facts(spec.detections),
-            "keypoints": _keypoint_facts(spec.keypoints),
+            "keypoints": _keypoint_facts(spec.used_keypoints),
             "clicks": _detection_facts(spec.clicks),
             "detector": self.detector,
             "colour": bool(spec.colour),
@@ -270,13 +287,20 @@ def _keypoint_facts(keypoints: Keypoints | None) -> dict[str, Any] | None:
 
 def run_of(frames: Sequence[TrackedFrame], origin: Origin) -> Run:
     """Put tracked frames together to a run; an empty sequence gives an empty run."""
-    return assembled(frames, origin.state_names, origin.meta())
+    return assembled(frames, origin.state_names, origin.meta(), origin.spec.used_keypoints)
 
 
 def assembled(
-    frames: Sequence[TrackedFrame], state_names: tuple[str, ...], meta: Mapping[str, Any]
+    frames: Sequence[TrackedFrame],
+    state_names: tuple[str, ...],
+    meta: Mapping[str, Any],
+    keypoints: Keypoints | None = None,
 ) -> Run:
-    """Put tracked frames together to a run whose description is known already."""
+    """Put tracked frames together to a run whose description is known already.
+
+    `keypoints`: those that the run was given; what the detector saw comes with the frames.
+    """
+    seen = seen_by_frame(frames)
     n, names = len(state_names), _stage_names(frames)
     states, joints = [frame.x for frame in frames], joints_named(state_names)
     seconds = [[frame.seconds.get(name, 0.0) for name in names] for frame in frames]
@@ -295,6 +319,7 @@ def assembled(
         seconds=np.array(seconds).reshape(len(frames), len(names)),
         stage_names=names,
         meta=meta,
+        keypoints=keypoints if seen is None else joined_keypoints(list(seen.values())),
     )
 
 

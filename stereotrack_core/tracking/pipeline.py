@@ -25,7 +25,7 @@ from stereotrack_core.recording.selection import tracked_views
 from stereotrack_core.recording.sighted_keypoints import keypoints_in_views
 from stereotrack_core.tracking.detecting import seen_keypoints
 from stereotrack_core.tracking.estimate import Estimate
-from stereotrack_core.tracking.frame import Origin, Run, TrackedFrame, run_of
+from stereotrack_core.tracking.frame import Origin, Run, TrackedFrame, run_of, seen_by_frame
 from stereotrack_core.tracking.initialise.first_pose import (
     facing,
     first_clouds,
@@ -122,8 +122,10 @@ class Pipeline(AbstractContextManager["Pipeline"]):
             self.chain, self.reader = clouds.chain, clouds.reader
         self.settings = settings = dataclasses.replace(spec.settings, depth=self.chain.parameters)
         self._cameras = cameras_of(recording, self.views)
-        given = recording, self.views, self.reader, settings
-        self.detector = seen_keypoints(*given, may=spec.detector and spec.keypoints is None)
+        looks = spec.detector and spec.keypoints is None
+        seen = spec.seen if begun is None else seen_by_frame(begun.frames)
+        given = recording, self.views, self.reader, settings, seen
+        self.detector = seen_keypoints(*given) if looks else None
         self._track(body_of_subject(recording.subject, settings.body))
         self._init, self._given = spec.init, "pose"
         watched = (
@@ -208,7 +210,8 @@ class Pipeline(AbstractContextManager["Pipeline"]):
         seconds = {"read": read, **cloud.seconds, **estimate.seconds}
         place = cloud.frame - (self._asked or range(0)).start
         contradicted = np.nan if place % FRAMES_APART else contradicted_share(cloud)
-        tracked = TrackedFrame(cloud.frame, estimate, found, cloud, seconds, contradicted)
+        seen = None if self.detector is None else self.detector.seen(cloud.frame)
+        tracked = TrackedFrame(cloud.frame, estimate, found, cloud, seconds, contradicted, seen)
         if self.corrects:
             self.second_look.take(tracked, self.tracker)
         return tracked

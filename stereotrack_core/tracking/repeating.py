@@ -12,6 +12,7 @@ import numpy as np
 
 from stereotrack_core.arrays import BoolArray
 from stereotrack_core.errors import InputError
+from stereotrack_core.pose_model.detect import DETECTOR_NAME
 from stereotrack_core.pose_model.installation import is_installed
 from stereotrack_core.recording.description import Recording, Subject
 from stereotrack_core.recording.detections import OWN_FILE, Detections, read_detections
@@ -52,7 +53,7 @@ class StoredSpec:
     detections: Mapping[str, Any] | None
     """Source, fingerprint and count of what a detector has said; None where nothing."""
     keypoints: Mapping[str, Any] | None = None
-    """The same of a 2-D detector's keypoints, which are kept elsewhere."""
+    """The same of a 2-D detector's keypoints; `spec` has them unless an older version made it."""
     clicks: Mapping[str, Any] | None = None
     """The same of clicks; `spec` is without them."""
     retracked: bool = False
@@ -67,21 +68,38 @@ class StoredSpec:
         """The recording without its reference, with the subject that was tracked."""
         return dataclasses.replace(recording, reference=None, subject=self.subject)
 
-    def check_keypoints(self, given: Keypoints | None) -> str:
-        """A sentence where the keypoints that are given are not those that the run used.
+    def keypoints_or_stored(self, given: Keypoints | None) -> tuple[Keypoints | None, str]:
+        """Keypoints to track with, and a sentence if they are not those that the run used.
 
-        Raises InputError where the run used keypoints and none are given.
+        Raises InputError if none are given, and the run used some that it does not hold.
         """
+        if given is None and self.spec.keypoints is not None:
+            return self.spec.keypoints, ""
         if self.keypoints is None:
-            return "" if given is None else "The run did not use keypoints."
+            return given, "" if given is None else "The run did not use keypoints."
         if given is None:
             raise InputError(
                 f"the run used keypoints of {', '.join(self.keypoints.get('sources', []))}",
                 where="--keypoints",
                 remedy="Give them again with `stereotrack track --keypoints`.",
             )
-        same = given.fingerprint() == self.keypoints.get("fingerprint")
-        return "" if same else "The keypoints are not those that the run used."
+        used = dataclasses.replace(self.spec, keypoints=given).used_keypoints
+        prints = {one.fingerprint() for one in (given, used) if one is not None}
+        same = self.keypoints.get("fingerprint") in prints
+        return given, "" if same else "The keypoints are not those that the run used."
+
+    @property
+    def holds_detected(self) -> bool:
+        """Whether `spec` has what the pose detector saw, so that no image is looked at again."""
+        used = self.spec.keypoints
+        detected = used is not None and set(used.source.tolist()) == {DETECTOR_NAME}
+        return detected or self.spec.seen is not None
+
+    def without_keypoints(self) -> StoredSpec:
+        """The same for other frames or views, of which the run holds no keypoints."""
+        spec = dataclasses.replace(self.spec, seen=None, keypoints=None)
+        stated = None if self.holds_detected else self.keypoints
+        return dataclasses.replace(self, spec=spec, keypoints=stated)
 
     def check_without_clicks(self) -> None:
         """Refuse where clicks would have to be read again.
@@ -143,10 +161,18 @@ def stored_spec(run: Run) -> StoredSpec:
         smooth=bool(meta.get("smoothed", False)),
         colour=meta.get("colour"),
         detector=bool(meta.get("detector")),
+        keypoints=run.keypoints if meta.get("keypoints") else None,
+        seen=_seen_in(run),
     )
     used = meta.get("detections"), meta.get("keypoints"), meta.get("clicks")
     again = bool(meta.get(RETRACKED))
     return StoredSpec(spec, len(run.frame), subject_of_meta(meta), *used, retracked=again)
+
+
+def _seen_in(run: Run) -> dict[int, Keypoints] | None:
+    """By frame, what the pose detector saw in a run; None if the run does not hold it."""
+    rows = {frame: run.seen(frame) for frame in run.frame.tolist()}
+    return {frame: seen for frame, seen in rows.items() if seen is not None} or None
 
 
 def what_differs(run: Run, recording: Recording) -> tuple[str, ...]:
@@ -171,12 +197,19 @@ def other_files(run: Run, recording: Recording) -> tuple[str, ...]:
                 f"This is not the {what} that the run was tracked with: its fingerprint is "
                 f"{now[:8]}, that of the run {then[:8]}."
             )
-    if meta.get("detector") and not is_installed():
-        found.append(
-            "The run was tracked with the pose detector, which is not installed here: "
-            "`stereotrack detector install`."
-        )
+    if run.keypoints is None:
+        found += missing_detector(meta)
     return tuple(found)
+
+
+def missing_detector(meta: Mapping[str, Any]) -> tuple[str, ...]:
+    """Whether the pose detector that a run was tracked with is not installed; a sentence."""
+    if not meta.get("detector") or is_installed():
+        return ()
+    return (
+        "The run was tracked with the pose detector, which is not installed here: "
+        "`stereotrack detector install`.",
+    )
 
 
 def other_versions(meta: Mapping[str, Any]) -> tuple[str, ...]:

@@ -108,4 +108,5 @@ class Retracked:
             RETRACKED: stretches,
             REPAIRED: sorted({*before, *self.mended}),
         }
-        return assembled([new.get(one.frame, one) for one in frames], run.state_names, meta)
+        merged = [new.get(one.frame, one) for one in frames]
+        return assembled(merged, run.state_names, meta, run.keypoints)

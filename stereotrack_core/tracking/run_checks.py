@@ -19,6 +19,7 @@ from stereotrack_core.depth.cloud import PointCounts
 from stereotrack_core.depth.lost_points import Cause, LostPoints
 from stereotrack_core.geometry.rotation import angle_between
 from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.keypoints import joined_keypoints
 from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.tracking.frame import Run, TrackedFrame
 from stereotrack_core.tracking.initialise.heading_watch import ENOUGH
@@ -69,6 +70,9 @@ _POOR = (
 MOST_LEFT_OUT = 0.05
 """Share of the frames in which a view may be left out before that is told as a warning."""
 
+_MOST_BESIDE = 0.2
+"""Share of a camera's images in which keypoints may be left out before that is told."""
+
 _LEFT, _RIGHT = (LANDMARKS.index(f"{side}_shoulder") for side in ("left", "right"))
 
 _TURNED = np.radians(120.0)
@@ -113,7 +117,8 @@ def misfits(frames: Iterable[TrackedFrame], settings: Settings) -> tuple[str, ..
         found.append(
             f"{100 * expected:.0f} % of the arms are expected to be lost (3 to 8 % in good runs)"
         )
-    return (*found, *_turns(every), *_left_out(every), *_poor_pictures(every))
+    pictures = (*_left_out(every), *_keypoints_left_out(every), *_poor_pictures(every))
+    return (*found, *_turns(every), *pictures)
 
 
 def _turns(frames: Sequence[TrackedFrame]) -> Iterator[str]:
@@ -143,6 +148,19 @@ def _left_out(frames: Sequence[TrackedFrame]) -> Iterator[str]:
                 f"view {view} contradicts the others in {len(at)} of {len(frames)} frames "
                 f"({min(at)} to {max(at)}), in which it was not used; its camera was moved, is "
                 "late, or sees something else as part of the person"
+            )
+
+
+def _keypoints_left_out(frames: Sequence[TrackedFrame]) -> Iterator[str]:
+    """Cameras in whose pictures the pose detector saw something else, as clauses."""
+    seen = joined_keypoints([f.keypoints for f in frames if f.keypoints is not None])
+    for camera in seen.cameras:
+        own = seen[seen.camera == camera]
+        looked, used = (len(np.unique(one.frame)) for one in (own, own[own.confidence > 0.0]))
+        if looked - used > _MOST_BESIDE * looked:
+            yield (
+                f"keypoints of the pose detector lie beside the person in {looked - used} of the "
+                f"{looked} images of camera {camera} that it looked at, and were not used there"
             )
 
 

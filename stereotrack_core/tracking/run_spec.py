@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TypeAlias
 
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.detections import Detections
-from stereotrack_core.recording.keypoints import Keypoints
+from stereotrack_core.recording.keypoints import Keypoints, of_one_person
 from stereotrack_core.recording.selection import gives_depth
 from stereotrack_core.tracking.parameters import Settings
 
@@ -65,6 +66,15 @@ class RunSpec:
     """Whether pictures are read in colour; None: as the parameters need it."""
     detector: bool = True
     """Whether the installed pose detector may look at pictures; a run without it is repeated so."""
+    seen: Mapping[int, Keypoints] | None = None
+    """By frame, what the detector saw in an earlier run; these frames are not looked at again."""
+
+    @cached_property
+    def used_keypoints(self) -> Keypoints | None:
+        """Rows of `keypoints` that tracking reads: of one person in the frames to track."""
+        if self.keypoints is None or self.frames is None:
+            return self.keypoints
+        return of_one_person(self.keypoints).of_frames(self.frames)
 
     def frames_of(self, count: int) -> range:
         """Frames to track of a recording that has so many."""

@@ -10,6 +10,7 @@ import numpy as np
 
 from stereotrack_core.body.parameters import BodyShape
 from stereotrack_core.errors import InputError
+from stereotrack_core.recording.keypoints import Keypoints
 from stereotrack_core.tracking.estimate import Memory
 from stereotrack_core.tracking.frame import Origin, Run, TrackedFrame, assembled
 from stereotrack_core.tracking.stored import shape_of_meta
@@ -56,6 +57,8 @@ class UnfinishedRun:
     """That were spent on it."""
     checkpoint: Checkpoint | None = None
     """The last one up to which no frame is missing; None where the run has to begin anew."""
+    keypoints: Keypoints | None = None
+    """That the run was given, of all frames that were asked for."""
 
     @property
     def asked(self) -> range:
@@ -89,7 +92,7 @@ class UnfinishedRun:
     def run(self) -> Run:
         """The frames that there are, as a run that says that it is incomplete."""
         more = {"wall_seconds": self.wall_seconds, INCOMPLETE: len(self.frames) < len(self.asked)}
-        return assembled(self.frames, self.state_names, {**self.meta, **more})
+        return assembled(self.frames, self.state_names, {**self.meta, **more}, self.keypoints)
 
     def changed_by(self, again: TrackedFrame) -> bool:
         """Whether a frame that is tracked again comes out otherwise than it was kept."""

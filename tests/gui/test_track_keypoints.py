@@ -8,12 +8,16 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
 from app.session import keypoints as session_keypoints
+from stereotrack_core.interop.run_npz import write_npz
 from stereotrack_core.pose_model.detect import DETECTOR_NAME
 from stereotrack_core.project.keypoints import DetectorState
 from stereotrack_core.project.project import Project
 from stereotrack_core.recording.keypoints import keypoints_of, rows_of
 from stereotrack_core.simulation.keypoints import KeypointErrors, simulated_keypoints
 from stereotrack_core.tracking import detecting
+from stereotrack_core.tracking.presets import preset
+from stereotrack_core.tracking.run import track
+from stereotrack_core.tracking.run_spec import RunSpec
 from tests.tracking.keypoints.mono import FRAMES, mono_recording, truth
 
 pytestmark = pytest.mark.window
@@ -143,3 +147,26 @@ def test_a_few_filled_frames_do_not_keep_the_others_from_being_detected(detector
     assert len(known(settings.replaced(detector="off"), range(FRAMES))) > 0
     keep(detector, qtbot, [(*row[:6], "openpose", 0) for row in rows])
     assert len(known(settings, range(FRAMES))) > 0, "others' keypoints are used"
+
+
+def test_keypoints_of_mono_views_come_back_with_a_run(bare, qtbot, tmp_path):
+    """Its steps are shown, and it is reproduced, where no detector is installed."""
+    window, session = bare, bare.context.session
+    recording = session.document.recording
+    seen = simulated_keypoints(truth(), recording.cameras, KeypointErrors(noise=0.3), seed=3)
+    found = keypoints_of((*row[:6], DETECTOR_NAME, 0) for row in rows_of(seen))
+    spec = RunSpec(preset("accurate"), frames=range(FRAMES), keypoints=found)
+    write_npz(tmp_path / "run.npz", track(recording, spec))
+    session.opening.open(tmp_path / "run.npz")
+    qtbot.waitUntil(lambda: session.runs.active is not None)
+    qtbot.waitUntil(window.context.tasks.settled)
+    assert session.keypoints.drawn
+    assert window.context.actions.action("trial_now").isEnabled()
+    session.document.go_to(4)
+    window.context.actions.action("look_inside").trigger()
+    inspect = window.features.inspect
+    qtbot.waitUntil(lambda: inspect.known is not None)
+    assert inspect.known.compared == "The result equals the pose of the run."
+    window.context.actions.action("repeat_run").trigger()
+    qtbot.waitUntil(lambda: len(session.runs.entries) == 2)
+    assert "bit-identical" in window.messages.message.sentence()

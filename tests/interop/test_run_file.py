@@ -15,6 +15,8 @@ from stereotrack_core.interop.run_file import (
     run_suffix,
     write_run,
 )
+from stereotrack_core.interop.run_npz import run_bytes, run_of_bytes
+from stereotrack_core.recording.keypoints import keypoints_of
 from stereotrack_core.tracking.stored import fps_of_run
 
 
@@ -66,6 +68,25 @@ def test_a_file_need_not_say_which_limbs_are_lost(tmp_path, random, make_run):
     np.savez_compressed(path, **others)
     unknown = np.full((len(run.frame), 6), np.nan)
     assert_same_run(read_run(path), dataclasses.replace(run, limb_lost=unknown))
+
+
+KEYPOINTS = keypoints_of(
+    (frame, camera, name, 10.25 + frame, 1.0 / 3.0, 0.7, "blazepose", 0)
+    for frame in (1, 3, 4)
+    for camera in ("N", "S")
+    for name in ("nose", "left_wrist")
+)
+
+
+@pytest.mark.parametrize("keypoints", [KEYPOINTS, KEYPOINTS[:0]])
+def test_keypoints_that_a_run_used_come_back_bit_by_bit(tmp_path, random, make_run, keypoints):
+    run, path = dataclasses.replace(make_run(random), keypoints=keypoints), tmp_path / "run.npz"
+    write_run(path, run)
+    for found in (read_run(path), run_of_bytes(run_bytes(run), "project")):
+        assert found.keypoints.fingerprint() == keypoints.fingerprint()
+    assert read_run(path).seen(3) is None, "they were given to it"
+    seen = dataclasses.replace(run, meta={**run.meta, "detector": "blazepose"})
+    assert len(seen.seen(3)) == len(keypoints.of_frame(3))
 
 
 def test_a_file_of_another_format_is_refused(tmp_path, random, make_run):
@@ -175,6 +196,35 @@ def test_damaged_and_foreign_files(tmp_path, random, make_run, harm, words):
     with pytest.raises(InputError, match=words) as caught:
         read_run(path)
     assert caught.value.where.startswith(str(path))
+
+
+def put(name, value):
+    def change(array):
+        changed = array.copy()
+        changed[0] = value
+        return changed
+
+    return rewritten(**{f"keypoint_{name}": change})
+
+
+@pytest.mark.parametrize(
+    ("harm", "words"),
+    [
+        (rewritten(keypoint_source=None), "lacks keypoint_source"),
+        (rewritten(keypoint_place=lambda p: p[:-1]), "keypoint_place has the length"),
+        (put("camera", 2), "camera of the keypoints has no name"),
+        (put("point", -1), "point of the keypoints has no name"),
+        (put("confidence", 1.5), "impossible numbers"),
+        (put("place", np.nan), "impossible numbers"),
+        (put("frame", 9), "order"),
+    ],
+)
+def test_keypoints_that_cannot_be_are_refused(tmp_path, random, make_run, harm, words):
+    path = tmp_path / "run.npz"
+    write_run(path, dataclasses.replace(make_run(random), keypoints=KEYPOINTS))
+    harm(path)
+    with pytest.raises(InputError, match=words):
+        read_run(path)
 
 
 def test_suffixes(tmp_path, random, make_run):

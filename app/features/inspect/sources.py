@@ -89,8 +89,9 @@ def run_question(
     make = _maker(kept, entry, settings)
     keypoints = _keypoints(session, entry, settings, frame)
     meta = entry.stored.meta if entry is not None and entry.stored is not None else {}
-    detector_from = meta["frames"][0] if meta.get("detector") else None
-    task = RecordStep(kept, frame, settings, make, before, here, keypoints, detector_from)
+    of_frame = None if entry is None else entry.at(frame)
+    looked = None if of_frame is None else of_frame.keypoints
+    task = RecordStep(kept, frame, settings, make, before, here, keypoints, looked)
     more = _SMOOTHED if meta.get("smoothed") else ""
     if entry is not None and any(a <= frame <= b for a, b in entry.looked_again):
         more += _LOOKED_AGAIN
@@ -106,10 +107,8 @@ def _keypoints(
     session: Session, entry: RunEntry | None, settings: Settings, frame: int
 ) -> Keypoints | None:
     """What a run was tracked with; what the next one would be, where there is none."""
-    if entry is not None and entry.origin is not None:
-        return entry.origin.spec.keypoints
-    if entry is not None and entry.stored is not None and not entry.stored.meta.get("keypoints"):
-        return None
+    if entry is not None and (spec := entry.spec()) is not None:
+        return spec.keypoints
     return session.keypoints.for_trial(settings, range(frame, frame + 1))
 
 

@@ -13,14 +13,10 @@ from PySide6.QtCore import QObject, Slot
 
 from stereotrack_core.counting import counted
 from stereotrack_core.errors import Cancelled, InputError
-from stereotrack_core.pose_model.detect import DETECTOR_NAME, detect_keypoints
-from stereotrack_core.pose_model.detector import required_detector
 from stereotrack_core.pose_model.installation import is_installed
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.runs import RunFacts, beside
 from stereotrack_core.recording.description import Recording
-from stereotrack_core.recording.keypoints import Keypoints
-from stereotrack_core.tracking.detecting import detects_first
 from stereotrack_core.tracking.frame import Run, TrackedFrame
 from stereotrack_core.tracking.repeating import StoredSpec, sameness, stored_spec, what_differs
 from stereotrack_core.tracking.run import track
@@ -378,9 +374,8 @@ def _repeated(
     """The run once more, and why it may have come out otherwise."""
     stored.check_without_clicks()
     detections, otherwise = stored.detections_in(recording)
-    keypoints = _detected_again(task, stored, recording)
-    reasons = otherwise, stored.check_keypoints(keypoints)
-    differs = (*what_differs(run, recording), *filter(None, reasons))
+    keypoints, _ = stored.keypoints_or_stored(None)
+    differs = (*what_differs(run, recording), *filter(None, (otherwise,)))
     begun, done, first = time.perf_counter(), 0, stored.spec.frames_of(0).start
 
     def note(frame: TrackedFrame) -> None:
@@ -398,19 +393,3 @@ def _repeated(
         raise Cancelled
     meta = {**again.meta, "wall_seconds": time.perf_counter() - begun}
     return dataclasses.replace(again, meta=meta), differs
-
-
-def _detected_again(task: Task, stored: StoredSpec, recording: Recording) -> Keypoints | None:
-    """Keypoints that the installed detector has found in mono views before the run; else None."""
-    used = dict(stored.keypoints or {}).get("sources")
-    if used != [DETECTOR_NAME] or not detects_first(recording, stored.spec.settings):
-        return None
-    frames = stored.spec.frames_of(0)
-    found = detect_keypoints(
-        recording, required_detector(), frames,
-        on_frame=lambda done: task.report(done / len(frames), "detecting keypoints"),
-        cancelled=task.token.cancelled,
-    )  # fmt: skip
-    if task.token.cancelled():
-        raise Cancelled
-    return found

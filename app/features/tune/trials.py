@@ -319,7 +319,8 @@ def _trial_beside(run: RunEntry, made: Trial | None, spec: RunSpec, views: Seque
     """
     known = run.spec()
     learned = made.known if made is not None else (known and known.frames) or run.wanted
-    spec = replace(spec, seed=known.seed if known is not None else 0)
+    seed, seen = (0, None) if known is None else (known.seed, known.seen)
+    spec = replace(spec, seed=seed, seen=seen)
     began = run.origin.began if run.origin is not None else None
     if run.stored is not None:
         began = began_of(run.stored.meta)

@@ -13,6 +13,7 @@ import numpy as np
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.errors import Cancelled
 from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.keypoints import Keypoints, joined_keypoints
 from stereotrack_core.recording.selection import tracked_views
 from stereotrack_core.tracking.frame import Run, TrackedFrame, assembled, in_place
 from stereotrack_core.tracking.pipeline import Pipeline
@@ -126,7 +127,8 @@ class LockstepRun:
         """Pack the first frames of those that are held."""
         assert self._pipeline is not None  # noqa: S101 - there is at least one frame
         frames, self._found = self._found[:count], self._found[count:]
-        self._packed.append(assembled(frames, self._pipeline.tracker.state_names, meta))
+        names, given = self._pipeline.tracker.state_names, self._given.spec.used_keypoints
+        self._packed.append(assembled(frames, names, meta, given))
 
 
 def track_together(
@@ -194,8 +196,16 @@ def joined(runs: Sequence[Run]) -> Run:
         name: np.concatenate([getattr(run, name) for run in runs]) for name in _PER_FRAME
     }
     return dataclasses.replace(
-        runs[-1], **whole, seconds=np.concatenate(seconds), stage_names=stages
-    )
+        runs[-1], **whole, seconds=np.concatenate(seconds), stage_names=stages,
+        keypoints=_keypoints_of(runs),
+    )  # fmt: skip
+
+
+def _keypoints_of(runs: Sequence[Run]) -> Keypoints | None:
+    """Keypoints of successive stretches: what the detector saw in each, or those given to all."""
+    if not runs[-1].meta.get("detector"):
+        return runs[-1].keypoints
+    return joined_keypoints([run.keypoints for run in runs if run.keypoints is not None])
 
 
 def _seconds_of(tracked: TrackedFrame) -> float:

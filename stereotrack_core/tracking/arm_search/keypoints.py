@@ -69,7 +69,7 @@ def arm_keypoints(
     seen: SightedKeypoints | None, sigma: float, body: BodyModel, pose: Pose
 ) -> tuple[ArmKeypoints, ArmKeypoints] | None:
     """Keypoints of both arms, with sides as they fit a pose; None where there are none."""
-    fit = KeypointObservation(seen, sigma).fitted(body, pose)
+    fit = KeypointObservation(seen, sigma).fitted(body, pose, follows=True)
     if fit is None:
         return None
     frames = body.frames(pose)

@@ -139,7 +139,7 @@ class PoseFinder:
         cost = facing_cost(self.setup.body, upright_pose(pose, upright), points, cameras)
         sigma = self.setup.parameters.keypoint_sigma
         fit = KeypointObservation(cloud.keypoints, sigma).fitted(self.setup.body, pose)
-        return cost if fit is None else cost + _KEYPOINTS * fit.cost()
+        return cost if fit is None else cost + _KEYPOINTS * fit.independence * fit.cost()
 
     def _followed(self, pose: Pose, measured: Measurements) -> Pose:
         start = self.setup.first_state(pose)

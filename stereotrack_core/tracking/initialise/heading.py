@@ -157,7 +157,8 @@ def evidence(finder: PoseFinder, pose: Pose, cloud: Cloud) -> dict[str, float]:
     fits = [seen.fitted(body, each) for each in (back, pose)]
     if fits[0] is not None and fits[1] is not None:
         gain = (fits[0].cost() - fits[1].cost()) / 0.3
-        found["keypoints"] = _KEYPOINTS * float(np.clip(gain, -1.0, 1.0))
+        most = _KEYPOINTS * fits[0].independence
+        found["keypoints"] = most * float(np.clip(gain, -1.0, 1.0))
     if cloud.clicks:
         off = missed(body, back, cloud.clicks) - missed(body, pose, cloud.clicks)
         found["clicks"] = _CLICKS * float(np.clip(off / 20.0, -1.0, 1.0))

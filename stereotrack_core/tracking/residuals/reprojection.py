@@ -2,7 +2,8 @@
 
 Gross errors are told by the other cameras where enough of them agree, and elsewhere by the pose:
 weights fall with the distance as those of the cloud's data do. A detector that takes left for right
-is recognised in each picture, by which of both fits the pose.
+is recognised in each picture, by which of both fits the pose. One camera alone says nothing against
+the way that a body faces while it is followed; where that is in question, its sides stand.
 """
 
 from __future__ import annotations
@@ -81,11 +82,15 @@ class KeypointObservation:
 
     def residuals(self, body: BodyModel, pose: Pose) -> tuple[ReprojectionResidual, ...]:
         """What all cameras say about a pose."""
-        fit = self.fitted(body, pose)
+        fit = self.fitted(body, pose, follows=True)
         return () if fit is None else fit.residuals()
 
-    def fitted(self, body: BodyModel, pose: Pose) -> KeypointFit | None:
-        """Sides and weights of the keypoints at a pose; None where nothing was predicted."""
+    def fitted(self, body: BodyModel, pose: Pose, *, follows: bool = False) -> KeypointFit | None:
+        """Sides and weights of the keypoints at a pose; None where nothing was predicted.
+
+        `follows`: the way that the pose faces is known, so that one camera may have exchanged
+        sides.
+        """
         if self.seen is None or not self.seen.count:
             return None
         placed = _placed(self.seen, body)
@@ -94,7 +99,7 @@ class KeypointObservation:
         in_camera = placed.in_cameras(body.frames(pose))
         predicted = pinhole(in_camera, placed.seen.focal)
         metre = placed.seen.focal / np.maximum(in_camera[..., 2], 0.1)
-        exchanged = _exchanged_sides(placed, predicted, metre)
+        exchanged = _exchanged_sides(placed, predicted, metre, follows=follows)
         seen = placed.seen.with_sides_exchanged(exchanged)
         key = exchanged.tobytes()
         if key not in self._meeting:
@@ -115,6 +120,15 @@ class KeypointFit:
     """(K, V). Pixels of a metre at the distance of each point."""
     meeting: MeetingPoints
     sigma: float
+
+    @property
+    def independence(self) -> float:
+        """From 1/3 to 1: how much it says about the way that the body faces.
+
+        A detector that takes left for right does so in a view again and again; three cameras seldom
+        are wrong together.
+        """
+        return min(int(np.count_nonzero(self.seen.confidence.any(axis=0))), 3) / 3.0
 
     @property
     def off(self) -> FloatArray:
@@ -181,25 +195,29 @@ def _placed(seen: SightedKeypoints, body: BodyModel) -> PlacedKeypoints | None:
 
 
 def _exchanged_sides(
-    placed: PlacedKeypoints, predicted: FloatArray, metre: FloatArray
+    placed: PlacedKeypoints, predicted: FloatArray, metre: FloatArray, *, follows: bool
 ) -> BoolArray:
     """Where (K, V) left and right are exchanged: of all keypoints in a picture, or of the arms.
 
-    Where most cameras say so, the pose is the other way round and not they.
+    Where most cameras say so, the pose is the other way round and not they. With one camera the
+    trunk tells it, which cannot have turned round since the frame before.
     """
     seen = placed.seen
     there: BoolArray = np.asarray(np.isfinite(seen.pixel).all(axis=2))
     two_sided: BoolArray = np.asarray(seen.other_side != np.arange(len(seen.names)))
     pairs = two_sided[:, None] & (there | there[seen.other_side])
     result = np.zeros(pairs.shape, dtype=np.bool_)
+    alone = follows and np.count_nonzero(pairs.any(axis=0)) == 1
+    trunk = ~placed.arm[:, None]
     for group in (np.ones(len(seen.names), dtype=np.bool_), placed.arm):
         asked = pairs & group[:, None]
+        judged = asked & trunk if alone else asked
         pixel = np.where(result[..., None], seen.pixel[seen.other_side], seen.pixel)
         other = np.where(result[..., None], seen.pixel, seen.pixel[seen.other_side])
         gain = _side_cost(pixel - predicted, metre) - _side_cost(other - predicted, metre)
-        gain, count = np.where(asked, gain, 0.0).sum(axis=0), asked.sum(axis=0)
+        gain, count = np.where(judged, gain, 0.0).sum(axis=0), judged.sum(axis=0)
         better = gain > _SIDE_MARGIN * np.maximum(count, 1)
-        if 2 * np.count_nonzero(better) <= np.count_nonzero(count):
+        if alone or 2 * np.count_nonzero(better) <= np.count_nonzero(count):
             result ^= asked & better
     return result
 

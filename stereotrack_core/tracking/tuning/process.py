@@ -12,7 +12,7 @@ from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.keypoints import Keypoints
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.recording.sighted_keypoints import keypoints_in_views
-from stereotrack_core.tracking.detecting import seen_keypoints
+from stereotrack_core.tracking.detecting import seen_in_views
 from stereotrack_core.tracking.estimate import Estimate
 from stereotrack_core.tracking.frame import Origin, TrackedFrame
 from stereotrack_core.tracking.inspection import RecordedStep, beginning_at, traced_step
@@ -138,8 +138,8 @@ class RecordStep:
     """`before` and `here`: what the run says of the frame before, and of the frame itself."""
     keypoints: Keypoints | None = None
     """That the run is tracked with."""
-    detector_from: int | None = None
-    """First frame of a run that the installed detector looked at."""
+    seen: Keypoints | None = None
+    """What the pose detector saw in the frame, instead of them."""
 
     def __call__(self, asker: Asker) -> RecordedStep:
         """Do it in the process."""
@@ -147,10 +147,8 @@ class RecordStep:
         key = CloudKey(self.settings.depth, range(store.reader.frame_count))
         cloud, _ = store.clouds(key, cancelled=asker.cancelled).take(self.frame)
         seen = keypoints_in_views(store.recording, self.of.views, self.keypoints).at(self.frame)
-        if self.detector_from is not None:
-            views = cloud.view_names
-            looks = seen_keypoints(store.recording, views, store.reader, self.settings)
-            seen = None if looks is None else looks.of(cloud, self.detector_from)
+        if self.seen is not None:
+            seen = seen_in_views(store.recording, cloud.view_names, self.seen)
         cloud = replace(cloud, keypoints=seen)
         tracker = self.make()
         words = beginning_at(tracker, cloud, self.before, self.here)

@@ -162,7 +162,7 @@ class Retracking(QObject):
             [one for one in clicks if one.camera in recording.cameras],
             recording.cameras, project.click_sigmas(), str(project.path.resolve()),
         )  # fmt: skip
-        spec = stored.spec if entry.origin is None else entry.origin.spec
+        spec = stored.spec if entry.origin is None else (entry.spec() or stored.spec)
         before, here = entry.at(stretch.start - 1), entry.at(stretch.start)
         beginning = None
         if before is not None and before.pose is not None:
@@ -248,7 +248,8 @@ def _why_not_with_clicks(entry: RunEntry) -> str:
         return f"{error.what[:1].upper()}{error.what[1:]}."
     if stored.spec.settings.tracking.matching != "data_to_model":
         return f"The tracker of preset {entry.preset} does not use clicks."
-    if entry.origin is None and (stored.keypoints is not None or stored.detections is not None):
+    elsewhere = stored.keypoints is not None and stored.spec.keypoints is None
+    if entry.origin is None and (elsewhere or stored.detections is not None):
         return "The run used keypoints or detections of a file. Track the recording again first."
     return ""
 
