@@ -187,21 +187,6 @@ def whole_number(text: str, path: Path, line: int, column: str) -> int:
     return int(value)
 
 
-_SUFFIXES = (".csv", ".md")
-
-
-def table_suffix(path: Path) -> str:
-    """Suffix of a table file, checked; raises InputError for a suffix that no table has."""
-    suffix = path.suffix.lower()
-    if suffix not in _SUFFIXES:
-        raise InputError(
-            "a table cannot be written to this type of file",
-            where=str(path),
-            remedy=f"Use a name that ends in {' or '.join(_SUFFIXES)}.",
-        )
-    return suffix
-
-
 def markdown_text(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     """A table as Markdown; a heading that begins with ``>`` stands over a right-aligned column."""
     headings = [heading.removeprefix(">") for heading in columns]

@@ -176,7 +176,7 @@ def _clicked(
     film: Path, recording: Path, frames: Sequence[int], views: Sequence[str] = ("N", "O")
 ) -> Path:
     """A project with clicks of what some views see of the truth of `film`."""
-    from stereotrack_core.experiments.benchmark.annotation import AnnotationCase, simulated_clicks
+    from benchmarks.annotation import AnnotationCase, simulated_clicks
     from stereotrack_core.project.clicks import PlaceClicks
     from stereotrack_core.project.project import Project
     from stereotrack_core.recording.folder import open_recording

@@ -147,10 +147,7 @@ COMMANDS: tuple[Command, ...] = (
         description="Make a project for the annotation of a recording.",
         subcommands=(Command("create", "a project of a recording folder", "project_create"),),
     ),
-    Command("benchmark", "compare presets and baselines on recordings with a reference"),
     Command("report", "write a report on a run: one page with errors, curves, failures and images"),
-    Command("reproduce", "reproduce the tables and curves of the thesis"),
-    Command("bench", "run the README's benchmarks, as ratios"),
     Command("completion", "print a script by which a shell completes commands and options"),
     Command("help", "list all commands, or show the help of one command", "commands"),
 )

@@ -7,18 +7,13 @@ import os
 import signal
 import sys
 import threading
-import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
 from typing import IO, Any, Protocol, TextIO, cast
 
-from stereotrack_core.cli.output import is_quiet, say
-from stereotrack_core.counting import in_words
+from stereotrack_core.cli.output import is_quiet
 from stereotrack_core.errors import Cancelled
-
-_QUIET = 300.0
-"""Seconds between two lines where no bar is drawn."""
 
 
 class _Terminal:
@@ -116,45 +111,3 @@ def watched(
     """Give what is told the share that is done, with words, and what says whether to stop."""
     with progress(what, 100) as show, stoppable(outcome) as stopped:
         yield lambda share, _: show(round(100 * share)), stopped
-
-
-class Pace:
-    """Follows work of so many steps; `show` draws how many of them are done."""
-
-    def __init__(self, what: str, total: int, show: Callable[[int], None]) -> None:
-        self._what = what
-        self._total = total
-        self._show = show
-        self._begun = self._said = time.monotonic()
-        self._before = 0
-        self.done = 0
-
-    def advance(self, steps: int, *_: int) -> None:
-        """So many steps of the present piece of work are done."""
-        self.done = self._before + steps
-        self._show(self.done)
-        now = time.monotonic()
-        if not sys.stderr.isatty() and now - self._said > _QUIET:
-            self._said = now
-            say(f"{self._what}: {self.done} of {self._total} frames; {self.words()}.")
-
-    def next(self, steps: int) -> None:
-        """A piece of work of so many steps is finished."""
-        self._before += steps
-        self.advance(0)
-
-    def words(self) -> str:
-        """``12 min so far, about 65 min left``."""
-        elapsed = time.monotonic() - self._begun
-        so_far = f"{in_words(elapsed)} so far"
-        if not self.done:
-            return so_far
-        left = elapsed * (self._total - self.done) / self.done
-        return f"{so_far}, about {in_words(left)} left"
-
-
-@contextmanager
-def pace(what: str, total: int) -> Iterator[Pace]:
-    """Follow work while the block runs."""
-    with progress(what, total) as show:
-        yield Pace(what, total, show)

@@ -1,1 +1,1 @@
-"""Many runs and what they tell: benchmark, sweep, and the tables of the thesis."""
+"""Many runs and what they tell: sweeps and the baselines."""

@@ -256,19 +256,6 @@ def test_what_is_wrong_is_said_in_one_sentence(run, recording, clicks, tmp_path)
     assert not output.exists()
 
 
-def test_the_benchmark_fits_simulated_clicks(run, recording):
-    ended = run("benchmark", recording, "--annotation", "--frames", "0:6", "--json")
-    assert ended.status == 0
-    rows = ended.json
-    assert len(rows) == 5
-    assert {row["frames"] for row in rows} == {6}
-    assert rows[0]["upper_arms"] < 15
-    assert rows[0]["clicks"] > rows[1]["clicks"] > rows[2]["clicks"]
-    ended = run("benchmark", recording, "--annotation", "--ablation")
-    assert ended.status == 2
-    assert "--ablation cannot be combined with it" in ended.err
-
-
 def test_a_few_clicked_frames_make_a_subject_file(run, recording, tracked, clicks, tmp_path):
     written = tmp_path / "subject.toml"
     ended = fit(run, recording, clicks, written, "--personalise", "--run", tracked, "--json")

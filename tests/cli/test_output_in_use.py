@@ -20,7 +20,6 @@ def _no_patience(monkeypatch):
     ("words", "name"),
     [
         (("track", "RECORDING"), "run.npz"),
-        (("benchmark", "RECORDING"), "table.csv"),
         (("detect", "RECORDING", "--model", "no model.onnx"), "keypoints.csv"),
         ((*CALIBRATE, "--board", "7x5", "--square", "0.03"), "lens.toml"),
     ],

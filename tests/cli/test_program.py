@@ -52,8 +52,6 @@ def test_version(run):
         (["track"], "RECORDING"),
         (["track", "a", "-o", "b.npz", "--what"], "--what"),
         (["cloud", "a", "-o", "b.ply", "--frame", "x"], "--frame"),
-        (["bench", "--only", "luck"], "luck"),
-        (["bench", "--rounds", "0", "--only", "correction"], "--rounds"),
         (["open", "somewhere"], "workbench"),
     ],
 )

@@ -12,7 +12,6 @@ from stereotrack_core.interop.run_npz import read_npz, write_npz
 from stereotrack_core.pose_model.detect import DETECTOR_NAME
 from stereotrack_core.project.project import Project
 from stereotrack_core.recording.folder import open_recording
-from stereotrack_core.recording.landmarks import write_landmarks
 from stereotrack_core.simulation.keypoints import KeypointErrors, simulated_keypoints
 from stereotrack_core.tracking import detecting
 from stereotrack_core.tracking.presets import preset
@@ -126,7 +125,7 @@ def test_what_cannot_be_followed_is_said(run, mono, tmp_path):
     assert "this preset does not use keypoints" in thesis.err
 
 
-def test_a_sweep_and_a_benchmark_follow_keypoints(run, mono, tmp_path):
+def test_a_sweep_follows_keypoints(run, mono, tmp_path):
     folder, file = mono
     table, given = tmp_path / "sweep.csv", ("--keypoints", file)
     grid = ("--grid", "keypoint_sigma=0.02,0.05", "--frames", "0:4", "--workers", 1)
@@ -139,13 +138,3 @@ def test_a_sweep_and_a_benchmark_follow_keypoints(run, mono, tmp_path):
     assert all(0.0 < point["mean"]["keypoint_error"] < 3.0 for point in ended.json["points"])
     again = run("sweep", folder, "-o", table, *grid, *given, "--json").json
     assert (again["computed"], again["reused"]) == (0, 2)
-    write_landmarks(folder / "reference.csv", truth())
-    description = folder / "recording.toml"
-    description.write_text('reference = "reference.csv"\n' + description.read_text())
-    less = ("--seeds", 0, "--frames", "0:4", "--speed-frames", 0)
-    ended = run("benchmark", folder, *given, *less, "--json")
-    assert ended.status == 0, ended.err
-    assert "left out because no view provides depth: thesis" in ended.err
-    assert [row["preset"] for row in ended.json["rows"]] == ["accurate", "fast"]
-    asked = run("benchmark", folder, *given, *less, "--presets", "ekf")
-    assert "this preset's tracker needs depth" in asked.err

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from stereotrack_core.experiments.benchmark.annotation import AnnotationCase, simulated_clicks
+from benchmarks.annotation import AnnotationCase, simulated_clicks
 from stereotrack_core.project.clicks import PlaceClicks
 from stereotrack_core.project.project import Project
 from stereotrack_core.recording.folder import open_recording

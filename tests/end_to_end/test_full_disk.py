@@ -134,11 +134,9 @@ def test_every_module_that_writes_files_is_tried():
         "stereotrack_core.project.rescue": "tests/project/test_project_damaged.py",
         "stereotrack_core.recording.importing.files": "part of importing.making",
         "stereotrack_core.experiments.sweep.store": "a text of its own, tests/cli/test_sweep.py",
-        "stereotrack_core.experiments.reproduction.pictures": "bytes of its own",
-        "stereotrack_core.experiments.reproduction.results": "texts of its own",
         "app.features.review.controller": "a text of its own, tests/gui/test_review.py",
     }
-    by_commands = {"stereotrack_core.cli.benchmark", "stereotrack_core.report.pages"}
+    by_commands = {"stereotrack_core.report.pages"}
     text = Path(writers.__file__).read_text(encoding="utf-8")
     tried = {*re.findall(r"^from (\S+) import", text, re.MULTILINE), *by_commands, *elsewhere}
     assert modules_that_write() - tried == set()

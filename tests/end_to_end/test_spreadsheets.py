@@ -11,10 +11,8 @@ import pytest
 
 from app.features.review.limb_numbers import StretchNumbers, as_csv
 from stereotrack_core.annotation.click import Click
-from stereotrack_core.cli.benchmark import in_full
 from stereotrack_core.errors import InputError
-from stereotrack_core.evaluation.summary import Spread, limb_statistics
-from stereotrack_core.experiments.benchmark.accuracy import Row
+from stereotrack_core.evaluation.summary import limb_statistics
 from stereotrack_core.experiments.runner.job import Job, JobResult
 from stereotrack_core.experiments.sweep.points import Point
 from stereotrack_core.experiments.sweep.store import table_of
@@ -127,18 +125,13 @@ def _sweep(name: str) -> str:
     return csv_text(*table_of([job], {"x": JobResult("x", "failed", error=name)}))
 
 
-def _benchmark(name: str) -> str:
-    row = Row(name, name, 1, 3, {"lost": Spread(-1.5)})
-    return csv_text(*in_full([row]))
-
-
 def _statistics(name: str) -> str:
     values = {"left_forearm": np.array([-1.0, 2.0])}
     limbs = limb_statistics(values, {"left_forearm": np.zeros(2)}, 1.0)
     return as_csv([StretchNumbers(name, Segment(name, 0, 2), "error", limbs)], 1.0)
 
 
-@pytest.mark.parametrize("text_of", [_sweep, _benchmark, _statistics])
+@pytest.mark.parametrize("text_of", [_sweep, _statistics])
 def test_tables_of_results(text_of: Callable[[str], str], name, tmp_path):
     path = tmp_path / "table.csv"
     path.write_text(text_of(name), encoding="utf-8", newline="")

@@ -319,7 +319,6 @@ FOLDERS: dict[str, Callable[[Path, Things], None]] = {
 }
 """What makes a folder."""
 
-_QUICK = ("--presets", "fast", "--seeds", "0", "--frames", "0:2", "--speed-frames", "0")
 _SMALL = ("--set", "width=96", "--set", "height=64", "--set", "focal=60")
 
 COMMANDS: dict[str, tuple[str, ...]] = {
@@ -328,8 +327,6 @@ COMMANDS: dict[str, tuple[str, ...]] = {
     "exported angles.csv": ("export", "RUN", "--format", "angles", "-o", "TARGET"),
     "angles.csv": ("angles", "RUN", "-o", "TARGET"),
     "cloud.ply": ("cloud", "RECORDING", "--frame", "0", "-o", "TARGET"),
-    "table.csv": ("benchmark", "RECORDING", *_QUICK, "-o", "TARGET"),
-    "table.md": ("benchmark", "RECORDING", *_QUICK, "-o", "TARGET"),
     "page.html": ("report", "RUN", "-o", "TARGET"),
     "film.mp4": ("episodes", "RUN", "--no-pictures", "--video", "TARGET"),
     "strips": ("episodes", "RUN", "--no-pictures", "--strips", "TARGET"),

@@ -1,8 +1,7 @@
 """With a hundred thousand clicks in the project, frames step and clicks appear as with few.
 
 The window's own computing is compared, in the thread that paints: how fast the machine is, and
-what other programs do to it meanwhile, is not asked for. ``python -m app.bench RECORDING --clicks
-100000`` measures the time on the clock.
+what other programs do to it meanwhile, is not asked for.
 """
 
 from __future__ import annotations

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import subprocess
 import sys
@@ -100,14 +99,6 @@ def test_help_of_a_window_command_needs_no_qt(program):
     done = program("open", "--help")
     assert done.returncode == 0
     assert "--screenshot" in done.stdout
-
-
-def test_the_benchmark_of_the_window_prints_json(program, small_recording):
-    done = program(small_recording, "--frames", 4, module="app.bench")
-    assert done.returncode == 0, done.stderr
-    facts = json.loads(done.stdout)
-    assert facts["views"] == 2
-    assert facts["frame_step_ms"] > 0
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals are sent otherwise there")

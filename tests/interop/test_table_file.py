@@ -6,13 +6,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stereotrack_core.errors import InputError
 from stereotrack_core.tables import (
     csv_text,
     guarded,
     markdown_text,
     read_csv_table,
-    table_suffix,
     unguarded,
 )
 
@@ -63,13 +61,3 @@ def test_numbers_come_back_in_full():
 def test_markdown_aligns_numbers_to_the_right_and_keeps_its_columns():
     text = markdown_text(["name", ">mm"], [["a|b", "3"]])
     assert text == "| name | mm |\n| --- | ---: |\n| a\\|b | 3 |\n"
-
-
-@pytest.mark.parametrize("name", ["t.csv", "t.MD"])
-def test_kinds_of_files(tmp_path, name):
-    assert table_suffix(tmp_path / name) in (".csv", ".md")
-
-
-def test_other_files_are_refused(tmp_path):
-    with pytest.raises(InputError, match=r"\.csv or \.md"):
-        table_suffix(tmp_path / "t.xlsx")

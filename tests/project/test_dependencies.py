@@ -17,6 +17,7 @@ from packaging.utils import canonicalize_name
 ROOT = Path(__file__).resolve().parents[2]
 OWN = {path.stem for path in (ROOT / "tools").iterdir()} | {
     "app",
+    "benchmarks",
     "stereotrack_app",
     "stereotrack_core",
     "tests",
@@ -74,7 +75,6 @@ def declared(*extras: str) -> set[str]:
 PROGRAM = ("app", "stereotrack_core")
 CHOSEN = (
     *(
-        "bench",
         "cluster",
         "completion",
         "deeplabcut",
@@ -89,7 +89,8 @@ CHOSEN = (
 
 
 @pytest.mark.parametrize(
-    ("folders", "extras"), [(PROGRAM, CHOSEN), (("tests", "tools"), (*CHOSEN, "dev", "readers"))]
+    ("folders", "extras"),
+    [(PROGRAM, CHOSEN), (("tests", "tools", "benchmarks"), (*CHOSEN, "dev", "readers"))],
 )
 def test_what_is_imported_is_declared(folders, extras):
     modules = imported(*folders)

@@ -9,7 +9,6 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.simulation.motions import Part, filled, scheduled
 from stereotrack_core.simulation.people import PEOPLE
 from stereotrack_core.simulation.skeleton import landmarks, posed_bones
-from stereotrack_core.simulation.thesis_recordings import FAST, thesis_recordings
 
 P2 = PEOPLE["P2"]
 
@@ -70,32 +69,6 @@ def test_gaps_are_filled_without_touching_what_is_fixed():
 def test_a_gap_too_small_for_anything_stays_empty():
     fixed = (Part("a", "whip", 0, 20), Part("b", "whip", 40, 20))
     assert filled(fixed, (("walk", 90),), 60, 10) == fixed
-
-
-def test_the_motions_of_the_thesis_stand_at_its_frame_numbers():
-    made = {recording.name: recording for recording in thesis_recordings()}
-    found = {
-        (name, part.name): (part.first, part.end)
-        for name, recording in made.items()
-        for part in reversed(recording.parts)
-    }
-    assert found["P4", "whip"] == (1479, 1753)
-    assert found["P2", "travolta"] == (412, 450)
-    assert found["P3", "tie-shoes"] == (113, 328)
-    assert found["P4", "cross-arms"] == (390, 520)
-    assert all(1200 <= recording.frames <= 2000 for recording in made.values())
-
-
-@pytest.mark.parametrize("short", [pytest.param(False, marks=pytest.mark.slow), True])
-def test_every_recording_of_the_thesis_can_be_planned(short):
-    for recording in thesis_recordings(short=short):
-        chain = scheduled(PEOPLE[recording.name], recording.parts, recording.frames)
-        assert len(chain.states) == recording.frames
-        names = [segment.name for segment in chain.segments]
-        assert names[0] == "t-pose"
-        fast = [name.endswith(FAST) for name in names]
-        assert any(fast)
-        assert fast == sorted(fast)  # all at the end
 
 
 def test_arms_are_crossed_for_fifty_frames():

@@ -6,9 +6,9 @@ from itertools import pairwise
 
 import pytest
 
+from benchmarks.annotation import CASES, annotated
 from stereotrack_core.annotation.fit.settings import FitSettings
 from stereotrack_core.annotation.fit.stretch import recorded_depth
-from stereotrack_core.experiments.benchmark.annotation import CASES, annotated
 from stereotrack_core.recording.folder import open_recording
 
 pytestmark = pytest.mark.slow
@@ -23,7 +23,7 @@ def means(score):
 
 def test_clicks_alone_are_as_good_as_documented(shared_recording):
     recording = open_recording(shared_recording("mesh-P4"))
-    clean, dirty = (annotated(recording, case, 0, FitSettings(), None) for case in (ALONE, DIRTY))
+    clean, dirty = (annotated(recording, case, 0, None) for case in (ALONE, DIRTY))
     for found, wanted in zip(means(clean), (4.2, 3.1, 2.6), strict=True):
         assert found < wanted
     for one, other in zip(means(clean), means(dirty), strict=True):
@@ -37,9 +37,8 @@ def test_clicks_alone_are_as_good_as_documented(shared_recording):
 
 def test_clicks_and_depth_are_as_good_as_documented(shared_recording):
     recording = open_recording(shared_recording("mesh-P4"))
-    settings = FitSettings()
-    with recorded_depth(recording, settings) as depth:
-        score = annotated(recording, DEPTH, 0, settings, depth)
+    with recorded_depth(recording, FitSettings()) as depth:
+        score = annotated(recording, DEPTH, 0, depth)
     for found, wanted in zip(means(score), (4.5, 4.6, 2.6), strict=True):
         assert found < wanted
     assert 0.9 < score.inside < 0.98

@@ -1,23 +1,28 @@
-"""How good fitted references are: clicks simulated from a truth, fitted, measured against it.
+"""How accurate references fitted to clicks are: simulated clicks, fitted, against the truth.
 
 A click is simulated where the truth's landmark is inside the reference image of a view and not
 hidden: the body of cones is put into the truth's pose, and a landmark is hidden where the line of
 sight meets the body's surface more than :data:`COVERED` before it. The fit sees the clicks, the
 images' depth and the subject's lengths, never the truth.
+
+``python benchmarks/annotation.py RECORDING ... --seeds 0,1,2``
 """
 
 from __future__ import annotations
 
+import dataclasses
+import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from benchmarks.common import ended, parser_of, put_table, recordings_of, say
 from stereotrack_core.annotation.click import Click, ClickKey
 from stereotrack_core.annotation.fit.context import pose_at, standing
 from stereotrack_core.annotation.fit.fit import ClickFit
-from stereotrack_core.annotation.fit.results import TrajectoryFit
 from stereotrack_core.annotation.fit.settings import FitSettings
+from stereotrack_core.annotation.fit.stretch import recorded_depth
 from stereotrack_core.annotation.fit.trajectory import Clouds
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.arrays import BoolArray
@@ -26,11 +31,14 @@ from stereotrack_core.body.model import body_model, placed_cones
 from stereotrack_core.body.proportions import proportions_of
 from stereotrack_core.body.sampling import segment_blocked
 from stereotrack_core.evaluation.circumstances import in_image
-from stereotrack_core.evaluation.errors import errors_against, truth_of
+from stereotrack_core.evaluation.errors import errors_against, reference_within, truth_of
 from stereotrack_core.evaluation.summary import Summary, summarise
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.recording.description import Recording
-from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
+from stereotrack_core.recording.landmarks import LANDMARKS
+from stereotrack_core.recording.reader import FrameReader
+from stereotrack_core.recording.selection import frames_within, seeds_of
+from stereotrack_core.tables import number
 
 COVERED = 0.15
 """Metres of flesh through which an annotator still sees where a joint is."""
@@ -81,17 +89,12 @@ class SimulatedClicks:
 class AnnotationScore:
     """How good a fitted reference is."""
 
-    recording: str
-    case: str
-    seed: int
     summary: Summary
     """Errors of all frames."""
     inside: float
     limbs_inside: float
     """`inside` and `limbs_inside`: shares of coordinates, and of limbs' angles, within their 95 %
     intervals."""
-    clicks: int
-    outliers: int
     found: float
     accused: float
     """`found` and `accused`: shares of the outliers, and of the right clicks, that are flagged; NaN
@@ -142,34 +145,17 @@ def simulated_clicks(recording: Recording, case: AnnotationCase, seed: int) -> S
 
 
 def annotated(
-    recording: Recording,
-    case: AnnotationCase,
-    seed: int,
-    settings: FitSettings,
-    clouds: Clouds | None,
+    recording: Recording, case: AnnotationCase, seed: int, clouds: Clouds | None
 ) -> AnnotationScore:
     """Simulate the clicks, fit them, with depth by frame in cases that use it, and measure.
 
     Raises InputError for a recording without reference.
     """
-    truth = truth_of(recording)
-    clicks = simulated_clicks(recording, case, seed)
-    fitting = ClickFit(
-        recording.cameras, NINE, proportions_of(recording.subject), settings, fps=recording.fps
-    )
+    truth, clicks = truth_of(recording), simulated_clicks(recording, case, seed)
+    subject = proportions_of(recording.subject)
+    fitting = ClickFit(recording.cameras, NINE, subject, FitSettings(), fps=recording.fps)
     frames = range(int(truth.frame[0]), int(truth.frame[-1]) + 1)
     fit = fitting.trajectory(clicks.by_frame, frames, clouds=clouds if case.depth else None)
-    return _scored(recording.name, case.name, seed, fit, truth, clicks)
-
-
-def _scored(
-    recording: str,
-    case: str,
-    seed: int,
-    fit: TrajectoryFit,
-    truth: LandmarkTrajectory,
-    clicks: SimulatedClicks,
-) -> AnnotationScore:
     flagged = set(fit.flagged())
     right = fit.outlier_probability.keys() - clicks.outliers
     errors = errors_against(fit.trajectory(), truth)
@@ -181,20 +167,56 @@ def _scored(
     good_to = fit.limb_sigma_deg[own][:, [LIMBS.index(limb) for limb in _SCORED]]
     limbs = np.isfinite(angles) & np.isfinite(good_to)
     return AnnotationScore(
-        recording=recording,
-        case=case,
-        seed=seed,
         summary=summarise(errors),
         inside=float((away < INTERVAL * sigma)[known].mean()),
         limbs_inside=float((angles < ANGLE_INTERVAL * good_to)[limbs].mean()),
-        clicks=len(fit.outlier_probability),
-        outliers=len(clicks.outliers),
-        found=_share(clicks.outliers & flagged, clicks.outliers),
-        accused=_share(flagged & right, right),
+        found=_share(len(clicks.outliers & flagged), len(clicks.outliers)),
+        accused=_share(len(flagged & right), len(right)),
     )
 
 
-def _share(
-    some: set[ClickKey] | frozenset[ClickKey], of: set[ClickKey] | frozenset[ClickKey]
-) -> float:
-    return len(some) / len(of) if of else float("nan")
+def _share(some: int, of: int) -> float:
+    return some / of if of else float("nan")
+
+
+def rows_of(recording: Recording, seeds: Sequence[int]) -> list[tuple[str, ...]]:
+    """Lines of the table: all cases with all seeds."""
+    rows = []
+    with recorded_depth(recording, FitSettings()) as depth:
+        made = None if depth is None else {int(k): depth(int(k)) for k in truth_of(recording).frame}
+    for case in CASES:
+        for seed in seeds if made is not None or not case.depth else ():
+            score = annotated(recording, case, seed, None if made is None else made.get)
+            names = ("upper_arms", "forearms", "torso_cross")
+            errors = (score.summary.measure(name).statistics.mean for name in names)
+            shares = (score.inside, score.limbs_inside, score.found, score.accused)
+            values = (*errors, *(100.0 * share for share in shares))
+            rows.append((recording.name, f"{case.name}, seed {seed}", *map(number, values)))
+            say(" ".join(rows[-1]))
+    return rows
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Simulate clicks, fit them, and print the table."""
+    parser = parser_of(__doc__)
+    parser.add_argument("--seeds", default="0", help="comma-separated")
+    parser.add_argument("--frames", help="A:B, half-open (default: all)")
+    args = parser.parse_args(arguments)
+    rows = []
+    for recording in recordings_of(args):
+        with FrameReader(recording, read_ahead=0) as reader:
+            asked = frames_within(args.frames, reader.frame_count)
+        known = reference_within(recording, asked)
+        rows += rows_of(dataclasses.replace(recording, reference=known), seeds_of(args.seeds))
+    put_table(
+        "Fitted references; degrees, means over all frames, share inside their 95 % interval",
+        (
+            *("recording", "clicks", ">upper arms", ">forearms", ">cross axis"),
+            *(">inside 95 %", ">limbs inside", ">outliers found", ">false alarms"),
+        ),
+        rows,
+    )
+
+
+if __name__ == "__main__":
+    sys.exit(ended(main))

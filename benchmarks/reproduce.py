@@ -1,0 +1,370 @@
+"""Repeat the thesis's evaluation: its tables 4.1 to 4.4 and error curves, beside our numbers.
+
+``python benchmarks/reproduce.py DIR`` makes four recordings like those of the thesis, tracks them
+and writes ``tables.md`` and ``figure-4.*.svg``. Runs that are finished are kept in DIR.
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+from argparse import ArgumentParser
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import as_completed
+from contextlib import closing
+from dataclasses import dataclass, replace
+from functools import reduce
+from itertools import pairwise
+from pathlib import Path
+from typing import Any, TypeAlias
+
+import numpy as np
+
+import stereotrack_core as stereotrack
+from benchmarks.common import ended, say, worker_pool
+from benchmarks.thesis import (
+    FAST,
+    MOTIONS,
+    ROWS,
+    TABLE_4_1,
+    TABLE_4_2,
+    TABLE_4_3,
+    TABLE_4_4,
+    ThesisRecording,
+    ThesisTable,
+    thesis_recordings,
+)
+from stereotrack_core.atomic import write_file
+from stereotrack_core.body.landmark_pose import pose_of_landmarks
+from stereotrack_core.body.pose import Pose
+from stereotrack_core.errors import InputError
+from stereotrack_core.evaluation.errors import LimbErrors, errors_against, truth_of
+from stereotrack_core.evaluation.summary import Spread, summarise
+from stereotrack_core.recording.description import LENGTHS, Recording, Subject
+from stereotrack_core.recording.folder import fingerprint, open_recording
+from stereotrack_core.report.drawing import drawn_axes, image_of
+from stereotrack_core.tables import markdown_text
+from stereotrack_core.tracking.frame import Run, TrackedFrame, run_of
+from stereotrack_core.tracking.pipeline import Pipeline
+from stereotrack_core.tracking.run_spec import RunSpec
+
+THESIS = "thesis"
+POINTS = (24, 40, 64, 120)
+"""Model points m of table 4.2; 64 is the preset's."""
+WITH_TWO_CAMERAS = ("P1", "P2", "P4")
+"""As in the thesis, P3 is left out of table 4.3."""
+SLOW = "slow"
+"""Part of a recording: the frames before the first fast motion."""
+LINES = (*ROWS, ("lost", "arm segments lost", "%"))
+_PANELS = (
+    *("torso_long", "torso_cross", "left_upper_arm", "right_upper_arm"),
+    *("left_forearm", "right_forearm"),
+)
+
+
+@dataclass(frozen=True)
+class Way:
+    """A way of tracking; with a seed and a recording it is a run."""
+
+    preset: str
+    points: int | None = None
+    """Model points m, if other than the preset's."""
+    few_views: bool = False
+    """Only the cameras N and S."""
+    averaged: bool = False
+    """The same averaged proportions for everybody."""
+    restarted: bool = False
+    """Set to the reference's pose at the first frame of every segment. A protocol of this
+    evaluation alone, which separates new errors from arms that were lost before."""
+
+    def __str__(self) -> str:
+        flags = {
+            f"m{self.points}": self.points is not None,
+            "NS": self.few_views,
+            "averaged": self.averaged,
+            "restarted": self.restarted,
+        }
+        return "-".join([self.preset, *(name for name, is_set in flags.items() if is_set)])
+
+    def spec(self, seed: int) -> RunSpec:
+        """Everything but the recording; the thesis's people stood in the T pose at first."""
+        changes = [] if self.points is None else [f"model_points={self.points}"]
+        return RunSpec(
+            stereotrack.preset(self.preset, changes),
+            self.preset,
+            views=("N", "S") if self.few_views else None,
+            seed=seed,
+            init="tpose" if self.preset == THESIS else "auto",
+        )
+
+
+Job: TypeAlias = tuple[str, Way, int]
+"""Recording, way of tracking, seed."""
+Parts: TypeAlias = Mapping[str, LimbErrors]
+"""Errors of a run by part: SLOW, FAST, and every segment by its name."""
+
+
+def jobs(names: Sequence[str], presets: Sequence[str], seeds: int) -> list[Job]:
+    """All runs, table 4.1 first. ``thesis``, which draws points at random, runs with all seeds."""
+    ways = [Way(name) for name in presets]
+    if THESIS in presets:
+        ways.append(Way(THESIS, restarted=True))
+        ways += [Way(THESIS, points=m) for m in POINTS if m != 64]
+    ways += [Way(name, averaged=True) for name in presets]
+    ways += [Way(name, few_views=True) for name in presets]
+    return [
+        (name, way, seed)
+        for way in ways
+        for name in (names if not way.few_views else WITH_TWO_CAMERAS)
+        for seed in range(seeds if way.preset == THESIS else 1)
+    ]
+
+
+# Recordings and runs
+
+
+def made(folder: Path, one: ThesisRecording) -> Recording:
+    """Open a recording, which is rendered if it is missing. Raises InputError for another one."""
+    if not (folder / "recording.toml").is_file():
+        say(f"Rendering {one.name}, {one.frames} frames.")
+        stereotrack.simulate(
+            folder, person=one.name, frames=one.frames, seed=0, options=one.options, parts=one.parts
+        )
+    recording = open_recording(folder)
+    found = [(segment.name, segment.first, segment.end) for segment in recording.segments]
+    if found != [(part.name, part.first, part.end) for part in one.parts]:
+        raise InputError(
+            "this is a different recording from the one that this version would create",
+            where=str(folder),
+            remedy="Choose another folder, or delete this recording.",
+        )
+    return recording
+
+
+def averaged_subject(subjects: Iterable[Subject | None]) -> Subject:
+    """Mean of everybody's lengths; a length that nobody has measured stays unknown."""
+    lengths: dict[str, Any] = {}
+    known = [subject for subject in subjects if subject is not None]
+    for name in LENGTHS:
+        values = [value for one in known if (value := getattr(one, name)) is not None]
+        lengths[name] = float(np.mean(values)) if values else None
+    return Subject(name="averaged", **lengths)
+
+
+def tracked(recording: Recording, way: Way, seed: int) -> Run:
+    """Track a recording whose subject is settled; a tracker never sees the reference.
+
+    Only a restarted run is given the reference's poses, and its file says so.
+    """
+    spec, blind = way.spec(seed), replace(recording, reference=None)
+    starts = _starts(recording) if way.restarted else {}
+    run = restarted(blind, spec, starts) if starts else stereotrack.track(blind, spec)
+    return replace(run, meta={**run.meta, "way": str(way), "started_at_reference": [*starts]})
+
+
+def _starts(recording: Recording) -> dict[int, Pose]:
+    """Poses of the reference at frame 0 and at the first frame of every segment."""
+    truth = truth_of(recording)
+    at = {int(frame): points for frame, points in zip(truth.frame, truth.points, strict=True)}
+    begins = sorted({0, *(segment.first for segment in recording.segments)})
+    return {frame: pose_of_landmarks(at[frame]) for frame in begins if frame in at}
+
+
+def restarted(recording: Recording, spec: RunSpec, starts: Mapping[int, Pose]) -> Run:
+    """Track a recording; before each frame of `starts` the tracker is set to a pose."""
+    found: list[TrackedFrame] = []
+    with Pipeline(recording, replace(spec, init=starts[0])) as pipeline:
+        frames = range(pipeline.reader.frame_count)
+        pipeline.prepare(frames)
+        for first, end in pairwise([*starts, frames.stop]):
+            pipeline.tracker.start(starts[first])
+            with closing(pipeline.frames(range(first, end))) as stretch:
+                found += [frame.without_cloud() for frame in stretch]
+        return run_of(found, pipeline.origin())
+
+
+def _track_and_write(recording: Recording, way: Way, seed: int, path: Path) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    stereotrack.write_run(path, tracked(recording, way, seed))
+
+
+def kept_run(path: Path, recording: Recording, way: Way, seed: int) -> Run | None:
+    """Read a finished run; None if it is missing, damaged, or would come out otherwise now."""
+    try:
+        run = stereotrack.read_run(path)
+    except InputError:
+        return None
+    wanted = {
+        "parameters": way.spec(seed).settings.values(),
+        "seed": seed,
+        "fingerprint": fingerprint(recording),
+        "way": str(way),
+    }
+    return run if all(run.meta.get(key) == value for key, value in wanted.items()) else None
+
+
+def missing_runs_made(
+    folder: Path, recordings: Mapping[str, Recording], wanted: Sequence[Job], workers: int
+) -> dict[Job, Parts]:
+    """Track what is not there yet, in several processes; errors of all runs."""
+    average = averaged_subject(recording.subject for recording in recordings.values())
+    paths = {job: folder / "runs" / job[0] / f"{job[1]}-seed{job[2]}.npz" for job in wanted}
+    left = [job for job in wanted if kept_run(paths[job], recordings[job[0]], *job[1:]) is None]
+    with worker_pool(workers) as pool:
+        futures = {}
+        for name, way, seed in left:
+            own = recordings[name]
+            own = replace(own, subject=average) if way.averaged else own
+            path = paths[name, way, seed]
+            futures[pool.submit(_track_and_write, own, way, seed, path)] = path
+        for count, future in enumerate(as_completed(futures), start=1):
+            future.result()
+            say(f"{futures[future]}: {count} of {len(left)}")
+    return {
+        job: parts_of(recordings[job[0]], stereotrack.read_run(path)) for job, path in paths.items()
+    }
+
+
+def parts_of(recording: Recording, run: Run) -> Parts:
+    """Errors of a run against the reference, by part."""
+    errors, segments = errors_against(run.trajectory(), truth_of(recording)), recording.segments
+    end = int(errors.frame[-1]) + 1
+    fast = min((s.first for s in segments if s.name.endswith(FAST)), default=end)
+    parts = {SLOW: errors.between(0, fast), FAST: errors.between(fast, end)}
+    for segment in segments:
+        own = errors.between(segment.first, segment.end)
+        before = parts.get(segment.name)
+        parts[segment.name] = own if before is None else before.followed_by(own)
+    return parts
+
+
+# Tables and curves
+
+
+@dataclass(frozen=True)
+class Column:
+    """What one number is taken from: the runs of a way on some recordings, and their part."""
+
+    way: Way
+    names: tuple[str, ...]
+    part: str = SLOW
+
+    def figure(self, found: Mapping[Job, Parts], measure: str) -> Spread:
+        """Pool over frames, then over seeds; nothing until all recordings have a run."""
+        values = []
+        for seed in sorted({job[2] for job in found if job[1] == self.way}):
+            runs = [found.get((name, self.way, seed)) for name in self.names]
+            if None in runs:
+                return Spread()
+            stretches = [run[self.part] for run in runs if run is not None and self.part in run]
+            if stretches:
+                pooled = summarise(reduce(LimbErrors.followed_by, stretches))
+                is_share = measure == "lost"
+                mean = np.nan if is_share else pooled.measure(measure).statistics.mean
+                values.append(100.0 * pooled.lost if is_share else mean)
+        return Spread.of(values)
+
+
+def ways_shown(presets: Sequence[str]) -> list[Way]:
+    """Ways that the tables 4.1, of fast motions and of single motions compare."""
+    both = [Way(THESIS), Way(THESIS, restarted=True)] if THESIS in presets else []
+    return [*both, *(Way(name) for name in presets if name != THESIS)]
+
+
+def tables(found: Mapping[Job, Parts], names: Sequence[str], presets: Sequence[str]) -> str:
+    """All tables as Markdown; the thesis's own numbers stand first."""
+    each = [*((name,) for name in names), tuple(names)]
+    everybody, plain = tuple(names), [Way(name) for name in presets]
+    of_points = [Way(THESIS, points=None if m == 64 else m) for m in POINTS]
+    two = WITH_TWO_CAMERAS
+    columns: dict[ThesisTable, list[list[Column]]] = {
+        TABLE_4_1: [[Column(way, own) for own in each] for way in ways_shown(presets)],
+        TABLE_4_2: [[Column(way, everybody) for way in of_points]] if THESIS in presets else [],
+        TABLE_4_3: [[Column(replace(w, few_views=True), two), Column(w, two)] for w in plain],
+        TABLE_4_4: [
+            [Column(replace(w, averaged=True), everybody), Column(w, everybody)] for w in plain
+        ],
+    }
+    texts = [
+        f"## Table {one.number}, page {one.page}: {one.title}\n\n"
+        + markdown_text(("", "", *(f">{c}" for c in one.columns)), [*_lines(rows, found, one)])
+        + f"\n{one.remark}\n"
+        for one, rows in columns.items()
+    ]
+    fast = [[Column(way, own, FAST) for own in each] for way in ways_shown(presets)]
+    heads = ("", "", *(f">{name}" for name in (*names, "together")))
+    texts.append(f"## Fast motions\n\n{markdown_text(heads, [*_lines(fast, found)])}")
+    heads = ("motion", "", *(f">{label} [{unit}]" for _, label, unit in LINES[3:]))
+    texts.append(f"## Motions\n\n{markdown_text(heads, [*_motions(found, presets)])}")
+    return "\n".join(texts)
+
+
+def _lines(
+    columns: Sequence[Sequence[Column]],
+    found: Mapping[Job, Parts],
+    given: ThesisTable | None = None,
+) -> Iterator[tuple[str, ...]]:
+    for name, label, unit in LINES:
+        digits = 0 if unit == "mm" else 1
+        if given is not None and name in given.values:
+            yield (f"{label} [{unit}]", "the thesis", *(f"{v:g}" for v in given.values[name]))
+        for row in columns:
+            figures = [column.figure(found, name) for column in row]
+            if any(math.isfinite(one.mean) for one in figures):
+                way = replace(row[0].way, points=None, few_views=False, averaged=False)
+                texts = (one.text(digits) for one in figures)
+                yield (f"{label} [{unit}]", f"preset {way}", *texts)
+
+
+def _motions(found: Mapping[Job, Parts], presets: Sequence[str]) -> Iterator[tuple[str, ...]]:
+    for motion in (*MOTIONS, *(name + FAST for name in MOTIONS)):
+        names = tuple(dict.fromkeys(job[0] for job, parts in found.items() if motion in parts))
+        for way in ways_shown(presets):
+            figures = (Column(way, names, motion).figure(found, line[0]) for line in LINES[3:])
+            yield (motion, f"preset {way}", *(figure.text() for figure in figures))
+
+
+def curves(found: Mapping[Job, Parts], motion: str, presets: Sequence[str]) -> bytes:
+    """Draw the errors of every limb over the frames of a motion as SVG, means over seeds."""
+    figure, axes = drawn_axes(3, 2, 9.0, 6.6)
+    name = next(job[0] for job in reversed([*found]) if motion in found[job])
+    for ax, measure in zip(axes, _PANELS, strict=True):
+        for way in ways_shown(presets):
+            runs = [parts[motion] for job, parts in found.items() if job[:2] == (name, way)]
+            angles = [
+                getattr(run, measure) if hasattr(run, measure) else run.of_limb(measure)
+                for run in runs
+            ]
+            if angles:
+                ax.plot(runs[0].frame, np.degrees(np.mean(angles, axis=0)), label=f"preset {way}")
+        ax.set_title(f"{measure.replace('_', ' ')} [deg]", loc="left", fontsize=9.5)
+        ax.set_ylim(0, 180)
+    axes[0].legend()
+    return image_of(figure, "svg")
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Make the recordings, track them, and write tables and curves."""
+    parser = ArgumentParser(description=__doc__)
+    parser.add_argument("folder", type=Path, help="for recordings, runs and results")
+    parser.add_argument("--short", action="store_true", help="some dozen frames: a test")
+    parser.add_argument("--presets", default="thesis,accurate", help="comma-separated")
+    parser.add_argument("--seeds", type=int, default=5, help="runs of preset thesis")
+    parser.add_argument("--workers", type=int, default=1, help="processes")
+    args = parser.parse_args(arguments)
+    presets = args.presets.split(",")
+    for name in presets:
+        stereotrack.preset(name)
+    plans = thesis_recordings(short=args.short)
+    recordings = {one.name: made(args.folder / "recordings" / one.name, one) for one in plans}
+    wanted = jobs([*recordings], presets, args.seeds)
+    found = missing_runs_made(args.folder, recordings, wanted, args.workers)
+    text = tables(found, [*recordings], presets)
+    write_file(args.folder / "tables.md", text)
+    for motion, number in MOTIONS.items():
+        write_file(args.folder / f"figure-{number}.svg", curves(found, motion, presets))
+    print(text)
+
+
+if __name__ == "__main__":
+    sys.exit(ended(main))

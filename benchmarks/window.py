@@ -1,0 +1,139 @@
+"""Measure the window: frame steps from key press to paint, or the event loop while it tracks.
+
+``python benchmarks/window.py RECORDING [--workspace annotate] [--tracking]`` prints JSON. Without a
+screen, set QT_QPA_PLATFORM=offscreen.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+import tempfile
+import time
+from argparse import ArgumentParser
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from PySide6.QtCore import QCoreApplication, QEventLoop, QSettings, Qt, QTimer
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication
+
+from app.program import make_window
+from app.services.failures import leave_out_noise
+from app.services.tasks.garbage import GarbageTimer
+from app.widgets.style.theme import apply_theme
+from benchmarks.common import ended
+
+
+@contextmanager
+def opened(recording: Path, frames: int, workspace: str) -> Iterator[tuple[Any, int]]:
+    """Give the window with a recording, and the last of the frames that were shown once."""
+    leave_out_noise()
+    existing = QApplication.instance()
+    app = existing if isinstance(existing, QApplication) else QApplication(["stereotrack"])
+    with tempfile.TemporaryDirectory() as folder:
+        settings = QSettings(str(Path(folder) / "window.ini"), QSettings.Format.IniFormat)
+        settings.setValue("projects_folder", folder)
+        apply_theme(app, "dark")
+        garbage = GarbageTimer()
+        window: Any = make_window(settings)[0]
+        window.resize(1366, 768)
+        document, tasks = window.context.session.document, window.context.tasks
+        window.show()
+        window.activateWindow()
+        window.context.session.opening.open(recording)
+        _until(lambda: document.frame_set is not None and tasks.settled())
+        window.context.docks.show_named(workspace)
+        last = min(frames, document.frame_count - 1)
+        for frame in range(last + 1):
+            document.go_to(frame)
+            _until(partial(_shows, window, frame))
+        yield window, last
+        window.close()
+        garbage.deleteLater()
+
+
+def frame_steps(recording: Path, frames: int, workspace: str) -> dict[str, Any]:
+    """Milliseconds of a step over frames that are in the cache, forth and back."""
+    times = []
+    with opened(recording, frames, workspace) as (window, last):
+        begun_computing = time.thread_time()
+        for key, step in ((Qt.Key.Key_Left, -1), (Qt.Key.Key_Right, 1)):
+            for _ in range(last):
+                wanted = window.context.session.document.frame + step
+                begun = time.perf_counter()
+                QTest.keyClick(window, key)
+                _until(partial(_shows, window, wanted))
+                times.append(1000.0 * (time.perf_counter() - begun))
+        computing = 1000.0 * (time.thread_time() - begun_computing) / len(times)
+        views = len(window.context.docks.views.tiles)
+    return {**_statistics("frame_step", times), "computing_ms": round(computing, 2), "views": views}
+
+
+def rounds_while_tracking(recording: Path, frames: int) -> dict[str, Any]:
+    """Milliseconds between rounds of the event loop while it tracks with `accurate` and draws.
+
+    A timer of 5 ms notes when it comes; a round that takes longer makes it late. Rounds count from
+    the first tracked frame to the last one.
+    """
+    beats: list[float] = []
+    drawn: list[float] = []
+    with opened(recording, 0, "track") as (window, _):
+        session = window.context.session
+        beat, loop = QTimer(), QEventLoop()
+        beat.setTimerType(Qt.TimerType.PreciseTimer)
+        beat.timeout.connect(lambda: beats.append(time.perf_counter()))
+        session.track.advanced.connect(lambda _: drawn.append(time.perf_counter()))
+        session.track.finished.connect(loop.quit)
+        beat.start(5)
+        wanted = range(min(frames, session.document.frame_count))
+        session.track.begin(session.document.recording, wanted, "tpose")
+        loop.exec()
+        beat.stop()
+    rounds = np.diff([beat for beat in beats if drawn[0] <= beat <= drawn[-1]]) * 1e3
+    speed = (len(wanted) - 1) / (drawn[-1] - drawn[0])
+    return {**_statistics("round", rounds.tolist()), "frames_per_second": round(speed, 2)}
+
+
+def _statistics(name: str, times: Sequence[float]) -> dict[str, float]:
+    figures = {"": np.median(times), "_p95": np.percentile(times, 95), "_max": np.max(times)}
+    return {f"{name}_ms{end}": round(float(value), 2) for end, value in figures.items()}
+
+
+def _shows(window: Any, frame: int) -> bool:
+    """Whether all visible views have painted a frame."""
+    views = window.context.docks.views
+    return all(views.tiles[name].camera.painted_frame == frame for name in views.visible_views())
+
+
+def _until(condition: Callable[[], bool], seconds: float = 120.0) -> None:
+    """Let events happen until a condition holds."""
+    end = time.perf_counter() + seconds
+    while not condition():
+        QCoreApplication.processEvents(QEventLoop.ProcessEventsFlag.AllEvents, 2)
+        if time.perf_counter() > end:
+            raise TimeoutError("the window did not repaint in time")
+        time.sleep(0.0002)
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Measure and print."""
+    parser = ArgumentParser(description=__doc__)
+    parser.add_argument("recording", type=Path)
+    parser.add_argument("--frames", type=int, default=40, help="frames to step through, or track")
+    parser.add_argument("--workspace", default="annotate", help="to step in")
+    parser.add_argument("--tracking", action="store_true", help="measure the loop while tracking")
+    args = parser.parse_args(arguments)
+    if args.tracking:
+        result = rounds_while_tracking(args.recording, args.frames)
+    else:
+        result = frame_steps(args.recording, args.frames, args.workspace)
+    print(json.dumps(result, indent=2))
+
+
+if __name__ == "__main__":
+    sys.exit(ended(main))

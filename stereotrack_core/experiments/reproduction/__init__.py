@@ -1,1 +1,0 @@
-"""The thesis's evaluation, repeated: its tables and curves beside ours."""
