@@ -1,7 +1,7 @@
-"""Repeat the thesis's evaluation: its tables 4.1 to 4.4 and error curves, beside our numbers.
+"""Repeat the thesis's evaluation: its tables 4.1 to 4.4 with our numbers below its own.
 
 ``python benchmarks/reproduce.py DIR`` makes four recordings like those of the thesis, tracks them
-and writes ``tables.md`` and ``figure-4.*.svg``. Runs that are finished are kept in DIR.
+and writes ``tables.md``. Runs that are finished are kept in DIR.
 """
 
 from __future__ import annotations
@@ -42,7 +42,6 @@ from stereotrack_core.evaluation.errors import LimbErrors, errors_against, truth
 from stereotrack_core.evaluation.summary import Spread, summarise
 from stereotrack_core.recording.description import LENGTHS, Recording, Subject
 from stereotrack_core.recording.folder import fingerprint, open_recording
-from stereotrack_core.report.drawing import drawn_axes, image_of
 from stereotrack_core.tables import markdown_text
 from stereotrack_core.tracking.frame import Run, TrackedFrame, run_of
 from stereotrack_core.tracking.pipeline import Pipeline
@@ -56,10 +55,6 @@ WITH_TWO_CAMERAS = ("P1", "P2", "P4")
 SLOW = "slow"
 """Part of a recording: the frames before the first fast motion."""
 LINES = (*ROWS, ("lost", "arm segments lost", "%"))
-_PANELS = (
-    *("torso_long", "torso_cross", "left_upper_arm", "right_upper_arm"),
-    *("left_forearm", "right_forearm"),
-)
 
 
 @dataclass(frozen=True)
@@ -238,7 +233,7 @@ def parts_of(recording: Recording, run: Run) -> Parts:
     return parts
 
 
-# Tables and curves
+# Tables
 
 
 @dataclass(frozen=True)
@@ -307,7 +302,11 @@ def _lines(
     for name, label, unit in LINES:
         digits = 0 if unit == "mm" else 1
         if given is not None and name in given.values:
-            yield (f"{label} [{unit}]", "the thesis", *(f"{v:g}" for v in given.values[name]))
+            yield (
+                f"{label} [{unit}]",
+                "the thesis",
+                *(f"{v:.{digits}f}" for v in given.values[name]),
+            )
         for row in columns:
             figures = [column.figure(found, name) for column in row]
             if any(math.isfinite(one.mean) for one in figures):
@@ -324,27 +323,8 @@ def _motions(found: Mapping[Job, Parts], presets: Sequence[str]) -> Iterator[tup
             yield (motion, f"preset {way}", *(figure.text() for figure in figures))
 
 
-def curves(found: Mapping[Job, Parts], motion: str, presets: Sequence[str]) -> bytes:
-    """Draw the errors of every limb over the frames of a motion as SVG, means over seeds."""
-    figure, axes = drawn_axes(3, 2, 9.0, 6.6)
-    name = next(job[0] for job in reversed([*found]) if motion in found[job])
-    for ax, measure in zip(axes, _PANELS, strict=True):
-        for way in ways_shown(presets):
-            runs = [parts[motion] for job, parts in found.items() if job[:2] == (name, way)]
-            angles = [
-                getattr(run, measure) if hasattr(run, measure) else run.of_limb(measure)
-                for run in runs
-            ]
-            if angles:
-                ax.plot(runs[0].frame, np.degrees(np.mean(angles, axis=0)), label=f"preset {way}")
-        ax.set_title(f"{measure.replace('_', ' ')} [deg]", loc="left", fontsize=9.5)
-        ax.set_ylim(0, 180)
-    axes[0].legend()
-    return image_of(figure, "svg")
-
-
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Make the recordings, track them, and write tables and curves."""
+    """Make the recordings, track them, and write the tables."""
     parser = ArgumentParser(description=__doc__)
     parser.add_argument("folder", type=Path, help="for recordings, runs and results")
     parser.add_argument("--short", action="store_true", help="some dozen frames: a test")
@@ -361,8 +341,6 @@ def main(arguments: Sequence[str] | None = None) -> None:
     found = missing_runs_made(args.folder, recordings, wanted, args.workers)
     text = tables(found, [*recordings], presets)
     write_file(args.folder / "tables.md", text)
-    for motion, number in MOTIONS.items():
-        write_file(args.folder / f"figure-{number}.svg", curves(found, motion, presets))
     print(text)
 
 

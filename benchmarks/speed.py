@@ -2,7 +2,7 @@
 
 - chain: from encoded images to the pose, against plain block matching of the same images
 - correction: the correction step against the textbook's form and filterpy's
-- growth: processor time of a frame against the number of points and of views (figure 4.4)
+- growth: processor time of the tracker's step against the number of points (figure 4.4)
 
 ``python benchmarks/speed.py RECORDING --only chain``. Run nothing else meanwhile.
 """
@@ -221,19 +221,17 @@ def correction_table(sizes: Sequence[int], budget: float = 1.0) -> None:
 # Growth
 
 
-def growth_tables(recording: Recording, name: str, settings: Settings) -> None:
-    """Print how the tracker's step grows with the points, and the whole chain with the views."""
+def growth_table(recording: Recording, name: str, settings: Settings) -> None:
+    """Print how the tracker's step grows with the points."""
     say(f"Timing {name} on {recording.name}.")
     samples = settings.tracking.matching == "model_to_data"
-    sizes = MODEL_POINTS if samples else DATA_POINTS
-    costs = dict(cost_of_points(recording, settings, sizes))
-    _put_growth(f"{recording.name}, {name}: the tracker's step", "points", costs)
-    views = usable_views(recording, None)
-    by_views = {
-        n: _processor_ms(recording, settings.replaced(fit_shape=False), views[:n])
-        for n in range(1, len(views) + 1)
-    }
-    _put_growth(f"{recording.name}, {name}: the whole chain", "views", by_views)
+    costs = dict(cost_of_points(recording, settings, MODEL_POINTS if samples else DATA_POINTS))
+    power = number(exponent([*costs], [*costs.values()]), 2)
+    put_table(
+        f"{recording.name}, {name}: the tracker's step grows as points^{power} (processor time)",
+        (">points", ">ms", ">ms for each"),
+        [(str(n), number(ms), number(ms / n, 3)) for n, ms in costs.items()],
+    )
 
 
 def cost_of_points(
@@ -274,34 +272,6 @@ def _step_ms(recording: Recording, settings: Settings, clouds: Sequence[Cloud]) 
     return 1000.0 * float(np.median(spent))
 
 
-def _processor_ms(
-    recording: Recording, settings: Settings, views: Sequence[str], frames: int = 10
-) -> float:
-    """Median processor time of a frame from encoded images to the pose."""
-    spent = []
-    with Pipeline(recording, RunSpec(settings, views=views)) as pipeline:
-        count = min(frames + 1, pipeline.reader.frame_count)
-        pipeline.prepare(range(count))
-        for frame in range(count):
-            begun = time.process_time()
-            cloud, _ = read_cloud(pipeline.chain, pipeline.reader, frame)
-            if frame == 0 and len(cloud.points):
-                pipeline.tracker.start(pipeline.first_pose(cloud))
-            pipeline.tracker.step(cloud)
-            spent.append(time.process_time() - begun)
-    return 1000.0 * float(np.median(spent[1:] or spent))
-
-
-def _put_growth(title: str, what: str, costs: Mapping[int, float]) -> None:
-    power = number(exponent([*costs], [*costs.values()]), 2)
-    rows = [(str(n), number(ms), number(ms / n, 3)) for n, ms in costs.items()]
-    put_table(
-        f"{title} grows as {what}^{power} (processor time)",
-        (f">{what}", ">ms", ">ms for each"),
-        rows,
-    )
-
-
 def main(arguments: Sequence[str] | None = None) -> None:
     """Measure what is asked for and print the tables."""
     parser = parser_of(__doc__)
@@ -323,7 +293,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         if "chain" in parts:
             chain_table(recording, presets, args.frames)
         for name, settings in presets.items() if "growth" in parts else ():
-            growth_tables(recording, name, settings)
+            growth_table(recording, name, settings)
 
 
 if __name__ == "__main__":

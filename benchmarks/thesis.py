@@ -96,9 +96,8 @@ TABLE_4_4 = ThesisTable(
     "The arms are tracked significantly worse with average proportions.",
 )
 
-MOTIONS = {"whip": "4.6", "travolta": "4.8", "tie-shoes": "4.10", "cross-arms": "4.12"}
-"""Motions of section 4.3, by the name of the segment, with the figure of their errors; the curves
-themselves are not legible in the scan."""
+MOTIONS = ("whip", "travolta", "tie-shoes", "cross-arms")
+"""Segments of the motions of section 4.3 (figures 4.5 to 4.12)."""
 
 FAST = "-fast"
 """End of the names of segments that are done faster than the people of the thesis did."""

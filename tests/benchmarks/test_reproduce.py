@@ -133,7 +133,6 @@ def test_the_short_form_from_beginning_to_end(tmp_path, capsys):
     main(words)
     text = (tmp_path / "tables.md").read_text("utf-8")
     assert all(f"## Table 4.{k}" in text for k in (1, 2, 3, 4))
-    assert (tmp_path / "figure-4.12.svg").is_file()
     runs = {path: path.stat().st_mtime_ns for path in tmp_path.glob("runs/*/*.npz")}
     assert len(runs) == 38
     plain = tmp_path / "runs" / "P1" / "thesis-seed0.npz"
