@@ -53,8 +53,7 @@ def _is_computed(cell: str) -> bool:
 class Table:
     """A table to read; a heading that begins with ``>`` stands over right-aligned numbers.
 
-    `kinds` are the rows' classes of style on a page, where they are not plain: ``given`` for
-    numbers of somebody else, ``first`` for the first row of a group; several joined by a space.
+    `kinds` are the rows' classes of style on a page; ``given`` sets a row apart.
     """
 
     title: str
