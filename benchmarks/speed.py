@@ -103,7 +103,9 @@ def _matching_seconds(recording: Recording, views: Sequence[str], frames: int) -
             for name in views:
                 images = found.get(name)
                 if images is None or images.left is None:
-                    raise InputError(f"view {name} has no images at frame {k}")
+                    raise InputError(
+                        f"view {name} has no images at frame {k}", remedy="Use fewer --frames."
+                    )
                 begun = time.perf_counter()
                 matcher.compute(images.left, images.image)
                 spent += time.perf_counter() - begun

@@ -77,7 +77,7 @@ def test_every_error_for_a_person_says_what_to_do():
 def test_files_have_one_subject_and_stay_short():
     long = {
         name_of(path): count
-        for path in sources(*PACKAGES, "tests", "tools")
+        for path in sources(*PACKAGES, "benchmarks", "tests", "tools")
         if (count := len(lines_of(path))) > LONGEST_FILE
     }
     assert not long
@@ -91,7 +91,7 @@ def test_the_median_file_is_short():
 def test_functions_fit_on_a_screen():
     long = {
         f"{name_of(path)}:{function.lineno} {function.name}": count
-        for path in sources(*PACKAGES, "tools")
+        for path in sources(*PACKAGES, "benchmarks", "tools")
         for function in functions(path)
         if (count := body_lines(function)) > LONGEST_FUNCTION
     }
@@ -102,7 +102,7 @@ def test_nothing_is_left_unfinished():
     unfinished = re.compile(r"\b(TODO|FIXME|XXX|NotImplementedError)\b")
     found = [
         f"{name_of(path)}:{number}"
-        for path in sources(*PACKAGES, "tools")
+        for path in sources(*PACKAGES, "benchmarks", "tools")
         for number, line in enumerate(lines_of(path), start=1)
         if unfinished.search(line)
     ]
