@@ -98,10 +98,8 @@ def cameras_for(choices: Choices) -> dict[str, Camera]:
     """
     sizes = {name: size_of(use) for use in choices.used() for name in cameras_of(use)}
     turns = {name: use.source.turned for use in choices.used() for name in cameras_of(use)}
-    if choices.guessed():
-        return {name: _guessed(name, *size) for name, size in sizes.items()}
     if choices.calibration is None:
-        return _stated(choices)
+        return {name: _guessed(name, *size) for name, size in sizes.items()}
     known = dict(choices.given or read_calibration(choices.calibration))
     for name, size in sizes.items():
         wanted = choices.cameras.get(name, name)
@@ -157,16 +155,6 @@ def calibration_notes(choices: Choices) -> tuple[str, ...]:
             if camera is not None and is_padded((camera.width, camera.height), size):
                 notes.append(PADDED.format(name, camera.width, camera.height, *size))
     return tuple(notes)
-
-
-def _stated(choices: Choices) -> dict[str, Camera]:
-    """The cameras that the sources state; that of the image where a depth map has one."""
-    cameras: dict[str, Camera] = {}
-    for use in sorted(choices.used(), key=lambda use: use.role == "depth"):
-        for name in cameras_of(use):
-            if use.source.camera is not None:
-                cameras.setdefault(name, replace(use.source.camera, name=name))
-    return cameras
 
 
 def _guessed(name: str, width: int, height: int) -> Camera:
