@@ -31,6 +31,9 @@ from stereotrack_core.interop.label_source import (
 from stereotrack_core.interop.pictures import make_folder
 from stereotrack_core.tables import csv_text, read_cells
 
+# Not read by sleap-io (0.9.5): it gives no labels and no complaint for a CSV whose pictures are not
+# beside it, or of predictions, and cannot open the HDF5 files.
+
 _NOT_IN_FILES = frozenset('/\\:*?"<>|').union(map(chr, range(32)))
 """Signs that some system does not allow in names, or takes for the way to another folder."""
 
