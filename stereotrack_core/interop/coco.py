@@ -31,7 +31,7 @@ from stereotrack_core.reading import TABLE_BYTES, read_json
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.landmarks import SKELETON
 
-# Not read by sleap-io (0.9.5): it leaves out all annotations whose pictures are not beside the file,
+# Not read by sleap-io (0.9.5): it leaves out annotations whose pictures are not beside the file,
 # and what is listed under `outside` and `sources`.
 
 _ENTRY: Kind = {
