@@ -66,7 +66,7 @@ def table_of(path: Path, lines: Sequence[Sequence[str]], remedy: str) -> DeepLab
         raise InputError(what, where=str(path), remedy=remedy)
     first = next((k for k, name in enumerate(coords) if name in _NUMBERS), len(coords))
     columns = list(zip(people, parts, coords, strict=True))[first:]
-    rows = []
+    rows: list[tuple[str, Sequence[str], Sequence[str]]] = []
     for number, line in enumerate(lines[len(header) :], start=len(header) + 1):
         if any(line):
             cells = [*line[first:], *[""] * len(columns)][: len(columns)]
