@@ -61,7 +61,7 @@ OPTIONS = (
            action="append", default=[]),
     option("--calibration FILE", "calibration of the cameras: a calibration.toml, or of another "
            "tool as in `stereotrack calibrate import`; several files that belong together, each "
-           "with --calibration (default: the cameras of a ROS bag, else they are guessed)",
+           "with --calibration (default: they are guessed)",
            type=Path, action="append", default=[]),
     option("--units UNIT", "unit of the lengths in a calibration of another tool that does not "
            "state it: m, cm, mm or in", choices=tuple(METRES_PER_UNIT)),

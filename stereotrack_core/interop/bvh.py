@@ -134,7 +134,12 @@ def write_bvh(path: Path, trajectory: LandmarkTrajectory, fps: float) -> None:
     fps = checked_fps(fps)
     first, points = contiguous(trajectory, str(path))
     unknown: BoolArray = np.asarray(np.isnan(points).any(axis=-1))
-    _check_known(unknown, path)
+    if never := [name for k, name in enumerate(LANDMARKS) if unknown[:, k].all()]:
+        raise InputError(
+            f"the landmark {never[0]} has no position in any frame",
+            where=str(path),
+            remedy="BVH cannot omit landmarks. Export as csv, trc or c3d instead.",
+        )
     landmarks = held(points, unknown) @ _BVH_FROM_WORLD.T
     root, joints = skeleton(landmarks, ~unknown)
     channels = np.concatenate([root, *(_euler_zxy_deg(j.rotation) for j in joints)], axis=1)
@@ -144,16 +149,6 @@ def write_bvh(path: Path, trajectory: LandmarkTrajectory, fps: float) -> None:
     notes = _notes(fps, first, (np.flatnonzero(unknown.any(axis=1)) + first).tolist())
     beside = path.with_name(path.name + ".json")
     write_files({path: "\n".join(lines) + "\n", beside: json.dumps(notes, indent=2) + "\n"})
-
-
-def _check_known(unknown: BoolArray, path: Path) -> None:
-    for k, name in enumerate(LANDMARKS):
-        if unknown[:, k].all():
-            raise InputError(
-                f"the landmark {name} has no position in any frame",
-                where=str(path),
-                remedy="BVH cannot omit landmarks. Export as csv, trc or c3d instead.",
-            )
 
 
 def _notes(fps: float, first: int, held: list[int]) -> dict[str, Any]:

@@ -31,6 +31,9 @@ from stereotrack_core.reading import TABLE_BYTES, read_json
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.landmarks import SKELETON
 
+# Not read by sleap-io (0.9.5): it leaves out annotations whose pictures are not beside the file,
+# and what is listed under `outside` and `sources`.
+
 _ENTRY: Kind = {
     **dict.fromkeys(("id", "image_id", "category_id"), (int, str)),
     "keypoints": [object],

@@ -12,8 +12,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -31,19 +32,46 @@ from stereotrack_core.interop.label_source import (
 from stereotrack_core.interop.pictures import make_folder
 from stereotrack_core.tables import csv_text, read_cells
 
+# Not read by sleap-io (0.9.5): it gives no labels and no complaint for a CSV whose pictures are not
+# beside it, or of predictions, and cannot open the HDF5 files.
+
 _NOT_IN_FILES = frozenset('/\\:*?"<>|').union(map(chr, range(32)))
 """Signs that some system does not allow in names, or takes for the way to another folder."""
 
 SCORER = "stereotrack"
 _LEAST_LIKELIHOOD = 0.6  # predictions below it are left out
 _HEADERS = ("scorer", "individuals", "bodyparts", "coords")
+_NUMBERS = ("x", "y", "likelihood")
 
 
-@dataclass(frozen=True)
-class _Column:
-    part: str
-    coordinate: str
-    place: int
+class DeepLabCutTable(NamedTuple):
+    """Cells of a table."""
+
+    columns: list[tuple[str, str, str]]
+    """Individual (empty if there is one alone), body part and coordinate of each column."""
+    rows: list[tuple[str, Sequence[str], Sequence[str]]]
+    """Place of the row in the file, the cells that name its picture, and those of the columns."""
+
+
+def table_of(path: Path, lines: Sequence[Sequence[str]], remedy: str) -> DeepLabCutTable:
+    """The table of the lines of a file; InputError where those before the numbers do not fit."""
+    header = {line[0]: line for line in lines[:4] if line and line[0] in _HEADERS}
+    if "bodyparts" not in header or "coords" not in header:
+        what = "the lines bodyparts and coords are missing"
+        raise InputError(what, where=str(path), remedy=remedy)
+    coords, parts = header["coords"], header["bodyparts"]
+    people = header.get("individuals", [""] * len(coords))
+    if not len(people) == len(parts) == len(coords):
+        what = "the lines before the numbers are not equally long"
+        raise InputError(what, where=str(path), remedy=remedy)
+    first = next((k for k, name in enumerate(coords) if name in _NUMBERS), len(coords))
+    columns = list(zip(people, parts, coords, strict=True))[first:]
+    rows: list[tuple[str, Sequence[str], Sequence[str]]] = []
+    for number, line in enumerate(lines[len(header) :], start=len(header) + 1):
+        if any(line):
+            cells = [*line[first:], *[""] * len(columns)][: len(columns)]
+            rows.append((f"{path}, line {number}", line[:first], cells))
+    return DeepLabCutTable(columns, rows)
 
 
 def is_deeplabcut(lines: Sequence[Sequence[str]]) -> bool:
@@ -60,40 +88,24 @@ def read_deeplabcut(source: LabelSource) -> Labels:
     """
     path = source.path
     lines = cells_of(path) if path.suffix.lower() == ".h5" else read_cells(path, headers=3)
-    header = {line[0]: line for line in lines[:4] if line and line[0] in _HEADERS}
-    if len(set(header.get("individuals", [])[1:]) - {""}) > 1:
+    table = table_of(path, lines, "Use a .csv file written by DeepLabCut.")
+    if len({individual for individual, _, _ in table.columns} - {""}) > 1:
         raise InputError(
             "the file contains several individuals",
             where=str(path),
             remedy="Export the labels of one person only.",
         )
-    if "bodyparts" not in header or "coords" not in header:
-        raise InputError(
-            "the lines bodyparts and coords are missing",
-            where=str(path),
-            remedy="Use a .csv file written by DeepLabCut.",
-        )
-    columns = [
-        _Column(part, coordinate, place)
-        for place, (part, coordinate) in enumerate(
-            zip(header["bodyparts"], header["coords"], strict=False)
-        )
-        if coordinate in ("x", "y", "likelihood")
-    ]
-    first = min((one.place for one in columns), default=1)
+    place_of_row = places_of_rows((named for _, named, _ in table.rows), source)
 
-    rows = enumerate(lines[len(header) :], start=len(header) + 1)
-    there = [row for row in rows if any(row[1])]
-    place_of_row = places_of_rows((line[:first] for _, line in there), source)
+    def read(
+        row: tuple[str, Sequence[str], Sequence[str]], known: Mapping[str, str]
+    ) -> list[Click]:
+        where, named, cells = row
+        place = place_of_row(named, where)
+        return [] if place is None else _clicks(cells, table.columns, known, place, where)
 
-    def read(row: tuple[int, Sequence[str]], known: Mapping[str, str]) -> list[Click]:
-        number, line = row
-        where = f"{path}, line {number}"
-        place = place_of_row(line[:first], where)
-        return [] if place is None else _clicks(line, columns, known, place, where)
-
-    found = source.labels((one.part for one in columns), there, read)
-    return replace(found, unstated=PLACES_ALONE)
+    parts = (part for _, part, coordinate in table.columns if coordinate in _NUMBERS)
+    return replace(source.labels(parts, table.rows, read), unstated=PLACES_ALONE)
 
 
 def write_deeplabcut(
@@ -224,25 +236,19 @@ def _number(text: str) -> float | None:
 
 
 def _clicks(
-    line: Sequence[str],
-    columns: Sequence[_Column],
+    cells: Sequence[str],
+    columns: Sequence[tuple[str, str, str]],
     known: Mapping[str, str],
     place: tuple[int, str],
     where: str,
 ) -> list[Click]:
     values: dict[str, dict[str, float]] = {}
-    for one in columns:
-        if one.part in known:
-            text = line[one.place] if one.place < len(line) else ""
-            try:
-                number = float(text) if text else math.nan
-            except ValueError:
-                raise InputError(
-                    f"{one.coordinate} of {one.part} is {text!r}",
-                    where=where,
-                    remedy="Write pixels as a number, or leave the value empty.",
-                ) from None
-            values.setdefault(one.part, {})[one.coordinate] = number
+    for text, (_, part, coordinate) in zip(cells, columns, strict=True):
+        if part in known and coordinate in _NUMBERS:
+            if (number := _number(text or "nan")) is None:
+                remedy = "Write pixels as a number, or leave the value empty."
+                raise InputError(f"{coordinate} of {part} is {text!r}", where=where, remedy=remedy)
+            values.setdefault(part, {})[coordinate] = number
     clicks = []
     for part, own in values.items():
         x, y = own.get("x", math.nan), own.get("y", math.nan)

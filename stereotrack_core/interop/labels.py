@@ -6,16 +6,13 @@ without ``source`` are read as well.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import NamedTuple
 
 from stereotrack_core.annotation.click import Click, ClickKey, Visibility, origin_of_source
 from stereotrack_core.atomic import write_file
-from stereotrack_core.counting import typed_number
 from stereotrack_core.errors import InputError
-from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.interop.coco import read_coco
 from stereotrack_core.interop.deeplabcut import is_deeplabcut, read_deeplabcut
 from stereotrack_core.interop.label_source import Labels, LabelSource
@@ -25,7 +22,7 @@ from stereotrack_core.interop.run_file import TRAJECTORY_SUFFIXES
 from stereotrack_core.interop.sleap import read_sleap
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.landmarks import LANDMARKS
-from stereotrack_core.tables import csv_text, read_cells, read_rows, whole_number
+from stereotrack_core.tables import csv_text, finite_number, read_cells, read_rows, whole_number
 
 _UNDERSTOOD = (
     "Supported files: clicks from .csv, DeepLabCut .csv and .h5, DLTdv, Argus and XMALab .csv, "
@@ -154,7 +151,7 @@ def read_clicks(
     columns = (*COLUMNS, _SOURCE) if _SOURCE in header else COLUMNS
     for line, cells in read_rows(path, columns, problems):
         try:
-            click = _click(_Line(path, line, cells), recording, landmarks, frames)
+            click = _click(path, line, cells, recording, landmarks, frames)
             if click.key in lines:
                 raise InputError(
                     f"line {line} repeats {click.landmark} of frame {click.frame} in "
@@ -198,67 +195,42 @@ def _row(click: Click, recording: Recording) -> tuple[int, str, str, str, str, i
     return click.frame, name, click.landmark, x, y, int(click.visibility), click.source
 
 
-class _Line(NamedTuple):
-    """A line of a clicks file."""
-
-    path: Path
-    number: int
-    cells: dict[str, str]
-
-    def wrong(self, what: str, remedy: str) -> InputError:
-        """The complaint about it."""
-        return InputError(f"line {self.number}: {what}", where=str(self.path), remedy=remedy)
-
-
 def _click(
-    line: _Line, recording: Recording, landmarks: Sequence[str], frames: int | None
+    path: Path,
+    line: int,
+    cells: Mapping[str, str],
+    recording: Recording,
+    landmarks: Sequence[str],
+    frames: int | None,
 ) -> Click:
-    cells = line.cells
-    frame = whole_number(cells["frame"], line.path, line.number, "frame")
-    if frame < 0 or (frames is not None and frame >= frames):
-        last = "" if frames is None else f", the last one is {frames - 1}"
-        raise line.wrong(f"frame {frame} does not exist", f"Frames are counted from 0{last}.")
     views = {view.name: view.image.camera for view in recording.views}
     cameras = {**{camera: camera for camera in recording.cameras}, **views}
+    frame = whole_number(cells["frame"], path, line, "frame")
     name, landmark, visibility = cells["view"], cells["landmark"], cells["visibility"]
-    if name not in cameras:
-        known = list(dict.fromkeys((*views, *recording.cameras)))
-        raise line.wrong(
-            f"unknown view or camera {name!r}",
-            f"Use one of {', '.join(known)}; {known[0]} is that view's reference image.",
-        )
-    if landmark not in landmarks:
-        remedy = f"The landmarks are {', '.join(landmarks)}."
-        raise line.wrong(f"unknown landmark {landmark!r}", remedy)
-    if visibility not in ("0", "1", "2"):
-        raise line.wrong(
-            f"invalid visibility {visibility!r}",
-            "Write 2 for seen, 1 for guessed behind something, 0 for outside the image.",
-        )
-    seen = Visibility(int(visibility))
-    shape = recording.cameras[cameras[name]]
-    position = None
+    last = "" if frames is None else f", the last one is {frames - 1}"
+    checks = (
+        (frame >= 0 and (frames is None or frame < frames),
+         f"frame {frame} does not exist", f"Frames are counted from 0{last}."),
+        (name in cameras, f"unknown view or camera {name!r}",
+         f"Use one of {', '.join(sorted(cameras))}; a view is that view's reference image."),
+        (landmark in landmarks, f"unknown landmark {landmark!r}",
+         f"The landmarks are {', '.join(landmarks)}."),
+        (visibility in ("0", "1", "2"), f"invalid visibility {visibility!r}",
+         "Write 2 for seen, 1 for guessed behind something, 0 for outside the image."),
+    )  # fmt: skip
+    for is_right, what, remedy in checks:
+        if not is_right:
+            raise InputError(f"line {line}: {what}", where=str(path), remedy=remedy)
+    position, seen = None, Visibility(int(visibility))
     if seen != Visibility.OUTSIDE:
-        position = _pixel(line, "x", shape.width, shape), _pixel(line, "y", shape.height, shape)
+        x, y = (finite_number(cells[axis], path, line, axis) for axis in "xy")
+        position = x, y
     origin = origin_of_source(cells.get(_SOURCE, ""))
-    return Click(frame, shape.name, landmark, position, seen, origin=origin)
-
-
-def _pixel(line: _Line, column: str, length: int, camera: Camera) -> float:
-    text = line.cells[column]
-    try:
-        value = typed_number(text)
-    except ValueError:
-        raise line.wrong(
-            f"{column} is {text!r}",
-            "Write pixels as a number; a landmark without a position has the visibility 0.",
-        ) from None
-    if not -0.5 <= value <= length - 0.5:
-        raise line.wrong(
-            f"{column} = {text} is outside the image of {camera.name} ({length} pixels)",
-            "Write raw-image pixels (the centre of the first pixel is 0), or the visibility 0.",
-        )
-    return value
+    click = Click(frame, cameras[name], landmark, position, seen, origin=origin)
+    if trouble := _trouble(click, recording, frames):
+        remedy = "Write raw-image pixels (the centre of the first pixel is 0), or visibility 0."
+        raise InputError(f"line {line}: {trouble}", where=str(path), remedy=remedy)
+    return click
 
 
 def _line_of(problem: InputError) -> int:

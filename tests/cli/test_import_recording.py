@@ -123,10 +123,23 @@ def test_a_bag_is_read_by_its_topics(run, tmp_path):
     view = ("--view", "front=/stereo/left/image_raw,/stereo/right/image_raw")
     ended = run("import", "recording", bag, "-o", tmp_path / "out", *view)
     assert ended.status == 0, ended.err
-    assert "the world is the frame world of the bag" in ended.err
     recording = open_recording(tmp_path / "out")
-    assert [view.name for view in recording.views] == ["front"]
-    assert recording.cameras["front_left"].position_world == pytest.approx([0, 0, 1.2])
+    assert ([view.name for view in recording.views], recording.guessed) == (["front"], True)
+    calibration = []
+    for side, aside in (("left", 0.0), ("right", -7.2)):  # as `topic echo` prints camera_info
+        path = tmp_path / f"{side}.yaml"
+        path.write_text(
+            f"header:\n  frame_id: {side}\nheight: 48\nwidth: 64\ndistortion_model: plumb_bob\n"
+            "d: [0.1, 0, 0, 0, 0]\nk: [60, 0, 31.5, 0, 60, 23.5, 0, 0, 1]\n"
+            "r: [1, 0, 0, 0, 1, 0, 0, 0, 1]\n"
+            f"p: [60, 0, 31.5, {aside}, 0, 60, 23.5, 0, 0, 0, 1, 0]\n---\n"
+        )
+        calibration += ["--calibration", path]
+    ended = run("import", "recording", bag, "-o", tmp_path / "known", *view, *calibration)
+    assert ended.status == 0, ended.err
+    recording = open_recording(tmp_path / "known")
+    assert not recording.guessed
+    assert recording.cameras["right"].position_world == pytest.approx([0.12, 0, 0])
 
 
 def test_a_calibration_of_another_tool_is_read(run, tmp_path):

@@ -331,19 +331,3 @@ def test_a_calibration_of_another_tool_asks_for_its_unit(window, qtbot, tmp_path
     press(wizard, BUTTON.FinishButton)
     recording = recording_of(window, qtbot)
     assert recording.cameras["c1"].position_world == pytest.approx([0.04, 0.0, 0.0])
-
-
-def test_a_bag_becomes_a_recording_with_its_cameras(window, qtbot, tmp_path, wizard_of):
-    pytest.importorskip("rosbags")
-    from tests.recording.importing.bags import stereo_bag
-
-    wizard = wizard_of(stereo_bag(tmp_path / "walk.bag", frames=4))
-    assert [row.role.currentData() for row in wizard.sources.rows] == ["left", "right"]
-    press(wizard, BUTTON.NextButton)
-    press(wizard, BUTTON.NextButton)
-    assert "ROS bag" in wizard.calibration.guess.text().replace("&", "")
-    to_the_end(wizard)
-    press(wizard, BUTTON.FinishButton)
-    recording = recording_of(window, qtbot)
-    assert not recording.guessed
-    assert recording.cameras["stereo_left"].position_world == pytest.approx([0.0, 0.0, 1.2])

@@ -1,6 +1,5 @@
 """Files of other programs that hold no landmarks, or say too little of them."""
 
-import numpy as np
 import pytest
 
 from stereotrack_core.errors import InputError
@@ -20,22 +19,6 @@ def _refused(path):
             read_labels(LabelSource(path, None, LANDMARKS))
         complaints.append(str(as_labels.value))
     return complaints
-
-
-def test_what_an_hdf5_file_of_sleap_is(tmp_path):
-    h5py = pytest.importorskip("h5py")
-    with h5py.File(tmp_path / "a.analysis.h5", "w") as file:
-        file["tracks"] = np.zeros((1, 2, 3, 20))
-        file["node_names"] = [b"head", b"left_hip", b"right_hip"]
-    with h5py.File(tmp_path / "points3d.h5", "w") as file:
-        file["tracks"] = np.zeros((20, 1, 3, 3))
-    for name, words in (
-        ("a.analysis.h5", "SLEAP's analysis of a video, which holds predictions in pixels"),
-        ("points3d.h5", "sleap-anipose's file of 3-D points"),
-    ):
-        complaints = _refused(tmp_path / name)
-        assert len(complaints) == 2
-        assert all(words in complaint for complaint in complaints)
 
 
 def test_what_a_table_of_anipose_is(tmp_path):

@@ -52,6 +52,8 @@ def load_libraries() -> None:
         import sleap_io
 
         assert sleap_io.load_slp
+    import scipy.io  # noqa: F401
+
     if find_spec("rosbags") is not None:
         import rosbags.highlevel
         import rosbags.typesys  # noqa: F401

@@ -21,7 +21,7 @@ FEW, MANY = 30, int(os.environ.get("STEREOTRACK_FUZZ", "10000"))
 MOST_SECONDS, MOST_MB = 5.0, 256
 """A reader's time on the processor for one of these small files, and its memory for all of them.
 
-Of this process: readers of HDF5 and of bags are in others, within limits of their own.
+Of this process: readers of HDF5, MAT files and bags are in others, within limits of their own.
 """
 OF_ROS = ("ROS bag", "ROS MCAP", "ROS SQLite")
 NAMES = (
@@ -48,7 +48,7 @@ NEEDED = {
     **dict.fromkeys(OF_ROS, "rosbags"),
 }
 """Libraries that not everybody installs."""
-READ_APART = ("SLEAP", *OF_HDF5, *OF_ROS)
+READ_APART = ("SLEAP", "MATLAB MAT", *OF_HDF5, *OF_ROS)
 
 
 def unhandled(reader: Reader, name: str, numbers: range, folder: Path) -> dict[int, str]:

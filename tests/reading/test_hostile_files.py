@@ -19,7 +19,8 @@ from stereotrack_core.plain_data import check_kind, checked_tree
 from stereotrack_core.reading import MB, check_file, decoding, open_file, parsed_json, read_bytes
 from stereotrack_core.recording.folder import describe
 from stereotrack_core.recording.images import DamagedFrame, numbered_files, read_image, read_metres
-from stereotrack_core.recording.importing.ros.images import METRIC_UNIT, picture_in
+from stereotrack_core.recording.importing.ros import picture_in
+from stereotrack_core.recording.importing.source import METRIC_UNIT
 from stereotrack_core.recording.stream_files import open_stream
 from stereotrack_core.recording.toml_table import load_toml
 from stereotrack_core.recording.video import open_container

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import zlib
 from collections.abc import Mapping
 from configparser import ConfigParser
 from configparser import Error as ConfigError
@@ -10,12 +11,13 @@ from pathlib import Path
 from typing import Any, Literal
 from xml.etree import ElementTree
 
+import numpy as np
 import yaml
 
 from stereotrack_core.errors import InputError
-from stereotrack_core.interop.calibrations.mat_file import variables_of
+from stereotrack_core.limited_process import read_apart
 from stereotrack_core.plain_data import DEEPEST, checked_tree
-from stereotrack_core.reading import MB, decoding, parsed_json, read_bytes, read_text
+from stereotrack_core.reading import MB, decoding, open_file, parsed_json, read_text
 from stereotrack_core.recording.toml_table import load_toml
 
 Kind = Literal["toml", "yaml", "json", "xml", "mat", "ini"]
@@ -26,6 +28,8 @@ _TEXT_BYTES = 8 * MB
 _YAML_BYTES = MB  # which takes some seconds to read
 
 _MAT_BYTES = 64 * MB
+_NO_MAT = "this is not a MAT file that can be read"
+_MOST_NUMBERS = 10_000  # larger arrays hold pictures or points, no calibration
 _REMEDY = "Use another copy of the file."
 _HDF5_MAGIC = b"\x89HDF"
 
@@ -122,6 +126,8 @@ def _plain(value: Any, depth: int = 0) -> Any:
     """The same value of tables with texts as names, lists, texts and numbers."""
     if depth > DEEPEST:
         raise RecursionError
+    if isinstance(value, np.ndarray | np.generic):
+        value = value.tolist() if value.size <= _MOST_NUMBERS else None
     if isinstance(value, Mapping):
         return {str(key): _plain(one, depth + 1) for key, one in value.items()}
     if isinstance(value, list | tuple | set):
@@ -153,12 +159,30 @@ def _xml(text: str, path: Path) -> ElementTree.Element:
 
 
 def _mat(path: Path) -> Mapping[str, Any]:
-    data = read_bytes(path, _MAT_BYTES)
+    with open_file(path, _MAT_BYTES) as file:
+        data = file.read(128)
     if data[:4] == _HDF5_MAGIC or data[:10] == b"MATLAB 7.3":
         raise InputError(
             "this is a MAT file of version 7.3, which cannot be read",
             where=str(path),
             remedy="In MATLAB, save it with save(..., '-v7'), or write JSON with jsonencode.",
         )
-    with decoding(path, "this is not a MAT file that can be read", _REMEDY):
-        return variables_of(data)
+    with decoding(path, _NO_MAT, _REMEDY):
+        if data[126:128] not in (b"IM", b"MI"):
+            raise ValueError("it does not begin as one")
+    return read_apart(_variables, path, _REMEDY)
+
+
+def _variables(path: Path) -> dict[str, Any]:
+    """Variables of a MAT file in this process, which SciPy's reader may end."""
+    from scipy.io import loadmat
+    from scipy.io.matlab import MatReadError
+
+    with decoding(path, _NO_MAT, _REMEDY):
+        try:
+            found = loadmat(path, simplify_cells=True)
+        except (MatReadError, zlib.error) as error:
+            raise ValueError(str(error)) from error
+        content = {name: _plain(one) for name, one in found.items() if not name.startswith("__")}
+    checked_tree(content, str(path))
+    return content

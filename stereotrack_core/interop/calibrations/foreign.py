@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -74,10 +74,6 @@ class ForeignCalibration:
         """Whether the file says where its cameras are."""
         return all(one.rotation is not None for one in self.cameras)
 
-    def with_other_sizes(self, all_sizes: Sequence[ForeignCalibration]) -> ForeignCalibration:
-        """The same, with what a file holds for every image size."""
-        return replace(self, other_sizes=tuple(all_sizes))
-
     def of_size(self, size: tuple[int, int] | None) -> ForeignCalibration:
         """The cameras of an image size.
 
@@ -143,6 +139,17 @@ def matrix_of(value: Any, where: str) -> FloatArray:
         )
     matrix[2], matrix[1, 0] = (0.0, 0.0, 1.0), 0.0
     return matrix
+
+
+def pinhole(four: Sequence[float] | FloatArray, where: str, skew: float = 0.0) -> FloatArray:
+    """Camera matrix (3, 3) of fx, fy, cx and cy."""
+    fx, fy, cx, cy = four
+    return matrix_of([[fx, skew, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]], where)
+
+
+def data_of(value: Any) -> Any:
+    """The numbers of a matrix that is written with rows, columns and data."""
+    return value.get("data") if isinstance(value, Mapping) else value
 
 
 def distortions_of(value: Any, where: str, *, fisheye: bool = False) -> FloatArray:

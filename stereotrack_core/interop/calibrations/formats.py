@@ -2,17 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import TypeAlias, cast
 
 from stereotrack_core.atomic import write_file
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.interop.calibrations.documents import Document, read_document
 from stereotrack_core.interop.calibrations.foreign import ForeignCalibration, with_names
-from stereotrack_core.interop.calibrations.kalibr import is_kalibr, read_kalibr
 from stereotrack_core.interop.calibrations.matlab import is_matlab, read_matlab
+from stereotrack_core.interop.calibrations.odometry import (
+    is_camodocal,
+    is_euroc,
+    is_kalibr,
+    read_camodocal,
+    read_euroc,
+    read_kalibr,
+)
 from stereotrack_core.interop.calibrations.opencv_storage import (
     is_storage,
     read_storage,
@@ -21,14 +29,11 @@ from stereotrack_core.interop.calibrations.opencv_storage import (
 )
 from stereotrack_core.interop.calibrations.qualisys import is_qualisys, read_qualisys
 from stereotrack_core.interop.calibrations.ros import is_camera_info, read_camera_info
-from stereotrack_core.interop.calibrations.sensors import (
-    is_camodocal,
-    is_euroc,
-    read_camodocal,
-    read_euroc,
-)
 from stereotrack_core.interop.calibrations.toml_layouts import Layout, read_toml, toml_text
 from stereotrack_core.interop.calibrations.zed import is_zed, read_zed
+
+_Is: TypeAlias = Callable[[Document], bool]
+_Read: TypeAlias = Callable[[Document], ForeignCalibration]
 
 UNITS_OF_EXPORT: Mapping[str, str] = {
     "aniposelib": "m",
@@ -38,13 +43,6 @@ UNITS_OF_EXPORT: Mapping[str, str] = {
     "opencv": "m",
 }
 """Formats that are written, and the unit that their tools expect."""
-
-_LAYOUTS: Mapping[str, Layout] = {
-    "aniposelib": "aniposelib",
-    "freemocap": "freemocap",
-    "pose2sim": "pose2sim",
-    "caliscope": "caliscope",
-}
 
 
 def read_foreign(paths: Sequence[Path]) -> ForeignCalibration:
@@ -61,35 +59,30 @@ def read_foreign(paths: Sequence[Path]) -> ForeignCalibration:
     return found[0] if len(found) == 1 else _together(found)
 
 
+_READERS: Sequence[tuple[_Is, _Read]] = (
+    (lambda document: document.kind == "toml", read_toml),
+    (is_qualisys, read_qualisys),
+    (is_zed, read_zed),
+    (is_euroc, read_euroc),
+    (is_camodocal, read_camodocal),
+    (is_matlab, read_matlab),
+    (is_kalibr, read_kalibr),
+    (is_camera_info, read_camera_info),
+)
+
+
 def _read(document: Document) -> ForeignCalibration | None:
     """The calibration of one file; None for one of OpenCV, of which several may belong together."""
-    if document.kind == "toml":
-        return read_toml(document)
-    if document.kind == "xml":
-        if is_qualisys(document):
-            return read_qualisys(document)
-    elif document.kind == "ini":
-        if is_zed(document):
-            return read_zed(document)
-        raise InputError(
-            "these are settings, but not the calibration of a ZED camera",
-            where=document.where,
-            remedy="Check that it is a calibration file.",
-        )
-    elif is_euroc(document):
-        return read_euroc(document)
-    elif is_camodocal(document):
-        return read_camodocal(document)
-    elif is_matlab(document):
-        return read_matlab(document)
-    elif is_kalibr(document):
-        return read_kalibr(document)
-    elif is_camera_info(document):
-        return read_camera_info(document)
-    if is_storage(document):
+    table = document.kind not in ("toml", "xml", "ini")
+    for is_one, read in _READERS if table else _READERS[:3]:
+        if is_one(document):
+            return read(document)
+    if document.kind != "ini" and is_storage(document):
         return None
     raise InputError(
-        "this is XML, but neither OpenCV's nor Qualisys'",
+        "these are settings, but not the calibration of a ZED camera"
+        if document.kind == "ini"
+        else "this is XML, but neither OpenCV's nor Qualisys'",
         where=document.where,
         remedy="Check that it is a calibration file.",
     )
@@ -121,4 +114,4 @@ def write_foreign(
     if form == "opencv":
         write_file(path, storage_text(cameras, unit, storage_suffix(path)))
     else:
-        write_file(path, toml_text(cameras, _LAYOUTS[form], unit))
+        write_file(path, toml_text(cameras, cast("Layout", form), unit))

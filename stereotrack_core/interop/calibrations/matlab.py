@@ -21,6 +21,7 @@ from stereotrack_core.interop.calibrations.foreign import (
     distortions_of,
     matrix_of,
     needed,
+    pinhole,
     refusal,
     rotation_of,
     size_of,
@@ -153,7 +154,8 @@ def _matrix(table: Mapping[str, Any], place: str) -> FloatArray:
             for key in ("FocalLength", "PrincipalPoint")
         )
         skew = array_of(table.get("Skew", 0.0), (1,), f"{place}, Skew", "a number")[0]
-        given = [[focal[0], skew, centre[0]], [0.0, focal[1], centre[1]], [0.0, 0.0, 1.0]]
-    matrix = matrix_of(given, f"{place}, camera matrix").copy()
+        matrix = pinhole((*focal, *centre), f"{place}, camera matrix", skew)
+    else:
+        matrix = matrix_of(given, f"{place}, camera matrix").copy()
     matrix[:2, 2] -= _FIRST_PIXEL
     return matrix

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 from xml.etree.ElementTree import Element
@@ -198,22 +199,9 @@ def _of_rig(content: Mapping[str, Any], name: str, where: str) -> ForeignCamera:
         {key.removesuffix(f"_{name}"): content[key] for key in content if key.endswith(f"_{name}")}
     )
     place = f"{where}, camera {name}"
-    given = _first(own, ("k",))
-    if not name or given is None:
+    if not name or _first(own, ("k",)) is None:
         raise refusal(place, "there is no K for a camera in names", "Give the file with K as well.")
-    rotation, translation = _first(own, ("rot", "r")), _first(own, ("t",))
-    placed = rotation is not None and translation is not None
-    fisheye = text_of(own.get("fisheye")) == "1"
-    width, height = own.get("w"), own.get("h")
-    return ForeignCamera(
-        name,
-        None if width is None or height is None else size_of([width, height], place),
-        matrix_of(given, f"{place}, K"),
-        _distortions(_first(own, ("dist",)), place, fisheye),
-        fisheye,
-        rotation_of(rotation, f"{place}, rotation") if placed else None,
-        array_of(translation, (3,), f"{place}, T", "three numbers") if placed else None,
-    )
+    return replace(_single(own, name, place), name=name)
 
 
 def _distortions(given: Any, where: str, fisheye: bool) -> Any:
@@ -230,7 +218,10 @@ def _is_fisheye(values: Values) -> bool:
 
 def _size(values: Values, where: str) -> tuple[int, int] | None:
     """Width and height, where the file has them."""
-    sides = [_first(values, (f"image{side}", side, f"img{side}")) for side in ("width", "height")]
+    sides = [
+        _first(values, (f"image{side}", side, f"img{side}", side[0]))
+        for side in ("width", "height")
+    ]
     if None not in sides:
         return size_of(sides, f"{where}, image size")
     both = _first(values, ("imagesize", "size", "resolution"))

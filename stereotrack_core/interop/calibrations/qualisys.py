@@ -17,8 +17,8 @@ from stereotrack_core.interop.calibrations.foreign import (
     ForeignCamera,
     array_of,
     distortions_of,
-    matrix_of,
     number_of,
+    pinhole,
     refusal,
     rotation_of,
     size_of,
@@ -35,7 +35,9 @@ _OPENCV_AXES = np.diag([1.0, -1.0, -1.0])
 
 def is_qualisys(document: Document) -> bool:
     """Whether an XML document is a calibration of Qualisys."""
-    return document.content.find(".//cameras/camera/intrinsic") is not None
+    return (
+        document.kind == "xml" and document.content.find(".//cameras/camera/intrinsic") is not None
+    )
 
 
 def read_qualisys(document: Document) -> ForeignCalibration:
@@ -71,7 +73,7 @@ def _camera(element: Element, name: str, place: str) -> ForeignCamera:
     return ForeignCamera(
         name,
         size_of([right - left + 1, bottom - top + 1], f"{place}, fov_video"),
-        matrix_of([[fx, skew, cx - left], [0, fy, cy - top], [0, 0, 1]], f"{place}, intrinsic"),
+        pinhole((fx, fy, cx - left, cy - top), f"{place}, intrinsic", skew),
         distortions_of([_number(lens, key, place) for key in _DISTORTIONS], f"{place}, intrinsic"),
         rotation=turned,
         translation=-turned @ centre,

@@ -17,6 +17,7 @@ from stereotrack_core.interop.calibrations.foreign import (
     ForeignCalibration,
     ForeignCamera,
     array_of,
+    data_of,
     distortions_of,
     matrix_of,
     refusal,
@@ -88,7 +89,7 @@ def _place(content: Mapping[str, Any], where: str) -> tuple[FloatArray, FloatArr
     rectified_from_camera = (
         np.eye(3)
         if rectification is None
-        else rotation_of(_numbers(rectification), f"{where}, rectification matrix")
+        else rotation_of(data_of(rectification), f"{where}, rectification matrix")
     )
     projection = array_of(
         _value(content, "projection", where), (3, 4), f"{where}, projection matrix", "3 x 4 numbers"
@@ -104,10 +105,5 @@ def _place(content: Mapping[str, Any], where: str) -> tuple[FloatArray, FloatArr
 def _value(content: Mapping[str, Any], name: str, where: str) -> Any:
     for key in _KEYS[name]:
         if content.get(key) is not None:
-            return _numbers(content[key])
+            return data_of(content[key])
     raise refusal(f"{where}, {_KEYS[name][0]}", "the key is missing")
-
-
-def _numbers(value: Any) -> Any:
-    """The numbers of a matrix that is written with rows, columns and data."""
-    return value.get("data") if isinstance(value, Mapping) else value

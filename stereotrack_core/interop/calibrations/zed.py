@@ -9,6 +9,7 @@ Stereolabs' own calibration tool writes OpenCV's result.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -19,9 +20,9 @@ from stereotrack_core.interop.calibrations.foreign import (
     ForeignCalibration,
     ForeignCamera,
     distortions_of,
-    matrix_of,
     needed,
     number_of,
+    pinhole,
     refusal,
     with_names,
 )
@@ -54,7 +55,7 @@ def read_zed(document: Document) -> ForeignCalibration:
         )
         for pair in found
     )
-    return pairs[0].with_other_sizes(pairs)
+    return replace(pairs[0], other_sizes=pairs)
 
 
 def _pair(document: Document, resolution: str, size: tuple[int, int]) -> list[ForeignCamera]:
@@ -76,12 +77,12 @@ def _camera(
     section = f"{side}_cam_{resolution}"
     where = f"{document.where}, [{section.upper()}]"
     lens = needed(document.content, section.casefold(), document.where)
-    fx, fy, cx, cy = (_value(lens, key, where) for key in ("fx", "fy", "cx", "cy"))
+    four = [_value(lens, key, where) for key in ("fx", "fy", "cx", "cy")]
     shared = document.content.get(f"{side}_disto", {})
     source = lens if "k1" in lens else shared
     names = _COEFFICIENTS if any(key in source for key in ("k4", "k5", "k6")) else _COEFFICIENTS[:5]
     return ForeignCamera(
-        side, size, matrix_of([[fx, 0, cx], [0, fy, cy], [0, 0, 1]], where),
+        side, size, pinhole(four, where),
         distortions_of([_value(source, key, where, 0.0) for key in names], where),
         rotation=place[0], translation=place[1],
     )  # fmt: skip

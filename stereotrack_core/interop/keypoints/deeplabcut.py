@@ -8,53 +8,33 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
-from stereotrack_core.errors import InputError
-from stereotrack_core.interop.deeplabcut import places_of_rows
+from stereotrack_core.interop.deeplabcut import places_of_rows, table_of
 from stereotrack_core.interop.deeplabcut_hdf5 import StoredTable
 from stereotrack_core.interop.keypoints.people import FileRow, Who
 from stereotrack_core.interop.keypoints.source import KeypointSource
 from stereotrack_core.interop.label_source import LabelSource
 from stereotrack_core.tables import finite_number, read_cells
 
-_HEADERS = ("scorer", "individuals", "bodyparts", "coords")
 _REMEDY = (
     "Use a .csv or .h5 file written by DeepLabCut's analyze_videos; have it write a damaged one "
     "again."
 )
-_NUMBERS = ("x", "y", "likelihood")
 
 
 def read_csv(source: KeypointSource) -> Iterator[FileRow]:
     """Rows of a CSV file; InputError where it cannot be read or its camera cannot be told."""
-    path, lines = source.path, read_cells(source.path, headers=3)
-    header = {line[0]: line for line in lines[:4] if line and line[0] in _HEADERS}
-    if "bodyparts" not in header or "coords" not in header:
-        raise InputError("it lacks bodyparts or coords", where=str(path), remedy=_REMEDY)
-    coords = header["coords"]
-    first = next((k for k, name in enumerate(coords) if name in _NUMBERS), len(coords))
-    people, parts = header.get("individuals", [""] * len(coords)), header["bodyparts"]
-    if not len(people) == len(parts) == len(coords):
-        raise InputError(
-            "the lines before the numbers are not equally long", where=str(path), remedy=_REMEDY
-        )
-    columns = list(zip(people, parts, coords, strict=True))[first:]
-    filled = [
-        (number, line)
-        for number, line in enumerate(lines[len(header) :], start=len(header) + 1)
-        if any(line)
-    ]
-    place_of = places_of_rows((line[:first] for _, line in filled), _video(source))
-    for number, line in filled:
-        place = place_of(line[:first], f"{path}, line {number}")
-        if place is not None:
-            cells = [*line[first:], *[""] * len(columns)][: len(columns)]
+    table = table_of(source.path, read_cells(source.path, headers=3), _REMEDY)
+    place_of = places_of_rows((named for _, named, _ in table.rows), _video(source))
+    for where, named, cells in table.rows:
+        if (place := place_of(named, where)) is not None:
+            line = int(where.rpartition(" ")[2])
             values = [
-                finite_number(cell, path, number, column[1])
+                finite_number(cell, source.path, line, column[1])
                 if cell and cell.lower() != "nan"
                 else float("nan")
-                for cell, column in zip(cells, columns, strict=True)
+                for cell, column in zip(cells, table.columns, strict=True)
             ]
-            yield from _rows(values, columns, source, place)
+            yield from _rows(values, table.columns, source, place)
 
 
 def read_h5(source: KeypointSource, table: StoredTable) -> Iterator[FileRow]:

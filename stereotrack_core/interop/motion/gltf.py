@@ -13,7 +13,6 @@ from __future__ import annotations
 import json
 import struct
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -33,24 +32,15 @@ from stereotrack_core.tracking.stored import body_of_run, fps_of_run, pose_of_ru
 
 _FLOAT, _UNSIGNED = 5126, 5125  # component types
 _VERTICES, _INDICES = 34962, 34963  # targets of buffer views
-_MAGIC, _JSON, _BINARY = b"glTF", b"JSON", b"BIN\0"
 _Y_UP = [-np.sqrt(0.5), 0.0, 0.0, np.sqrt(0.5)]  # a quarter turn about x, as x, y, z, w
 _GREY = "#b4b4b4"
 
 
 def write_glb(path: Path, run: Run, colours: Mapping[str, str]) -> None:
-    """Write the movement of a run's body.
+    """Write the movement of a run's body; `colours`: #rrggbb by limb, others are grey.
 
-    Parameters
-    ----------
-    colours : mapping from limb to #rrggbb
-        Legs and whatever is not in it are grey.
-
-    Raises
-    ------
-    InputError
-        Where no frame is tracked, the run's states are not those of a body, it does not state its
-        frame rate, or the file cannot be written.
+    InputError where no frame is tracked, the run's states are not those of a body, it does not
+    state its frame rate, or the file cannot be written.
     """
     run = upright_run(run)
     fps = fps_of_run(run)
@@ -128,7 +118,7 @@ def _hide_gaps(scene: _Scene, person: int, seconds: FloatArray, known: NDArray[n
         return
     times = scene.accessor(seconds[changes].astype(np.float32), "SCALAR", bounds=True)
     sizes = np.repeat(known[changes].astype(np.float64)[:, None], 3, axis=1)
-    scene.animate(person, "scale", times, sizes, interpolation="STEP")
+    scene.animate(person, "scale", times, sizes, "STEP")
 
 
 def _quaternions(rotations: FloatArray) -> FloatArray:
@@ -142,110 +132,83 @@ def _quaternions(rotations: FloatArray) -> FloatArray:
     return result
 
 
-@dataclass
 class _Scene:
     """A glTF document that grows, with its one buffer."""
 
-    buffer: bytearray = field(default_factory=bytearray)
-    nodes: list[dict[str, Any]] = field(default_factory=list)
-    meshes: list[dict[str, Any]] = field(default_factory=list)
-    materials: list[dict[str, Any]] = field(default_factory=list)
-    views: list[dict[str, Any]] = field(default_factory=list)
-    accessors: list[dict[str, Any]] = field(default_factory=list)
-    samplers: list[dict[str, Any]] = field(default_factory=list)
-    channels: list[dict[str, Any]] = field(default_factory=list)
+    def __init__(self) -> None:
+        self._buffer = bytearray()
+        self._lists: dict[str, list[dict[str, Any]]] = {}
+        self._materials: dict[str, int] = {}
+
+    def _add(self, name: str, /, **entry: Any) -> int:
+        """Add an entry to one of the document's lists; its index."""
+        entries = self._lists.setdefault(name, [])
+        entries.append(entry)
+        return len(entries) - 1
 
     def node(self, name: str, parent: int | None, **keywords: Any) -> int:
         """Add a node; its index."""
-        self.nodes.append({"name": name, **keywords})
-        index = len(self.nodes) - 1
+        index = self._add("nodes", name=name, **keywords)
         if parent is not None:
-            self.nodes[parent].setdefault("children", []).append(index)
+            self._lists["nodes"][parent].setdefault("children", []).append(index)
         return index
 
     def accessor(
         self, values: NDArray[Any], kind: str, *, target: int | None = None, bounds: bool = False
     ) -> int:
         """Add numbers, four bytes each, to the buffer; index of their accessor."""
-        view: dict[str, Any] = {"buffer": 0, "byteOffset": len(self.buffer)}
         data = np.ascontiguousarray(values).tobytes()
-        self.buffer += data
-        self.views.append(view | {"byteLength": len(data)} | ({"target": target} if target else {}))
-        rows = values.reshape(len(values), -1) if values.ndim > 1 else values[:, None]
-        entry: dict[str, Any] = {
-            "bufferView": len(self.views) - 1,
-            "componentType": _UNSIGNED if values.dtype == np.uint32 else _FLOAT,
-            "count": len(values),
-            "type": kind,
-        }
-        if bounds:
-            entry |= {"min": rows.min(axis=0).tolist(), "max": rows.max(axis=0).tolist()}
-        self.accessors.append(entry)
-        return len(self.accessors) - 1
+        place = {"buffer": 0, "byteOffset": len(self._buffer), "byteLength": len(data)}
+        view = self._add("bufferViews", **place, **({"target": target} if target else {}))
+        self._buffer += data
+        rows = values.reshape(len(values), -1)
+        limits = {"min": rows.min(axis=0).tolist(), "max": rows.max(axis=0).tolist()}
+        number = _UNSIGNED if values.dtype == np.uint32 else _FLOAT
+        return self._add(
+            "accessors", bufferView=view, componentType=number, count=len(values), type=kind,
+            **(limits if bounds else {}),
+        )  # fmt: skip
 
     def animate(
-        self,
-        node: int,
-        path: str,
-        times: int,
-        values: FloatArray,
-        *,
-        interpolation: str = "LINEAR",
+        self, node: int, path: str, times: int, values: FloatArray, interpolation: str = "LINEAR"
     ) -> None:
         """Move a node through values (F, 3) or (F, 4)."""
-        kind = "VEC4" if path == "rotation" else "VEC3"
-        output = self.accessor(values.astype(np.float32), kind)
-        sampler = {"input": times, "output": output, "interpolation": interpolation}
-        self.samplers.append(sampler)
-        target = {"node": node, "path": path}
-        self.channels.append({"sampler": len(self.samplers) - 1, "target": target})
+        output = self.accessor(values.astype(np.float32), f"VEC{values.shape[1]}")
+        sampler = self._add("samplers", input=times, output=output, interpolation=interpolation)
+        self._add("channels", sampler=sampler, target={"node": node, "path": path})
 
     def give_mesh(
         self, node: int, vertices: FloatArray, triangles: NDArray[Any], limb: str, colour: str
     ) -> None:
         """Give a node a surface of vertices (V, 3) and triangles (T, 3)."""
-        places = vertices.astype(np.float32)
-        corners = triangles.astype(np.uint32).ravel()
-        surface = {
-            "attributes": {
-                "POSITION": self.accessor(places, "VEC3", target=_VERTICES, bounds=True)
-            },
-            "indices": self.accessor(corners, "SCALAR", target=_INDICES),
-            "material": self._material(limb, colour),
-        }
-        self.meshes.append({"name": self.nodes[node]["name"], "primitives": [surface]})
-        self.nodes[node]["mesh"] = len(self.meshes) - 1
-
-    def _material(self, name: str, colour: str) -> int:
-        for index, known in enumerate(self.materials):
-            if known["name"] == name:
-                return index
-        linear = [(int(colour[k : k + 2], 16) / 255.0) ** 2.2 for k in (1, 3, 5)]
-        surface = {"baseColorFactor": [*linear, 1.0], "metallicFactor": 0.0, "roughnessFactor": 0.9}
-        self.materials.append({"name": name, "pbrMetallicRoughness": surface, "doubleSided": True})
-        return len(self.materials) - 1
+        if limb not in self._materials:
+            linear = [(int(colour[k : k + 2], 16) / 255.0) ** 2.2 for k in (1, 3, 5)]
+            shine = {"metallicFactor": 0.0, "roughnessFactor": 0.9}
+            surface = {"baseColorFactor": [*linear, 1.0], **shine}
+            self._materials[limb] = self._add(
+                "materials", name=limb, pbrMetallicRoughness=surface, doubleSided=True
+            )
+        places = self.accessor(vertices.astype(np.float32), "VEC3", target=_VERTICES, bounds=True)
+        corners = self.accessor(triangles.astype(np.uint32).ravel(), "SCALAR", target=_INDICES)
+        own = self._lists["nodes"][node]
+        own["mesh"] = self._add("meshes", name=own["name"], primitives=[
+            {"attributes": {"POSITION": places}, "indices": corners,
+             "material": self._materials[limb]},
+        ])  # fmt: skip
 
     def encoded(self, name: str) -> bytes:
         """The file."""
+        lists = dict(self._lists)
+        movement = {key: lists.pop(key) for key in ("samplers", "channels")}
         document = {
             "asset": {"version": "2.0", "generator": "stereotrack"},
             "scene": 0,
             "scenes": [{"nodes": [0], "name": name}],
-            "nodes": self.nodes,
-            "meshes": self.meshes,
-            "materials": self.materials,
-            "buffers": [{"byteLength": len(self.buffer)}],
-            "bufferViews": self.views,
-            "accessors": self.accessors,
-            "animations": [
-                {"name": "movement", "samplers": self.samplers, "channels": self.channels}
-            ],
+            "buffers": [{"byteLength": len(self._buffer)}],
+            "animations": [{"name": "movement", **movement}],
+            **lists,
         }
         text = json.dumps(document, allow_nan=False).encode()
-        text += b" " * (-len(text) % 4)
-        chunks = [
-            struct.pack("<I4s", len(data), kind) + data
-            for kind, data in ((_JSON, text), (_BINARY, bytes(self.buffer)))
-        ]
-        length = 12 + sum(map(len, chunks))
-        return b"".join([struct.pack("<4sII", _MAGIC, 2, length), *chunks])
+        parts = (text + b" " * (-len(text) % 4), b"JSON"), (bytes(self._buffer), b"BIN\0")
+        chunks = [struct.pack("<I4s", len(data), kind) + data for data, kind in parts]
+        return struct.pack("<4sII", b"glTF", 2, 12 + sum(map(len, chunks))) + b"".join(chunks)

@@ -8,8 +8,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal, TypeAlias
 
-import numpy as np
-
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.recording.importing.source import Source
@@ -72,8 +70,7 @@ class Choices:
     fps: float | None
     """Frame sets per second."""
     calibration: Path | None = None
-    """A calibration; None: the cameras are those that the sources state, else guessed from the size
-    of the images."""
+    """A calibration; None: the cameras are guessed from the size of the images."""
     given: Mapping[str, Camera] | None = None
     """The cameras of the calibration by name, where it is no calibration.toml."""
     cameras: Mapping[str, str] = field(default_factory=dict)
@@ -87,22 +84,9 @@ class Choices:
         """The uses that are not ``unused``."""
         return tuple(use for use in self.uses if use.role != "unused")
 
-    def stated(self) -> bool:
-        """Whether every view states its cameras, as those of a ROS bag may."""
-        pictured = {use.view for use in self.used() if use.role == "image"}
-        shown = [
-            use
-            for use in self.used()
-            if use.role != "mask" and not (use.role == "depth" and use.view in pictured)
-        ]
-        return bool(shown) and all(
-            use.source.camera is not None and not use.role.startswith("side") and not use.mirrored
-            for use in shown
-        )
-
     def guessed(self) -> bool:
         """Whether the cameras are guessed from the size of the images."""
-        return self.calibration is None and not self.stated()
+        return self.calibration is None
 
     def camera_names(self) -> tuple[str, ...]:
         """Names that the cameras get, in order of their views."""
@@ -221,24 +205,18 @@ def _problems_of_view(view: str, uses: Sequence[Use]) -> Iterator[InputError]:
 
 
 _SAME_FOCAL = 0.02  # of the focal length
-_SAME_PLACE_M = 0.005
 
 
 def _not_registered(uses: Sequence[Use], where: str) -> Iterator[InputError]:
-    """A depth map that a bag states to be of another place or lens than its image."""
+    """A depth map that a bag states to be of another lens than its image."""
     by_role = {use.role: use.source for use in uses}
     depth, image = by_role.get("depth"), by_role.get("image")
     if depth is None or image is None or depth.focal is None or image.focal is None:
         return
-    a, b = depth.camera, image.camera
-    apart = 0.0
-    if a is not None and b is not None:
-        apart = float(np.linalg.norm(a.position_world - b.position_world))
-    if apart > _SAME_PLACE_M or abs(depth.focal / image.focal - 1.0) > _SAME_FOCAL:
+    if abs(depth.focal / image.focal - 1.0) > _SAME_FOCAL:
         yield InputError(
-            f"{depth.name} is not registered to {image.name}: their cameras are "
-            f"{1000 * apart:.0f} mm apart, with focal lengths of {depth.focal:.0f} and "
-            f"{image.focal:.0f} pixels",
+            f"{depth.name} is not registered to {image.name}: their cameras have focal lengths of "
+            f"{depth.focal:.0f} and {image.focal:.0f} pixels",
             where=where,
             remedy="Use depth that is aligned to the image, or do without the image.",
         )

@@ -98,10 +98,8 @@ def cameras_for(choices: Choices) -> dict[str, Camera]:
     """
     sizes = {name: size_of(use) for use in choices.used() for name in cameras_of(use)}
     turns = {name: use.source.turned for use in choices.used() for name in cameras_of(use)}
-    if choices.guessed():
-        return {name: _guessed(name, *size) for name, size in sizes.items()}
     if choices.calibration is None:
-        return _stated(choices)
+        return {name: _guessed(name, *size) for name, size in sizes.items()}
     known = dict(choices.given or read_calibration(choices.calibration))
     for name, size in sizes.items():
         wanted = choices.cameras.get(name, name)
@@ -127,46 +125,22 @@ def cameras_for(choices: Choices) -> dict[str, Camera]:
     return known
 
 
-def turned_cameras(choices: Choices) -> tuple[str, ...]:
-    """Names of the cameras whose calibration is of upright images and is turned back."""
-    if choices.calibration is None:
-        return ()
-    known = choices.given or read_calibration(choices.calibration)
-    return tuple(
-        name
-        for use in choices.used()
-        for name in cameras_of(use)
-        if use.source.turned % 180
-        and (camera := known.get(choices.cameras.get(name, name))) is not None
-        and size_of(use) == (camera.height, camera.width)
-    )
-
-
 def calibration_notes(choices: Choices) -> tuple[str, ...]:
     """Clauses about cameras whose calibration is of turned or padded images, and is changed."""
-    notes = [
-        f"the calibration of {name} is of upright images; it is turned to those stored"
-        for name in turned_cameras(choices)
-    ]
     if choices.calibration is None:
         return ()
-    known = choices.given or read_calibration(choices.calibration)
+    notes, known = [], choices.given or read_calibration(choices.calibration)
     for use in choices.used():
         for name in cameras_of(use):
             camera, size = known.get(choices.cameras.get(name, name)), size_of(use)
-            if camera is not None and is_padded((camera.width, camera.height), size):
+            if camera is None:
+                continue
+            if use.source.turned % 180 and size == (camera.height, camera.width):
+                what = f"the calibration of {name} is of upright images"
+                notes.append(f"{what}; it is turned to those stored")
+            if is_padded((camera.width, camera.height), size):
                 notes.append(PADDED.format(name, camera.width, camera.height, *size))
     return tuple(notes)
-
-
-def _stated(choices: Choices) -> dict[str, Camera]:
-    """The cameras that the sources state; that of the image where a depth map has one."""
-    cameras: dict[str, Camera] = {}
-    for use in sorted(choices.used(), key=lambda use: use.role == "depth"):
-        for name in cameras_of(use):
-            if use.source.camera is not None:
-                cameras.setdefault(name, replace(use.source.camera, name=name))
-    return cameras
 
 
 def _guessed(name: str, width: int, height: int) -> Camera:

@@ -83,11 +83,6 @@ def viewed(uses: Sequence[Use], views: Views) -> tuple[Use, ...]:
     )
 
 
-def guessed_unit(source: Source) -> float:
-    """Metres per count that put the scene of a depth source at the distance of a room."""
-    return source.unit or possible_units(source)[0][0]
-
-
 def possible_units(source: Source) -> tuple[tuple[float, float], ...]:
     """Usual metres per count, and how far away the middle of the scene is with each.
 

@@ -27,7 +27,7 @@ from stereotrack_core.recording.images import (
     picture_of,
     read_metres,
 )
-from stereotrack_core.recording.importing.ros.bag import BagImages
+from stereotrack_core.recording.importing.ros import BagImages
 from stereotrack_core.recording.importing.source import AGAIN, Pictures, Source
 from stereotrack_core.recording.importing.video_sources import no_video
 from stereotrack_core.recording.video import (
@@ -70,7 +70,7 @@ def open_stored(source: Source) -> Pictures:
 
 def _opened(source: Source, kind: PictureKind) -> Pictures:
     if source.topic:
-        return BagImages(source.path, source.topic, source.places, kind, source.unit)
+        return BagImages(source, kind)
     if source.images:
         files = dict(zip(source.numbers, source.images, strict=True))
         if kind == "depth" and source.unit is not None:

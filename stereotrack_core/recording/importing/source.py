@@ -8,12 +8,14 @@ from typing import Any, Literal, Protocol, TypeAlias
 
 from numpy.typing import NDArray
 
-from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.recording.images import Keep
 
 SourceKind: TypeAlias = Literal["video", "images", "depth"]
 
 AGAIN = "Use another copy of the file."
+
+METRIC_UNIT = 0.0005
+"""Metres per count of depth maps that were floating-point metres: up to 32 m."""
 
 
 class Pictures(Protocol):
@@ -86,8 +88,6 @@ class Source:
     """Topic of the images in a ROS bag."""
     places: tuple[int, ...] = ()
     """Where each frame lies in a ROS bag, in nanoseconds."""
-    camera: Camera | None = None
-    """The camera as a ROS bag states it."""
     focal: float | None = None
     """Focal length in pixels, where a ROS bag states it."""
     rate: float | None = None

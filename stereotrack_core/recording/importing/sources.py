@@ -26,14 +26,8 @@ from stereotrack_core.recording.importing.image_groups import (
     single_images,
     stem_of,
 )
-from stereotrack_core.recording.importing.ros.bag import (
-    Topic,
-    bags_in,
-    is_bag_file,
-    read_topics,
-)
-from stereotrack_core.recording.importing.ros.images import METRIC_UNIT
-from stereotrack_core.recording.importing.source import AGAIN, Source, SourceKind
+from stereotrack_core.recording.importing.ros import bags_in, is_bag_file, read_topics
+from stereotrack_core.recording.importing.source import AGAIN, METRIC_UNIT, Source, SourceKind
 from stereotrack_core.recording.importing.video_sources import rate_of, tracks_of
 
 _MOST_SOURCES = 100
@@ -72,12 +66,9 @@ def look_at(paths: Sequence[Path]) -> Found:
                              remedy="Correct the path.")  # fmt: skip
     sources: list[Source] = []
     problems: list[InputError] = []
-    notes: list[str] = []
     bags = bags_in(paths)
     for bag in bags:
-        found = read_apart(read_topics, bag, AGAIN)  # its parts may unfold to any size
-        sources += [_of_topic(topic, bag) for topic in found.topics]
-        notes += found.notes
+        sources += read_apart(read_topics, bag, AGAIN)  # its parts may unfold to any size
     others = [path for path in paths if path not in bags]
     for group in groups_of(others):
         if len(sources) >= _MOST_SOURCES:
@@ -86,8 +77,7 @@ def look_at(paths: Sequence[Path]) -> Found:
             sources += [_images(group)] if is_image(group[0]) else tracks_of(group[0])
         except InputError as problem:
             problems.append(problem)
-    sources, about_chapters = joined(sources)
-    notes += about_chapters
+    sources, notes = joined(sources)
     if not sources:
         if problems:
             raise problems[0]
@@ -165,17 +155,6 @@ def _timing(numbering: Numbering) -> dict[str, Any]:
     return {
         "times": numbering.times, "start": start, "fps": rate, "uneven": uneven, "pause": pause,
     }  # fmt: skip
-
-
-def _of_topic(topic: Topic, bag: Path) -> Source:
-    rate, uneven, pause = rate_of(np.array(topic.times))
-    return Source(
-        name=topic.short, path=bag, kind="depth" if topic.depth else "images",
-        width=topic.width, height=topic.height, frames=len(topic.times), fps=rate,
-        start=topic.times[0], times=topic.times, uneven=uneven, pause=pause, unit=topic.unit,
-        topic=topic.name, places=topic.places, camera=topic.camera,
-        focal=topic.focal, bits=topic.bits,
-    )  # fmt: skip
 
 
 def _named(sources: Sequence[Source]) -> tuple[Source, ...]:

@@ -5,7 +5,7 @@ import json
 import cv2
 import numpy as np
 import pytest
-from scipy.io import loadmat, savemat
+from scipy.io import savemat
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.rotation import vector_from_rotation
@@ -13,7 +13,6 @@ from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.interop.calibrations.deciding import completed, decide
 from stereotrack_core.interop.calibrations.evidence import Evidence
 from stereotrack_core.interop.calibrations.formats import read_foreign
-from stereotrack_core.interop.calibrations.mat_file import variables_of
 from tests.interop.calibrations.layouts import (
     CAMODOCAL,
     EUROC,
@@ -182,36 +181,6 @@ def test_matlab_as_json_and_as_mat(tmp_path, new):
     savemat(tmp_path / "stereo.mat", {"s": parameters, "other": np.zeros(3)})
     assert_same(imported(tmp_path / "stereo.mat"), expected, tolerance=1e-8)
     assert read_foreign([tmp_path / "stereo.mat"]).unit == "mm"
-
-
-@pytest.mark.parametrize("compressed", [False, True])
-def test_mat_files_hold_what_scipy_finds_in_them(tmp_path, compressed):
-    rng = np.random.default_rng(1)
-    cell = np.empty((1, 2), dtype=object)
-    cell[0] = "left", rng.normal(size=(2, 3))
-    values = {
-        "matrix": rng.normal(size=(3, 4)),
-        "whole": np.arange(6, dtype=np.int16),
-        "text": "millimeters",
-        "number": 2.5,
-        "cell": cell,
-        "nested": {"a": {"b": np.eye(3), "words": "x"}},
-        "rows": np.array([[{"k": 1.0}, {"k": 2.0}]]),
-        "large": np.zeros((200, 200)),
-    }
-    savemat(tmp_path / "v.mat", values, do_compression=compressed)
-    ours = variables_of((tmp_path / "v.mat").read_bytes())
-    theirs = loadmat(tmp_path / "v.mat", simplify_cells=True)
-    assert ours.keys() == {name for name in theirs if not name.startswith("__")}
-    for name in ("matrix", "whole", "number"):
-        np.testing.assert_array_equal(ours[name], theirs[name])
-    assert ours["text"] == theirs["text"]
-    assert ours["cell"][0] == "left"
-    np.testing.assert_array_equal(ours["cell"][1], theirs["cell"][1])
-    np.testing.assert_array_equal(ours["nested"]["a"]["b"], theirs["nested"]["a"]["b"])
-    assert ours["nested"]["a"]["words"] == "x"
-    assert ours["rows"][1]["k"] == 2.0
-    assert ours["large"] is None
 
 
 def test_a_mat_file_of_version_7_3_says_how_to_save_it(tmp_path):

@@ -1,4 +1,4 @@
-"""Small ROS bags of every kind, with a stereo camera, a depth camera and their places."""
+"""Small ROS bags of every kind."""
 
 from __future__ import annotations
 
@@ -10,13 +10,12 @@ import numpy as np
 from rosbags.rosbag1 import Writer as Writer1
 from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as Writer2
-from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+from rosbags.typesys import Stores, get_typestore
 
 from tests.recording.importing.clips import HEIGHT, WIDTH, numbered
 
 BEGIN = 1_700_000_000_000_000_000
 KINDS = ("rosbag1", "sqlite3", "mcap")
-_TF = "geometry_msgs/TransformStamped[] transforms\n"
 
 
 class Bag:
@@ -27,7 +26,6 @@ class Bag:
         self.one = kind == "rosbag1"
         self.store = get_typestore(Stores.ROS1_NOETIC if self.one else Stores.ROS2_HUMBLE)
         if self.one:
-            self.store.register(get_types_from_msg(_TF, "tf2_msgs/msg/TFMessage"))
             self.writer: Any = Writer1(path)
         else:
             plugin = StoragePlugin.MCAP if kind == "mcap" else StoragePlugin.SQLITE3
@@ -89,26 +87,10 @@ class Bag:
         )  # fmt: skip
         self.write(topic, message, BEGIN)
 
-    def transform(self, parent: str, child: str, place, turn=(0.0, 0.0, 0.0, 1.0)) -> None:
-        """A transform that never changes; `turn` is a quaternion x, y, z, w."""
-        name = "geometry_msgs/msg/"
-        moved = self.new(
-            f"{name}Transform", self.new(f"{name}Vector3", *place),
-            self.new(f"{name}Quaternion", *turn),
-        )  # fmt: skip
-        stamped = self.new(f"{name}TransformStamped", self.header(BEGIN, parent), child, moved)
-        self.write("/tf_static", self.new("tf2_msgs/msg/TFMessage", [stamped]), BEGIN)
-
-
-OPTICAL = (-0.5, 0.5, -0.5, 0.5)
-"""Turns the axes of a body (x forward, z up) to those of a camera (z forward, y down)."""
-
 
 def stereo_bag(path: Path, kind: str = "rosbag1", frames: int = 10, fps: float = 20.0) -> Path:
-    """A stereo camera 1.2 m above the origin, base line 120 mm, whose images grow brighter."""
+    """A stereo camera whose images grow brighter."""
     with Bag(path, kind) as bag:
-        bag.transform("world", "body", (0.0, 0.0, 1.2))
-        bag.transform("body", "left_optical", (0.0, 0.0, 0.0), OPTICAL)
         bag.info("/stereo/left/camera_info", "left_optical")
         bag.info("/stereo/right/camera_info", "left_optical", aside=-60.0 * 0.12)
         for k in range(frames):

@@ -17,7 +17,7 @@ from stereotrack_core.recording.importing.making import (
     cameras_for,
     make_recording,
 )
-from stereotrack_core.recording.importing.proposing import guessed_unit, propose
+from stereotrack_core.recording.importing.proposing import possible_units, propose
 from stereotrack_core.recording.importing.sources import look_at
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.recording.selection import usable_views
@@ -116,7 +116,7 @@ def test_mirror_images_are_turned_back(tmp_path):
 def test_depth_alone_gets_a_picture_of_itself(tmp_path):
     images(tmp_path / "O_depth", depth=True)
     choices = chosen(tmp_path, fps=30.0)
-    unit = guessed_unit(choices.uses[0].source)
+    unit = possible_units(choices.uses[0].source)[0][0]
     assert unit == 0.001
     recording = make_recording(replace(choices, depth_unit=unit), tmp_path)
     shown = frame_of(recording, 2)["O"]
@@ -131,7 +131,7 @@ def test_the_unit_of_depth_is_guessed_by_the_scene(tmp_path):
     for path in folder.iterdir():
         counts = cv2.imread(str(path), cv2.IMREAD_UNCHANGED)
         cv2.imwrite(str(path), counts * 5)
-    assert guessed_unit(look_at([folder]).sources[0]) == 0.00025
+    assert possible_units(look_at([folder]).sources[0])[0][0] == 0.00025
 
 
 def test_images_with_gaps_in_their_numbers_are_numbered_again(tmp_path):

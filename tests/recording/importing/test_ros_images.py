@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from stereotrack_core.recording.images import DamagedFrame
-from stereotrack_core.recording.importing.ros.images import is_depth, picture_in
+from stereotrack_core.recording.importing.ros import is_depth, picture_in
 
 HEIGHT, WIDTH = 6, 8
 BGR = np.full((HEIGHT, WIDTH, 3), (200, 120, 40), np.uint8)

@@ -24,11 +24,10 @@ from ....widgets.tables.plain import PlainTable
 from .looking import Looked
 
 _FILES = "Calibrations (*.toml *.yml *.yaml *.xml *.json *.mat *.txt *.conf)"
-_FROM_BAG = "Cameras &of the ROS bag"
 
 
 class CalibrationPage(QWizardPage):
-    """A file with the camera of each source and how it is read, or cameras of a bag or guessed."""
+    """A file with the camera of each source and how it is read, or guessed cameras."""
 
     def __init__(self, looked: Looked) -> None:
         super().__init__()
@@ -53,7 +52,7 @@ class CalibrationPage(QWizardPage):
         self.setLayout(
             vbox(
                 self.from_file, file_row, self.how, (self.readings, 1), (self._area, 1),
-                self.guess, self._about_guess, self.words, None,
+                self.guess, label(GUESS, "muted", margins=(24, 0, 0, 0)), self.words, None,
             )
         )  # fmt: skip
         (self.guess if looked.proposed.calibration is None else self.from_file).setChecked(True)
@@ -70,7 +69,6 @@ class CalibrationPage(QWizardPage):
         )
         self.guess = QRadioButton("&Guess the cameras from the image size (no calibration yet)")
         self.guess.setToolTip("For viewing and clicking; calibrate later")
-        self._about_guess = label(GUESS, "muted", margins=(24, 0, 0, 0))
         self.path = line_edit(
             "Calibration file", str(given or ""), "calibration.toml",
             tip="Several files that belong together are separated by ;",
@@ -91,10 +89,6 @@ class CalibrationPage(QWizardPage):
     def begin(self, choices: Choices) -> None:
         """Ask for the cameras of the sources that were chosen."""
         self._choices = choices
-        stated = choices.stated()
-        if stated:
-            self.guess.setText(_FROM_BAG)
-        self._about_guess.setVisible(not stated)
         self._on_changed()
 
     def chosen(self, choices: Choices) -> Choices:

@@ -1,1 +1,0 @@
-"""ROS bags: images by topic, and the cameras that they state."""
