@@ -109,8 +109,7 @@ class Pipeline(AbstractContextManager["Pipeline"]):
         self._keeper, self._begun = keeper, begun
         if begun is not None:
             recording = dataclasses.replace(recording, subject=subject_of_meta(begun.meta))
-        self.recording = recording
-        self.spec = spec
+        self.recording, self.spec = recording, spec
         self.views = tracked_views(recording, spec.views, spec.keypoints)
         self._keypoints = keypoints_in_views(recording, self.views, spec.keypoints)
         self._shared = clouds
@@ -128,9 +127,7 @@ class Pipeline(AbstractContextManager["Pipeline"]):
         self.detector = seen_keypoints(*given) if looks else None
         self._track(body_of_subject(recording.subject, settings.body))
         self._init, self._given = spec.init, "pose"
-        watched = (
-            is_found(spec.init) and given_heading(spec.init) is None and self.settings.follows_data
-        )
+        watched = is_found(spec.init) and given_heading(spec.init) is None and settings.follows_data
         self.heading = HeadingWatch(recording.fps) if watched and self.has_clouds else None
         self.corrects = False
         self._found: Pose | None = None
