@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from stereotrack_core.simulation.make import simulate
+from stereotrack_core.simulation.make import Simulation, simulate
 from stereotrack_core.simulation.rig import SceneOptions
 
 _KINECT: Mapping[str, str | float] = {
@@ -44,10 +44,16 @@ class Simulated:
         """Simulate it, unless the folder is there."""
         if not folder.exists():
             simulate(
-                folder, person=self.person, motion=self.motion, frames=self.frames,
-                views=self.views, seed=self.seed,
-                options=SceneOptions().replaced(**self.options),
-            )  # fmt: skip
+                folder,
+                Simulation(
+                    person=self.person,
+                    motion=self.motion,
+                    frames=self.frames,
+                    views=self.views,
+                    seed=self.seed,
+                    options=SceneOptions().replaced(**self.options),
+                ),
+            )
 
 
 def _depth(

@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Any
 
 from stereotrack_core.cli.arguments import JSON, check_least, option
-from stereotrack_core.cli.demo import made_demo
 from stereotrack_core.cli.output import OK, put_result, say
 from stereotrack_core.cli.progress import progress
+from stereotrack_core.demo import copied_demo
 from stereotrack_core.experiments.benchmark.speed import (
     MEASUREMENTS,
     ChainSpeed,
@@ -38,7 +38,7 @@ PARTS = ("chain", "correction", "window")
 OPTIONS = (
     option(
         "recording RECORDING",
-        "recording with stereo views (default: the demo recording, which is created if missing)",
+        "recording with stereo views (default: the demo recording, which is copied if missing)",
         type=Path,
         nargs="?",
     ),
@@ -76,7 +76,7 @@ def run(args: Namespace) -> int:
         say(f"The machine is busy (load {load:.1f} per core). The results will be inaccurate.")
     folder: Path | None = None
     if set(parts) & {"chain", "window"}:
-        folder = args.recording or made_demo().recording
+        folder = args.recording or copied_demo().recording
     facts: dict[str, Any] = {"cores": os.cpu_count(), "load_per_core": load, "recording": folder}
     tables: list[Table] = []
     if folder is not None and "chain" in parts:

@@ -21,11 +21,11 @@ from stereotrack_core.cli.arguments import (
     option,
 )
 from stereotrack_core.cli.benchmark_annotation import annotation_benchmark
-from stereotrack_core.cli.demo import made_demo
 from stereotrack_core.cli.output import OK, put_json, put_result, put_table, say
 from stereotrack_core.cli.progress import progress, stoppable
 from stereotrack_core.cli.sources import keypoints_from
 from stereotrack_core.counting import counted
+from stereotrack_core.demo import copied_demo
 from stereotrack_core.errors import InputError
 from stereotrack_core.evaluation.errors import truth_of
 from stereotrack_core.experiments.benchmark.accuracy import ABLATIONS, Row, Score, accuracy, pooled
@@ -68,7 +68,7 @@ _BASE = "accurate"
 OPTIONS = (
     option(
         "recordings RECORDING",
-        "recordings with a reference (default: the demo recording, which is created if missing)",
+        "recordings with a reference (default: the demo recording, which is copied if missing)",
         type=Path,
         nargs="*",
     ),
@@ -187,7 +187,7 @@ def _contestants(presets: str | None, ablation: bool, changes: list[str]) -> dic
 
 def _recordings(folders: Sequence[Path]) -> list[Recording]:
     """Recordings with a reference; checked before anything long begins."""
-    recordings = open_recordings(folders or [made_demo().recording])
+    recordings = open_recordings(folders or [copied_demo().recording])
     for recording in recordings:
         truth_of(recording)  # refuses one without
     return recordings

@@ -237,11 +237,6 @@ class Actor:
     marks: FloatArray  # (8,)
 
     @cached_property
-    def stuff(self) -> IntArray:
-        """Material per triangle: all are asked of the marks."""
-        return np.full(len(self.triangles), -1, dtype=np.int64)
-
-    @cached_property
     def _girdle_shares(self) -> FloatArray:
         return _girdle_weights(self.person, self.vertices, self.weights)
 

@@ -15,7 +15,7 @@ from stereotrack_core.experiments.reproduction.plan import Group, Places, Planne
 from stereotrack_core.experiments.reproduction.runs import missing_runs
 from stereotrack_core.interop.run_npz import read_npz
 from stereotrack_core.recording.folder import fingerprint, open_recording
-from stereotrack_core.simulation.make import simulate
+from stereotrack_core.simulation.make import Simulation, simulate
 from stereotrack_core.simulation.rig import SceneOptions
 from stereotrack_core.worker_processes import Lost
 
@@ -25,7 +25,7 @@ def brief(tmp_path_factory):
     """Two frames."""
     small = SceneOptions().replaced(width=320, height=240, focal=200.0)
     folder = tmp_path_factory.mktemp("cli") / "brief"
-    simulate(folder, person="P2", motion="t-pose", frames=2, views="NS", options=small)
+    simulate(folder, Simulation(person="P2", motion="t-pose", frames=2, views="NS", options=small))
     return folder
 
 

@@ -16,7 +16,7 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.interop.run_npz import read_npz
 from stereotrack_core.recording.description import LENGTHS, Recording, Subject
 from stereotrack_core.recording.folder import fingerprint, open_recording
-from stereotrack_core.simulation.make import simulate
+from stereotrack_core.simulation.make import Simulation, simulate
 from stereotrack_core.simulation.thesis_recordings import ThesisRecording, thesis_recordings
 from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.presets import preset
@@ -232,16 +232,8 @@ def render_recording(
 ) -> None:
     """Render a recording. Raises Cancelled: nothing of it is left behind."""
     places.recording(one.name).parent.mkdir(parents=True, exist_ok=True)
-    simulate(
-        places.recording(one.name),
-        person=one.name,
-        frames=one.frames,
-        seed=0,
-        options=one.options,
-        parts=one.parts,
-        on_progress=on_progress,
-        cancelled=cancelled,
-    )
+    simulation = Simulation(one.name, frames=one.frames, options=one.options, parts=one.parts)
+    simulate(places.recording(one.name), simulation, on_progress=on_progress, cancelled=cancelled)
 
 
 def opened_recordings(places: Places, *, short: bool) -> tuple[Recording, ...]:

@@ -5,14 +5,14 @@ import pytest
 from stereotrack_core.errors import InputError
 from stereotrack_core.experiments.benchmark.speed import chain_speed
 from stereotrack_core.recording.folder import open_recording
-from stereotrack_core.simulation.make import simulate
+from stereotrack_core.simulation.make import Simulation, simulate
 from stereotrack_core.simulation.rig import SceneOptions
 from stereotrack_core.tracking.presets import preset
 
 
 def test_chain_and_matching_are_timed(tmp_path):
     options = SceneOptions(width=160, height=120, focal=100.0)
-    simulate(tmp_path / "r", frames=5, views="NS", motion="t-pose", options=options)
+    simulate(tmp_path / "r", Simulation(frames=5, views="NS", motion="t-pose", options=options))
     told = []
     speeds = chain_speed(
         open_recording(tmp_path / "r"),

@@ -17,7 +17,7 @@ from stereotrack_core.experiments.reproduction.results import write_results
 from stereotrack_core.experiments.reproduction.runs import track_group
 from stereotrack_core.experiments.reproduction.tables import outcome_of
 from stereotrack_core.recording.folder import open_recording
-from stereotrack_core.simulation.make import simulate
+from stereotrack_core.simulation.make import Simulation, simulate
 from stereotrack_core.simulation.motions import Part
 from stereotrack_core.simulation.rig import SceneOptions
 from stereotrack_core.tracking.presets import preset
@@ -32,7 +32,7 @@ PARTS = (Part("t-pose", "t-pose", 0, 3), Part("point", "point", 5, 3))
 def recording(tmp_path_factory):
     folder = tmp_path_factory.mktemp("reproduction") / "P2"
     options = SceneOptions(width=480, height=360, focal=300.0, furnished=False, noise=1.0)
-    simulate(folder, person="P2", frames=FRAMES, options=options, parts=PARTS)
+    simulate(folder, Simulation(person="P2", frames=FRAMES, options=options, parts=PARTS))
     return open_recording(folder)
 
 
