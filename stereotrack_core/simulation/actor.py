@@ -10,7 +10,7 @@ end, less and less towards head and ribs.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 
 import numpy as np
 import scipy
@@ -248,6 +248,7 @@ class Actor:
         return posed if following is bones else _with_own_girdle(*posed, self._girdle_shares, bones)
 
 
+@cache
 def actor(person: Person, clothes: str) -> Actor:
     """Contour, weight and dress a person."""
     vertices, normals, triangles = rest_surface(person)

@@ -12,7 +12,6 @@ import numpy as np
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.recording.description import Segment
-from stereotrack_core.simulation.exercises import EXERCISES
 from stereotrack_core.simulation.keyed import Key, Motion, keyed
 from stereotrack_core.simulation.people import Person
 from stereotrack_core.simulation.postures import (
@@ -204,7 +203,6 @@ MOTIONS: dict[str, Motion] = {
     "leave-and-return": _round(9.5, 1.7),
     "shrug": _shrug(),
     "reach": _reach(),
-    **EXERCISES,
 }
 """All motions by the name for ``--motion``."""
 
