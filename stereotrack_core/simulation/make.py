@@ -8,6 +8,7 @@ from contextlib import ExitStack
 from dataclasses import dataclass, field
 from itertools import cycle
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -221,7 +222,13 @@ def simulate(
     with filling(folder) as workplace, ThreadPoolExecutor(_WORKERS) as workers:
         scene = build_scene(made, workers)
         crf = int(made.disturbances.get("compress", 0 if o.lossless else _CRF))
-        form = {"fps": o.fps, "width": o.width, "height": o.height, "colour": o.colour, "crf": crf}
+        form: dict[str, Any] = {
+            "fps": o.fps,
+            "width": o.width,
+            "height": o.height,
+            "colour": o.colour,
+            "crf": crf,
+        }
         with ExitStack() as opened:
             videos = {
                 camera: opened.enter_context(VideoWriter(workplace / f"{camera}.mp4", **form))

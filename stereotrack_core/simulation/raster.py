@@ -20,7 +20,8 @@ SAMPLES = 2
 
 def in_samples(pixels: FloatArray, origin: tuple[int, int] = (0, 0)) -> FloatArray:
     """Coordinates in samples of pixels (V, 2); `origin` is the pixel at the buffers' corner."""
-    return (pixels - np.asarray(origin) + 0.5) * SAMPLES - 0.5
+    samples: FloatArray = (pixels - np.asarray(origin) + 0.5) * SAMPLES - 0.5
+    return samples
 
 
 @dataclass(frozen=True, eq=False)
