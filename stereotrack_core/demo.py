@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import shutil
 from dataclasses import dataclass
 from pathlib import Path
 
 from platformdirs import user_data_path
 
-from stereotrack_core.atomic import filling
+from stereotrack_core.atomic import filling, write_file
 
 SHIPPED = Path(__file__).with_name("demo_recording")
 """Made by ``tools/write_demo.py``."""
@@ -34,5 +33,5 @@ def copied_demo(folder: Path | None = None) -> DemoPlaces:
         return places
     with filling(places.recording) as workplace:
         for file in SHIPPED.iterdir():
-            shutil.copyfile(file, workplace / file.name)
+            write_file(workplace / file.name, file.read_bytes())
     return places
