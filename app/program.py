@@ -134,7 +134,7 @@ class WindowProgram:
             self._relay.remove()
 
     def track_demo(self, demo: DemoTracking, shown_frame: int) -> None:
-        """Make the demo recording, track it in the window, tell its errors when done."""
+        """Open the demo recording, track it in the window, tell its errors when done."""
         track = self.context.session.track
         track.choose(demo.preset, preset(demo.preset))
         track.use(demo.settings)

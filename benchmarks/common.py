@@ -10,11 +10,11 @@ from contextlib import contextmanager
 from multiprocessing import get_context
 from pathlib import Path
 
+from stereotrack_core.demo import copied_demo
 from stereotrack_core.errors import InputError
 from stereotrack_core.evaluation.errors import truth_of
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.folder import open_recordings
-from stereotrack_core.simulation.make import demo_places, make_demo
 from stereotrack_core.tables import markdown_text
 
 
@@ -22,21 +22,14 @@ def parser_of(description: str | None) -> ArgumentParser:
     """A parser of a script that measures on recordings."""
     parser = ArgumentParser(description=description)
     parser.add_argument(
-        "recordings", type=Path, nargs="*", help="recordings (default: the demo, made if missing)"
+        "recordings", type=Path, nargs="*", help="recordings (default: the demo, copied if missing)"
     )
     return parser
 
 
 def recordings_of(args: Namespace, *, with_reference: bool = True) -> list[Recording]:
     """Open the recordings that are given, or the demo. Raises InputError without a reference."""
-    folders = args.recordings
-    if not folders:
-        places = demo_places(None)
-        if not places.made:
-            say(f"Creating the demo recording in {places.recording}.")
-            make_demo(places)
-        folders = [places.recording]
-    recordings = open_recordings(folders)
+    recordings = open_recordings(args.recordings or [copied_demo().recording])
     for recording in recordings if with_reference else ():
         truth_of(recording)
     return recordings

@@ -122,9 +122,10 @@ def made(folder: Path, one: ThesisRecording) -> Recording:
     """Open a recording, which is rendered if it is missing. Raises InputError for another one."""
     if not (folder / "recording.toml").is_file():
         say(f"Rendering {one.name}, {one.frames} frames.")
-        stereotrack.simulate(
-            folder, person=one.name, frames=one.frames, seed=0, options=one.options, parts=one.parts
+        simulation = stereotrack.Simulation(
+            one.name, frames=one.frames, options=one.options, parts=one.parts
         )
+        stereotrack.simulate(folder, simulation)
     recording = open_recording(folder)
     found = [(segment.name, segment.first, segment.end) for segment in recording.segments]
     if found != [(part.name, part.first, part.end) for part in one.parts]:

@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from stereotrack_core.interop.run_file import write_run as write_run
     from stereotrack_core.project.project import Project as Project
     from stereotrack_core.recording.folder import open_recording as open_recording
+    from stereotrack_core.simulation.make import Simulation as Simulation
     from stereotrack_core.simulation.make import simulate as simulate
     from stereotrack_core.tracking.presets import preset as preset
     from stereotrack_core.tracking.run import track as track
@@ -53,6 +54,7 @@ _HOMES = {
     "preset": "tracking.presets",
     "read_clicks": "interop.labels",
     "read_run": "interop.run_file",
+    "Simulation": "simulation.make",
     "simulate": "simulation.make",
     "track": "tracking.run",
     "write_run": "interop.run_file",

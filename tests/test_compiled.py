@@ -16,7 +16,7 @@ import pytest
 import stereotrack_core
 from stereotrack_core import compiled as module
 from stereotrack_core.compiled import compiled
-from stereotrack_core.simulation.make import simulate
+from stereotrack_core.simulation.make import Simulation, simulate
 from stereotrack_core.simulation.rig import SceneOptions
 
 
@@ -165,10 +165,10 @@ def told(thread):
 threading.Thread.start = told
 """
 _SIMULATED = """
-from stereotrack_core.simulation.make import simulate
+from stereotrack_core.simulation.make import Simulation, simulate
 from stereotrack_core.simulation.rig import SceneOptions
 size = SceneOptions().replaced(width=160, height=120, focal=100)
-simulate(Path(sys.argv[1]) / "again", frames=1, views="N", options=size)
+simulate(Path(sys.argv[1]) / "again", Simulation(frames=1, views="N", options=size))
 """
 _CLOUDS = """
 from stereotrack_core.recording.folder import open_recording
@@ -199,7 +199,7 @@ def test_scipy_linalg_is_loaded_before_threads_start(work, tmp_path):
     """Else numba and scipy.special load parts of it from opposite ends, and one of them fails."""
     if work is _CLOUDS:
         size = SceneOptions().replaced(width=160, height=120, focal=100)
-        simulate(tmp_path / "made", frames=1, views="N", options=size)
+        simulate(tmp_path / "made", Simulation(frames=1, views="N", options=size))
     script = f"{_STARTS}{work}print(loaded and all(loaded))"
     command = [sys.executable, "-c", script, str(tmp_path)]
     done = subprocess.run(command, capture_output=True, text=True)

@@ -34,7 +34,7 @@ from stereotrack_core.evaluation.failure_segments.stretches import (
 )
 from stereotrack_core.interop.run_npz import read_npz, write_npz
 from stereotrack_core.recording.folder import open_recording
-from stereotrack_core.simulation.make import simulate
+from stereotrack_core.simulation.make import Simulation, simulate
 from stereotrack_core.simulation.rig import SceneOptions
 from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.presets import preset
@@ -125,9 +125,16 @@ def main(arguments: list[str]) -> int:
         if not place.exists():
             options = SceneOptions().replaced(**made.options)
             simulate(
-                place, person=made.person, motion=made.motion, frames=made.frames,
-                views=made.views, seed=made.seed, options=options,
-            )  # fmt: skip
+                place,
+                Simulation(
+                    person=made.person,
+                    motion=made.motion,
+                    frames=made.frames,
+                    views=made.views,
+                    seed=made.seed,
+                    options=options,
+                ),
+            )
         for used, views, seed in made.tracked:
             print(name, used, views, seed, flush=True)
             examples.append(example(tracked(folder, place, used, views, seed), place))

@@ -6,8 +6,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from stereotrack_core.simulation.make import simulate
+from exercises import EXERCISES
+
+from stereotrack_core.simulation.make import Simulation, simulate
+from stereotrack_core.simulation.motions import MOTIONS
 from stereotrack_core.simulation.rig import SceneOptions
+
+MOTIONS.update(EXERCISES)
 
 _KINECT: Mapping[str, str | float] = {
     "kind": "depth", "width": 320, "height": 240, "focal": 286.0, "camera_distance": 2.9,
@@ -44,10 +49,16 @@ class Simulated:
         """Simulate it, unless the folder is there."""
         if not folder.exists():
             simulate(
-                folder, person=self.person, motion=self.motion, frames=self.frames,
-                views=self.views, seed=self.seed,
-                options=SceneOptions().replaced(**self.options),
-            )  # fmt: skip
+                folder,
+                Simulation(
+                    person=self.person,
+                    motion=self.motion,
+                    frames=self.frames,
+                    views=self.views,
+                    seed=self.seed,
+                    options=SceneOptions().replaced(**self.options),
+                ),
+            )
 
 
 def _depth(

@@ -37,9 +37,9 @@ REPORT_PAGE = 1
 def main(demo: Path, docs: Path) -> int:
     """Make the demo and its runs where they are not there yet, then the pictures."""
     from app.start import load_qt, prepare
-    from stereotrack_core.cli.demo import made_demo
+    from stereotrack_core.demo import copied_demo
 
-    places = made_demo(demo)
+    places = copied_demo(demo)
     stored = demo / "runs"  # not beside the recording, where the window would offer them
     stored.mkdir(exist_ok=True)
     runs = [_run_of(places.recording, stored / f"{preset}.npz", preset) for preset in PRESETS]
@@ -227,8 +227,8 @@ def _render_boards(recording: Recording, folder: Path) -> None:
 
     from stereotrack_core.geometry.transform import RigidTransform
     from stereotrack_core.recording.writing import write_png
-    from stereotrack_core.simulation.board_pictures import BoardRenderer, board_in_view
     from stereotrack_core.simulation.rig import Sensor
+    from tests.calibrate.board_pictures import BoardRenderer, board_in_view
 
     rng, board = np.random.default_rng(1), chessboard(*BOARD)
     cameras = [one for name, one in recording.cameras.items() if name[0] in "NO"]

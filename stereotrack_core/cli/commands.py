@@ -65,9 +65,7 @@ class Command:
 
 COMMANDS: tuple[Command, ...] = (
     Command("open", "open the workbench on a recording folder or project file", "workbench"),
-    Command(
-        "demo", "create a demo recording (once), track it, print its errors, open the workbench"
-    ),
+    Command("demo", "track the demo recording, print its errors, open the workbench"),
     Command("simulate", "render a stereo recording with ground truth"),
     Command("info", "print what a recording contains and all problems found in it"),
     Command("cloud", "the fused point cloud of one frame as a PLY file"),

@@ -1,4 +1,4 @@
-"""``stereotrack demo``: make the demo recording once, track it, print its errors."""
+"""``stereotrack demo``: copy the demo recording, track it, print its errors."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from pathlib import Path
 
 from stereotrack_core.cli.arguments import JSON, SETTINGS, flag, option
 from stereotrack_core.cli.output import FAILED, OK, put_json, put_table, say
-from stereotrack_core.cli.progress import progress, stoppable
 from stereotrack_core.cli.track import say_signs
 from stereotrack_core.cli.track_plan import UnfinishedOutput
 from stereotrack_core.cli.workbench import show_window
+from stereotrack_core.demo import copied_demo
 from stereotrack_core.evaluation.accuracy import Accuracy, accuracy_facts, accuracy_of, error_facts
 from stereotrack_core.evaluation.errors import truth_of
 from stereotrack_core.locks import writing
@@ -20,15 +20,14 @@ from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.report.run_tables import error_table, segment_table
-from stereotrack_core.simulation.make import DEMO_FRAMES, DemoPlaces, demo_places, make_demo
 from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run_spec import RunSpec
 from stereotrack_core.window import DemoTracking, Opening
 
 DESCRIPTION = (
-    "Render the demo recording if it does not exist yet, track it, print the errors of each "
-    "limb, and open the workbench on it. With --headless the workbench is not opened."
+    "Track a copy of the demo recording, print the errors of each limb, and open the workbench "
+    "on it. With --headless the workbench is not opened."
 )
 
 OPTIONS = (
@@ -53,19 +52,6 @@ _SHOWN_FRAME = 60
 """Of the demo, when it has been tracked."""
 
 
-def made_demo(folder: Path | None = None) -> DemoPlaces:
-    """The demo recording, rendered unless it is there already.
-
-    Raises Cancelled when stopped with Ctrl-C; nothing is left behind.
-    """
-    places = demo_places(folder)
-    if not places.made:
-        say(f"Creating the demo recording in {places.recording} (only once).")
-        with progress("Rendering", DEMO_FRAMES) as show, stoppable() as stopped:
-            make_demo(places, on_progress=lambda done, _: show(done), cancelled=stopped)
-    return places
-
-
 def run(args: Namespace) -> int:
     """Track the demo, here or in the window."""
     settings = preset(args.preset, args.changes)
@@ -77,8 +63,8 @@ def run(args: Namespace) -> int:
 
 
 def _without_window(args: Namespace, settings: Settings) -> int:
-    """Make the recording, track it, write the run, print the tables; a picture where asked for."""
-    places = made_demo(args.folder)
+    """Copy the recording, track it, write the run, print the tables; a picture where asked for."""
+    places = copied_demo(args.folder)
     recording = open_recording(places.recording)
     with FrameReader(recording, read_ahead=0) as reader:
         frames = range(reader.frame_count)

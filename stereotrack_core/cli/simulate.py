@@ -10,7 +10,7 @@ from stereotrack_core.cli.output import OK, put_result
 from stereotrack_core.cli.progress import progress, stoppable
 from stereotrack_core.parameters import parsed_settings
 from stereotrack_core.simulation.disturbances import kinds_text, parsed_disturbances
-from stereotrack_core.simulation.make import simulate
+from stereotrack_core.simulation.make import Simulation, simulate
 from stereotrack_core.simulation.rig import SceneOptions
 from stereotrack_core.tables import Table
 
@@ -44,22 +44,13 @@ OPTIONS = (
 
 def run(args: Namespace) -> int:
     """Render the recording."""
+    facts = {name: getattr(args, name) for name in ("person", "motion", "frames", "views", "seed")}
     options = SceneOptions().replaced(**parsed_settings(args.changes))
+    disturbances = parsed_disturbances(args.disturb)
+    simulation = Simulation(**facts, options=options, disturbances=disturbances)
     outcome = "No recording was created."
     with progress("Rendering", args.frames) as show, stoppable(outcome) as stopped:
-        simulate(
-            args.folder,
-            person=args.person,
-            motion=args.motion,
-            frames=args.frames,
-            views=args.views,
-            seed=args.seed,
-            options=options,
-            disturbances=parsed_disturbances(args.disturb),
-            on_progress=lambda done, _: show(done),
-            cancelled=stopped,
-        )
-    facts = {name: getattr(args, name) for name in ("person", "motion", "frames", "views", "seed")}
+        simulate(args.folder, simulation, on_progress=lambda done, _: show(done), cancelled=stopped)
     facts["fps"] = options.fps
     rows = [(name, str(value)) for name, value in facts.items()]
     table = Table(f"Recording written to {args.folder}", ("what", "value"), rows)

@@ -123,8 +123,7 @@ class VideoWriter:
     size, rate or file is not possible, or the drive is full.
 
     `path`: ends in .mp4 (or .mkv). `crf`: quality of x264; 0 is lossless (for grey exactly, for
-    colour but for the colour conversion), 18 is hardly to be told from the original. `quick`: in a
-    tenth of the time, at the same quality, but a quarter larger.
+    colour but for the colour conversion), 18 is hardly to be told from the original.
     """
 
     def __init__(
@@ -136,7 +135,6 @@ class VideoWriter:
         height: int,
         colour: bool = False,
         crf: int = 12,
-        quick: bool = False,
     ) -> None:
         if width % 2 or height % 2 or width < 2 or height < 2:
             raise InputError(
@@ -163,15 +161,14 @@ class VideoWriter:
                     where=str(path),
                     remedy="Use a name that ends in .mp4.",
                 ) from None
-            self._stream = self._new_stream(width, height, colour, crf, quick)
+            self._stream = self._new_stream(width, height, colour, crf)
             self._open = opening.pop_all()
 
-    def _new_stream(self, width: int, height: int, colour: bool, crf: int, quick: bool) -> Any:
+    def _new_stream(self, width: int, height: int, colour: bool, crf: int) -> Any:
         stream: Any = self._container.add_stream("libx264", rate=1 / self._time_base)
         stream.width, stream.height = width, height
         stream.pix_fmt = "yuv420p" if colour else _FULL_RANGE_FORMAT
-        preset = "ultrafast" if quick else "fast"
-        stream.options = {"crf": str(crf), "preset": preset, "bf": "0", "g": str(_KEY_FRAME_EVERY)}
+        stream.options = {"crf": str(crf), "preset": "fast", "bf": "0", "g": str(_KEY_FRAME_EVERY)}
         stream.codec_context.thread_count = 1
         stream.codec_context.time_base = self._time_base
         return stream

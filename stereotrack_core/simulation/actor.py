@@ -10,7 +10,7 @@ end, less and less towards head and ribs.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 
 import numpy as np
 import scipy
@@ -237,11 +237,6 @@ class Actor:
     marks: FloatArray  # (8,)
 
     @cached_property
-    def stuff(self) -> IntArray:
-        """Material per triangle: all are asked of the marks."""
-        return np.full(len(self.triangles), -1, dtype=np.int64)
-
-    @cached_property
     def _girdle_shares(self) -> FloatArray:
         return _girdle_weights(self.person, self.vertices, self.weights)
 
@@ -253,6 +248,7 @@ class Actor:
         return posed if following is bones else _with_own_girdle(*posed, self._girdle_shares, bones)
 
 
+@cache
 def actor(person: Person, clothes: str) -> Actor:
     """Contour, weight and dress a person."""
     vertices, normals, triangles = rest_surface(person)

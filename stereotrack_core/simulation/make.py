@@ -5,19 +5,19 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import cycle
 from pathlib import Path
+from typing import Any
 
 import numpy as np
-from platformdirs import user_data_path
 
 from stereotrack_core.arrays import FloatArray, ImageArray
 from stereotrack_core.atomic import filling
 from stereotrack_core.compiled import load_before_threads
 from stereotrack_core.errors import Cancelled, InputError
 from stereotrack_core.geometry.camera import Camera
-from stereotrack_core.recording.description import Recording, Stream, Subject, View
+from stereotrack_core.recording.description import Recording, Stream, View
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.recording.writing import (
     VideoWriter,
@@ -26,9 +26,9 @@ from stereotrack_core.recording.writing import (
 )
 from stereotrack_core.simulation.actor import Actor, actor
 from stereotrack_core.simulation.depth_camera import DepthCamera, depth_view
-from stereotrack_core.simulation.disturbances import Disturbance, Disturber
+from stereotrack_core.simulation.disturbances import Disturber, check_strengths
 from stereotrack_core.simulation.materials import noise_lattice
-from stereotrack_core.simulation.motions import Chain, Part, chain, motion_names, scheduled
+from stereotrack_core.simulation.motions import Chain, Part, motion_names, parts_of, scheduled
 from stereotrack_core.simulation.people import PEOPLE, Person, grown, person_named
 from stereotrack_core.simulation.postures import line_path, walk
 from stereotrack_core.simulation.render import CameraRenderer, Posed
@@ -99,49 +99,88 @@ class Scene:
         return renderers[camera].picture(people, frame)
 
 
+@dataclass(frozen=True)
+class Simulation:
+    """What to simulate.
+
+    Raises InputError for an unknown name, an impossible strength, no frames or a negative seed.
+    """
+
+    person: str = "P1"
+    """P1 to P4."""
+    motion: str = "cross-arms"
+    """A name of ``MOTIONS``, or several joined by ``+``; repeated until the frames are full."""
+    frames: int = 120
+    views: str = "NOSW"
+    """Some of N, O, S, W."""
+    seed: int = 0
+    """The same seed gives the same pictures and truth."""
+    options: SceneOptions = field(default_factory=SceneOptions)
+    parts: tuple[Part, ...] = ()
+    """What happens at which frames, instead of `motion`."""
+    disturbances: Mapping[str, float] = field(default_factory=dict)
+    """Strengths by kind; the truth, and what is said of the cameras, stay as they are."""
+
+    def __post_init__(self) -> None:
+        if self.frames < 1:
+            raise InputError(
+                f"{self.frames} frames cannot be simulated",
+                where="--frames",
+                remedy="Give 1 or more.",
+            )
+        if self.seed < 0:
+            raise InputError(
+                f"the seed {self.seed} is negative", where="--seed", remedy="Give 0 or more."
+            )
+        person_named(self.person), motion_names(self.motion), view_names(self.views)
+        check_strengths(self.disturbances)
+        if self.disturbances and self.options.kind != "stereo":
+            raise InputError(
+                "only stereo recordings can be disturbed",
+                where="--disturb",
+                remedy="Leave out --set kind=depth.",
+            )
+
+    @property
+    def who(self) -> Person:
+        """The person at the stature of the options."""
+        person = person_named(self.person)
+        return grown(person, self.options.stature) if self.options.stature else person
+
+
 def build_scene(
-    person: Person,
-    motions: Sequence[str],
-    frames: int,
-    views: tuple[str, ...],
-    seed: int,
-    options: SceneOptions,
-    workers: Executor,
-    parts: Sequence[Part] = (),
-    disturbances: Sequence[Disturbance] = (),
+    made: Simulation, workers: Executor, cameras: Mapping[str, Camera] | None = None
 ) -> Scene:
     """Dress the person, plan the motion, set up the cameras and draw the empty room.
 
-    `parts` say what happens when; without any the motions follow each other.
+    `cameras` by name replace those of the simulation's views.
     """
-    cameras = rig(views, options, seed)
+    options, seed, person = made.options, made.seed, made.who
+    if cameras is None:
+        cameras = rig(view_names(made.views), options, seed)
     things, lattice = room(furnished=options.furnished), noise_lattice(seed)
-    disturber = Disturber(
-        {one.kind: one.strength for one in disturbances}, seed, options.fps, frames
-    )
+    disturber = Disturber(made.disturbances, seed, options.fps, made.frames)
 
     def renderer(camera: Camera) -> CameraRenderer:
         chosen = sensor(options, seed, camera.name)
         return CameraRenderer(camera, chosen, things, lattice, disturber)
 
     turned = disturber.turned(cameras)
-    drawn = workers.map(renderer, [*cameras.values(), *turned.values()])
-    if parts:
-        moves = scheduled(person, parts, frames)
-    else:
-        moves = chain(
-            person, motions, frames,
-            fps=options.fps, pace=options.pace, t_pose_first=options.t_pose_first,
-        )  # fmt: skip
-    distance = disturber.strengths.get("passer")
+    renderers = list(workers.map(renderer, [*cameras.values(), *turned.values()]))
+    parts = made.parts or parts_of(motion_names(made.motion), made.frames, options)
+    distance = made.disturbances.get("passer")
     passer = None
     if options.second_person or distance is not None:
-        passer = _passer_by(person, options, frames, distance)
-    dressed = actor(person, options.clothes)
-    renderers = list(drawn)
-    still = dict(zip(cameras, renderers, strict=False))
-    bumped = dict(zip(turned, renderers[len(cameras) :], strict=True))
-    return Scene(dressed, moves, passer, cameras, still, disturber, bumped)
+        passer = _passer_by(person, options, made.frames, distance)
+    return Scene(
+        actor(person, options.clothes),
+        scheduled(person, parts, made.frames),
+        passer,
+        cameras,
+        dict(zip(cameras, renderers, strict=False)),
+        disturber,
+        dict(zip(turned, renderers[len(cameras) :], strict=True)),
+    )
 
 
 Progress = Callable[[int, int], None]
@@ -149,94 +188,72 @@ _WORKERS = 2
 _CRF = 16
 """Leaves the sensor's noise nearly as it is, at less than half the size of a lossless video."""
 
-DEMO_FRAMES = 100
-
 
 def simulate(
     folder: Path,
+    simulation: Simulation | None = None,
     *,
-    person: str = "P1",
-    motion: str = "cross-arms",
-    frames: int = 120,
-    views: str = "NOSW",
-    seed: int = 0,
-    options: SceneOptions | None = None,
-    parts: Sequence[Part] = (),
-    disturbances: Sequence[Disturbance] = (),
-    quick: bool = False,
     on_progress: Progress | None = None,
     cancelled: Callable[[], bool] | None = None,
 ) -> None:
     """Make a recording folder with rendered stereo images and truth.
 
-    Raises InputError for an unknown name, no frames, or a folder that holds something; Cancelled
-    when stopped; nothing is left behind.
+    Raises InputError for a folder that holds something; Cancelled when stopped; nothing is left
+    behind.
 
     Parameters
     ----------
     folder : must not exist yet, or be empty. It appears when everything is finished.
-    person : P1 to P4
-    motion : a name of ``MOTIONS``, or several joined by ``+``; repeated until the frames are full
-    views : some of N, O, S, W
-    seed : same seed, same pictures and truth
-    parts : what happens at which frames, instead of `motion`
-    disturbances : of the pictures; the truth, and what is said of the cameras, stay as they are
-    quick : encode the videos in a tenth of the time, a quarter larger
+    simulation : what to simulate
     on_progress : called with frames done and frames in all
     cancelled : asked before every frame
 
     Examples
     --------
-    >>> simulate(Path("recording"), person="P2", motion="cross-arms", frames=40, views="NS")
+    >>> simulate(Path("recording"), Simulation(person="P2", frames=40, views="NS"))
     """
-    o = options or SceneOptions()
-    folder = Path(folder)
-    _check(folder, frames, seed)
-    if disturbances and o.kind != "stereo":
+    folder, made = Path(folder), simulation or Simulation()
+    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         raise InputError(
-            "only stereo recordings can be disturbed",
-            where="--disturb",
-            remedy="Leave out --set kind=depth.",
+            "the folder is not empty", where=str(folder), remedy="Use a new or empty folder."
         )
-    who, names, where = person_named(person), motion_names(motion), view_names(views)
-    if o.stature:
-        who = grown(who, o.stature)
+    o = made.options
     load_before_threads()
     with filling(folder) as workplace, ThreadPoolExecutor(_WORKERS) as workers:
-        scene = build_scene(who, names, frames, where, seed, o, workers, parts, disturbances)
-        crf = int(scene.disturber.strengths.get("compress", 0 if o.lossless else _CRF))
+        scene = build_scene(made, workers)
+        crf = int(made.disturbances.get("compress", 0 if o.lossless else _CRF))
+        form: dict[str, Any] = {
+            "fps": o.fps,
+            "width": o.width,
+            "height": o.height,
+            "colour": o.colour,
+            "crf": crf,
+        }
         with ExitStack() as opened:
             videos = {
-                camera: opened.enter_context(_video(workplace / f"{camera}.mp4", o, quick, crf))
+                camera: opened.enter_context(VideoWriter(workplace / f"{camera}.mp4", **form))
                 for camera in scene.cameras
             }
             if o.background_images and o.kind == "stereo":
                 for camera, renderer in scene.renderers.items():
                     write_png(workplace / f"{camera}_background.png", renderer.background())
-            sensors = _depth_cameras(scene, workplace, o, seed)
+            sensors = _depth_cameras(scene, workplace, made)
             truth = []
-            for frame in range(frames):
+            for frame in range(made.frames):
                 if cancelled is not None and cancelled():
                     raise Cancelled
                 truth.append(_make_frame(scene, frame, videos, sensors, workers))
                 if on_progress is not None:
-                    on_progress(frame + 1, frames)
-        _describe(workplace, folder.name, o, scene, who.subject(), np.array(truth))
+                    on_progress(frame + 1, made.frames)
+        _describe(workplace, folder.name, made, scene, np.array(truth))
 
 
-def _video(path: Path, o: SceneOptions, quick: bool, crf: int) -> VideoWriter:
-    size = {"width": o.width, "height": o.height}
-    return VideoWriter(path, fps=o.fps, **size, colour=o.colour, crf=crf, quick=quick)
-
-
-def _depth_cameras(
-    scene: Scene, folder: Path, o: SceneOptions, seed: int
-) -> dict[str, DepthCamera]:
+def _depth_cameras(scene: Scene, folder: Path, made: Simulation) -> dict[str, DepthCamera]:
     """Those of depth views by their names; none for stereo views."""
-    if o.kind != "depth":
+    if made.options.kind != "depth":
         return {}
     return {
-        name: DepthCamera(renderer, o.focal, folder / name, (seed, ord(name)))
+        name: DepthCamera(renderer, made.options.focal, folder / name, (made.seed, ord(name)))
         for name, renderer in scene.renderers.items()
     }
 
@@ -262,10 +279,9 @@ def _make_frame(
     return points
 
 
-def _describe(
-    folder: Path, name: str, o: SceneOptions, scene: Scene, subject: Subject, truth: FloatArray
-) -> None:
+def _describe(folder: Path, name: str, made: Simulation, scene: Scene, truth: FloatArray) -> None:
     """Write what describes the pictures; `truth` is (F, 9, 3) metres, world."""
+    o = made.options
 
     def stream(camera: str) -> Stream:
         background = o.background_images and o.kind == "stereo"
@@ -281,78 +297,7 @@ def _describe(
     frames = np.arange(len(truth), dtype=np.int64)
     write_recording_description(
         Recording(
-            folder, name, o.fps, tuple(views), scene.cameras, subject,
+            folder, name, o.fps, tuple(views), scene.cameras, made.who.subject(),
             LandmarkTrajectory(frames, truth), scene.chain.segments,
         )
     )  # fmt: skip
-
-
-def _check(folder: Path, frames: int, seed: int) -> None:
-    if frames < 1:
-        raise InputError(
-            f"{frames} frames cannot be simulated", where="--frames", remedy="Give 1 or more."
-        )
-    if seed < 0:
-        raise InputError(f"the seed {seed} is negative", where="--seed", remedy="Give 0 or more.")
-    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
-        raise InputError(
-            "the folder is not empty", where=str(folder), remedy="Use a new or empty folder."
-        )
-
-
-@dataclass(frozen=True)
-class DemoPlaces:
-    """Where the demo keeps its recording and its run."""
-
-    recording: Path
-    run: Path
-
-    @property
-    def made(self) -> bool:
-        """Whether the recording is there."""
-        return (self.recording / "recording.toml").is_file()
-
-
-def demo_places(folder: Path | None) -> DemoPlaces:
-    """Recording and run in `folder`, or in the program's own data folder.
-
-    Raises InputError where that is no folder.
-    """
-    if folder is None:
-        folder = user_data_path("stereotrack", appauthor=False) / "demo"
-    if folder.exists() and not folder.is_dir():
-        raise InputError(
-            "this is not a folder", where=str(folder), remedy="Give the name of a folder."
-        )
-    return DemoPlaces(folder / "recording", folder / "run.npz")
-
-
-def make_demo(
-    places: DemoPlaces,
-    *,
-    on_progress: Progress | None = None,
-    cancelled: Callable[[], bool] | None = None,
-) -> None:
-    """Render the demo recording: four views, T pose, crossed arms, pointing.
-
-    Raises InputError where its folder cannot be made, Cancelled when stopped; then nothing is left
-    behind.
-    """
-    try:
-        places.recording.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(
-            f"the folder cannot be created ({error.strerror})",
-            where=str(places.recording.parent),
-            remedy="Give a folder that you may write to: stereotrack demo DIR.",
-        ) from error
-    simulate(
-        places.recording,
-        person="P2",
-        motion="t-pose+cross-arms+point",
-        frames=DEMO_FRAMES,
-        seed=7,
-        quick=True,  # somebody waits for the window
-        on_progress=on_progress,
-        cancelled=cancelled,
-    )

@@ -12,7 +12,6 @@ import numpy as np
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.recording.description import Segment
-from stereotrack_core.simulation.exercises import EXERCISES
 from stereotrack_core.simulation.keyed import Key, Motion, keyed
 from stereotrack_core.simulation.people import Person
 from stereotrack_core.simulation.postures import (
@@ -22,11 +21,8 @@ from stereotrack_core.simulation.postures import (
     circle_path,
     walk,
 )
-from stereotrack_core.simulation.skeleton import (
-    JointState,
-    between,
-    minimum_jerk,
-)
+from stereotrack_core.simulation.rig import SceneOptions
+from stereotrack_core.simulation.skeleton import JointState, between, minimum_jerk
 
 T_POSE = Posture(STRETCHED, STRETCHED)
 _STANDING = Posture()
@@ -207,7 +203,6 @@ MOTIONS: dict[str, Motion] = {
     "leave-and-return": _round(9.5, 1.7),
     "shrug": _shrug(),
     "reach": _reach(),
-    **EXERCISES,
 }
 """All motions by the name for ``--motion``."""
 
@@ -254,43 +249,31 @@ class Chain:
     segments: tuple[Segment, ...]
 
 
-def scheduled(person: Person, parts: Sequence[Part], frames: int) -> Chain:
-    """States of all frames; between two parts the person goes smoothly from one to the other.
+def parts_of(names: Sequence[str], frames: int, options: SceneOptions) -> tuple[Part, ...]:
+    """Parts that follow one another, over and over until the frames are filled.
 
-    Before the first part its first state is held, after the last part its last. Raises InputError
-    for parts that overlap, do not fit, or name an unknown motion.
+    A T pose comes first unless the options tell otherwise.
     """
-    _check(parts, frames)
-    return _joined(person, parts, frames)
-
-
-def chain(
-    person: Person,
-    names: Sequence[str],
-    frames: int,
-    *,
-    fps: float,
-    pace: float = 1.0,
-    t_pose_first: bool = True,
-) -> Chain:
-    """Join motions to a sequence of `frames` states.
-
-    The first motion is a T pose unless told otherwise; the chain is repeated until the
-    frames are filled. `pace` divides all durations: 0.5 is half as fast.
-    """
-    blend = max(1, round(_BLEND_SECONDS * fps / pace))
-    opening = ["t-pose"] if t_pose_first and names[0] != "t-pose" else []
+    blend = max(1, round(_BLEND_SECONDS * options.fps / options.pace))
+    opening = ["t-pose"] if options.t_pose_first and names[0] != "t-pose" else []
     parts: list[Part] = []
     for name in itertools.chain(opening, cycle(names)):
         first = parts[-1].end + blend if parts else 0
-        count = max(2, math.ceil(MOTIONS[name].seconds * fps / pace))
-        parts.append(Part(name, name, first, count))
+        count = math.ceil(MOTIONS[name].seconds * options.fps / options.pace)
+        parts.append(Part(name, name, first, max(2, count)))
         if parts[-1].end >= frames:
             break
-    return _joined(person, parts, frames)
+    return tuple(parts)
 
 
-def _joined(person: Person, parts: Sequence[Part], frames: int) -> Chain:
+def scheduled(person: Person, parts: Sequence[Part], frames: int) -> Chain:
+    """States of all frames; between two parts the person goes smoothly from one to the other.
+
+    Before the first part its first state is held, after the last part its last; of a part that
+    does not end in time the rest is left out. Raises InputError for parts that overlap, are
+    shorter than two frames, or name an unknown motion.
+    """
+    _check(parts)
     states: list[JointState] = []
     for part in parts:
         own = MOTIONS[part.motion].states(person, part.frames)
@@ -342,21 +325,15 @@ def _gap_filled(at: int, end: int, turn: Iterator[tuple[str, int]], blend: int) 
         at += blend + length
 
 
-def _check(parts: Sequence[Part], frames: int) -> None:
+def _check(parts: Sequence[Part]) -> None:
     at = 0
     for part in parts:
-        if part.motion not in MOTIONS:
+        motion_names(part.motion)
+        if part.first < at or part.frames < 2:
             raise InputError(
-                f"unknown motion {part.motion!r}",
-                where=part.name,
-                remedy=f"Use one of {', '.join(MOTIONS)}.",
-            )
-        if part.first < at or part.frames < 2 or part.end > frames:
-            raise InputError(
-                f"{part.name} at {part.first}:{part.end} overlaps another motion or does not fit",
+                f"{part.name} at {part.first}:{part.end} overlaps another motion or is too short",
                 where="parts",
-                remedy=f"Motions must follow each other within 0:{frames}, each with at least two "
-                "frames.",
+                remedy="Motions must follow each other, each with at least two frames.",
             )
         at = part.end
     if not parts:

@@ -8,19 +8,24 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from stereotrack_core.arrays import Float32Array, FloatArray, ImageArray, IntArray
+from stereotrack_core.arrays import Float32Array, FloatArray, ImageArray
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.simulation.actor import Actor
-from stereotrack_core.simulation.disturbances import UNDISTURBED, Disturber, Shadows
+from stereotrack_core.simulation.disturbances import UNDISTURBED, Disturber
 from stereotrack_core.simulation.materials import material_table
-from stereotrack_core.simulation.raster import LIGHT, SAMPLES, mark, rasterise, shade
+from stereotrack_core.simulation.raster import SAMPLES, Raster, Samples, Visible, in_samples
 from stereotrack_core.simulation.rig import Sensor
 from stereotrack_core.simulation.room import ROOM_MATERIALS, Things
+from stereotrack_core.simulation.shading import Stuff, clothing, region, shade
+from stereotrack_core.simulation.shadows import Shadows
 
 _NEAR = 0.15
 _WIDEST = 2.2
 """Points further out, as share of the image's half diagonal, are not projected: there a
 distortion model may fold back into the picture."""
+
+Projected = tuple[FloatArray, FloatArray]
+"""Raw pixels (V, 2), NaN where not to be drawn, and 1 / z (V,)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,9 +42,9 @@ class Seen:
     """Truth of a picture's pixels (their upper left samples)."""
 
     depth: Float32Array
-    """(H, W) is in metres along the camera's z; `stuff` (H, W) is the row of a person's materials
-    (skin, hair, shirt ...), -1 for the room."""
+    """(H, W), metres along the camera's z."""
     stuff: NDArray[np.int8]
+    """(H, W); row of a person's materials (skin, hair, shirt ...), -1 for the room."""
 
 
 class CameraRenderer:
@@ -63,16 +68,15 @@ class CameraRenderer:
         height, width = SAMPLES * camera.height, SAMPLES * camera.width
         self._depth = np.zeros((height, width), np.float32)
         self._light = np.zeros((height, width, len(sensor.response)), np.float32)
-        ids, weights = _empty_ids(self._depth)
         pixels, nearness = self._projected(things.vertices)
-        rasterise(pixels, nearness, things.triangles, 0, 0, 0, self._depth, ids, weights)
-        shade(
-            ids, weights, 0, things.triangles, things.vertices, things.normals, things.stuff,
-            material_table(ROOM_MATERIALS), np.zeros(8), lattice, LIGHT, sensor.response,
-            self._light,
-        )  # fmt: skip
+        room = Raster.over(self._depth).draw(in_samples(pixels), nearness, things.triangles)
+        samples = room.samples()
+        points, normals = samples.of(things.vertices), samples.of(things.normals)
+        stuff = Stuff(material_table(ROOM_MATERIALS), things.stuff[samples.triangle], points[:, 2])
+        self._light[samples.where] = shade(points, normals, stuff, lattice, sensor.response)
         self._empty = _averaged(self._light)
-        self._room = things, ids, weights
+        needed = not {"shadow", "shade"}.isdisjoint(disturber.strengths)
+        self._shaded = (samples, points, _flat(samples, things.normals)) if needed else None
 
     def background(self) -> ImageArray:
         """The empty scene."""
@@ -81,20 +85,19 @@ class CameraRenderer:
     def picture(self, people: Sequence[Posed], frame: int) -> ImageArray:
         """The scene with people in it."""
         projected = [self._projected(posed.vertices) for posed in people]
-        surfaces = [(p.actor.triangles, p.vertices, p.normals) for p in people]
+        surfaces = [(posed.actor.triangles, posed.vertices) for posed in people]
         shadows = Shadows.of(self._disturber, surfaces, frame)
         room, light = self._light, self._empty
-        if shadows is not None:
-            things, ids, weights = self._room
+        if shadows is not None and self._shaded is not None:
+            samples, points, normals = self._shaded
             room = room.copy()
-            surface = things.triangles, things.vertices, things.normals
-            shadows.darken((ids, weights, 0), surface, False, room)
+            room[samples.where] *= shadows.left_light(points, normals, False)[:, None]
             light = _averaged(room)
         box = self._box([pixels for pixels, _ in projected])
         if box is not None:
+            rows, columns = box
             light = light.copy()
-            top, bottom, left, right = box
-            light[top:bottom, left:right] = self._drawn(people, projected, box, room, shadows)
+            light[rows, columns] = self._drawn(people, projected, box, room, shadows)
         return self._exposed(light, frame)
 
     def _exposed(self, light: Float32Array, frame: int) -> ImageArray:
@@ -108,8 +111,10 @@ class CameraRenderer:
         depth = self._depth.copy()
         projected = [self._projected(posed.vertices) for posed in people]
         stuff = np.full(depth.shape, -1, np.int8)
-        for who, ids, weights, first in _rasterised(people, projected, 0, 0, depth):
-            mark(ids, weights, first, who.triangles, who.vertices, who.marks, stuff)
+        for who, visible in _rasterised(people, projected, (0, 0), depth):
+            samples = visible.samples()
+            points = samples.of(who.actor.vertices)
+            stuff[samples.where] = region(points, who.actor.marks)
         picked = np.s_[::SAMPLES, ::SAMPLES]
         far = np.float32(1.0) / np.maximum(depth[picked], np.float32(1e-3))
         return Seen(far.astype(np.float32), stuff[picked])
@@ -117,28 +122,29 @@ class CameraRenderer:
     def _drawn(
         self,
         people: Sequence[Posed],
-        projected: Sequence[tuple[FloatArray, FloatArray]],
-        box: tuple[int, int, int, int],
+        projected: Sequence[Projected],
+        box: tuple[slice, slice],
         room: Float32Array,
         shadows: Shadows | None,
     ) -> Float32Array:
         """Light (h, w, c) of the pixels of a box; `room` is that of all samples without people."""
-        top, bottom, left, right = box
-        samples = np.s_[SAMPLES * top : SAMPLES * bottom, SAMPLES * left : SAMPLES * right]
-        depth, light = self._depth[samples].copy(), room[samples].copy()
-        drawn = _rasterised(people, projected, left, top, depth)
-        for posed, (who, ids, weights, first) in zip(people, drawn, strict=True):
-            shade(
-                ids, weights, first, who.triangles, who.vertices, posed.normals, who.stuff,
-                who.materials, who.marks, self._lattice, LIGHT, self._sensor.response, light,
-            )  # fmt: skip
+        rows, columns = (slice(SAMPLES * s.start, SAMPLES * s.stop) for s in box)
+        depth, light = self._depth[rows, columns].copy(), room[rows, columns].copy()
+        origin = box[1].start, box[0].start
+        for who, visible in _rasterised(people, projected, origin, depth):
+            samples, actor = visible.samples(), who.actor
+            rest = samples.of(actor.vertices)
+            stuff = clothing(actor.materials, actor.marks, rest)
+            normals = samples.of(who.normals)
+            shaded = shade(rest, normals, stuff, self._lattice, self._sensor.response)
+            light[samples.where] = shaded
             if shadows is not None:
-                surface = who.triangles, posed.vertices, posed.normals
-                shadows.darken((ids, weights, first), surface, True, light)
+                flat = _flat(samples, who.normals)
+                left = shadows.left_light(samples.of(who.vertices), flat, True)
+                light[samples.where] *= left[:, None]
         return _averaged(light)
 
-    def _projected(self, vertices: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Raw pixels (V, 2), NaN where not to be drawn, and 1 / z (V,)."""
+    def _projected(self, vertices: FloatArray) -> Projected:
         camera = self._camera
         in_camera = camera.camera_from_world.apply(vertices)
         z = in_camera[:, 2]
@@ -149,40 +155,38 @@ class CameraRenderer:
         pixels[outside] = np.nan
         return pixels, 1.0 / safe
 
-    def _box(self, pixels: Sequence[FloatArray]) -> tuple[int, int, int, int] | None:
-        """Rows and columns that people touch: top, bottom, left, right."""
+    def _box(self, pixels: Sequence[FloatArray]) -> tuple[slice, slice] | None:
+        """Rows and columns that people touch."""
         size = np.array([self._camera.width, self._camera.height])
-        seen = [p[np.isfinite(p).all(axis=1)] for p in pixels]
-        points = np.concatenate([p for p in seen if len(p)] or [np.zeros((0, 2))])
-        points = points[(points > -1).all(axis=1) & (points < size).all(axis=1)]
+        points = np.concatenate([*pixels, np.zeros((0, 2))])
+        points = points[(points > -1).all(axis=1) & (points < size).all(axis=1)]  # not NaN
         if not len(points):
             return None
         low = np.maximum(np.floor(points.min(axis=0)).astype(int) - 1, 0)
         high = np.minimum(np.ceil(points.max(axis=0)).astype(int) + 2, size)
-        return int(low[1]), int(high[1]), int(low[0]), int(high[0])
+        return slice(int(low[1]), int(high[1])), slice(int(low[0]), int(high[0]))
 
 
 def _rasterised(
     people: Sequence[Posed],
-    projected: Sequence[tuple[FloatArray, FloatArray]],
-    left: int,
-    top: int,
+    projected: Sequence[Projected],
+    origin: tuple[int, int],
     depth: Float32Array,
-) -> list[tuple[Actor, IntArray, Float32Array, int]]:
-    """Draw everybody into `depth`; for each what is seen where, and the number of the first."""
-    ids, weights = _empty_ids(depth)
-    drawn, first = [], 0
+) -> list[tuple[Posed, Visible]]:
+    """Draw everybody into `depth`, whose corner is the pixel (x, y) `origin`."""
+    raster, drawn, first = Raster.over(depth), [], 0
     for posed, (pixels, nearness) in zip(people, projected, strict=True):
         triangles = posed.actor.triangles
-        rasterise(pixels, nearness, triangles, first, left, top, depth, ids, weights)
-        drawn.append((posed.actor, ids, weights, first))
+        visible = raster.draw(in_samples(pixels, origin), nearness, triangles, first)
+        drawn.append((posed, visible))
         first += len(triangles)
     return drawn
 
 
-def _empty_ids(depth: Float32Array) -> tuple[IntArray, Float32Array]:
-    ids = np.full(depth.shape, -1, np.int32)
-    return ids, np.zeros((*depth.shape, 2), np.float32)  # type: ignore[return-value]
+def _flat(samples: Samples, normals: FloatArray) -> FloatArray:
+    """Normals (N, 3) of the first corners: shadows need no smooth ones."""
+    result: FloatArray = normals[samples.corners[:, 0]]
+    return result
 
 
 def _averaged(light: Float32Array) -> Float32Array:

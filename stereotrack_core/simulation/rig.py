@@ -198,6 +198,7 @@ def sensor(options: SceneOptions, seed: int, camera: str) -> Sensor:
     response = _LUMINANCE
     if options.colour:
         mixing = np.eye(3) * (1 + 0.06 * rng.normal(size=3)) + rng.uniform(0, 0.06, (3, 3))
-        response = (mixing / mixing.sum(axis=1).mean())[::-1]
+        # White balance takes most of the cast: without it one view was pink and another green.
+        response = (mixing / mixing.sum(axis=1, keepdims=True) ** 0.8)[::-1]
     gain = 1 + options.gain_difference if camera.endswith("left") else 1.0
     return Sensor(response, gain, options.blur, options.noise, (seed, number))

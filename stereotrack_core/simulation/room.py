@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
@@ -46,6 +47,7 @@ _Sheet = tuple[FloatArray | _Triple, FloatArray | _Triple, FloatArray | _Triple,
 _Box = tuple[_Triple, _Triple, str]  # corner, size, material
 
 
+@cache
 def room(*, furnished: bool) -> Things:
     """The room, with or without furniture."""
     sheets = _walls()

@@ -23,7 +23,7 @@ from stereotrack_core.evaluation.errors import LimbErrors
 from stereotrack_core.interop.run_npz import read_npz
 from stereotrack_core.recording.description import Subject
 from stereotrack_core.recording.folder import open_recording
-from stereotrack_core.simulation.make import simulate
+from stereotrack_core.simulation.make import Simulation, simulate
 from stereotrack_core.simulation.motions import Part, scheduled
 from stereotrack_core.simulation.people import PEOPLE
 from stereotrack_core.simulation.rig import SceneOptions
@@ -114,7 +114,7 @@ def test_our_numbers_stand_below_those_of_the_thesis():
 def test_only_a_restarted_run_is_given_the_truth(tmp_path):
     options = SceneOptions(width=400, height=300, focal=250.0, furnished=False, noise=1.0)
     segments = (Part("t-pose", "t-pose", 0, 3), Part("point", "point", 4, 3))
-    simulate(tmp_path / "P2", person="P2", frames=7, options=options, parts=segments)
+    simulate(tmp_path / "P2", Simulation("P2", frames=7, options=options, parts=segments))
     recording = open_recording(tmp_path / "P2")
     wrong = dataclasses.replace(recording.reference, points=recording.reference.points + 0.5)
     misled = dataclasses.replace(recording, reference=wrong)

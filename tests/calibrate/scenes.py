@@ -11,7 +11,7 @@ from stereotrack_core.calibrate.lens import BROWN5, FISHEYE, RATIONAL, Lens
 from stereotrack_core.calibrate.sightings import Sightings
 from stereotrack_core.geometry.rotation import rotation_from_vector
 from stereotrack_core.geometry.transform import RigidTransform
-from stereotrack_core.simulation.board_pictures import board_in_view
+from tests.calibrate.board_pictures import board_in_view
 
 BOARD = Board(9, 6, 0.06)
 SIZE = (640, 480)

@@ -13,8 +13,8 @@ from stereotrack_core.calibrate.search import search
 from stereotrack_core.calibrate.sightings import Sightings
 from stereotrack_core.calibrate.stereo import pair_of
 from stereotrack_core.calibrate.world import calibrate_world
-from stereotrack_core.simulation.board_pictures import BoardRenderer, board_in_view
 from stereotrack_core.simulation.rig import Sensor
+from tests.calibrate.board_pictures import BoardRenderer, board_in_view
 from tests.calibrate.scenes import BENT, BOARD, SIZE, looking_at
 from tests.calibrate.test_world import off
 from tests.conftest import SHARED_RECORDINGS

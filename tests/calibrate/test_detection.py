@@ -14,8 +14,8 @@ from stereotrack_core.calibrate.search import search
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.rotation import rotation_from_vector
 from stereotrack_core.geometry.transform import RigidTransform
-from stereotrack_core.simulation.board_pictures import BoardRenderer
 from stereotrack_core.simulation.rig import Sensor
+from tests.calibrate.board_pictures import BoardRenderer
 from tests.calibrate.scenes import HERE
 
 _LENS = Lens(BROWN, np.array([300.0, 301, 160, 119, -0.15, 0.03, 5e-4, -4e-4, 0, 0, 0, 0]))

@@ -11,8 +11,8 @@ from stereotrack_core.geometry.rotation import rotation_from_vector
 from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.recording.calibration import read_calibration, write_calibration
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory, write_landmarks
-from stereotrack_core.simulation.board_pictures import BoardRenderer, board_in_view
 from stereotrack_core.simulation.rig import Sensor
+from tests.calibrate.board_pictures import BoardRenderer, board_in_view
 
 pytestmark = pytest.mark.xdist_group("cli")
 

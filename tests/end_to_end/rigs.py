@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -21,12 +21,9 @@ from stereotrack_core.recording.writing import (
     write_png,
     write_recording_description,
 )
-from stereotrack_core.simulation.make import build_scene
-from stereotrack_core.simulation.materials import noise_lattice
+from stereotrack_core.simulation.make import Simulation, build_scene
 from stereotrack_core.simulation.people import PEOPLE, Person
-from stereotrack_core.simulation.render import CameraRenderer
-from stereotrack_core.simulation.rig import SceneOptions, sensor
-from stereotrack_core.simulation.room import room
+from stereotrack_core.simulation.rig import SceneOptions
 
 _COMPASS = "NOSW"
 _SEED = 5
@@ -85,18 +82,6 @@ RIGS: tuple[Rig, ...] = (
 )
 
 
-def _person(stature: float) -> Person:
-    """The person next in height, scaled."""
-    nearest = min(PEOPLE.values(), key=lambda one: abs(one.stature - stature))
-    ratio = stature / nearest.stature
-    lengths = {
-        name: ratio * value
-        for name, value in vars(nearest).items()
-        if isinstance(value, float) and name not in ("girth", "muscle", "hips")
-    }
-    return replace(nearest, **lengths)
-
-
 def _cameras(rig: Rig) -> dict[str, Camera]:
     cameras = {}
     for view, bearing in zip(_COMPASS, rig.bearings, strict=False):
@@ -135,20 +120,16 @@ def world_from_room(rig: Rig, cameras: Mapping[str, Camera]) -> RigidTransform:
 
 def make_rig(folder: Path, rig: Rig, frames: int) -> None:
     """Render a recording of a rig; subject and truth are those of the person drawn."""
-    options = SceneOptions().replaced(
-        width=rig.width, height=rig.height, background_images=rig.background, pace=1.8
-    )
-    cameras, lattice, person = _cameras(rig), noise_lattice(_SEED), _person(rig.stature)
-    things = room(furnished=False)
+    person = min(PEOPLE, key=lambda name: abs(PEOPLE[name].stature - rig.stature))
+    options = SceneOptions(
+        width=rig.width, height=rig.height, background_images=rig.background, pace=1.8,
+        furnished=False, stature=rig.stature,
+    )  # fmt: skip
+    made = Simulation(person, rig.motion, frames, seed=_SEED, options=options)
+    cameras = _cameras(rig)
     folder.mkdir(parents=True)
     with ThreadPoolExecutor(2) as workers, ExitStack() as opened:
-        motions = tuple(rig.motion.split("+"))
-        scene = build_scene(person, motions, frames, (), _SEED, options, workers)
-        renderers = {
-            name: CameraRenderer(one, sensor(options, _SEED, name), things, lattice)
-            for name, one in cameras.items()
-        }
-        scene = replace(scene, cameras=cameras, renderers=renderers)
+        scene = build_scene(made, workers, cameras)
         size = {"width": rig.width, "height": rig.height}
         videos = {
             name: opened.enter_context(
@@ -163,9 +144,9 @@ def make_rig(folder: Path, rig: Rig, frames: int) -> None:
             for name, video in videos.items():
                 video.write(scene.picture(name, people, frame))
         if rig.background:
-            for name, renderer in renderers.items():
+            for name, renderer in scene.renderers.items():
                 write_png(folder / f"{name}_background.png", renderer.background())
-    _describe(folder, rig, person, cameras, np.array(truth))
+    _describe(folder, rig, made.who, cameras, np.array(truth))
 
 
 def _describe(

@@ -9,7 +9,7 @@ import pytest
 from stereotrack_core.evaluation.errors import errors_against
 from stereotrack_core.evaluation.summary import summarise
 from stereotrack_core.recording.folder import open_recording
-from stereotrack_core.simulation.make import simulate
+from stereotrack_core.simulation.make import Simulation, simulate
 from stereotrack_core.simulation.rig import SceneOptions
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run import track
@@ -32,7 +32,7 @@ def summary(tmp_path_factory):
     """Errors of a run on forty frames of four views of 320 x 240 pixels."""
     folder = tmp_path_factory.mktemp("gate") / "crossing"
     scene = SceneOptions().replaced(width=320, height=240, focal=200.0)
-    simulate(folder, person="P2", motion="cross-arms", frames=40, seed=3, options=scene)
+    simulate(folder, Simulation(person="P2", motion="cross-arms", frames=40, seed=3, options=scene))
     recording = open_recording(folder)
     unknown = dataclasses.replace(recording, reference=None)
     run = track(unknown, RunSpec(preset("accurate"), preset="accurate"))

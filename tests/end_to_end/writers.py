@@ -61,7 +61,7 @@ from stereotrack_core.recording.keypoints import Keypoints, keypoints_of
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory, write_landmarks
 from stereotrack_core.recording.writing import VideoWriter, write_png, write_recording_description
 from stereotrack_core.report.pages import write_calibration_page
-from stereotrack_core.simulation.make import simulate
+from stereotrack_core.simulation.make import Simulation, simulate
 from stereotrack_core.simulation.rig import SceneOptions
 from stereotrack_core.study.cache import Read, StudyCache
 from stereotrack_core.study.evaluated import RunFacts, RunPlace, values_of
@@ -155,7 +155,7 @@ def _video(path: Path, things: Things) -> None:
 
 def _simulate(folder: Path, _things: Things) -> None:
     small = SceneOptions().replaced(width=96, height=64, focal=60)
-    simulate(folder, motion="t-pose", frames=3, views="N", options=small)
+    simulate(folder, Simulation(motion="t-pose", frames=3, views="N", options=small))
 
 
 def _foreign(path: Path, things: Things, form: str) -> None:

@@ -22,7 +22,9 @@ def folder(tmp_path_factory):
     """A rendered recording of two views and four frames."""
     folder = tmp_path_factory.mktemp("examples") / "tiny"
     options = SceneOptions(width=320, height=240, focal=200.0)
-    stereotrack.simulate(folder, motion="t-pose", frames=4, views="NS", options=options)
+    stereotrack.simulate(
+        folder, stereotrack.Simulation(motion="t-pose", frames=4, views="NS", options=options)
+    )
     return folder
 
 

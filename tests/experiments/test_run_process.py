@@ -8,10 +8,10 @@ import pytest
 from stereotrack_core.errors import Cancelled
 from stereotrack_core.experiments import run_process
 from stereotrack_core.experiments.run_process import Allow, Prepared, Preparing, RunTask, Tracked
-from stereotrack_core.simulation.keypoints import KeypointErrors, simulated_keypoints
 from stereotrack_core.tracking import detecting
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run_spec import RunSpec
+from tests.simulated_keypoints import KeypointErrors, simulated_keypoints
 from tests.tracking.keypoints.mono import FRAMES, mono_recording, truth
 
 

@@ -21,7 +21,7 @@ from app.features.annotate.clicking import facts
 from app.services.failures import FailureRelay
 from app.services.tasks.task import Processes
 from app.session import camera_doubts
-from stereotrack_core.simulation.make import simulate
+from stereotrack_core.simulation.make import Simulation, simulate
 from tests.gui.kept_window import (
     PATIENCE_MS,
     KeptWindow,
@@ -86,7 +86,7 @@ def short_pauses():
 def small_recording(tmp_path_factory) -> Path:
     """Two stereo views of a person in the T pose, rendered once."""
     folder = tmp_path_factory.mktemp("recordings") / "small"
-    simulate(folder, person="P2", motion="t-pose", frames=FRAMES, views="NS", seed=3)
+    simulate(folder, Simulation(person="P2", motion="t-pose", frames=FRAMES, views="NS", seed=3))
     return folder
 
 
@@ -94,7 +94,7 @@ def small_recording(tmp_path_factory) -> Path:
 def four_views(tmp_path_factory) -> Path:
     """Four stereo views of a person, rendered once."""
     folder = tmp_path_factory.mktemp("recordings") / "four"
-    simulate(folder, person="P2", motion="t-pose", frames=3, views="NOSW", seed=3)
+    simulate(folder, Simulation(person="P2", motion="t-pose", frames=3, views="NOSW", seed=3))
     return folder
 
 

@@ -16,8 +16,8 @@ from stereotrack_core.calibrate.lens import RADIAL, Lens
 from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.recording.calibration import read_calibration, write_calibration
 from stereotrack_core.recording.folder import open_recording as read_recording
-from stereotrack_core.simulation.board_pictures import BoardRenderer, board_in_view
 from stereotrack_core.simulation.rig import Sensor
+from tests.calibrate.board_pictures import BoardRenderer, board_in_view
 from tests.gui.kept_window import open_recording
 
 pytestmark = pytest.mark.window

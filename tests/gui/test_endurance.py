@@ -21,7 +21,7 @@ from stereotrack_core.experiments.run_process import Prepared, RunTask, Tracked
 from stereotrack_core.memory import bytes_of
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.reader import FrameReader
-from stereotrack_core.simulation.make import simulate
+from stereotrack_core.simulation.make import Simulation, simulate
 from stereotrack_core.simulation.rig import SceneOptions
 from stereotrack_core.task_process import TaskProcess
 from stereotrack_core.tracking.presets import preset
@@ -87,7 +87,10 @@ def _sent(frame):
 def small(tmp_path_factory) -> Path:
     folder = tmp_path_factory.mktemp("recordings") / "small"
     size = SceneOptions().replaced(width=320, height=240, focal=200)
-    simulate(folder, person="P2", motion="t-pose", frames=SHORT, views="NS", seed=3, options=size)
+    simulate(
+        folder,
+        Simulation(person="P2", motion="t-pose", frames=SHORT, views="NS", seed=3, options=size),
+    )
     return folder
 
 

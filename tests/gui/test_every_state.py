@@ -13,7 +13,7 @@ from PySide6.QtCore import QSettings
 from PySide6.QtTest import QTest
 
 from app.widgets.scene import renderer
-from stereotrack_core.simulation.make import simulate
+from stereotrack_core.simulation.make import Simulation, simulate
 from stereotrack_core.tracking.presets import preset
 from tests.gui.kept_window import close_window, show_window
 from tests.gui.long_recordings import repeated
@@ -34,7 +34,7 @@ STATES = (*CLOSED, "open", "with runs", "running", "broken", "no reference", "no
 def short(tmp_path_factory) -> Path:
     """Two stereo views, long enough for a part of a video to be damaged."""
     folder = tmp_path_factory.mktemp("recordings") / "short"
-    simulate(folder, person="P2", motion="t-pose", frames=20, views="NS", seed=3)
+    simulate(folder, Simulation(person="P2", motion="t-pose", frames=20, views="NS", seed=3))
     return folder
 
 

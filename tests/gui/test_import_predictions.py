@@ -22,8 +22,8 @@ from stereotrack_core.project.marks import GAP, FrameFlag, SetFlags
 from stereotrack_core.project.project import Project
 from stereotrack_core.recording.keypoints import keypoints_of, rows_of
 from stereotrack_core.recording.landmarks import LANDMARKS
-from stereotrack_core.simulation.keypoints import KeypointErrors, simulated_keypoints
 from tests.pose_model.installed import installed_detector
+from tests.simulated_keypoints import KeypointErrors, simulated_keypoints
 from tests.tracking.keypoints.mono import mono_recording, truth
 
 pytestmark = pytest.mark.window

@@ -14,7 +14,7 @@ from stereotrack_core.program import main
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.recording.reader import FrameReader
-from stereotrack_core.simulation.make import simulate
+from stereotrack_core.simulation.make import Simulation, simulate
 from tests.pose_model.installed import installed_detector
 
 pytestmark = pytest.mark.xdist_group("detector")
@@ -30,7 +30,7 @@ def detector():
 def recording(detector, tmp_path_factory):
     """One frame of a person in the T pose, about 250 pixels tall, from the front."""
     folder = tmp_path_factory.mktemp("detector") / "person"
-    simulate(folder, person="P3", motion="t-pose", frames=1, views="N", seed=3)
+    simulate(folder, Simulation(person="P3", motion="t-pose", frames=1, views="N", seed=3))
     return open_recording(folder)
 
 

@@ -5,9 +5,10 @@ import pytest
 from scipy.spatial import cKDTree
 
 from stereotrack_core.simulation.actor import actor
-from stereotrack_core.simulation.motions import MOTIONS, chain
+from stereotrack_core.simulation.motions import MOTIONS
 from stereotrack_core.simulation.people import PEOPLE
 from stereotrack_core.simulation.skeleton import BONE, SIDES, posed_bones
+from tests.simulation.scenes import chain
 
 TRUNK = ("pelvis", "waist", "chest", "neck", "head", "thigh_left", "thigh_right")
 REACH = 0.08

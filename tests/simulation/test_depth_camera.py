@@ -4,7 +4,7 @@ import pytest
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.simulation.depth_camera import DepthCamera
-from stereotrack_core.simulation.make import simulate
+from stereotrack_core.simulation.make import Simulation, simulate
 from stereotrack_core.simulation.rig import SceneOptions
 from tests.simulation.scenes import SMALL, scene
 
@@ -47,7 +47,7 @@ def test_the_person_is_in_the_mask_and_casts_a_shadow(camera):
 
 def test_a_depth_recording_opens_with_depth_and_mask(tmp_path):
     options = SceneOptions(**(SMALL | DEPTH), stature=1.5)
-    simulate(tmp_path / "made", frames=2, views="N", options=options)
+    simulate(tmp_path / "made", Simulation(frames=2, views="N", options=options))
     recording = open_recording(tmp_path / "made")
     assert [view.kind for view in recording.views] == ["depth"]
     truth = recording.reference.points[0]

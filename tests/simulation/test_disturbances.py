@@ -8,8 +8,8 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.program import main
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.reader import FrameReader
-from stereotrack_core.simulation.disturbances import KINDS, Disturbance, parsed_disturbances
-from stereotrack_core.simulation.make import simulate
+from stereotrack_core.simulation.disturbances import KINDS, parsed_disturbances
+from stereotrack_core.simulation.make import Simulation, simulate
 from stereotrack_core.simulation.rig import SceneOptions
 from tests.simulation.scenes import SMALL, scene
 
@@ -181,10 +181,10 @@ def test_a_bump_turns_the_first_view_from_half_time_on(plain):
 
 
 def made_recording(folder, text, seed=0, frames=4, views="NO", **options):
-    simulate(
-        folder, frames=frames, views=views, motion="cross-arms", seed=seed,
-        options=SceneOptions(**(SMALL | options)), disturbances=parsed_disturbances(text),
-    )  # fmt: skip
+    options = SceneOptions(**(SMALL | options))
+    disturbances = parsed_disturbances(text)
+    made = Simulation("P1", "cross-arms", frames, views, seed, options, disturbances=disturbances)
+    simulate(folder, made)
     return folder
 
 
@@ -222,9 +222,9 @@ def test_pictures_depend_on_the_seed_alone_and_empty_scenes_stay(tmp_path):
 
 
 def test_strengths_are_read_or_those_of_the_kind():
-    usual = tuple(Disturbance(name, kind.default) for name, kind in KINDS.items())
+    usual = {name: kind.default for name, kind in KINDS.items()}
     assert parsed_disturbances(", ".join(KINDS)) == usual
-    assert parsed_disturbances("exposure=0.3") == (Disturbance("exposure", 0.3),)
+    assert parsed_disturbances("exposure=0.3") == {"exposure": 0.3}
 
 
 @pytest.mark.parametrize(

@@ -8,10 +8,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stereotrack_core.simulation.actor import actor
-from stereotrack_core.simulation.motions import MOTIONS, chain
+from stereotrack_core.simulation.motions import MOTIONS
 from stereotrack_core.simulation.people import PEOPLE
 from stereotrack_core.simulation.postures import Arm, Posture, state_of
 from stereotrack_core.simulation.skeleton import BONE, SIDES, SIGN, landmarks, posed_bones
+from tests.simulation.scenes import chain
 
 P2 = PEOPLE["P2"]
 ON_THEIR_OWN = ("shrug", "reach")

@@ -6,7 +6,7 @@ import pytest
 from stereotrack_core.errors import Cancelled, InputError
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.reader import FrameReader
-from stereotrack_core.simulation.make import simulate
+from stereotrack_core.simulation.make import Simulation, simulate
 from stereotrack_core.simulation.rig import SceneOptions
 
 SMALL = SceneOptions(width=160, height=120, focal=100.0)
@@ -23,7 +23,7 @@ def digest(folder):
 @pytest.fixture(scope="module")
 def recording(tmp_path_factory):
     folder = tmp_path_factory.mktemp("made") / "tiny"
-    simulate(folder, person="P4", motion="point", **TINY)
+    simulate(folder, Simulation(person="P4", motion="point", **TINY))
     return folder
 
 
@@ -55,9 +55,9 @@ def test_lengths_of_the_subject_are_those_of_the_truth(recording):
 
 
 def test_same_seed_gives_the_same_files_and_another_seed_others(recording, tmp_path):
-    simulate(tmp_path / "tiny", person="P4", motion="point", **TINY)
+    simulate(tmp_path / "tiny", Simulation(person="P4", motion="point", **TINY))
     assert digest(tmp_path / "tiny") == digest(recording)
-    simulate(tmp_path / "other" / "tiny", person="P4", motion="point", seed=1, **TINY)
+    simulate(tmp_path / "other" / "tiny", Simulation(person="P4", motion="point", seed=1, **TINY))
     other = digest(tmp_path / "other" / "tiny")
     assert other["N_left.mp4"] != digest(recording)["N_left.mp4"]
     assert other["calibration.toml"] != digest(recording)["calibration.toml"]
@@ -65,7 +65,7 @@ def test_same_seed_gives_the_same_files_and_another_seed_others(recording, tmp_p
 
 def test_colour_recording_without_backgrounds(tmp_path):
     options = SMALL.replaced(colour=True, background_images=False, clothes="striped")
-    simulate(tmp_path / "c", frames=1, views="W", options=options)
+    simulate(tmp_path / "c", Simulation(frames=1, views="W", options=options))
     with FrameReader(open_recording(tmp_path / "c")) as reader:
         image = reader.frame_set(0).views["W"].image
         assert image.shape == (120, 160, 3)
@@ -76,7 +76,9 @@ def test_colour_recording_without_backgrounds(tmp_path):
 
 def test_progress_is_told_frame_by_frame(tmp_path):
     told = []
-    simulate(tmp_path / "r", **TINY, on_progress=lambda done, of: told.append((done, of)))
+    simulate(
+        tmp_path / "r", Simulation(**TINY), on_progress=lambda done, of: told.append((done, of))
+    )
     assert told == [(1, 3), (2, 3), (3, 3)]
 
 
@@ -85,7 +87,7 @@ def test_stopping_leaves_nothing_behind(tmp_path):
     with pytest.raises(Cancelled):
         simulate(
             tmp_path / "r",
-            **TINY,
+            Simulation(**TINY),
             on_progress=lambda done, of: told.append(done),
             cancelled=lambda: len(told) == 2,
         )
@@ -95,10 +97,10 @@ def test_stopping_leaves_nothing_behind(tmp_path):
 
 def test_an_empty_folder_is_filled_and_a_full_one_refused(tmp_path):
     (tmp_path / "empty").mkdir()
-    simulate(tmp_path / "empty", frames=1, views="N", options=SMALL)
+    simulate(tmp_path / "empty", Simulation(frames=1, views="N", options=SMALL))
     assert open_recording(tmp_path / "empty").name == "empty"
     with pytest.raises(InputError, match="not empty"):
-        simulate(tmp_path / "empty", frames=1, views="N", options=SMALL)
+        simulate(tmp_path / "empty", Simulation(frames=1, views="N", options=SMALL))
 
 
 @pytest.mark.parametrize(
@@ -113,11 +115,11 @@ def test_an_empty_folder_is_filled_and_a_full_one_refused(tmp_path):
 )
 def test_wrong_wishes_are_refused_and_leave_nothing(tmp_path, wrong, where):
     with pytest.raises(InputError, match=where):
-        simulate(tmp_path / "r", **wrong)
+        simulate(tmp_path / "r", Simulation(**wrong))
     assert list(tmp_path.iterdir()) == []
 
 
 def test_odd_size_is_refused_and_leaves_nothing(tmp_path):
     with pytest.raises(InputError, match="even"):
-        simulate(tmp_path / "r", frames=1, views="N", options=SMALL.replaced(width=161))
+        simulate(tmp_path / "r", Simulation(frames=1, views="N", options=SMALL.replaced(width=161)))
     assert list(tmp_path.iterdir()) == []

@@ -4,10 +4,11 @@ import pytest
 from stereotrack_core.errors import InputError
 from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.simulation.keyed import KeyedWay
-from stereotrack_core.simulation.motions import MOTIONS, T_POSE, chain, motion_names
+from stereotrack_core.simulation.motions import MOTIONS, T_POSE, motion_names
 from stereotrack_core.simulation.people import PEOPLE
 from stereotrack_core.simulation.postures import Posture, state_of
 from stereotrack_core.simulation.skeleton import difference, landmarks, minimum_jerk, posed_bones
+from tests.simulation.scenes import chain
 
 P2 = PEOPLE["P2"]
 

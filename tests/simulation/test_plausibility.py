@@ -9,8 +9,8 @@ import pytest
 from stereotrack_core.simulation.materials import STRONG, Material, material_table
 from stereotrack_core.simulation.motions import T_POSE
 from stereotrack_core.simulation.postures import Stand, state_of
-from stereotrack_core.simulation.raster import SHIRT, SLEEVE, TROUSERS
 from stereotrack_core.simulation.render import Posed
+from stereotrack_core.simulation.shading import SHIRT, SLEEVE, TROUSERS
 from stereotrack_core.simulation.skeleton import posed_bones
 from tests.simulation.scenes import scene
 

@@ -1,18 +1,14 @@
 import numpy as np
 import pytest
 
-from stereotrack_core.simulation.raster import SAMPLES, rasterise
+from stereotrack_core.simulation.raster import SAMPLES, Raster, in_samples
 
 
 def drawn(pixels, depth_of_vertices, triangles, size=(20, 30)):
-    h, w = SAMPLES * size[0], SAMPLES * size[1]
-    depth = np.zeros((h, w), np.float32)
-    ids = np.full((h, w), -1, np.int32)
-    weights = np.zeros((h, w, 2), np.float32)
+    raster = Raster.over(np.zeros((SAMPLES * size[0], SAMPLES * size[1]), np.float32))
     nearness = 1.0 / np.asarray(depth_of_vertices, float)
-    rasterise(np.asarray(pixels, float), nearness, np.asarray(triangles), 0, 0, 0, depth, ids,
-              weights)  # fmt: skip
-    return depth, ids, weights
+    raster.draw(in_samples(np.asarray(pixels, float)), nearness, np.asarray(triangles))
+    return raster.depth, raster.triangle, raster.weights
 
 
 def test_a_triangle_covers_its_area_of_samples():

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from stereotrack_core.simulation.raster import SHIRT, SKIN, SLEEVE
+from stereotrack_core.simulation.shading import SHIRT, SKIN, SLEEVE
 from tests.simulation.scenes import scene
 
 

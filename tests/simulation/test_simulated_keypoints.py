@@ -3,7 +3,7 @@
 import numpy as np
 
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
-from stereotrack_core.simulation.keypoints import KeypointErrors, simulated_keypoints
+from tests.simulated_keypoints import KeypointErrors, simulated_keypoints
 from tests.tracking.recordings import camera_towards_the_middle
 from tests.tracking.scenes import CAMERAS
 

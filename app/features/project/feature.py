@@ -41,10 +41,8 @@ def _files(
         command("import_recording", "Make a recording of videos …", "Make a recording folder of "
                 "videos, stereo videos, or folders of images or depth maps.",
                 importing.ask_for_videos, "", "camera"),
-        command("demo", "Create and track demo", "Render four stereo views of a moving person "
-                "with known ground truth (only the first time), and track them.",
-                files.begin_demo, icon="run-tracker", why_not=lambda: (
-                    "The demo is already being created." if files.making_demo else "")),
+        command("demo", "Open and track demo", "Open four stereo views of a simulated person "
+                "with known ground truth, and track them.", files.begin_demo, icon="run-tracker"),
         command("close", "Close the recording", "Close the recording and show the welcome page. "
                 "Trials are discarded, and changes of parameters can no longer be undone.",
                 files.close_recording, "Ctrl+W", why_not=session.no_recording),

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from PySide6.QtCore import QObject, Slot
 
+from stereotrack_core.demo import DemoPlaces, copied_demo
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.run_file import read_run, write_run
 from stereotrack_core.interop.run_places import runs_beside
@@ -14,7 +15,6 @@ from stereotrack_core.project.exporting.formats import ExportFormat, formats_of
 from stereotrack_core.project.exporting.runs import Exported, export_run
 from stereotrack_core.project.exporting.scene import SCENE, export_scene
 from stereotrack_core.recording.description import Recording
-from stereotrack_core.simulation.make import DemoPlaces, demo_places, make_demo
 from stereotrack_core.tracking.unfinished import INCOMPLETE
 
 from ...context import Context
@@ -34,7 +34,6 @@ class FileController(QObject):
     def __init__(self, context: Context) -> None:
         super().__init__(context.session)
         self._context, self._session = context, context.session
-        self._demo_task: Task | None = None
         self._demo_places: DemoPlaces | None = None
         context.session.ready.connect(self._on_ready)
         opening = context.session.opening
@@ -46,11 +45,6 @@ class FileController(QObject):
         self._offering: Task | None = None
         self.recents = tuple(opening.recents())
         """What was opened last, the newest first."""
-
-    @property
-    def making_demo(self) -> bool:
-        """Whether the demo recording is being rendered."""
-        return self._demo_task is not None
 
     @property
     def demo_run(self) -> Path | None:
@@ -71,35 +65,13 @@ class FileController(QObject):
         self._context.tasks.after_writes(self._session.document.close)
 
     def begin_demo(self, folder: Path | None = None) -> None:
-        """Make the demo recording unless it is there, open it and track it."""
+        """Copy the demo recording unless it is there, open it and track it."""
         try:
-            places = demo_places(folder)
+            places = copied_demo(folder)
         except InputError as error:
             self._context.notifier.error(error)
             return
         self._demo_places = places
-        if places.made:
-            self._open_demo(places)
-            return
-
-        def work(task: Task) -> DemoPlaces:
-            make_demo(
-                places,
-                on_progress=lambda done, of: task.report(done / of, f"frame {done} of {of}"),
-                cancelled=task.token.cancelled,
-            )
-            return places
-
-        self._demo_task = self._context.tasks.begin("rendering the demo", work, self._open_demo)
-        self._demo_task.ended.connect(self._on_demo_ended)
-
-    @Slot()
-    def _on_demo_ended(self) -> None:
-        self._demo_task = None
-        self._context.actions.refresh()
-
-    @Slot(object)
-    def _open_demo(self, places: DemoPlaces) -> None:
         self._session.opening.open(places.recording, workspace="track", tracks=True)
 
     @Slot()

@@ -35,9 +35,9 @@ class WelcomePage(QWidget):
         super().__init__(parent)
         self.open_button = _button("Open a recording …", "open")
         self.open_button.setToolTip("Open a recording folder.")
-        self.demo_button = _button("Create and track demo", "run-tracker")
+        self.demo_button = _button("Open and track demo", "run-tracker")
         self.demo_button.setToolTip(
-            "Render four stereo views of a moving person with known ground truth, then track them."
+            "Open four stereo views of a simulated person with known ground truth, and track them."
         )
         self.import_button = _button("Make a recording of videos …", "camera")
         self.import_button.setToolTip(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -11,8 +11,8 @@ import numpy as np
 from stereotrack_core.recording.description import Recording, Stream, View
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.recording.writing import counts_of, write_png, write_recording_description
-from stereotrack_core.simulation.make import build_scene
-from stereotrack_core.simulation.people import PEOPLE, Person
+from stereotrack_core.simulation.make import Simulation, build_scene
+from stereotrack_core.simulation.people import PEOPLE
 from stereotrack_core.simulation.rig import SceneOptions
 
 FRAMES = 48
@@ -42,26 +42,16 @@ class Sound:
         return _KINDS[self.number % len(_KINDS)]
 
     @property
-    def views(self) -> tuple[str, ...]:
-        """Names of its views."""
-        names = _VIEWS[self.number % len(_VIEWS)]
-        return tuple("NOSW" if self.kind == "mono" else names)
-
-    @property
-    def motions(self) -> tuple[str, ...]:
-        """What the person does."""
-        return tuple(_MOTIONS[self.number % len(_MOTIONS)].split("+"))
-
-    @property
-    def person(self) -> Person:
-        """Somebody between 1.5 and 2.0 m tall."""
+    def simulation(self) -> Simulation:
+        """Somebody between 1.5 and 2.0 m tall, motions, rig, sensor and room."""
         rng = np.random.default_rng([self.number, 1])
-        known = list(PEOPLE.values())[int(rng.integers(len(PEOPLE)))]
-        return grown(known, float(rng.uniform(1.5, 2.0)) / known.stature)
+        person = list(PEOPLE)[int(rng.integers(len(PEOPLE)))]
+        motion = _MOTIONS[self.number % len(_MOTIONS)]
+        views = "NOSW" if self.kind == "mono" else _VIEWS[self.number % len(_VIEWS)]
+        options = self._options(float(rng.uniform(1.5, 2.0)))
+        return Simulation(person, motion, FRAMES, "".join(views), self.number, options)
 
-    @property
-    def options(self) -> SceneOptions:
-        """Rig, sensor and room."""
+    def _options(self, stature: float) -> SceneOptions:
         rng = np.random.default_rng([self.number, 2])
         width = int(rng.choice([400, 480]))
         distance = float(rng.uniform(2.2, 3.6))
@@ -70,6 +60,7 @@ class Sound:
         return SceneOptions(
             fps=float(rng.choice([8.0, 10.0, 15.0])),
             pace=float(rng.uniform(0.6, 1.5)),
+            stature=stature,
             clothes=str(rng.choice(["strong", "striped", "plain"], p=[0.5, 0.3, 0.2])),
             furnished=bool(rng.random() < 0.7),
             background_images=bool(rng.random() < 0.75),
@@ -87,24 +78,13 @@ class Sound:
         )
 
 
-def grown(person: Person, factor: float) -> Person:
-    """The person taller by a factor."""
-    lengths = {
-        f.name: getattr(person, f.name) * factor
-        for f in fields(person)
-        if f.name not in {"name", "girth", "muscle", "hips"}
-    }
-    return replace(person, **lengths)
-
-
 def make(sound: Sound, folder: Path) -> None:
     """Render it into a folder that does not exist yet."""
-    options, person = sound.options, sound.person
+    simulation = sound.simulation
+    options, person = simulation.options, simulation.who
     points = []
     with ThreadPoolExecutor(2) as workers:
-        scene = build_scene(
-            person, sound.motions, FRAMES, sound.views, sound.number, options, workers
-        )
+        scene = build_scene(simulation, workers)
         chosen = [c for c in scene.cameras if sound.kind == "stereo" or c.endswith("right")]
         empty = options.background_images and sound.kind != "depth"
         for camera in chosen if empty else ():

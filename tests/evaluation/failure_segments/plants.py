@@ -17,7 +17,7 @@ from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.recording.writing import VideoWriter, write_recording_description
 from stereotrack_core.simulation import make
-from stereotrack_core.simulation.make import simulate
+from stereotrack_core.simulation.make import Simulation, simulate
 from stereotrack_core.simulation.rig import SceneOptions
 from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.presets import preset
@@ -192,11 +192,13 @@ def planted(plant: Plant, folder: Path) -> tuple[Recording, Run]:
         usual = make._WAYS
         make._WAYS = BESIDE_THE_PERSON
         try:
+            options = SceneOptions().replaced(**plant.options)
             simulate(
-                folder, person=plant.person, motion=plant.motion, frames=plant.frames,
-                views=plant.views, seed=plant.seed,
-                options=SceneOptions().replaced(**plant.options),
-            )  # fmt: skip
+                folder,
+                Simulation(
+                    plant.person, plant.motion, plant.frames, plant.views, plant.seed, options
+                ),
+            )
         finally:
             make._WAYS = usual
         if plant.change is not None:

@@ -8,10 +8,10 @@ import numpy as np
 
 from stereotrack_core.evaluation.failure_segments.find import failures
 from stereotrack_core.evaluation.failure_segments.stretches import has_signs
-from stereotrack_core.simulation.keypoints import KeypointErrors, simulated_keypoints
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run import track
 from stereotrack_core.tracking.run_spec import RunSpec
+from tests.simulated_keypoints import KeypointErrors, simulated_keypoints
 from tests.tracking.keypoints.mono import mono_recording, truth
 
 

@@ -12,7 +12,6 @@ from stereotrack_core.interop.run_journal import RunJournal, Wish, read_unfinish
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.recording.sighted_keypoints import KeypointsInViews
-from stereotrack_core.simulation.keypoints import KeypointErrors, simulated_keypoints
 from stereotrack_core.tracking.frame import cloudless
 from stereotrack_core.tracking.inspection import traced_step
 from stereotrack_core.tracking.pipeline import Pipeline
@@ -20,6 +19,7 @@ from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.repeating import sameness
 from stereotrack_core.tracking.run import track
 from stereotrack_core.tracking.run_spec import RunSpec
+from tests.simulated_keypoints import KeypointErrors, simulated_keypoints
 from tests.tracking.keypoints.mono import mono_recording, truth
 
 

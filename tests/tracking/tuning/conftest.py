@@ -6,7 +6,7 @@ from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.reader import FrameReader
-from stereotrack_core.simulation.make import simulate
+from stereotrack_core.simulation.make import Simulation, simulate
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.tuning.clouds import CloudStore
 from tests.tracking.recordings import write_depth_recording
@@ -37,7 +37,7 @@ def cones(tmp_path_factory):
 def rendered(tmp_path_factory):
     """Three frames of one stereo view."""
     folder = tmp_path_factory.mktemp("tuning") / "rendered"
-    simulate(folder, person="P2", motion="t-pose", frames=3, views="N", seed=3)
+    simulate(folder, Simulation(person="P2", motion="t-pose", frames=3, views="N", seed=3))
     return open_recording(folder)
 
 

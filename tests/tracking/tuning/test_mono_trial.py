@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from stereotrack_core.experiments.runner.lockstep import RunInput, track_together
-from stereotrack_core.simulation.keypoints import KeypointErrors, simulated_keypoints
 from stereotrack_core.tracking.pipeline import Pipeline
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run_spec import RunSpec
@@ -18,6 +17,7 @@ from stereotrack_core.tracking.tuning.clouds import Holdings
 from stereotrack_core.tracking.tuning.process import KeptRecording, RecordStep, forget
 from stereotrack_core.tracking.tuning.stages import acts_without_depth
 from stereotrack_core.tracking.tuning.trial import Start, Trial
+from tests.simulated_keypoints import KeypointErrors, simulated_keypoints
 from tests.tracking.keypoints.mono import FRAMES, mono_recording, truth
 
 WHOLE = range(FRAMES)

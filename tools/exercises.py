@@ -92,4 +92,4 @@ EXERCISES: dict[str, Motion] = {
     "wave": _wave(),
     "throw": _throw(),
 }
-"""By the name for ``--motion``."""
+"""By name."""
