@@ -106,10 +106,10 @@ class SightedKeypoints:
         candidates = nearest_to_rays(centres[pairs], directions[:, pairs])
         off = _distances(candidates[:, :, None], centres, directions[:, None])
         cost = np.minimum(np.nan_to_num(off / gate, nan=1.0), 1.0) ** 2
-        best = np.argmin(cost.sum(axis=2), axis=1)
+        best = np.argmin((cost * self.confidence[:, None]).sum(axis=2), axis=1)
         rows = np.arange(len(best))
         agreed = np.nan_to_num(off[rows, best], nan=np.inf) < gate
-        weight = np.where(agreed, 1.0, np.nan)
+        weight = np.where(agreed, self.confidence**2, np.nan)
         world = nearest_to_rays(centres, directions, weight)
         enough = agreed.sum(axis=1) >= 2
         return MeetingPoints(np.where(enough[:, None], world, np.nan), agreed & enough[:, None])

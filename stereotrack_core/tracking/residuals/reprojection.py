@@ -148,12 +148,16 @@ class KeypointFit:
         return result
 
     def cost(self) -> float:
-        """What speaks against the pose, from 0 to 1: mean of e^2 / (g^2 + e^2) over what counts."""
+        """What speaks against the pose, from 0 to 1: mean of e^2 / (g^2 + e^2) over what counts.
+
+        Means are weighted by the confidences.
+        """
         known = np.isfinite(self.off) & ~(self.meeting.settled[:, None] & ~self.meeting.agreed)
         if not known.any():
             return 1.0
         squared = self.off[known] ** 2
-        return float(np.mean(squared / (squared + _SCALE**2)))
+        sure = self.seen.confidence[known]
+        return float(np.average(squared / (squared + _SCALE**2), weights=sure))
 
     @cached_property
     def counted(self) -> tuple[IntArray, IntArray]:

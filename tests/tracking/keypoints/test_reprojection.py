@@ -125,3 +125,18 @@ def test_hidden_arms_and_one_hidden_hip_do_not_matter():
     assert apart.max() < 0.06
     rows = [r for r in rows if r[2] != "right_hip"]
     assert pose_of_keypoints(sighted(keypoints_of(rows), VIEWS), BODY) is None
+
+
+def test_unsure_cameras_neither_outvote_sure_ones_nor_speak_against_the_pose():
+    pose = POSES["pointing"]
+    exact = seen(pose)
+    k, _ = at(exact, "left_wrist", "N")
+    wrong = seen(pose, {(view, "left_wrist"): np.array([60.0, 0.0]) for view in "OW"})
+    sure, unsure = (
+        replace(wrong, confidence=np.where(np.arange(4) % 2 == 1, off, wrong.confidence))
+        for off in (0.9, 0.1)
+    )
+    there = exact.meeting(0.05).world[k]
+    assert np.linalg.norm(unsure.meeting(0.05).world[k] - there) < 0.01
+    costs = [KeypointObservation(s, 0.03).fitted(BODY, pose).cost() for s in (sure, unsure)]
+    assert costs[1] < 0.3 * costs[0]
