@@ -3,7 +3,7 @@
 A detector's shoulders, hips and wrists are those of the people who labelled its training pictures.
 The offsets are constant in the frames of the parts and mirrored from side to side. Poses of all
 frames and offsets are adjusted together, and each pose is eliminated: what a pose could have done
-as well says nothing about an offset, and the prior keeps that at zero.
+as well says nothing about an offset, and the prior keeps that as it was.
 """
 
 from __future__ import annotations
@@ -31,8 +31,8 @@ OFFSETS: tuple[str, ...] = tuple(
 """The offsets among the numbers of a body's shape."""
 
 _PRIOR_SIGMA, _FORWARD_SIGMA = 0.02, 0.005
-"""Metres by which detectors differ from the landmarks; those to the front are held firmly, as all
-of them together cannot be told from a body that leans."""
+"""Metres by which detectors differ from the present shape; those to the front are held firmly, as
+all of them together cannot be told from a body that leans."""
 
 _POSE_SIGMA = 0.5
 """Metres and radians: poses are hardly held back."""
@@ -54,7 +54,7 @@ def fitted_offsets(setup: Setup, seen: Sequence[tuple[Pose, Cloud]]) -> BodyShap
     moves = _moves(setup.body)
     forward = np.array([name.endswith("_front") for name in OFFSETS])
     prior = 1.0 / np.where(forward, _FORWARD_SIGMA, _PRIOR_SIGMA) ** 2
-    A, b = np.diag(prior), -start * prior
+    A, b = np.diag(prior), np.zeros(len(start))
     for pose, cloud in seen:
         observed = KeypointObservation(cloud.keypoints, setup.parameters.keypoint_sigma)
         fit = observed.fitted(setup.body, pose)

@@ -65,6 +65,12 @@ def test_planted_offsets_are_recovered_as_far_as_the_data_tell(clouds):
     assert max(abs(offsets[name]) for name in OFFSETS if name not in PLANTED) < 0.012
 
 
+def test_known_offsets_stay_where_the_data_tell_nothing():
+    body = BODY.with_shape(BODY.shape.replaced(keypoint_elbow_along=-0.045))
+    values = fitted_offsets(replace(SETUP, body=body), []).values()
+    assert values["keypoint_elbow_along"] == pytest.approx(-0.045)
+
+
 def test_a_detector_that_sees_the_landmarks_has_hardly_any(clouds):
     assert max(map(abs, found(clouds, {}).values())) < 0.006
 
