@@ -43,7 +43,7 @@ _FAR = 0.25
 landmarks are looked for again around them."""
 
 
-_OFFSETS: Mapping[str, float] = MappingProxyType(
+KEYPOINT_OFFSETS: Mapping[str, float] = MappingProxyType(
     {
         "keypoint_shoulder_out": -0.015,
         "keypoint_shoulder_up": 0.02,
@@ -104,7 +104,7 @@ class SeenKeypoints:
 
     def body(self, body: BodyModel) -> BodyModel:
         """The body whose keypoints are where the detector sees them."""
-        return body.with_shape(body.shape.replaced(**_OFFSETS))
+        return body.with_shape(body.shape.replaced(**KEYPOINT_OFFSETS))
 
     def _rows(self, cloud: Cloud) -> Iterator[Row]:
         hips = np.median(cloud.points, axis=0)
