@@ -35,13 +35,13 @@ from stereotrack_core.recording.sighted_keypoints import MeetingPoints, SightedK
 from stereotrack_core.tracking.detecting import KEYPOINT_OFFSETS
 from stereotrack_core.tracking.residuals.reprojection import MEETING_GATE
 
-_SPREAD = {"elbow": 0.05, "wrist": 0.045, "hand": 0.045, "ear": 0.025, "head": 0.025}
+_SPREAD = {"elbow": 0.05, "wrist": 0.07, "hand": 0.09, "ear": 0.025, "head": 0.025}
 """Metres at the person's distance; standard deviation of a sure keypoint in one image."""
 
 _OF_OTHERS = 0.03
 """The same for the other keypoints."""
 
-_OFF = {"shoulder": 0.02, "elbow": 0.025, "hand": 0.03, "head": 0.012, "hip": 0.025}
+_OFF = {"shoulder": 0.02, "elbow": 0.025, "hand": 0.05, "head": 0.012, "hip": 0.025}
 """Metres along each axis by which a landmark is off alike in all images: the detector's points are
 not quite where the offsets put them, and people differ."""
 
@@ -233,7 +233,7 @@ def _landmark_set(proportions: Proportions, shape: BodyShape) -> LandmarkSet:
 
 def _with_hands(keypoints: Keypoints) -> Iterator[Row]:
     """Rows of one frame, and a hand between the knuckles of index and little finger."""
-    rows = rows_of(keypoints)
+    rows = list(rows_of(keypoints))
     yield from rows
     by_name = {(row[1], row[2], row[6]): row for row in rows}
     for (camera, name, source), row in by_name.items():

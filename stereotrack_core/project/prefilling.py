@@ -14,7 +14,12 @@ from types import MappingProxyType
 
 import numpy as np
 
-from stereotrack_core.annotation.accepting import ACCEPTED_SIGMA, Acceptance, acceptable
+from stereotrack_core.annotation.accepting import (
+    ACCEPTED_SIGMA,
+    Acceptance,
+    acceptable,
+    guessed_if_hidden,
+)
 from stereotrack_core.annotation.click import Click, Prediction
 from stereotrack_core.annotation.detected_body import body_predictions
 from stereotrack_core.annotation.fit.results import GAP, TrajectoryFit
@@ -232,8 +237,11 @@ def accept_predictions(
     """
     found: list[Prediction] = []
     for source in sources:
+        every = project.predictions.of_source(source)
+        here = [one for one in every if one.frame in selection.frames]
+        seen = {one.key: one for one in guessed_if_hidden(here, cameras)}
         edit = project.predictions.acceptance(source, selection.frames, selection.landmarks)
-        found += () if edit is None else edit.predictions
+        found += () if edit is None else (seen[one.key] for one in edit.predictions)
     if not found:
         raise InputError(
             f"there are no {called} in {selection.words()}",
