@@ -241,7 +241,7 @@ def _with_hands(keypoints: Keypoints) -> Iterator[Row]:
         other = by_name.get((camera, f"{side}_pinky", source))
         if side == name or other is None or (camera, f"{side}_hand", source) in by_name:
             continue
-        x, y, sure = (0.5 * (row[i] + other[i]) for i in (3, 4, 5))
+        x, y, sure = 0.5 * (row[3] + other[3]), 0.5 * (row[4] + other[4]), min(row[5], other[5])
         yield (row[0], camera, f"{side}_hand", x, y, sure, source, row[7])
 
 
