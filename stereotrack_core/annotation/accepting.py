@@ -2,7 +2,8 @@
 
 A prediction is accepted if its standard deviation is within a limit. Its visibility is that of the
 landmark's nearest clicks before and after it in the same camera: who has guessed a shoulder behind
-an arm in two keyframes has not seen it in between.
+an arm in two keyframes has not seen it in between. Where there are none, what the body itself hides
+is guessed.
 """
 
 from __future__ import annotations
@@ -11,9 +12,14 @@ from bisect import bisect_left
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from stereotrack_core.annotation.click import Click, ClickKey, Prediction, Visibility
+from stereotrack_core.annotation.click_gains import hidden_landmarks
 from stereotrack_core.counting import counted
 from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.geometry.triangulation import nearest_to_rays
+from stereotrack_core.recording.landmarks import LANDMARKS
 
 ACCEPTED_SIGMA = 5.0
 """Largest standard deviation of an accepted prediction, pixels per axis at 480 lines.
@@ -43,8 +49,10 @@ class NearestClicks:
         for own in self._clicks.values():
             own.sort()
 
-    def visibility(self, key: ClickKey) -> Visibility | None:
-        """The less visible of the clicks before and after a frame; seen if there are none.
+    def visibility(
+        self, key: ClickKey, otherwise: Visibility = Visibility.SEEN
+    ) -> Visibility | None:
+        """The less visible of the clicks before and after a frame, or `otherwise` without any.
 
         None if one of them is outside the image and the other is not.
         """
@@ -54,7 +62,7 @@ class NearestClicks:
         near = {seen for _, seen in (*own[max(first - 1, 0) : first], *own[end : end + 1])}
         if Visibility.OUTSIDE in near and len(near) > 1:
             return None
-        return min(near, default=Visibility.SEEN)
+        return min(near, default=otherwise)
 
 
 @dataclass(frozen=True)
@@ -88,12 +96,45 @@ def acceptable(
 ) -> Acceptance:
     """Choose the predictions within a limit of sigma, seen as in the nearest clicked frames.
 
-    `clicks` are those around. Left open is also what was outside the image in one of the nearest
-    clicked frames and inside in the other.
+    `clicks` are those around; without any of its landmark, a prediction is as visible as it says.
+    Left open is also what was outside the image in one of the nearest clicked frames and inside in
+    the other.
     """
     near, taken = NearestClicks(clicks), []
     for one in predictions:
-        visibility = near.visibility(one.key)
+        visibility = near.visibility(one.key, one.visibility)
         if visibility is not None and is_certain(one, cameras, limit):
             taken.append(replace(one, visibility=visibility))
     return Acceptance(tuple(taken), len(predictions) - len(taken), limit)
+
+
+def guessed_if_hidden(
+    predictions: Sequence[Prediction], cameras: Mapping[str, Camera]
+) -> tuple[Prediction, ...]:
+    """The predictions; those of landmarks behind the body, seen from their camera, are guessed.
+
+    Only where one source predicts all nine landmarks of a frame in two images or more.
+    """
+    by_body: dict[tuple[int, str], list[Prediction]] = {}
+    for one in predictions:
+        if one.camera in cameras and one.landmark in LANDMARKS:
+            by_body.setdefault((one.frame, one.source), []).append(one)
+    names, hidden = list(cameras), set[tuple[ClickKey, str]]()
+    origins = np.array([camera.position_world for camera in cameras.values()]).reshape(-1, 3)
+    for (_, source), own in by_body.items():
+        directions = np.full((len(LANDMARKS), len(names), 3), np.nan)
+        for one in own:
+            ray = cameras[one.camera].rays_world(np.array(one.position))
+            directions[LANDMARKS.index(one.landmark), names.index(one.camera)] = ray
+        nine = nearest_to_rays(origins, directions)
+        if np.isfinite(nine).all():
+            behind = hidden_landmarks(nine[None], LANDMARKS, nine[None], origins)[0]
+            hidden |= {
+                (one.key, source)
+                for one in own
+                if behind[names.index(one.camera), LANDMARKS.index(one.landmark)]
+            }
+    return tuple(
+        replace(one, visibility=Visibility.GUESSED) if (one.key, one.source) in hidden else one
+        for one in predictions
+    )

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import pairwise
 
 import numpy as np
 
 from stereotrack_core.annotation.click import Prediction
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.proportions import AVERAGE
+from stereotrack_core.pose_model.detect import DETECTOR_NAME
 from stereotrack_core.recording.keypoints import Keypoints
 
 _HAND = AVERAGE.elbow_to_hand / AVERAGE.forearm_length
@@ -16,6 +18,13 @@ _HAND = AVERAGE.elbow_to_hand / AVERAGE.forearm_length
 
 _SIGMA = 0.02
 """Standard deviation of a sure keypoint over the person's size in the picture."""
+
+_UNSURE, _MOST_UNSURE = 20.0, 3.0
+"""Growth of that deviation by what the installed detector's confidence lacks of 1, and its largest
+factor: elbows below 0.95 are off by two to three times as much as those above."""
+
+_LEAST_SURE = 0.1
+"""Confidence of other detectors below which a keypoint is as uncertain as with it."""
 
 _EXTENDED = 2.0
 """Factor on the standard deviation of what is extended from other keypoints."""
@@ -40,8 +49,7 @@ def landmark_predictions(keypoints: Keypoints, landmarks: Sequence[str]) -> tupl
         [sorted_rows.frame.astype(np.str_), sorted_rows.camera, sorted_rows.source], axis=1
     )
     changes = np.flatnonzero((key[1:] != key[:-1]).any(axis=1)) + 1
-    starts: list[int] = [0, *changes.tolist()] if len(key) else []
-    for first, end in zip(starts, [*starts[1:], len(key)], strict=True):
+    for first, end in pairwise([0, *changes.tolist(), len(key)] if len(key) else []):
         found += _of_picture(sorted_rows[slice(first, end)], landmarks)
     return tuple(found)
 
@@ -55,13 +63,19 @@ def _of_picture(rows: Keypoints, landmarks: Sequence[str]) -> list[Prediction]:
     for landmark in landmarks:
         place, told = _place_of(landmark, places)
         if place is not None:
-            confidence = max(min(sure[name] for name in told), 0.1)
-            sigma = max(1.0, _SIGMA * size) / float(np.sqrt(confidence))
-            sigma *= 1.0 if told == (landmark,) else _EXTENDED
             x, y = place.tolist()
-            frame, camera, source = rows.frame[0], rows.camera[0], rows.source[0]
-            made.append(Prediction(int(frame), str(camera), landmark, str(source), (x, y), sigma))
+            frame, camera, source = int(rows.frame[0]), str(rows.camera[0]), str(rows.source[0])
+            sigma = max(1.0, _SIGMA * size) * doubt(min(sure[name] for name in told), source)
+            sigma *= 1.0 if told == (landmark,) else _EXTENDED
+            made.append(Prediction(frame, camera, landmark, source, (x, y), sigma))
     return made
+
+
+def doubt(confidence: float, detector: str) -> float:
+    """Factor on the standard deviation of a sure keypoint."""
+    if detector == DETECTOR_NAME:
+        return min(1.0 + _UNSURE * (1.0 - confidence), _MOST_UNSURE)
+    return float(max(confidence, _LEAST_SURE) ** -0.5)
 
 
 def _place_of(

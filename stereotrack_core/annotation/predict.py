@@ -12,12 +12,12 @@ and predicting again and again therefore leaves everything where it is.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from stereotrack_core.annotation.click import ACCEPTED, USUAL_SIGMA, Click, sigma_of
+from stereotrack_core.annotation.click import ACCEPTED, USUAL_SIGMA, Click, Prediction, sigma_of
 from stereotrack_core.annotation.epipolar import in_image
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.geometry.camera import Camera, nearest_on_ray, pixel_jacobian
@@ -139,3 +139,25 @@ def _from_others(
 
 def _place(click: Click) -> FloatArray:
     return np.array(click.position, dtype=np.float64)
+
+
+def projected_landmarks(
+    frames: Sequence[int],
+    names: Sequence[str],
+    points: FloatArray,
+    covariance: FloatArray,
+    cameras: Mapping[str, Camera],
+    source: str,
+) -> Iterator[Prediction]:
+    """Points (F, n, 3) with covariances (F, n, 3, 3) in all images that show them."""
+    for name, camera in cameras.items():
+        pixels = camera.project(points)
+        jacobian = pixel_jacobian(camera, points)
+        spread = jacobian @ covariance @ np.swapaxes(jacobian, -1, -2)
+        sigma = np.sqrt(0.5 * np.trace(spread, axis1=-2, axis2=-1))
+        for row, place in np.argwhere(in_image(camera, pixels)):
+            x, y = pixels[row, place].tolist()
+            own = float(sigma[row, place])
+            yield Prediction(
+                frames[row], name, names[place], source, (x, y), own if own > 0 else None
+            )

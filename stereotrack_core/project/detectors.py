@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -196,18 +196,23 @@ class DetectorFill:
     """Landmarks of the selection that are proposed as clicks."""
 
 
-def plan_fill(project: Project, keypoints: Keypoints, selection: Selection) -> DetectorFill:
-    """Work out what keypoints of one person in a selection change; the project stays as it is.
+def plan_fill(
+    project: Project,
+    keypoints: Keypoints,
+    predictions: Iterable[Prediction],
+    selection: Selection,
+) -> DetectorFill:
+    """Work out what a detection in a selection changes; the project stays as it is.
 
-    As in :func:`plan_import`, but they take the place of the same detector's in the selected frames
-    alone, landmarks that are not selected keep their proposals, and gaps are left empty.
+    Keypoints and predictions take the place of the same detector's in the selected frames alone.
+    Landmarks that are not selected keep their proposals, and gaps are left empty.
     """
     before = project.keypoints.state(tuple(sorted(set(keypoints.source.tolist()))))
     barred = {frame for gap in gaps_of(project) for frame in gap}
     of_landmarks = landmark_gaps_of(project)
     new = tuple(
         one
-        for one in landmark_predictions(keypoints, project.landmark_set().names)
+        for one in predictions
         if selection.has(one.landmark)
         and one.frame not in barred
         and one.frame not in of_landmarks.get(one.landmark, ())
@@ -226,6 +231,7 @@ def _joined(
     alone.
     """
     here = set(zip(new.source.tolist(), new.camera.tolist(), strict=True))
+    here |= {(one.source, one.camera) for one in proposed or ()}
 
     def goes(source: str, camera: str, frame: int) -> bool:
         within = selection is None or frame in selection.frames

@@ -14,20 +14,26 @@ from types import MappingProxyType
 
 import numpy as np
 
-from stereotrack_core.annotation.accepting import ACCEPTED_SIGMA, Acceptance, acceptable
+from stereotrack_core.annotation.accepting import (
+    ACCEPTED_SIGMA,
+    Acceptance,
+    acceptable,
+    guessed_if_hidden,
+)
 from stereotrack_core.annotation.click import Click, Prediction
-from stereotrack_core.annotation.epipolar import in_image
+from stereotrack_core.annotation.detected_body import body_predictions
 from stereotrack_core.annotation.fit.results import GAP, TrajectoryFit
 from stereotrack_core.annotation.follow import follow_clicks
-from stereotrack_core.annotation.keypoint_proposals import landmark_predictions
 from stereotrack_core.annotation.landmark_filter import ProposalQuestion
 from stereotrack_core.annotation.landmark_set import NINE, LandmarkSet
+from stereotrack_core.annotation.predict import projected_landmarks
 from stereotrack_core.annotation.propose import PROPOSED, Proposer
-from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
+from stereotrack_core.arrays import BoolArray, IntArray
 from stereotrack_core.body.limbs import LIMBS
+from stereotrack_core.body.proportions import Proportions
 from stereotrack_core.counting import counted
 from stereotrack_core.errors import Cancelled, InputError
-from stereotrack_core.geometry.camera import Camera, pixel_jacobian
+from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.project.clicks import AcceptPredictions
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.selection import Selection, gaps_of, landmark_gaps_of
@@ -46,7 +52,7 @@ def from_fit(
 ) -> Iterator[Prediction]:
     """Landmarks of a fit in every image; between clicked frames they are filled in joint space."""
     known = (fit.kind != GAP) & _within(fit.frame, frames)
-    yield from _projected(
+    yield from projected_landmarks(
         fit.frame[known].tolist(),
         fit.names,
         fit.landmarks[known],
@@ -71,7 +77,7 @@ def from_run(
     spread = _LIMB_LENGTH * np.radians(run.limb_sigma_deg[known][:, limbs])
     covariance = np.square(spread)[..., None, None] * np.eye(3)
     numbers, points = run.frame[known].tolist(), run.landmarks[known][:, places]
-    yield from _projected(numbers, names, points, covariance, cameras, source_of_run(name))
+    yield from projected_landmarks(numbers, names, points, covariance, cameras, source_of_run(name))
 
 
 def source_of_run(name: str) -> str:
@@ -85,31 +91,9 @@ def _within(frame: IntArray, frames: range | None) -> BoolArray:
     return (frame >= frames.start) & (frame < frames.stop)
 
 
-def _projected(
-    frames: Sequence[int],
-    names: Sequence[str],
-    points: FloatArray,
-    covariance: FloatArray,
-    cameras: Mapping[str, Camera],
-    source: str,
-) -> Iterator[Prediction]:
-    """Points (F, n, 3) with covariances (F, n, 3, 3) in all images that show them."""
-    for name, camera in cameras.items():
-        pixels = camera.project(points)
-        jacobian = pixel_jacobian(camera, points)
-        spread = jacobian @ covariance @ np.swapaxes(jacobian, -1, -2)
-        sigma = np.sqrt(0.5 * np.trace(spread, axis1=-2, axis2=-1))
-        for row, place in np.argwhere(in_image(camera, pixels)):
-            x, y = pixels[row, place].tolist()
-            own = float(sigma[row, place])
-            yield Prediction(
-                frames[row], name, names[place], source, (x, y), own if own > 0 else None
-            )
-
-
 OnProgress = Callable[[float, str], None]
 
-_AT_ONCE = 100  # frames between two looks at whether it shall stop
+_AT_ONCE, _FITTED_AT_ONCE = 100, 4  # frames between two looks at whether it shall stop
 _SIDE = 10  # clicked frames on each side that a proposal is made of
 _FARTHEST = 60  # frames outside the selection within which a click is followed into it
 
@@ -122,6 +106,7 @@ class Filling:
     words: str  # what a person calls it: ``the fit``
     make: Callable[[range], Iterable[Prediction]]
     """Gives those of some frames; others that it gives are left out."""
+    at_once: int = _AT_ONCE
 
 
 def fit_filling(fit: TrajectoryFit, cameras: Mapping[str, Camera]) -> Filling:
@@ -135,8 +120,10 @@ def run_filling(run: Run, name: str, cameras: Mapping[str, Camera], project: Pro
     return Filling((source_of_run(name),), f"run “{name}”", make)
 
 
-def detector_filling(project: Project) -> Filling:
-    """From the keypoints of the project's detectors."""
+def detector_filling(
+    project: Project, cameras: Mapping[str, Camera], proportions: Proportions
+) -> Filling:
+    """From the keypoints of the project's detectors: the landmarks of the body that they show."""
 
     @cache
     def person() -> Keypoints:
@@ -146,9 +133,10 @@ def detector_filling(project: Project) -> Filling:
         own = person()
         first, end = np.searchsorted(own.frame, [frames.start, frames.stop])
         rows = own[slice(int(first), int(end))]
-        return landmark_predictions(rows, project.landmark_set().names)
+        return body_predictions(rows, names, cameras, proportions)
 
-    return Filling(tuple(project.keypoints.sources()), "the keypoints", make)
+    names, sources = project.landmark_set().names, tuple(project.keypoints.sources())
+    return Filling(sources, "the keypoints", make, _FITTED_AT_ONCE)
 
 
 def fill_in(
@@ -172,11 +160,11 @@ def fill_in(
     found: list[Prediction] = []
     barred = {frame for gap in gaps_of(project) for frame in gap}
     of_landmarks = landmark_gaps_of(project)
-    for first in range(frames.start, frames.stop, _AT_ONCE):
+    for first in range(frames.start, frames.stop, filling.at_once):
         if cancelled():
             raise Cancelled
         on_progress((first - frames.start) / len(frames), f"frame {first}")
-        part = range(first, min(first + _AT_ONCE, frames.stop))
+        part = range(first, min(first + filling.at_once, frames.stop))
         found += [
             one
             for one in filling.make(part)
@@ -249,8 +237,11 @@ def accept_predictions(
     """
     found: list[Prediction] = []
     for source in sources:
+        every = project.predictions.of_source(source)
+        here = [one for one in every if one.frame in selection.frames]
+        seen = {one.key: one for one in guessed_if_hidden(here, cameras)}
         edit = project.predictions.acceptance(source, selection.frames, selection.landmarks)
-        found += () if edit is None else edit.predictions
+        found += () if edit is None else (seen[one.key] for one in edit.predictions)
     if not found:
         raise InputError(
             f"there are no {called} in {selection.words()}",

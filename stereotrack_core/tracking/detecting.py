@@ -44,7 +44,7 @@ _FAR = 0.25
 landmarks are looked for again around them."""
 
 
-_OFFSETS: Mapping[str, float] = MappingProxyType(
+KEYPOINT_OFFSETS: Mapping[str, float] = MappingProxyType(
     {
         "keypoint_shoulder_out": -0.015,
         "keypoint_shoulder_up": 0.02,
@@ -132,7 +132,7 @@ class SeenKeypoints:
 
     def body(self, body: BodyModel) -> BodyModel:
         """The body whose keypoints are where the detector sees them."""
-        return body.with_shape(body.shape.replaced(**_OFFSETS))
+        return body.with_shape(body.shape.replaced(**KEYPOINT_OFFSETS))
 
     def _rows(self, cloud: Cloud) -> Iterator[Row]:
         if self._detector is None:

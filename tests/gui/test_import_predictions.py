@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QToolButton
 
 from app.features.annotate.exchange.predictions import PredictionsDialog
 from app.features.annotate.filling import predicting
@@ -287,7 +288,32 @@ def test_the_first_frame_is_filled_from_the_detector_without_any_click(opened, d
     assert {click.frame for click in project.clicks.all()} == {2, 3}
 
 
-def test_filling_from_the_detector_is_as_an_import_of_its_table(opened, detector, qtbot, tmp_path):
+def test_a_click_fills_all_images_with_sigma_and_visibility_and_ctrl_z_empties_them(
+    opened, detector, qtbot
+):
+    window = opened
+    qtbot.waitUntil(window.context.tasks.settled)
+    action = window.context.actions.action("annotate-detect")
+    button = next(
+        one for one in window.findChildren(QToolButton)
+        if one.defaultAction() is action and one.isVisible()
+    )  # fmt: skip
+    QTest.mouseClick(button, Qt.MouseButton.LeftButton)
+    qtbot.waitUntil(window.context.tasks.settled)
+    assert len(predicted(window)) == 9 * 4
+    tiles = [window.context.docks.views.tiles[name].camera for name in "NOSW"]
+    marks = [mark for tile in tiles for mark in tile.marks.predictions]
+    assert len(marks) == 9 * 4
+    assert all(mark.spread_px > 0.0 for mark in marks)
+    assert {mark.guessed for mark in marks} == {False, True}, "some are behind the body"
+    QTest.keyClick(window, Qt.Key.Key_Z, Qt.KeyboardModifier.ControlModifier)
+    qtbot.waitUntil(window.context.tasks.settled)
+    assert predicted(window) == set()
+
+
+def test_filling_from_the_detector_keeps_its_keypoints_and_fills_more_than_an_import(
+    opened, detector, qtbot, tmp_path
+):
     window, session = opened, opened.context.session
     project = session.project.project
     project.apply(PlaceClicks((Click(0, "N", "head", (5.0, 5.0)),)))
@@ -303,7 +329,8 @@ def test_filling_from_the_detector_is_as_an_import_of_its_table(opened, detector
     QTest.mouseClick(dialog.accept_button, Qt.MouseButton.LeftButton)
     qtbot.waitUntil(window.context.tasks.settled)
     assert project.keypoints.sources() == {DETECTOR_NAME: len(kept)}
-    assert {one.key for one in predicted(window)} == {one.key for one in filled_ones}
+    imported = {one.key for one in predicted(window)}
+    assert imported < {one.key for one in filled_ones}, "also images that show no keypoint"
     assert not any(one.key == (0, "N", "head") for one in filled_ones)
 
 

@@ -7,6 +7,7 @@ from dataclasses import replace
 import pytest
 
 from stereotrack_core.annotation.click import Click, ClickKey, Prediction, Visibility
+from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.clicks import DeleteClicks, MoveClicks, PlaceClicks
 from stereotrack_core.project.prefilling import (
@@ -87,7 +88,9 @@ def test_keypoints_of_detectors_fill_a_selection_and_the_surest_is_accepted(proj
     ]
     project.keypoints.replace(keypoints_of(rows))
     chosen = Selection(range(1, 3))
-    said = fill_in(project, detector_filling(project), chosen, lambda *_: None, lambda: False)
+    said = fill_in(
+        project, detector_filling(project, {}, AVERAGE), chosen, lambda *_: None, lambda: False
+    )
     assert said == "8 points predicted from the keypoints."
     assert {one.landmark for one in project.predictions.at(1)} == {"left_elbow", "left_hand"}
     project.apply(accept_predictions(project, ("rough", "fine"), chosen, "points"))

@@ -268,11 +268,15 @@ def _paint_predictions(
             continue
         size = _CROSS + (2.0 if mark.chosen else 0.0)
         painter.setOpacity(mark.opacity)
-        for pen in (QPen(_DARK, 4.0), QPen(QColor(mark.colour).lighter(120), 1.9)):
+        colour = QPen(QColor(mark.colour).lighter(120), 1.9)
+        if mark.guessed:
+            colour.setStyle(Qt.PenStyle.DotLine)
+        for pen in (QPen(_DARK, 4.0), colour):
             pen.setCapStyle(Qt.PenCapStyle.FlatCap)
             painter.setPen(pen)
             painter.drawLine(place + QPointF(-size, -size), place + QPointF(size, size))
             painter.drawLine(place + QPointF(-size, size), place + QPointF(size, -size))
+        _paint_spread(painter, mark, place, size, to_widget)
         painter.setOpacity(1.0)
 
 
@@ -281,8 +285,7 @@ def _paint_proposal(
 ) -> None:
     """The middle stays free, so that the picture is seen where the landmark would be.
 
-    Dotted: guessed. The less certain the fainter; what is too uncertain to be accepted has a
-    dashed circle of its standard deviation.
+    Dotted: guessed. The less certain the fainter.
     """
     size = _DIAMOND + (2.0 if mark.chosen else 0.0)
     colour = QPen(QColor(mark.colour), 1.9)
@@ -290,11 +293,18 @@ def _paint_proposal(
         colour.setStyle(Qt.PenStyle.DotLine)
     painter.setOpacity(mark.opacity)
     _paint_diamond(painter, place, size, QPen(_DARK, 4.2), QPen(_WHITE, 2.8), colour)
+    _paint_spread(painter, mark, place, size, to_widget)
+    painter.setOpacity(1.0)
+
+
+def _paint_spread(
+    painter: QPainter, mark: PredictionMark, place: QPointF, size: float, to_widget: QTransform
+) -> None:
+    """Dashed circle of the standard deviation, if that is too large to be accepted."""
     if not mark.certain and isfinite(mark.spread_px):
         radius = max(mark.spread_px * hypot(to_widget.m11(), to_widget.m12()), size + 3.0)
         dashed = QPen(QColor(mark.colour).lighter(130), 1.6, Qt.PenStyle.DashLine)
         _circle(painter, place, radius, QPen(_DARK, 3.0), dashed)
-    painter.setOpacity(1.0)
 
 
 def _paint_diamond(painter: QPainter, place: QPointF, size: float, *pens: QPen) -> None:

@@ -9,7 +9,7 @@ from typing import Any
 
 from PySide6.QtCore import QObject, QTimer, Signal, Slot
 
-from stereotrack_core.annotation.accepting import ACCEPTED_SIGMA
+from stereotrack_core.annotation.accepting import ACCEPTED_SIGMA, guessed_if_hidden
 from stereotrack_core.annotation.click import Prediction
 from stereotrack_core.annotation.epipolar import volume_in_sight
 from stereotrack_core.annotation.frame_clicks import (
@@ -295,7 +295,9 @@ class AnnotationFacts(QObject):
         if self._predictions is None or self._predictions[0] != frame:
             project, blind = self._project.project, self._annotating.blind()
             found = project.predictions.at(frame) if project is not None and not blind else ()
-            self._predictions = (frame, found)
+            recording = self._document.recording
+            cameras = {} if recording is None else recording.cameras
+            self._predictions = (frame, guessed_if_hidden(found, cameras))
         return self._predictions[1]
 
 

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Literal, TypeAlias
 
 from PySide6.QtCore import QObject, Signal, Slot
 
+from stereotrack_core.annotation.click import Prediction
+from stereotrack_core.annotation.detected_body import body_predictions
 from stereotrack_core.annotation.propose import PROPOSED
+from stereotrack_core.body.proportions import proportions_of
 from stereotrack_core.counting import counted
 from stereotrack_core.errors import Cancelled, InputError
 from stereotrack_core.pose_model.detect import detect_keypoints
@@ -39,6 +42,11 @@ from ....session.runs import RunEntry
 from ..panels import AnnotationPanels, click_cameras
 
 Source: TypeAlias = Literal["proposed", "fit", "run", "detector"]
+
+_Detected: TypeAlias = tuple[Keypoints, Sequence[Prediction]]
+
+_DETECTING = 0.5
+"""Share of the time that detecting takes; fitting bodies takes the rest."""
 
 NO_DETECTOR = "The pose detector is not installed. Choose Track, Install pose detector … first."
 NO_FIT = "The whole recording has not been fitted yet. Choose Fit whole recording first."
@@ -122,34 +130,41 @@ class PredictionWork(QObject):
         project, recording, selection = self._p.project, self._p.recording, self._p.selection()
         if project is None or recording is None or self.why_no_detection():
             return
-        frames = selection.frames
+        frames, names = selection.frames, project.landmark_set().names
+        cameras = click_cameras(recording)
+        proportions = proportions_of(project.subject() or recording.subject)
 
-        def work(task: Task) -> Keypoints:
+        def work(task: Task) -> _Detected:
+            def say(done: int, words: str, share: float) -> None:
+                if task.token.cancelled():
+                    raise Cancelled
+                task.report(share, f"{words} {done} of {len(frames)}")
+
             task.report(0.0, "finding the person")
-            found = detect_keypoints(
+            seen = detect_keypoints(
                 recording, required_detector(), frames,
-                on_frame=lambda done: task.report(
-                    done / len(frames), f"frame {done} of {len(frames)}"
-                ),
+                on_frame=lambda done: say(done, "frame", _DETECTING * done / len(frames)),
                 cancelled=task.token.cancelled,
             )  # fmt: skip
-            if task.token.cancelled():
-                raise Cancelled
-            return found
+            found: list[Prediction] = []
+            for done, frame in enumerate(frames):
+                say(done, "body", _DETECTING + (1.0 - _DETECTING) * done / len(frames))
+                found += body_predictions(seen.of_frame(frame), names, cameras, proportions)
+            return seen, found
 
         take = partial(self._take, project, selection)
         self._task = self._p.tasks.begin("detecting keypoints", work, take)
         self._task.ended.connect(self._on_ended)
         self.busy_changed.emit()
 
-    def _take(self, project: Project, selection: Selection, found: Keypoints) -> None:
+    def _take(self, project: Project, selection: Selection, found: _Detected) -> None:
         """Write what was detected to the project."""
         if self._keypoints is None or project is not self._p.project:
             return
         fills: list[DetectorFill] = []
 
         def make() -> tuple[DetectorState, DetectorState]:
-            fills.append(plan_fill(project, found, selection))
+            fills.append(plan_fill(project, *found, selection))
             return fills[0].before, fills[0].after
 
         def say() -> None:
@@ -163,13 +178,14 @@ class PredictionWork(QObject):
     ) -> Callable[[], Filling]:
         """What is filled in from, as it is now; put together in the other thread."""
         cameras, now, entry = click_cameras(recording), self._p.reference.now, self.run
+        proportions = proportions_of(project.subject() or recording.subject)
         name, held = ("", None) if entry is None else (entry.name, entry.now())
 
         def make() -> Filling:
             if source == "fit" and now is not None and now.fit is not None:
                 return fit_filling(now.fit, cameras)
             if source == "detector":
-                return detector_filling(project)
+                return detector_filling(project, cameras, proportions)
             run = held.run() if source == "run" and held is not None else None
             if run is not None:
                 return run_filling(run, name, cameras, project)

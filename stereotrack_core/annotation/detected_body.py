@@ -1,0 +1,282 @@
+"""The body that keypoints of a 2-D detector show in a frame, and its landmarks in all images.
+
+A detector's points lie beside the landmarks of their names, and some are wrong. Images in which
+left and right are exchanged are told by how well the rays of all cameras meet. The body is then
+fitted to the points of all images, as to clicks some of which are wrong. It knows where on a limb
+the detector's points are, so that its joints are the landmarks, also in images that show no point.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+
+from stereotrack_core.annotation.click import Click, Prediction, sigma_of
+from stereotrack_core.annotation.fit.fit import ClickFit
+from stereotrack_core.annotation.fit.settings import FitSettings
+from stereotrack_core.annotation.keypoint_proposals import doubt, landmark_predictions
+from stereotrack_core.annotation.landmark_set import NINE, Landmark, LandmarkSet
+from stereotrack_core.annotation.predict import projected_landmarks
+from stereotrack_core.arrays import BoolArray, FloatArray
+from stereotrack_core.body.keypoint_places import keypoint_places
+from stereotrack_core.body.model import body_model
+from stereotrack_core.body.parameters import BodyShape
+from stereotrack_core.body.proportions import Proportions
+from stereotrack_core.body.skeleton import PARTS, limb_of_part
+from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.pose_model.detect import DETECTOR_NAME
+from stereotrack_core.recording.keypoint_names import exchanged
+from stereotrack_core.recording.keypoints import Keypoints, Row, keypoints_of, rows_of
+from stereotrack_core.recording.landmarks import LANDMARKS
+from stereotrack_core.recording.sighted_keypoints import MeetingPoints, SightedKeypoints, sighted
+from stereotrack_core.tracking.detecting import KEYPOINT_OFFSETS
+from stereotrack_core.tracking.residuals.reprojection import MEETING_GATE
+
+_SPREAD = {"elbow": 0.05, "wrist": 0.07, "hand": 0.09, "ear": 0.025, "head": 0.025}
+"""Metres at the person's distance; standard deviation of a sure keypoint in one image."""
+
+_OF_OTHERS = 0.03
+"""The same for the other keypoints."""
+
+_OFF = {"shoulder": 0.02, "elbow": 0.025, "hand": 0.05, "head": 0.012, "hip": 0.025}
+"""Metres along each axis by which a landmark is off alike in all images: the detector's points are
+not quite where the offsets put them, and people differ."""
+
+_MOST_OFF = 3.0
+"""Standard deviations as which larger distances of a keypoint from the fit count."""
+
+_ALONE = 2.0
+"""Factor on the standard deviation of a landmark that fewer than two images show: bones alone tell
+how far away it is, and may bend two ways."""
+
+_ARMS = ("elbow", "wrist", "hand")
+"""Keypoints whose sides may be exchanged while those of the trunk are right."""
+
+_MARGIN = 0.5
+"""By how many keypoints rays must meet better for each image with its sides exchanged."""
+
+_MOST_CAMERAS = 8
+"""Cameras beyond which exchanged sides are not looked for: there are too many combinations."""
+
+_FEWEST = 4
+"""Keypoints in which rays have to meet. With fewer, the body could face any way."""
+
+_USED = ("shoulder", "elbow", "wrist", "hand", "hip", "head", "ear")
+"""Keypoints that are fitted. The nose is not: the body's head does not turn about its own axis."""
+
+_ALSO_TELLING = {"hand": ("wrist",), "head": ("ear",)}
+"""Other keypoints that show a landmark."""
+
+_JOINT = "joint of "
+"""Before the name of a landmark: without it, that is the name of the keypoint beside it."""
+
+_SETTINGS = FitSettings(use_depth=False, outlier_share=0.1, sigma_joint_shift=0.012)
+
+
+def body_predictions(
+    keypoints: Keypoints,
+    landmarks: Sequence[str],
+    cameras: Mapping[str, Camera],
+    proportions: Proportions,
+) -> Iterator[Prediction]:
+    """Predictions of landmarks in all images, by the body that several images show together.
+
+    Landmarks that are not of the body, and frames or images in which too little is seen for one,
+    get those of :func:`landmark_predictions`.
+
+    Parameters
+    ----------
+    keypoints : Keypoints
+        Of one person.
+    landmarks : sequence of str
+        Names of those that are wanted.
+    cameras : mapping from str to Camera
+        Whose images get predictions.
+    proportions : Proportions
+        Of the person.
+    """
+    in_sight = np.isin(keypoints.camera, list(cameras))
+    yield from landmark_predictions(keypoints[~in_sight], landmarks)
+    keypoints = keypoints[in_sight]
+    names = [name for name in LANDMARKS if name in landmarks]
+    others = [name for name in landmarks if name not in names]
+    chosen = [LANDMARKS.index(name) for name in names]
+    for source in sorted(set(keypoints.source.tolist())):
+        of_source = keypoints[keypoints.source == source]
+        body = DetectedBody(cameras, proportions, source)
+        for frame in sorted(set(of_source.frame.tolist())):
+            rows = of_source[of_source.frame == frame]
+            found = body.landmarks(rows)
+            yield from landmark_predictions(rows, landmarks if found is None else others)
+            if found is not None:
+                points, covariance = found.points[chosen], found.covariance[chosen]
+                yield from projected_landmarks(
+                    [frame], names, points[None], covariance[None], cameras, source
+                )
+
+
+@dataclass(frozen=True, eq=False)
+class DetectedLandmarks:
+    """The nine landmarks of a frame."""
+
+    points: FloatArray
+    """(9, 3), world, metres."""
+    covariance: FloatArray
+    """(9, 3, 3), square metres."""
+
+
+class DetectedBody:
+    """Fits one person's body to the keypoints of a frame.
+
+    Parameters
+    ----------
+    cameras : mapping from str to Camera
+    proportions : Proportions
+    detector : str
+        Source of the keypoints; tells how its points lie beside the landmarks, where it is known.
+    """
+
+    def __init__(
+        self, cameras: Mapping[str, Camera], proportions: Proportions, detector: str
+    ) -> None:
+        self._cameras = cameras
+        shape = BodyShape()
+        if detector == DETECTOR_NAME:
+            shape = shape.replaced(**KEYPOINT_OFFSETS)
+        self._fit = ClickFit(cameras, _landmark_set(proportions, shape), proportions, _SETTINGS)
+
+    def landmarks(self, keypoints: Keypoints) -> DetectedLandmarks | None:
+        """Landmarks that the keypoints of one frame show; None if too few rays meet."""
+        rows = [
+            row
+            for row in _with_hands(keypoints)
+            if row[1] in self._cameras and _place(row[2]) in _USED
+        ]
+        if not rows:
+            return None
+        seen = sighted(keypoints_of(rows), self._cameras)
+        wrong = _exchanged_sides(seen)
+        meeting = seen.with_sides_exchanged(wrong).meeting(MEETING_GATE)
+        if np.isfinite(meeting.world).all(axis=1).sum() < _FEWEST:
+            return None
+        clicks = self._clicks(rows, seen, wrong, meeting)
+        found = self._fit.frame(clicks)
+        off = np.array([_OFF[_place(name)] for name in LANDMARKS])
+        covariance = found.landmark_covariance[-9:] + off[:, None, None] ** 2 * np.eye(3)
+        factors = _contradictions(clicks, found.residual_px)
+        covariance = covariance * factors[:, None, None]
+        return DetectedLandmarks(found.landmarks_world[-9:], covariance)
+
+    def _clicks(
+        self, rows: list[Row], seen: SightedKeypoints, wrong: BoolArray, meeting: MeetingPoints
+    ) -> list[Click]:
+        """The keypoints as clicks with standard deviations, sides as they fit together."""
+        middle = np.nanmedian(meeting.world, axis=0)
+        clicks = []
+        for frame, camera, name, x, y, sure, source, _person in rows:
+            k, v = seen.names.index(name), seen.cameras.index(camera)
+            own = exchanged(name) if wrong[k, v] else name
+            depth = float(seen.rotation[v, 2] @ middle + seen.translation[v, 2])
+            metre = float(seen.focal[v]) / max(depth, 0.1)
+            sigma = _SPREAD.get(_place(name), _OF_OTHERS) * metre * doubt(sure, source)
+            clicks.append(Click(frame, camera, own, (x, y), sigma=sigma))
+        return clicks
+
+
+def _place(name: str) -> str:
+    """The name without its side."""
+    return name.split("_")[-1]
+
+
+def _contradictions(clicks: Sequence[Click], residual: FloatArray) -> FloatArray:
+    """Factors (9,) on variances: how far images contradict the fit at each landmark, at least 1."""
+    sigma = np.array([sigma_of(one) for one in clicks])
+    squared = np.minimum((residual**2).sum(axis=1) / sigma**2, _MOST_OFF**2)
+    factors = np.ones(len(LANDMARKS))
+    for i, landmark in enumerate(LANDMARKS):
+        place = _place(landmark)
+        side = landmark.removesuffix(place)
+        told = (place, *_ALSO_TELLING.get(place, ()))
+        own = [
+            k for k, one in enumerate(clicks)
+            if one.landmark.startswith(side) and _place(one.landmark) in told
+        ]  # fmt: skip
+        cameras = len({clicks[k].camera for k in own})
+        if cameras < 2:
+            factors[i] = _ALONE**2
+            continue
+        names = len({clicks[k].landmark for k in own})
+        freedom = names * (2 * cameras - 3)  # a point in space has three numbers
+        factors[i] = max(1.0, float(squared[own].sum()) / freedom)
+    return factors
+
+
+def _landmark_set(proportions: Proportions, shape: BodyShape) -> LandmarkSet:
+    """Keypoints where they are on the body, then the nine landmarks."""
+    places = keypoint_places(body_model(proportions, shape))
+    points = [
+        Landmark(
+            name, "#000000", limb_of_part(place.part), PARTS[place.part],
+            offset=(place.point[0], place.point[1], place.point[2]),
+        )
+        for name, place in places.items() if _place(name) in _USED
+    ]  # fmt: skip
+    joints = [
+        Landmark(_JOINT + one.name, one.colour, one.limb, one.part, one.along, one.across)
+        for one in NINE.landmarks
+    ]
+    return LandmarkSet("keypoints", (*points, *joints))
+
+
+def _with_hands(keypoints: Keypoints) -> Iterator[Row]:
+    """Rows of one frame, and a hand between the knuckles of index and little finger."""
+    rows = list(rows_of(keypoints))
+    yield from rows
+    by_name = {(row[1], row[2], row[6]): row for row in rows}
+    for (camera, name, source), row in by_name.items():
+        side = name.removesuffix("_index")
+        other = by_name.get((camera, f"{side}_pinky", source))
+        if side == name or other is None or (camera, f"{side}_hand", source) in by_name:
+            continue
+        x, y, sure = 0.5 * (row[3] + other[3]), 0.5 * (row[4] + other[4]), min(row[5], other[5])
+        yield (row[0], camera, f"{side}_hand", x, y, sure, source, row[7])
+
+
+def _exchanged_sides(seen: SightedKeypoints) -> BoolArray:
+    """Where (K, V) left and right are exchanged: of all keypoints of an image, or of its arms.
+
+    Of all ways to exchange images the one is taken in which rays meet best. The same with all
+    images exchanged fits as well; the one that exchanges fewer counts.
+    """
+    result = np.zeros(seen.confidence.shape, dtype=np.bool_)
+    views = np.flatnonzero(seen.confidence.any(axis=0))
+    if not 2 <= len(views) <= _MOST_CAMERAS:
+        return result
+    two_sided = seen.other_side != np.arange(len(seen.names))
+    arm = np.array([_place(name) in _ARMS for name in seen.names], dtype=np.bool_)
+    for group in (two_sided, two_sided & arm):
+        best, least = result, np.inf
+        for ways in product((False, True), repeat=len(views)):
+            if 2 * sum(ways) > len(views):
+                continue
+            there = result.copy()
+            there[:, views] ^= group[:, None] & np.array(ways)
+            cost = _cost(seen.with_sides_exchanged(there), two_sided) + _MARGIN * sum(ways)
+            if cost < least:
+                best, least = there, cost
+        result = best
+    return result
+
+
+def _cost(seen: SightedKeypoints, counted: BoolArray) -> float:
+    """Number of keypoints that no other image agrees with; partly counted if they nearly agree."""
+    meeting = seen.meeting(MEETING_GATE)
+    centres, directions = seen.rays
+    away = meeting.world[:, None] - centres
+    along = np.einsum("kvi,kvi->kv", away, directions)
+    off = np.linalg.norm(away - along[..., None] * directions, axis=2)
+    cost = np.nan_to_num(np.minimum(off / MEETING_GATE, 1.0) ** 2, nan=1.0)
+    return float(cost[(seen.confidence > 0.0) & counted[:, None]].sum())
