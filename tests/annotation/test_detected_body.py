@@ -14,7 +14,7 @@ from stereotrack_core.pose_model.detect import DETECTOR_NAME
 from stereotrack_core.recording.keypoint_names import exchanged
 from stereotrack_core.recording.keypoints import keypoints_of, rows_of
 from stereotrack_core.recording.landmarks import LANDMARKS
-from stereotrack_core.simulation.keypoints import KeypointErrors, simulated_keypoints
+from tests.simulated_keypoints import KeypointErrors, simulated_keypoints
 from tests.tracking.keypoints.mono import mono_recording, truth
 
 EXACT = KeypointErrors(noise=0.3, gross=0.0, exchanged=0.0, hidden_missing=0.0, guess=1.0)
