@@ -126,7 +126,6 @@ class WindowProgram:
         awake.timeout.connect(lambda: None)
         awake.start()
         self.window.show()
-        self.window.tour.offer()
         try:
             return self.app.exec() == 0
         finally:

@@ -12,7 +12,6 @@ from ..widgets.forms.message import MessageBar
 from ..widgets.style.theme import THEME_NAMES, ThemeName, apply_theme, chosen_theme
 from .dialogs import Dialogs
 from .help import Help
-from .tour import Tour
 
 MENUS = ("&File", "&Edit", "&View", "&Go", "&Annotate", "&Track", "T&une", "&Review")
 """Menus that features fill, in their order; those of the shell come behind."""
@@ -21,14 +20,14 @@ _MENU = "&Window"
 
 
 def commands(
-    context: Context, dialogs: Dialogs, messages: MessageBar, guide: Help, tour: Tour
+    context: Context, dialogs: Dialogs, messages: MessageBar, guide: Help
 ) -> list[Command]:
     """Commands of the menus Window and Help, and the last ones of the menu File."""
     return [
         *_workspaces(context),
         *_panels(context),
         *_themes(context),
-        *_guide(guide, tour),
+        *_guide(guide),
         *_help_and_file(dialogs, messages),
     ]
 
@@ -94,7 +93,7 @@ def _themes(context: Context) -> list[Command]:
     ]  # fmt: skip
 
 
-def _guide(guide: Help, tour: Tour) -> list[Command]:
+def _guide(guide: Help) -> list[Command]:
     command = Menu("&Help").command
     return [
         command("help", "Help on this panel", "Open the user guide at the panel under the cursor, "
@@ -103,8 +102,6 @@ def _guide(guide: Help, tour: Tour) -> list[Command]:
                 guide.show_contents, "Ctrl+F1"),
         command("whats_this", "What is this?", "Click a control to see what it is for.",
                 guide.explain_control, "Shift+F1", "info"),
-        command("tour", "Tour", "Show the window in five steps, on the demo if no recording is "
-                "open.", tour.start),
     ]  # fmt: skip
 
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from PySide6.QtCore import QSettings, QSize, Qt, QTimer, Slot
 from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent
-from PySide6.QtWidgets import QMainWindow, QWidget
+from PySide6.QtWidgets import QMainWindow
 
 from ..context import make_context
 from ..services.stored import stored_bytes
@@ -21,7 +21,6 @@ from .dialogs import Dialogs
 from .help import Help
 from .status import StatusLine
 from .toolbars import Toolbars
-from .tour import Step, Tour
 
 _USUAL = QSize(1600, 960)
 _FRAME = QSize(16, 40)
@@ -45,7 +44,6 @@ class MainWindow(QMainWindow):
         self.context.docks.middle.addWidget(self.welcome)
         self.status = StatusLine(self.statusBar(), self.context)
         self.help = Help(self, self.context)
-        self.tour = Tour(self, self.context, self._tour_steps())
         self._is_told_to_close = False
         self._connect()
 
@@ -61,36 +59,12 @@ class MainWindow(QMainWindow):
             }
         )
         dialogs = Dialogs(self, context)
-        context.actions.add(commands(context, dialogs, self.messages, self.help, self.tour))
+        context.actions.add(commands(context, dialogs, self.messages, self.help))
         context.actions.fill(self.menuBar(), MENUS)
         self.bars = Toolbars(self, context)
         self._connect_welcome()
         self._lay_out()
         self._show_welcome()
-
-    def _tour_steps(self) -> tuple[Step, ...]:
-        docks = self.context.docks
-
-        def run_button() -> QWidget:
-            return self.bars.track.widgetForAction(self.context.actions.action("run"))
-
-        return (
-            Step("Views", "All views show the same instant. The outline is the tracked body: the "
-                 "person's left in blues, the right in oranges. Step through the frames with the "
-                 "arrow keys, zoom with the mouse wheel.", lambda: docks.views),
-            Step("Timeline", "All frames of the recording, from left to right. Drag to go to a "
-                 "frame. Each strip shows the error of one limb over time.",
-                 lambda: docks.timeline),
-            Step("Tracker", "Run tracks the person through the recording. The line at the lower "
-                 "edge of the window shows the progress, and which limbs may be wrong.",
-                 run_button),
-            Step("Workspaces", "Each workspace has the panels for one task: calibrate, annotate, "
-                 "track, tune, review. Alt+1 to Alt+5 switch between them.",
-                 lambda: self.bars.workspaces),
-            Step("Commands and help", "Ctrl+K finds every command by name. F1 opens the user guide "
-                 "at the panel under the cursor, Shift+F1 explains a single control.",
-                 self.menuBar),
-        )  # fmt: skip
 
     def _connect(self) -> None:
         context, session = self.context, self.context.session

@@ -1,4 +1,4 @@
-"""F1, Shift+F1, the user guide with its search, and the tour: by keys and mouse."""
+"""F1, Shift+F1, and the user guide with its search: by keys and mouse."""
 
 from __future__ import annotations
 
@@ -20,7 +20,6 @@ def guide(opened):
     yield opened.help.panel
     opened.move(place)
     opened.help.panel.close()
-    opened.tour.end()
     QWhatsThis.leaveWhatsThisMode()
 
 
@@ -111,48 +110,3 @@ def test_a_control_that_is_clicked_is_explained_and_not_pressed(opened, guide, q
         assert not opened.context.session.track.running
         QWhatsThis.hideText()
         QApplication.processEvents()
-
-
-def test_the_tour_points_at_the_real_widgets_and_ends_at_any_time(opened, guide, qtbot):
-    tour, docks = opened.tour, opened.context.docks
-    opened.context.actions.action("tour").trigger()
-    qtbot.waitUntil(lambda: tour.card is not None and tour.card.isVisible())
-    titles, around = [], []
-    for _ in range(5):
-        titles.append(tour.card.title.text())
-        around.append(tour.ring.geometry().center())
-        assert opened.rect().contains(tour.card.geometry())
-        assert tour.card.place.text() == f"{len(titles)} of 5"
-        QTest.keyClick(tour.card, Qt.Key.Key_Right)
-    assert titles == ["Views", "Timeline", "Tracker", "Workspaces", "Commands and help"]
-    for at, widget in zip(around, (docks.views, docks.timeline), strict=False):
-        assert widget.rect().contains(widget.mapFrom(opened, at))
-    assert tour.card is None, "the last step ends it"
-    frame = opened.context.session.document.frame
-    for end in (
-        lambda: QTest.keyClick(tour.card, Qt.Key.Key_Escape),
-        lambda: QTest.mouseClick(tour.card.leave, LEFT),
-    ):
-        tour.start()
-        qtbot.waitUntil(lambda: tour.card is not None and tour.card.isVisible())
-        end()
-        assert tour.card is None
-    assert opened.context.session.document.frame == frame
-
-
-def test_the_tour_is_offered_on_the_very_first_start_alone(window, small_recording, qtbot):
-    window.tour.offer()
-    assert window.messages.message.button == "Start tour"
-    window.context.session.opening.open(small_recording)
-    qtbot.waitUntil(lambda: window.context.session.document.frame_set is not None)
-    qtbot.waitUntil(lambda: window.messages.message is not None)
-    assert window.messages.message.button == "Start tour", "opening does not take it away"
-    QTest.mouseClick(window.messages.do_button, LEFT)
-    qtbot.waitUntil(lambda: window.tour.card is not None and window.tour.card.isVisible())
-    window.tour.end()
-    window.tour.offer()
-    assert window.messages.message is None or window.messages.message.button != "Start tour"
-    window.context.settings.remove("tour_offered")
-    window.context.settings.setValue("geometry", window.saveGeometry())
-    window.tour.offer()
-    assert not window.context.settings.contains("tour_offered"), "this window was there before"
